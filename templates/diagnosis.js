@@ -18,7 +18,7 @@
   const tip = $("tip");
   const show = (event, row) => {
     const after = data.found ? "\nwith the causes " + ms(data.after[row]) : "";
-    tip.textContent = data.names[row] + "\nrobot less simulation " + ms(data.before[row]) + after;
+    tip.textContent = data.names[row] + "\nrobot minus simulation " + ms(data.before[row]) + after;
     tip.hidden = false;
     const box = tip.getBoundingClientRect();
     tip.style.left = Math.max(4, Math.min(event.clientX + 14, innerWidth - box.width - 8)) + "px";

@@ -315,7 +315,7 @@ def test_a_log_alone_is_shown_as_tables():
     assert tables[0].rows == (("rate", "1.00021"),)
     assert tables[1].header == ("name", "viscous", "held")
     assert tables[1].rows == (("S", "12.5", "yes"), ("L", "3.25", ""))
-    assert "What the log tells" in diagnosis_page(empty("explained"), log_summary=summary)
+    assert "What the log shows" in diagnosis_page(empty("explained"), log_summary=summary)
 
 
 # --- HTML: the numbers ---------------------------------------------------------------------------------------------

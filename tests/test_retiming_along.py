@@ -209,7 +209,7 @@ def test_of_joint_moves_unknown_robots_and_chains_nothing_is_made_up():
     found = along_path(plan_of(middle, middle + 0.02, robot=slim))
     assert found.known[0]
     assert found.assumptions == (
-        "the axes of yaskawa/sia20d along lines are looked at at the ends of each line only",
+        "the axes of yaskawa/sia20d along lines are checked at the ends of each line only",
     )
 
 

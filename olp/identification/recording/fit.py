@@ -84,7 +84,7 @@ def _counter(problems: Problems, moves: RecordedMoves, log: Log) -> None:
             at = int(np.argmax(log.move == number))
             problems.whole(
                 "D021",
-                f"{log.file} speaks of move {number} at {log.time[at]:.9g} s, which the moves do not have",
+                f"{log.file} names move {number} at {log.time[at]:.9g} s, which the moves do not have",
             )
     changes = np.nonzero(np.diff(log.move))[0]
     first, last = np.concatenate(([0], changes + 1)), np.concatenate((changes, [len(log) - 1]))

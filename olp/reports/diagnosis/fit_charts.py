@@ -54,7 +54,7 @@ def histogram(rows: MoveRows, noise: float) -> Markup:
     counts = [np.histogram(values, edges)[0] for values in (before, after)]
     top = max(int(count.max(initial=1)) for count in counts[: 2 if rows.causes else 1])
     chart = Chart(span, (0.0, top * 1.08))
-    chart.axes("robot less simulation [ms]", "moves")
+    chart.axes("robot minus simulation [ms]", "moves")
     if math.isfinite(noise):
         chart.band(-2 * noise * MS, 2 * noise * MS, upright=True)
     for count, css in list(zip(counts, ("before", "after"), strict=True))[: 2 if rows.causes else 1]:
@@ -173,7 +173,7 @@ def over_time(rows: MoveRows, noise: float) -> Markup:
     chart = Chart(
         (0.0, float(x.max()) * 1.02 or 1.0), around(y, [-2 * noise * MS, 2 * noise * MS]), (760, 280)
     )
-    chart.axes("running time [s]" if clock else "moves in order of execution", "robot less simulation [ms]")
+    chart.axes("running time [s]" if clock else "moves in order of execution", "robot minus simulation [ms]")
     chart.band(-2 * noise * MS, 2 * noise * MS)
     _both(chart, rows, x, np.arange(len(rows)))
     return chart.svg("Difference between robot and simulation over running time")
@@ -277,7 +277,7 @@ def _strip(rows: MoveRows, name: str, labels: list[str], noise: float) -> Strip:
         (480, height + 58),
         150,
     )
-    chart.axes("robot less simulation [ms]", "", y_ticks=False)
+    chart.axes("robot minus simulation [ms]", "", y_ticks=False)
     chart.band(-2 * noise * MS, 2 * noise * MS, upright=True)
     for i, label in enumerate(shown):
         index = np.flatnonzero(column == label)
@@ -366,7 +366,7 @@ def _view(rows: MoveRows, on: NDArray[np.bool_], view: View, when: str, steps: N
             chart.parts.append(f'<path class="way r{step}" d="{d}"/>')
     middle = (rows.start[on] + rows.end[on]) / 2 * MM
     chart.dots(middle[:, view.right], middle[:, view.up], "unseen", np.flatnonzero(on).tolist())
-    return chart.svg(f"{view.name}, {when}: the path, moves coloured by robot less simulation")
+    return chart.svg(f"{view.name}, {when}: the path, moves coloured by robot minus simulation")
 
 
 def _at(chart: Chart, points: Floats, view: View) -> list[tuple[float, float]]:

@@ -22,7 +22,7 @@ class ByPoseLaw(AccelerationLaw):
     motion.
     """
 
-    summary = "by pose: inertia of the arm as it stands, gravity for and against"
+    summary = "by pose: inertia of the arm in its pose, gravity for and against"
     source = "published DX200 recordings of an MA2010: axes S, L, U swung by 0.05 to 0.07 rad in 202 poses"
 
     def knows(self, robot: Robot) -> bool:

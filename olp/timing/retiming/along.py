@@ -58,7 +58,7 @@ def along_path(
         result.known[rows] = True
         change = _change(plan, robot, rows)
         if robot.geometry.links is None:
-            told.append(f"the axes of {robot.name} along lines are looked at at the ends of each line only")
+            told.append(f"the axes of {robot.name} along lines are checked at the ends of each line only")
             _ends(plan, robot, rows, change, speeds, result)
             continue
         for samples, part in groups(plan, rows, change).items():
