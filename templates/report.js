@@ -217,7 +217,7 @@
     on = step;
     $("view").dataset.on = step;
     facts(step);
-    $("told").textContent = "line " + d.line[step] + ": " + (d.seconds[step] === null ? "not timed" : d.seconds[step].toFixed(3) + " s");
+    if (!playing) $("told").textContent = "line " + d.line[step] + ": " + (d.seconds[step] === null ? "not timed" : d.seconds[step].toFixed(3) + " s");
     for (const old of document.querySelectorAll("#view .on")) old.classList.remove("on");
     const place = scroll ? kept.indexOf(step) : -1;
     if (place >= 0 && (place < top || place >= top + PAGE)) table(place - PAGE / 4);

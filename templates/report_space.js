@@ -141,7 +141,8 @@ const makeSpace = (page) => {
     label("Y mm", [x1 + 4 * away, (y0 + y1) / 2, level], "axis");
     label("Z mm", [x0, y1, z1 + away], "axis");
     for (const [tone, end] of [["red", [step, 0, 0]], ["olive", [0, step, 0]], ["blue", [0, 0, step]]]) lines([[0, 0, 0], end], tone);
-    page.$("scale").textContent = "Grid " + step + " mm, " + (known ? "on the floor." : "at z = 0 of the base frame: the height of the floor is not known.");
+    page.$("scale").textContent = "Grid " + step + " mm, " + (known ? "on the floor." : "at z = 0 of the base frame: the height of the floor is not known.")
+      + (arm ? "" : " The arm is not drawn: its geometry or its axes are not known.");
     return [[x0, y0 - away, level], [x1 + away, y0 - away, level], [x1 + away, y1, level], [x0, y1, z0], [x0, y1, z1 + away]].map(vector);
   };
 

@@ -62,7 +62,7 @@ def in_checkout(*patterns: str) -> set[str]:
 
 
 def test_the_wheel_holds_the_package_its_grammars_templates_and_robots_and_nothing_else(wheel: Path) -> None:
-    code = in_checkout("olp/**/*.py", "olp/robots/**/*.toml", "olp/robots/*.csv", "olp/py.typed")
+    code = in_checkout("olp/**/*.py", "olp/**/*.toml", "olp/robots/*.csv", "olp/py.typed")
     data = {f"olp/{name}" for name in in_checkout("grammars/*", "templates/**/*")}
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
