@@ -628,7 +628,7 @@ def test_what_tp_cannot_say_is_refused_with_its_line(statement: object, word: st
 
 def test_the_header_of_a_foreign_program_is_complete() -> None:
     text = written(made()).replace("\n", "\r\n")
-    assert text.startswith('/PROG  MADE\r\n/ATTR\r\nOWNER\t\t= MNEDITOR;\r\nCOMMENT\t\t= "";\r\n')
+    assert text.startswith('/PROG  MADE\r\n/ATTR\r\nOWNER\t\t= MNEDITOR;\r\nCOMMENT\t\t= "made";\r\n')
     assert "CREATE\t\t= DATE 25-03-04  TIME 10:11:00;" in text
     assert text.endswith("/APPL\r\n/MN\r\n/POS\r\n/END\r\n")
 

@@ -209,15 +209,20 @@ def of_krl(text: str) -> list[Construct]:
     return found
 
 
+_RAPID_LINE = r"MoveL(?:DO)? (\w+|\[.*\]),(\w+),(\w+),tool0(?:\\WObj:=wobj0)?(?:,do(\d+),([01]))?;"
+
+
 def of_rapid(text: str) -> list[Construct]:
     values = {name: numbers(body) for name, body in re.findall(r"(\w+):=\[(.*)\];", text)}
     found: list[Construct] = []
     for line in map(str.strip, text.splitlines()):
-        if m := re.fullmatch(r"MoveL (\w+|\[.*\]),(\w+),(\w+),tool0(?:\\WObj:=wobj0)?;", line):
+        if m := re.fullmatch(_RAPID_LINE, line):
             x, y, z, w, i, j, k = (values[m[1]] if m[1] in values else numbers(m[1]))[:7]
             speed = values[m[2]][0] if m[2] in values else float(m[2][1:])
             zone = 0.0 if m[3] == "fine" else values[m[3]][0] if m[3] in values else float(m[3][1:])
             found.append(("line", (x, y, z), Rotation.from_quat([i, j, k, w]), speed, zone))
+            if m[4]:  # MoveLDO
+                found.append(("out", int(m[4]), m[5] == "1"))
         elif m := re.fullmatch(r"SetDO do(\d+),([01]);", line):
             found.append(("out", int(m[1]), m[2] == "1"))
         elif m := re.fullmatch(r"WaitDI di(\d+),([01]);|WaitUntil di(\d+)=([01]);", line):
@@ -234,7 +239,7 @@ def of_tp(text: str) -> list[Construct]:
     }
     found: list[Construct] = []
     for line in (re.sub(r"^\s*\d*:\s*", "", row).strip(" ;") for row in text.splitlines()):
-        if m := re.fullmatch(rf"L P\[(\d+)\] {_NUMBER}mm/sec (FINE|CR{_NUMBER})(?: ACC\d+)?", line):
+        if m := re.fullmatch(rf"L P\[(\d+)(?::\w+)?\] {_NUMBER}mm/sec (FINE|CR{_NUMBER})(?: ACC\d+)?", line):
             x, y, z, w, p, r = poses[int(m[1])]
             found.append(("line", (x, y, z), turned("ZYX", [r, p, w]), float(m[2]), float(m[4] or 0)))
         elif m := re.fullmatch(r"DO\[(\d+)\]=(ON|OFF)", line):
@@ -251,7 +256,7 @@ def of_inform(text: str) -> list[Construct]:
     found: list[Construct] = []
     for line in map(str.strip, text.splitlines()):
         if m := re.fullmatch(
-            rf"MOVL (C\d+) V={_NUMBER} (?:PL=0|CR={_NUMBER})(?: ACC=\d+)?(?: DEC=\d+)?", line
+            rf"MOVL (C\d+) V={_NUMBER} (?:PL=0|CR={_NUMBER})(?: ACC=\d+)?(?: DEC=\d+)?(?:  //\w+)?", line
         ):
             x, y, z, rx, ry, rz = poses[m[1]]
             found.append(("line", (x, y, z), turned("ZYX", [rz, ry, rx]), float(m[2]), float(m[3] or 0)))

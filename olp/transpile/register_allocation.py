@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -57,6 +58,7 @@ from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 # --- Position registers ---
 # Numbers for variables and positions, and positions that are computed step by step.
 
+_NUMBERED: Final = re.compile(r"X?[CP]?\d+")  # names that say nothing: C00012, P3, XP3
 MEMBERS: Final = ("x", "y", "z", "rx", "ry", "rz", "e1", "e2")
 _NO_FLAGS: Final = (1, 0, 0, 0, 0, 0)  # N U T
 
@@ -226,7 +228,7 @@ class PositionNumbers:
         new = len(points) + self.registers.first_point
         at = points.setdefault((literal, place), new)
         if at == new:
-            self.names[(self.routine_name, at)] = name
+            self.names[(self.routine_name, at)] = "" if _NUMBERED.fullmatch(name) else name
             shown = self.registers.point.format(number=at)
             if name:
                 self.work.names[("point", name)] = shown
@@ -432,10 +434,13 @@ class _Numbers(PositionNumbers):
         if is_written_out(s):
             (target,) = s.targets
             changes: dict[str, Any] = {"targets": (self._target(target, place, before, s),)}
+            self._called(target, s, changes)
             return edited(s, changes | _NO_SYSTEMS if self.registers.steps else changes)
-        changes = {"targets": tuple([self._target(t, place, before, s) for t in s.targets])}
-        if s.via is not None:
+        changes = {}
+        if s.via is not None:  # which comes first, and so does its number
             changes["via"] = self._target(s.via, place, before, s)
+        changes["targets"] = tuple([self._target(t, place, before, s) for t in s.targets])
+        self._called(s.targets[0], s, changes)
         for name in ("speed", "blend") if is_usual(s) else _VALUES:
             old = getattr(s, name)
             if old is not None and (new := mapped(old, self._change)) is not old:
@@ -443,6 +448,13 @@ class _Numbers(PositionNumbers):
         if self.registers.steps:
             changes |= _NO_SYSTEMS
         return edited(s, changes)
+
+    def _called(self, target: Expression, s: Move, changes: dict[str, Any]) -> None:
+        """Behind the move, what the source calls its point, where points have no names."""
+        point = changes["targets"][0]
+        named = type(point) is Taught and type(target) is Named and self.registers.comments
+        if named and not s.comment and (name := self.names[(self.routine_name, point.number)]):
+            changes["comment"] = name
 
     def _target(self, e: Expression, place: Place, before: list[Statement], s: Move) -> Expression:
         fixed = self._fixed(e)

@@ -346,7 +346,7 @@ class TpMoves(TpValues):
 
     def _point(self, number: int) -> str:
         name = self.positions.details.get(f"P[{number}]")
-        return f'P[{number}:"{name}"]' if name else f"P[{number}]"
+        return f"P[{number}:{name}]" if name else f"P[{number}]"
 
     def _shifted(
         self, start: ex.Expression, by: tuple[ex.Expression, ...], s: st.Move, lines: list[str]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import PureWindowsPath
 from typing import ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
@@ -384,7 +385,7 @@ class TpWriter(TpMoves):
         return {"listings": tuple(map(self._listing, self.program.routines))}
 
     def _listing(self, routine: st.Routine) -> TpListingText:
-        self.details = routine.details if self.own else {}
+        self.details = routine.details if self.own else _point_names(routine)
         self.positions = TpPositionWriter(routine.points, self.details, self.own)
         self.names, self.points = self.details, routine.points
         self.labels = Labels(routine, self.own)
@@ -403,7 +404,7 @@ class TpWriter(TpMoves):
             name=routine.name if self.own else routine.name.upper(),
             kind=self.details.get("/PROG", ""),
             owner=get("OWNER", "MNEDITOR"),
-            comment=f'"{routine.comment}"',
+            comment=f'"{routine.comment or self._origin()}"',
             created=get("CREATE", made),
             modified=get("MODIFIED", made),
             file_name=get("FILE_NAME", ""),
@@ -423,6 +424,11 @@ class TpWriter(TpMoves):
             instructions=as_text(instructions),
             positions=as_text(positions),
         )
+
+    def _origin(self) -> str:
+        """What the program was called that a translation was made from, where its routine has no comment."""
+        name = PureWindowsPath(self.program.path.replace("/", "\\")).stem
+        return "" if self.own or not name.isascii() else name[:NAME_LENGTH]
 
     def _attribute(self, name: str, usual: str) -> str:
         return self.details.get(f"/ATTR {name}", usual)
@@ -489,6 +495,11 @@ def _numbered(routine: st.Routine) -> dict[str, int]:
             numbers[name] = following
             taken.add(following)
     return numbers
+
+
+def _point_names(routine: st.Routine) -> dict[str, str]:
+    """What another language calls the points, as far as a comment holds it."""
+    return {point: name[:NAME_LENGTH] for point, name in routine.details.items() if point.startswith("P[")}
 
 
 def _comment_lines(text: str) -> list[str]:
