@@ -132,7 +132,7 @@ def test_columns_in_other_words_are_named_with_what_to_say(
     assert "q1_deg=J1" in said(capsys, path)
     path.write_text(pulse_csv(TIME, AXES), encoding="utf-8")
     told = said(capsys, path, "--robot", "yaskawa/gp25", "--column", "t_ms=Tme_ms")
-    assert "there is no column Tme_ms of numbers" in told
+    assert "there is no column of numbers Tme_ms" in told
     assert "did you mean Time_ms?" in told
     told = said(
         capsys, path, "--robot", "yaskawa/gp25", "--column", "t_ms=Time_ms", "--column", "q2_pulse=L_pulse"
@@ -169,3 +169,23 @@ def test_numbers_that_look_like_radians_and_milliseconds_are_told(
 def test_an_arm_that_stands_has_no_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "run.csv").write_text(fanuc_csv(TIME[:40], AXES[:40]), encoding="utf-8")
     assert "error[D060]: no motion begins and ends in this log" in said(capsys, tmp_path / "run.csv")
+
+
+def test_a_table_of_times_in_other_words_and_units_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    samples = LOGS.parents[1] / "inform" / "handling"
+    path = tmp_path / "times.csv"
+    path.write_text("Programm;Zeile;Dauer\nHANDLING;40;410,5\nHANDLING;41;660\n", encoding="utf-8")
+    job = ("--job", str(samples / "HANDLING.JBI"), "--robot", "yaskawa/gp25")
+    assert "--column duration_s=COLUMN says which one it is; there are Programm, Zeile, Dauer" in said(
+        capsys, path, *job
+    )
+    names = [w for name in ("job=Programm", "line=Zeile", "duration_ms=Dauer") for w in ("--column", name)]
+    assert main(["recording", "import", str(path), *job, *names, "-o", str(tmp_path / "made")]) == 0
+    moves = read_recording(tmp_path / "made").moves
+    assert moves.duration.tolist() == pytest.approx([0.4105, 0.66])
+    assert moves.line.tolist() == [40, 41]
+    assert "did you mean Dauer?" in said(capsys, path, *job, "--column", "duration_ms=Daur")
+    path.write_text("line,duration_ms\n40,410\n", encoding="utf-8")
+    assert "--column duration_ms=duration_ms says so" in said(capsys, path, *job)

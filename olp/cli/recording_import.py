@@ -104,6 +104,7 @@ def run(args: Namespace) -> int:
 def _import_job(args: Namespace, options: ImportOptions) -> int:
     """The recording of one log, or of one table of times, and the program that ran."""
     from olp.core.diagnostic import OlpError, error
+    from olp.identification.recording.column_naming import names_times
     from olp.identification.recording.importing import is_log
     from olp.identification.recording.ros_bag import is_bag
 
@@ -112,9 +113,9 @@ def _import_job(args: Namespace, options: ImportOptions) -> int:
         help = "one run of the program; put all times into one table; simulated ones are column sim_s"
         raise OlpError(error("C001", says, help=help))
     file = Path(args.files[0])
-    if options.naming or is_bag(file) or is_log(file, options):
+    if not names_times(options.naming) and (options.naming or is_bag(file) or is_log(file, options)):
         return _import_log(args, file, options)
-    return _import_times(args)
+    return _import_times(args, options)
 
 
 def _import_log(args: Namespace, file: Path, options: ImportOptions) -> int:
@@ -131,12 +132,13 @@ def _import_log(args: Namespace, file: Path, options: ImportOptions) -> int:
     return 0
 
 
-def _import_times(args: Namespace) -> int:
+def _import_times(args: Namespace, options: ImportOptions) -> int:
     """The recording of a table of times and the program they were taken of."""
     from olp.cli.recording_from_log import settings_of_run, table_of_moves
     from olp.cli.time import print_diagnostics
     from olp.core.files import refuse_inputs
     from olp.core.units import percent
+    from olp.identification.recording.column_naming import named_table
     from olp.identification.recording.programmed import moved, tool_of
     from olp.identification.recording.stop_watch import moves_from_times
     from olp.identification.recording.table import read_table
@@ -144,7 +146,7 @@ def _import_times(args: Namespace) -> int:
     from olp.identification.timing_job import TimingJob, plan_and_time
 
     refuse_inputs(Path(args.output) / "moves.csv", [args.files[0], args.job])
-    table = read_table(Path(args.files[0]))
+    table = named_table(read_table(Path(args.files[0])), options.naming)
     override = args.override * percent if args.override else None
     timing = plan_and_time(args.job, TimingJob(robot=args.robot, override=override))
     moves, planned, told = moves_from_times(table, timing, override)

@@ -7,7 +7,8 @@ unit.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -16,13 +17,15 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, warning
 from olp.core.units import deg, mm
+from olp.identification.recording.columns import NUMBER
+from olp.identification.recording.table import RecordingTable, TableColumn
 
 if TYPE_CHECKING:
     from olp.identification.recording.log import Log
     from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]
-_TIMES: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_TIMES: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 _ANGLES: Final = {"deg": 1.0, "rad": 1 / deg}
 _LENGTHS: Final = {"mm": 1.0, "m": 1 / mm}
 _AXIS = re.compile(r"(q[1-9]\d?)(_cmd)?_(deg|rad|mm|m|pulse)")
@@ -30,7 +33,7 @@ _SPEED = re.compile(r"(qd[1-9]\d?)_(deg|rad|mm|m)_s")
 _LOAD = re.compile(r"tau[1-9]\d?_nm?|i[1-9]\d?_a|r[xyz]_deg|move")
 KNOWN: Final = (
     "t_s (ms, us, ns), q1_deg (rad, mm, m, pulse), q1_cmd_deg, qd1_deg_s (rad_s), tau1_nm, i1_a, "
-    "x_mm (m), rx_deg, move"
+    "x_mm (m), rx_deg, move; in a table of times line, duration_s (ms, min), sim_s, job, cycle"
 )
 # How other recorders call an axis or the time, a unit behind it or not.
 _OTHER_AXIS = re.compile(
@@ -80,8 +83,10 @@ def parse_naming(words: Sequence[str]) -> tuple[NamedColumn, ...]:
 
 def _column(name: str, source: str) -> NamedColumn | None:
     what, _, unit = name.partition("_")
-    if what == "t" and unit in _TIMES:
-        return NamedColumn("t_s", source, _TIMES[unit])
+    if what in ("t", "duration", "sim") and unit in _TIMES:
+        return NamedColumn(f"{what}_s", source, _TIMES[unit])
+    if name in ("line", "job", "cycle"):
+        return NamedColumn(name, source, 1.0)
     if what in ("x", "y", "z") and unit in _LENGTHS:
         return NamedColumn(f"{what}_mm", source, _LENGTHS[unit])
     if axis := _AXIS.fullmatch(name):
@@ -102,14 +107,7 @@ def named_cells(
 
     Raises OlpError: D010 for columns that the file does not have, D061 for pulses of a robot that is not known.
     """
-    wrong: list[Diagnostic] = []
-    for column in naming:
-        if column.source not in cells:
-            near = get_close_matches(column.source, cells, 1)
-            help = f"did you mean {near[0]}?" if near else f"columns of numbers: {', '.join(cells)}"
-            wrong.append(
-                error("D010", f"there is no column {column.source} of numbers", file=file, help=help)
-            )
+    wrong = [_no_column("column of numbers", c.source, cells, file) for c in naming if c.source not in cells]
     if any(column.axis for column in naming) and (robot is None or not robot.knows_pulses):
         known = "its robot" if robot is None else f"pulses of {robot.name}"
         wrong.append(
@@ -128,6 +126,43 @@ def named_cells(
         found[column.target] = cells[column.source] * factor
     used = {column.source for column in naming}
     return {**found, **{n: values for n, values in cells.items() if n not in used and n not in found}}
+
+
+def names_times(naming: Sequence[NamedColumn]) -> bool:
+    """Whether these are columns of a table of times."""
+    return any(column.target in ("line", "duration_s") for column in naming)
+
+
+def named_table(table: RecordingTable, naming: Sequence[NamedColumn]) -> RecordingTable:
+    """A table of times with its columns named, in seconds. Raises OlpError (D010) for columns that it does not have."""
+    wrong = [
+        _no_column("column", c.source, table.names, table.file) for c in naming if c.source not in table.names
+    ]
+    if wrong:
+        raise OlpError(*wrong)
+    names, columns = list(table.names), list(table.columns)
+    for column in naming:
+        index = table.names.index(column.source)
+        names[index] = column.target
+        if column.factor != 1.0:
+            columns[index] = _scaled(columns[index], column.factor)
+    return replace(table, names=tuple(names), columns=tuple(columns))
+
+
+def _scaled(column: TableColumn, factor: float) -> TableColumn:
+    """Numbers times `factor`; what is none stays, and is told where it is read."""
+    if column.values is not None:
+        return column._replace(values=column.values * factor)
+    cells = column.text or ()
+    text = tuple(f"{float(cell) * factor:.15g}" if NUMBER.fullmatch(cell) else cell for cell in cells)
+    return column._replace(text=text)
+
+
+def _no_column(what: str, name: str, there: Iterable[str], file: str) -> Diagnostic:
+    known = list(there)
+    near = get_close_matches(name, known, 1)
+    help = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+    return error("D010", f"there is no {what} {name}", file=file, help=help)
 
 
 def meant_by(name: str, columns: Sequence[str], axis_names: Sequence[str] = ()) -> str:

@@ -68,7 +68,13 @@ def moves_from_times(
     for name in _REQUIRED:
         if name not in columns:
             meant = nearest_of(name, table.names)
-            help = f"is it column {meant}?" if meant else "a table of times has columns line and duration_s"
+            if meant.startswith("duration_"):
+                help = f"is it column {meant}? --column {meant}={meant} says so"
+            elif meant:
+                help = f"is it column {meant}? --column {name}={meant} says so"
+            else:
+                there = ", ".join(table.names)
+                help = f"--column {name}=COLUMN says which one it is; there are {there}"
             problems.whole("D010", f"column {name} is missing", help)
     if any(name not in columns for name in _REQUIRED):
         raise OlpError(*problems.all())
