@@ -353,8 +353,9 @@ class Points(NamedTuple):
 
 
 def _followed(base: Points, side: Points, diff: Sequence[Change]) -> dict[str, str]:
-    """What a side made of the positions of the base that it changed, by their numbers in the base."""
+    """What a side made of the positions of the base that it changed, by their numbers in the base; "": it is gone."""
     found: dict[str, str] = {}
+    there = set(side.says.values())
     shift = 0
     edges = [*diff, Change(len(base.used), len(base.used), ())]
     at = 0
@@ -368,6 +369,10 @@ def _followed(base: Points, side: Points, diff: Sequence[Change]) -> dict[str, s
                 for old, new in zip(base.used[line], side.used[line + shift], strict=False):
                     if old == new and base.says.get(old) != side.says.get(new):
                         found[old] = side.says.get(new, "")
+        for line in range(one.start, one.stop):
+            for old in base.used[line]:
+                if base.says.get(old) not in there:
+                    found.setdefault(old, "")
         at, shift = one.stop, shift + len(one.new) - (one.stop - one.start)
     return found
 

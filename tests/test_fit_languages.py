@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
+from olp.checks.edit import speeds
 from olp.core.units import mm
 from olp.languages.read import read
 from olp.reports.batch import Job, time_program
@@ -205,3 +206,17 @@ def test_a_list_beside_the_program_is_edited_where_it_may_be_written(tmp_path, c
     assert (out / "job.dat").read_text() == data
     assert seconds(out / "job.src") == pytest.approx(told["total_s"], abs=1e-9)
     assert "0.1" in beside.read_text()
+
+
+def test_a_target_that_is_called_like_an_instruction_is_none(tmp_path):
+    """`MoveL Move1` of a public program: its speed stood for nobody."""
+    text = (
+        SLOW["rapid"][0]
+        .replace("MoveL b,slow", "MoveL MoveL1, v100")
+        .replace("robtarget b", "robtarget MoveL1")
+    )
+    path = tmp_path / "job.mod"
+    path.write_text(
+        text.replace("MoveL a,slow,fine,tool0;", "MoveL a,v50,fine,tool0; ! MoveL b,v200,fine,tool0;")
+    )
+    assert [one.speed.native for one in speeds(read(path))] == ["v300", "v100", "v50"]

@@ -15,7 +15,7 @@ from olp.ir.program import Path
 from olp.robots.coordinate_systems import Cell, Floats, quaternions
 from olp.robots.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
 from olp.runtime.arm_branch import keep_branches, says_of
-from olp.runtime.paths import circle, shape_paths, swept_angle, turn_between
+from olp.runtime.paths import circle, cross, shape_paths, swept_angle, turn_between
 from olp.runtime.plan import PATHS, Moves, Positions
 
 # --- Whole arcs ---
@@ -76,7 +76,7 @@ def beyond_targets(
 def _turned(point: Floats, centre: Floats, axis: Floats, angle: float) -> Floats:
     """(3,) [m]: a point (1, 3) turned about the circle's axis."""
     spoke = point - centre
-    turned = spoke * np.cos(angle) + np.cross(axis, spoke) * np.sin(angle)
+    turned = spoke * np.cos(angle) + cross(axis, spoke) * np.sin(angle)
     result: Floats = (centre + turned)[0]
     return result
 

@@ -120,14 +120,20 @@ def _arc_length(a: Floats, b: Floats, c: Floats, second: NDArray[np.bool_]) -> F
     return result
 
 
+def cross(a: Floats, b: Floats) -> Floats:
+    """(n, 3), as NumPy's own, which takes five times as long for a few rows."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=1)
+
+
 def circle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats, Floats]:
     """The circle through three points (n, 3): centre [m], radius (n,) [m] (inf on a line), unit axis of a -> b -> c."""
     u, v = b - a, c - a
-    w = np.cross(u, v)
+    w = cross(u, v)
     ww = np.sum(w * w, axis=1)
     uu, vv = np.sum(u * u, axis=1), np.sum(v * v, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        offset = (np.cross(w, u) * vv[:, None] + np.cross(v, w) * uu[:, None]) / (2.0 * ww[:, None])
+        offset = (cross(w, u) * vv[:, None] + cross(v, w) * uu[:, None]) / (2.0 * ww[:, None])
         axis = w / np.sqrt(ww)[:, None]
     # A via point within a millionth of the chord of the line gives no circle that anyone could have meant.
     radius = np.where(ww <= 1e-12 * uu * vv, np.inf, np.linalg.norm(offset, axis=1))
@@ -136,7 +142,7 @@ def circle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats, Floats]:
 
 def swept_angle(first: Floats, last: Floats, axis: Floats) -> Floats:
     """(n,) [rad] 0..2 pi from one spoke to the other, turning about the unit axis."""
-    sine, cosine = np.sum(axis * np.cross(first, last), axis=1), np.sum(first * last, axis=1)
+    sine, cosine = np.sum(axis * cross(first, last), axis=1), np.sum(first * last, axis=1)
     angle: Floats = np.arctan2(sine, cosine) % (2.0 * np.pi)
     return angle
 
@@ -179,7 +185,7 @@ def point_on_arc(
     spoke = start - centre
     with np.errstate(invalid="ignore"):
         angle = (swept_angle(spoke, target - centre, axis) * fraction)[:, None]
-        point = centre + spoke * np.cos(angle) + np.cross(axis, spoke) * np.sin(angle)
+        point = centre + spoke * np.cos(angle) + cross(axis, spoke) * np.sin(angle)
     chord = start + (target - start) * fraction[:, None]
     result: Floats = np.where(np.isfinite(radius)[:, None], point, chord)
     return result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -46,7 +47,16 @@ def raw_pose(value: PositionValue) -> Pose:
     """The six numbers as a pose in their own frame. Raises StatementError (I213) for pulses and joints."""
     if value.state.kind is not PointKind.POSE or len(value.values) < _POSE_SIZE:
         raise StatementError("I213", "this needs a Cartesian position", "convert it first")
-    return Pose.from_xyz_angles(value.values[:_POSE_SIZE])
+    return _pose_of(np.array(value.values[:_POSE_SIZE], dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=1024)
+def _pose_of(numbers: bytes) -> Pose:
+    """Moves have few frames and tools. What all of them share cannot be written to."""
+    pose = Pose.from_xyz_angles(np.frombuffer(numbers))
+    pose.position.setflags(write=False)
+    pose.rotation.setflags(write=False)
+    return pose
 
 
 def with_pose(value: PositionValue, pose: Pose, state: PointState | None = None) -> PositionValue:

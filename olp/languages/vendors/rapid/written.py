@@ -23,6 +23,9 @@ _IN_MOVE = re.compile(rf"\b(Move(?:J|L|AbsJ))\s+(?:{_POSE}|{_AXES})", re.IGNOREC
 _HIDDEN = re.compile(r'"(?:[^"\n]|"")*"|![^\n]*')
 _OWN_SPEED = re.compile(r"\\V\s*:=\s*(\d*\.?\d+)", re.IGNORECASE)
 _NAMED_SPEED = re.compile(r",\s*(v\w+)(?=\s*(?:,|\\Z|\\V))", re.IGNORECASE)
+_MOVE = re.compile(
+    r"\bMove(?:[LJC]|AbsJ)\w*\s+(?=[\w\[\\])", re.IGNORECASE
+)  # and no target that is called Move1
 _ACCELERATION = re.compile(r"\bAccSet\s+(\d*\.?\d+)\s*,", re.IGNORECASE)
 SPELLING = Spelling(Orientation.QUATERNION, mm, deg, 3, 9)
 _JOINTS = Spelling(Orientation.QUATERNION, mm, deg, 3, 4)
@@ -60,8 +63,8 @@ def _point(
 
 def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> WrittenSpeed | None:
     r"""The number of \V, else the speed's name: another predefined one, or \V behind it."""
-    text = program.source.line(statement.line)
-    if isinstance(statement, SetSpeed) or len(re.findall(r"\bMove\w+", text)) != 1:
+    text = _HIDDEN.sub(lambda m: " " * len(m[0]), program.source.line(statement.line))
+    if isinstance(statement, SetSpeed) or len(_MOVE.findall(text)) != 1:
         return None
     own, named = _OWN_SPEED.search(text), _NAMED_SPEED.search(text)
     if own is not None:
