@@ -18,7 +18,7 @@ _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 _BLANKS = re.compile(r"\s+")
 _BESIDE_SIGNS = re.compile(r" (?=[=,(){}\[\]:;<>])|(?<=[=,(){}\[\]:;<>]) ")
 _NEVER = re.compile(r"(?!)")
-_ZEROS = re.compile(r"(?<![\w.])(\d+\.\d*?)0+(?![\w.])")
+_DECIMAL = re.compile(r"(?<![\w.])\d++\.\d++(?![\w.])")
 _NO_SIGN = re.compile(r"(?<=[\s,:=({\[])-(?=0\.?(?![\w.]))")
 _DIGITS = re.compile(r"\d+")
 
@@ -164,7 +164,7 @@ class MergeRules:
             words = words.casefold()
         words = self.reals.sub(r"\g<0>.", words)
         if "." in words:
-            words = _ZEROS.sub(r"\1", words)
+            words = _DECIMAL.sub(lambda match: match[0].rstrip("0"), words)
         return _NO_SIGN.sub("", words) if "-0" in words else words
 
     @staticmethod

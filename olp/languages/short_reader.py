@@ -9,9 +9,10 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from lark import Token, Transformer
+from lark import Token, Transformer, Tree
 
 from olp.core.diagnostic import Severity, Span
+from olp.core.memory_limit import shelf
 from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import (
@@ -82,7 +83,7 @@ class LineParser:
         if self._too_much(text, number):
             return []
         try:
-            found = self._rules.transform(parser(self._language).parse(text))
+            found = self._rules.transform(self._tree(text))
         except UnexpectedInput as refused:
             return self._refused(text, number, refused)
         except VisitError as problem:
@@ -93,6 +94,16 @@ class LineParser:
                 return [self.opaque(text, number)]
             raise
         return [placed(one, number) for one in (found if isinstance(found, list) else [found])]
+
+    def _tree(self, text: str) -> Tree[Token]:
+        """Where somebody remembers, the grammar sees each text once. Raises UnexpectedInput."""
+        known = shelf(f"{self._language} lines")
+        tree: Tree[Token] | None = None if known is None else known.get(text)
+        if tree is None:
+            tree = parser(self._language).parse(text)
+            if known is not None:
+                known.put(text, tree)
+        return tree
 
     def opaque(self, text: str, number: int) -> Opaque:
         """The line word for word, which is told once per instruction."""
