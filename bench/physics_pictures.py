@@ -57,7 +57,7 @@ def columns(case: MeasuredMoves) -> Mapping[str, Floats]:
         fastest = 100 * turning.max(axis=1)
     return {
         "programmed speed, mm/s": case.base.speed / mm,
-        "way, mm": case.length / mm,
+        "length, mm": case.length / mm,
         "incline, degrees (up is positive)": np.arcsin(np.clip(case.rise, -1, 1)) / deg,
         "rounding at the end, mm": case.blend / mm,
         "rounding at the start, mm": case.blend_start / mm,

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 class Backlash(LogTerm):
     summary = "a dead band at reversals"
-    does = "after a reversal the axis stands still until the play is crossed, then is off by half of it"
+    does = "after a reversal the axis stands still until the play is crossed, then is off by half of the play"
     source = "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash, Automatica 38(10), 2002"
     confusable = ("coulomb-friction",)
     equation: ClassVar[str] = r"q = \min(\max(q^-, \theta - \tfrac{b}{2}), \theta + \tfrac{b}{2})"

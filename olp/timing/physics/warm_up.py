@@ -14,7 +14,7 @@ _LONGEST = 2.0  # times the recording: a longer time constant is a straight line
 
 class WarmUp(MoveTerm):
     summary = "durations drift as an exponential of running time"
-    does = "the same move is longer at the beginning than at the end of the recording, or the other way round"
+    does = "the same move is longer at the beginning than at the end of the recording, or shorter"
     source = "first-order thermal model: grease friction falls with exp(-t/τ) (A. C. Bittencourt, S. Gunnarsson, 2012)"
     confusable = ("clock", "speed-scale")
     stage = Stage.CLOCKS
