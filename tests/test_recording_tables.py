@@ -12,6 +12,8 @@ from olp.core.diagnostic import OlpError
 from olp.core.units import deg
 from olp.identification.recording import read_recording
 from olp.identification.recording.column_naming import parse_naming
+from olp.identification.recording.log import Log
+from olp.identification.recording.logged import motions_between_rests
 from samples.recordings.make_logs import (
     DURATIONS,
     PERIOD,
@@ -189,3 +191,34 @@ def test_a_table_of_times_in_other_words_and_units_is_named(
     assert "did you mean Dauer?" in said(capsys, path, *job, "--column", "duration_ms=Daur")
     path.write_text("line,duration_ms\n40,410\n", encoding="utf-8")
     assert "--column duration_ms=duration_ms says so" in said(capsys, path, *job)
+
+
+@pytest.mark.parametrize("period", [0.002, 0.008, 0.046])
+@pytest.mark.parametrize("noise", [0.0, 1e-5, 1e-4, 5e-4])
+def test_motions_are_found_in_noise_and_lost_samples(period: float, noise: float) -> None:
+    rng = np.random.default_rng(1)
+    expected = DURATIONS * 5
+    time, axes, _ = motions(expected, period)
+    kept = rng.random(len(time)) > 0.03
+    log = Log(time[kept], (axes + noise * rng.normal(size=axes.shape))[kept], (False,) * 6)
+    found = [end - begin for begin, end in motions_between_rests(log)]
+    assert found == pytest.approx(expected, abs=(2.1 if period > 0.01 else 1.5) * period)
+
+
+def test_a_motion_that_the_log_cuts_is_left_out_and_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    time = TIME
+    inside = (time > BEGINS[0] + 0.2) & (time < BEGINS[3] + 0.5)
+    (tmp_path / "run.csv").write_text(fanuc_csv(time[inside], AXES[inside]), encoding="utf-8")
+    assert main(["recording", "import", str(tmp_path / "run.csv"), "-o", str(tmp_path / "made")]) == 0
+    assert read_recording(tmp_path / "made").moves.duration.tolist() == pytest.approx(
+        DURATIONS[1:3], abs=PERIOD
+    )
+    told = capsys.readouterr().err
+    assert "2 motions between rests" in told
+    assert told.count("is left out: the log begins or ends within it") == 2
+    # From the first sample of a motion to the last one of another nothing is cut.
+    whole = (time >= BEGINS[0] - PERIOD / 2) & (time <= BEGINS[3] + DURATIONS[3] + PERIOD / 2)
+    (tmp_path / "run.csv").write_text(fanuc_csv(time[whole], AXES[whole]), encoding="utf-8")
+    assert durations(tmp_path / "run.csv") == pytest.approx(DURATIONS, abs=1.5 * PERIOD)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic, OlpError, error, info
+from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.units import deg, mm
 from olp.identification.recording.log import Log
 from olp.identification.recording.ros_bag import Trajectory
@@ -21,6 +21,9 @@ from olp.languages.recorders import ControllerMotion, ControllerRun
 
 Floats = NDArray[np.float64]
 _STRAIGHT = 1e-3  # of a way's length that it may leave its chord by
+_BLOCK = 0.02  # [s] that are averaged where samples are denser: shorter rests are none
+_AT_SPEED = 0.2  # of a motion's highest speed: from a rest it is not reached within two samples
+_CLEARLY = 3.0  # times what is noise: motions that go no farther are none
 _LEAST_WAY = 0.3 * mm  # that a straight way may leave its chord by, however short
 
 
@@ -35,7 +38,9 @@ def run_of_log(
     if trajectories:
         spans = [(float(t.time[0]), float(t.time[-1])) for t in trajectories]
     else:
-        spans = motions_between_rests(log)
+        found = motions_between_rests(log)
+        spans = [span for span in found if not _is_cut(log, span)]
+        told = [*told, *(_left_out(log, span) for span in found if span not in spans)]
         says = f"{len(spans)} motions between rests; moves without a stop between them are one"
         told = [*told, info("D060", says, file=log.file, help="--job PROGRAM tells them apart")]
     if not spans:
@@ -60,7 +65,13 @@ def run_of_log(
 def motions_between_rests(log: Log) -> list[tuple[float, float]]:
     """[s] when the arm leaves its rest and when it arrives at the next one, of each motion."""
     still = still_of_axes(log)
-    found = stretches_between_rests(log.time, log.q, still)
+    coarse = _averaged(log)
+    noise = still_of_axes(coarse)
+    found = [
+        span
+        for span in stretches_between_rests(coarse.time, coarse.q, noise)
+        if _farthest(coarse, *span) > _CLEARLY * noise
+    ]
     spans = []
     for number, (begin, end) in enumerate(found):
         before = found[number - 1][1] if number else float(log.time[0])
@@ -73,6 +84,41 @@ def motions_between_rests(log: Log) -> list[tuple[float, float]]:
         if arrive > leave:
             spans.append((leave, arrive))
     return spans
+
+
+def _is_cut(log: Log, span: tuple[float, float]) -> bool:
+    """Whether the log begins or ends within the motion: the arm is at speed at the log's first or last sample."""
+    inside = (log.time >= span[0]) & (log.time <= span[1])
+    quickest = float(np.linalg.norm(np.diff(log.q[inside], axis=0), axis=1).max(initial=0.0))
+    edges = []
+    if span[0] <= log.time[min(2, len(log) - 1)]:
+        edges.append(log.q[:3])
+    if span[1] >= log.time[max(len(log) - 3, 0)]:
+        edges.append(log.q[-3:])
+    paces = [float(np.linalg.norm(edge[-1] - edge[0])) / max(len(edge) - 1, 1) for edge in edges]
+    return any(pace > _AT_SPEED * quickest for pace in paces)
+
+
+def _left_out(log: Log, span: tuple[float, float]) -> Diagnostic:
+    says = f"the motion from {span[0]:.3f} to {span[1]:.3f} s is left out: the log begins or ends within it"
+    return warning("D060", says, file=log.file, help="record from a rest to a rest")
+
+
+def _averaged(log: Log) -> Log:
+    """The log with a sample for each `_BLOCK` at most: noise of many samples within it hides no rest."""
+    size = max(int(_BLOCK / log.period), 1) if len(log) > 1 and log.period > 0 else 1
+    count = len(log) // size
+    if size == 1 or count < 3:
+        return log
+    time = log.time[: count * size].reshape(count, size).mean(axis=1)
+    q = log.q[: count * size].reshape(count, size, -1).mean(axis=1)
+    return Log(time, q, log.slides)
+
+
+def _farthest(log: Log, begin: float, end: float) -> float:
+    """[rad | m] how far the axes go from where they are at `begin` [s]."""
+    first, last = np.searchsorted(log.time, [begin, end])
+    return float(np.linalg.norm(log.q[first : last + 1] - log.q[first], axis=1).max(initial=0.0))
 
 
 def _rest_within(log: Log, low: float, high: float, at: float, still: float) -> tuple[float, float] | None:
