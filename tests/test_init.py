@@ -55,7 +55,9 @@ def test_without_an_arm_it_asks_for_one_and_writes_what_is_read(
     cell: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["init", str(cell)]) == 0
-    assert "name the arm in it" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "2 programs, 1 that a controller starts, 0 with a budget" in out
+    assert "name the arm in it" in out
     assert read_assumptions(cell / "olp.toml").diagnostics == ()
     assert '# robot = "' in (cell / "olp.toml").read_text("utf-8")
 

@@ -49,13 +49,14 @@ def run(args: Namespace) -> int:
     robot = args.robot or (arms[0].name if len(arms) == 1 else "")
     job = Job(robot=robot or None)
     parts = time_files(paths, job)
-    mains = [parts[index].file for index in started(parts) if not parts[index].failed]
+    starts = started(parts)
+    mains = [parts[index].file for index in starts if not parts[index].failed]
     timings = [plan_and_time(path, job) for path in mains]
     if robot.lower().endswith(".toml"):  # olp.toml names it as seen from its own folder
         robot = Path(os.path.relpath(robot, folder)).as_posix()
     write_output(target, "\n".join(_text(robot, folder, mains, timings)) + "\n")
     whole = sum(map(_is_whole, timings))
-    print(f"{target}: {len(parts)} programs, {len(mains)} that a controller starts, {whole} with a budget")
+    print(f"{target}: {len(parts)} programs, {len(starts)} that a controller starts, {whole} with a budget")
     for line in _about_arm(args.robot, arms):
         print(line)
     print_diagnostics([d for d in shown(parts) if d.is_error])
