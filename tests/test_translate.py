@@ -503,7 +503,8 @@ def test_the_stop_handler_and_continue_of_krl_are_no_loss(tmp_path):
     found = json.loads(receipt.read_text())
     assert not [loss for loss in found["losses"] if loss["statement"] == "Process"]
     assert found["difference"]["says"] == []
-    assert sum("takes no time" in note for note in found["notes"]) == 3
+    assert sum("means nothing to another controller: it is left out" in note for note in found["notes"]) == 3
+    assert "CONTINUE" not in (tmp_path / "out" / "k.script").read_text()
 
 
 SOCKETS = """MODULE M
