@@ -448,6 +448,24 @@ def test_every_line_that_is_offered_can_be_changed_as_offered(root):
     assert untouched.total_s == time_program(program, TimingJob(robot=ROBOT)).total_s
 
 
+def test_names_that_other_lists_declare_keep_their_meaning_in_the_edited_program(tmp_path):
+    (tmp_path / "shared.dat").write_text("DEFDAT SHARED PUBLIC\nGLOBAL SIGNAL DI_READY $IN[5]\nENDDAT\n")
+    job = tmp_path / "main.src"
+    move = "LIN {X 900,Y 0,Z 900,A 0,B 90,C 0}"
+    job.write_text(f"DEF MAIN()\nWAIT FOR DI_READY\n{move}\n{move} C_DIS\nEND\n")
+    program = read(job)
+    assert [one.line for one in editable_lines(program) if one.zones] == [3], "C_DIS is no number to change"
+    edited = what_if(program, [LineEdit(3, zone=1)]).program
+    waits = [next(iter(one.statements())) for one in (program, edited)]
+    assert waits[0] == waits[1]
+    assert "Signal" in repr(waits[0])
+
+
+def test_a_packed_program_and_a_project_are_told_to_have_no_lines_of_their_own():
+    with pytest.raises(OlpError, match="O012"):
+        editable_lines(read(SAMPLES / "rapid" / "handling.pgf"))
+
+
 def test_bad_folders_ports_and_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
     assert main(["serve", str(tmp_path / "gone")]) == 2
     assert "C015" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """What a program takes with another speed or zone of single lines: edited in memory, timed, and never written.
 
-Codes: O011 a line without the zone that was asked for; those of `olp.checks.edit`.
+Codes: O011 a line without the zone that was asked for, O012 a file that is not its own text; those of
+`olp.checks.edit`.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from olp.checks.edit import ChangeSpeed, edited, speeds
+from olp.checks.edit import ChangeSpeed, Edited, check_same, edited, speeds
 from olp.checks.fit.choices import reread
 from olp.checks.lint.zones import larger, smaller
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.core.source import decode
 from olp.core.units import deg, mm
 from olp.ir.moves import Move, SpeedUnit
 from olp.languages.vendor import find_vendor
@@ -66,13 +68,14 @@ class WhatIf(NamedTuple):
 
 
 def editable_lines(program: Program) -> list[EditableLine]:
-    """Every line that can be changed, in their order. Raises OlpError (O001) for other languages."""
+    """Every line that can be changed, in their order. Raises OlpError (O001, O012)."""
     spoken = {one.line: one for one in speeds(program)}
-    moves = {one.line for one in program.statements() if isinstance(one, Move)}
+    _refuse_packed(program)
+    moves = _moves(program)
     found = []
-    for line in sorted(moves | spoken.keys()):
+    for line in sorted(moves.keys() | spoken.keys()):
         text = program.source.line(line)
-        zones = tuple((n, says) for n, says, _ in _zones(program.vendor, text)) if line in moves else ()
+        zones = tuple((n, says) for n, says, _ in _zones(program, moves.get(line), text))
         one = spoken.get(line)
         if one is None and not zones:
             continue
@@ -88,13 +91,14 @@ def editable_lines(program: Program) -> list[EditableLine]:
 def what_if(program: Program, changes: Sequence[LineEdit]) -> WhatIf:
     """The program with these changes and no other. Raises OlpError with everything that stands against them."""
     spoken = {one.line: one for one in speeds(program)}
+    _refuse_packed(program)
     edits = []
     for one in changes:
         if one.speed is not None:
             # A line without a speed of its own is refused by `edited`, whatever the number.
             scale = SPEED_UNITS[spoken[one.line].speed.unit][0] if one.line in spoken else 1.0
             edits.append(ChangeSpeed(one.line, one.speed * scale))
-    result = edited(program, edits)
+    result = edited(program, edits) if edits else Edited(program, (), ())
     zoned = _with_zones(result.program, {one.line: one.zone for one in changes if one.zone})
     old = {one.path: one.raw for one in (program.source, *program.companions)}
     now = (zoned.source, *zoned.companions)
@@ -114,27 +118,46 @@ def seconds_by_line(timing: Timing) -> dict[int, float]:
     }
 
 
-def _zones(vendor: str, text: str) -> list[tuple[int, str, str]]:
-    """n of `LineEdit`, the zone as it is written, and the line with it: the smallest first."""
-    less = list(smaller(vendor, text))
-    found = [(n - len(less), _spelt(vendor, one), one) for n, one in enumerate(reversed(less))]
-    return found + [(n, _spelt(vendor, one.text), one.text) for n, one in enumerate(larger(vendor, text), 1)]
+def _refuse_packed(program: Program) -> None:
+    """Raises OlpError (O012) for a file that is not its own text: a packed program, or a project of other files."""
+    source = program.source
+    if decode(source.raw, source.path, source.encoding).lines != source.lines:
+        says = "this file holds other files: its lines cannot be changed"
+        raise OlpError(error("O012", says, file=source.path, help="open the program in it, saved as text"))
 
 
-def _spelt(vendor: str, text: str) -> str:
-    words = find_vendor(vendor).corners
-    found = None if words is None else re.search(words.zone, text)
-    return "smallest" if found is None else found[0].strip()
+def _moves(program: Program) -> dict[int, Move]:
+    return {one.line: one for one in program.statements() if isinstance(one, Move)}
+
+
+def _zones(program: Program, move: Move | None, text: str) -> list[tuple[int, str, str]]:
+    """n of `LineEdit`, the zone as it is written, and the line with it: the smallest first.
+
+    A zone that is no number (KRL C_DIS, a variable) stays as it is.
+    """
+    words = find_vendor(program.vendor).corners
+    if words is None or move is None or not (re.search(words.zone, text) or _stops(move)):
+        return []
+    less = list(smaller(program.vendor, text))
+    found = [(n - len(less), one) for n, one in enumerate(reversed(less))]
+    found += [(n, one.text) for n, one in enumerate(larger(program.vendor, text), 1)]
+    spelt = {one: re.search(words.zone, one) for _, one in found}
+    return [(n, "smallest" if (zone := spelt[one]) is None else zone[0].strip(), one) for n, one in found]
+
+
+def _stops(move: Move) -> bool:
+    blend = move.blend
+    return blend is None or (blend.value is not None and blend.value.literal == 0.0)
 
 
 def _with_zones(program: Program, zones: Mapping[int, int]) -> Program:
-    """Raises OlpError (O011), and what the reader says of the new text."""
+    """Raises OlpError: O011, and O008 where the new text says something else as well."""
     if not zones:
         return program
     lines: dict[int, tuple[str]] = {}
-    problems = []
+    moves, problems = _moves(program), []
     for line, zone in zones.items():
-        known = {n: text for n, _, text in _zones(program.vendor, program.source.line(line))}
+        known = {n: text for n, _, text in _zones(program, moves.get(line), program.source.line(line))}
         if zone in known:
             lines[line] = (known[zone],)
         else:
@@ -144,4 +167,6 @@ def _with_zones(program: Program, zones: Mapping[int, int]) -> Program:
             )
     if problems:
         raise OlpError(*problems)
-    return reread(program, program.source.edited(lines))
+    result = reread(program, program.source.edited(lines))
+    check_same(program, result, len(lines))
+    return result

@@ -62,13 +62,15 @@ def stem(path: str) -> str:
 def read_neighbours(
     source: Source, scope: Scope, findings: Findings, given: tuple[Source, ...] | None
 ) -> Neighbours:
-    """The lists of `given`, else those on the disk, with what is wrong with them."""
+    """The lists of `given`, else those on the disk, with what is wrong with them; in both cases with shared lists.
+
+    A program that is on the disk and is read again with other texts has the same shared lists.
+    """
     beside, config = companions.find(source.path) if given is None else _sorted(given)
     files = tuple(one for one in (beside, config) if one is not None)
     used = _used(source, beside, _PUBLIC.keys() | {"DEFDAT"} if config is None else None)
     rows = () if config is None else _config(config, scope, findings, used)
-    if given is None:
-        rows = (*rows, *_shared(source, beside, scope))
+    rows = (*rows, *_shared(source, beside, scope))
     data: tuple[Declare, ...] = ()
     told: tuple[Diagnostic, ...] = ()
     details: dict[str, str] = {}
