@@ -202,7 +202,7 @@ def test_frames_that_cannot_tell_an_axis_sense_prove_nothing(cell: Path) -> None
     (cell / "UFRAME.CND").write_bytes(f"//UFRAME 7{tail}".encode("cp1252"))
     assert not imported(cell).pose_verified
     (finding,) = check_import(read_backup(cell))
-    assert finding.message.endswith("would too if T turned the other way")
+    assert finding.message.endswith("would also do so if T turned the other way")
 
 
 @pytest.mark.parametrize("zeros", [(0, 0, 0, 0, -90, 0), (0, 90, 0, 0, 0, 0)])

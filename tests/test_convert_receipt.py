@@ -166,7 +166,7 @@ def test_a_shift_that_ends_where_none_is_on_changes_nothing(tmp_path, capsys):
             "tp",
             ["tools 1-2 and frames 1-2: this one sets them", "wired as in the source"],
         ),
-        ("inform/welding/WELD-MAIN.JBI", "krl", ["write anew what is only a comment now", "HOME.JBI:18"]),
+        ("inform/welding/WELD-MAIN.JBI", "krl", ["rewrite what is only a comment now", "HOME.JBI:18"]),
     ],
 )
 def test_what_is_to_be_done_before_it_runs_is_one_short_list(tmp_path, capsys, source, target, asked):
@@ -316,5 +316,5 @@ def test_joints_beyond_the_other_arms_limits_are_on_the_list(tmp_path, capsys):
     source = written(tmp_path, "far.script", job)
     more = ("--robot", "fanuc/m-10ia", "--target-robot", "fanuc/lr-mate-200id")
     found = receipt(tmp_path, capsys, source, "tp", *more)[1]
-    (item,) = [item for item in found["before_run"] if "has not the range of joints" in item]
+    (item,) = [item for item in found["before_run"] if "does not have the joint range" in item]
     assert item.count(":") == 2

@@ -84,9 +84,9 @@ def test_what_cannot_be_said_is_told_in_its_line_and_the_rest_is_written() -> No
     body = (st.Return(3, spelling="EXIT"), st.Process(4, "ARC"), st.Message(5, X), st.Label(6, "a"))
     values, problems = toy(*body, vendor="krl").written()
     assert [(found.code, found.line, found.message, found.help) for found in problems] == [
-        ("X002", 3, "TOY cannot say this: a way to say it", "say it plainly"),
-        ("X002", 4, "TOY cannot say this: the word ARC of KRL (process instruction)", ""),
-        ("X002", 5, "TOY cannot say this: message", ""),
+        ("X002", 3, "TOY cannot express this: a way to say it", "say it plainly"),
+        ("X002", 4, "TOY cannot express this: the word ARC of KRL (process instruction)", ""),
+        ("X002", 5, "TOY cannot express this: message", ""),
     ]
     assert values["text"] == "a:\n"
 

@@ -41,7 +41,7 @@ def test_the_file_holds_the_arm_and_a_budget_that_today_holds(
     assert given.robot == "yaskawa/gp25"
     # DROP is called: it has no budget of its own. What was assumed stands there as a comment.
     assert text.count("[[budget]]") == 1
-    assert "#   line 51: the wait for IN#(7) is taken to last 0 s" in text
+    assert "#   line 51: the wait for IN#(7) lasts 0 s" in text
     total = olp.read(cell / "HANDLING.JBI").plan().time()["duration_s"].sum()
     (budget,) = budgets(cell / "HANDLING.JBI")
     assert total < budget.limit_s < 1.1 * total

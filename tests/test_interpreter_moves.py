@@ -165,7 +165,7 @@ def test_what_cannot_be_known_of_a_move_is_reported() -> None:
         "MOVL C00000 V=50.0\nMOVL C00001 V=50.0 SRCH RIN#(1)=ON T=5.00 DIS=20.0\nMOVL C00002 V=50.0 UNTIL IN#(4)=ON"
     )
     assert visited(plan) == [0, 1, 2]
-    assert "the search is taken to move all the way" in said(plan)
+    assert "the search moves to its target" in said(plan)
     assert "ends the move early" in said(plan)
     assert said(plan).count("\n") == 2  # nothing else is said of the three moves
 

@@ -20,8 +20,8 @@ def test_a_wait_without_any_word_about_it_takes_no_time_and_is_reported_with_its
     plan = plan_of("WAIT IN#(5)=ON\nWAIT IN#(9)=OFF T=2.50")
     line = plan.sources[0].lines.index("WAIT IN#(5)=ON") + 1
     assert waits(plan) == [0.0, 0.0]
-    assert f"{line}: the wait for IN#(5) is taken to last 0 s" in said(plan)
-    assert f"{line + 1}: the wait for IN#(9) is taken to last 0 s" in said(plan)
+    assert f"{line}: the wait for IN#(5) lasts 0 s" in said(plan)
+    assert f"{line + 1}: the wait for IN#(9) lasts 0 s" in said(plan)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_process_instruction_takes_what_olp_toml_says() -> None:
     assert list(plan.durations) == [0.35, 0.0, 0.0]
     assert list(plan.kind) == [StepKind.SIGNAL] * 3
     assert "ARCON" not in said(plan)
-    assert said(plan).count("ARCOF is taken to take no time") == 1
+    assert said(plan).count("ARCOF takes no time") == 1
 
 
 def test_outputs_and_messages_are_steps_without_duration() -> None:

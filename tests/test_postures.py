@@ -237,7 +237,7 @@ def test_a_listing_for_a_universal_robot_goes_to_the_same_places(listing):
     np.testing.assert_allclose(places[0], places[1], atol=1e-6)
     (base,) = [loss for loss in made.translated.losses if loss.part == "base"]
     assert (base.size, base.unit) == (pytest.approx(525.0), "mm")
-    assert any("another way" in note for note in made.translated.notes)
+    assert any("another path" in note for note in made.translated.notes)
 
 
 def test_a_universal_robots_joints_become_what_fanucs_pendant_shows(tmp_path):

@@ -43,7 +43,7 @@ def test_text_of_no_language_is_refused_with_the_languages_that_are_known(tmp_pa
     vendors = map(find_vendor, vendor_names())
     known = ", ".join(f"{vendor.title} ({' '.join(vendor.suffixes)})" for vendor in vendors)
     assert text == (
-        f"error[P002]: this is no robot program that olp knows\n  --> {tmp_path / 'poem.txt'}\n"
+        f"error[P002]: this is not a robot program that olp knows\n  --> {tmp_path / 'poem.txt'}\n"
         f"help: olp reads {known}"
     )
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap_ros2.writer import Writer as McapWriter
 
 from olp.__main__ import main
 from olp.core.units import deg
@@ -15,6 +16,7 @@ from samples.recordings.make_logs import (
     DURATIONS,
     PERIOD,
     START,
+    TRAJECTORY,
     TURN,
     motions,
     write_mcap,
@@ -145,3 +147,107 @@ def test_without_the_library_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "rosbags", None)
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     assert 'pip install "olp[ros]"' in told(capsys, tmp_path, mcap)
+
+
+POINT = {"velocities": [], "accelerations": [], "effort": [], "time_from_start": {"sec": 0, "nanosec": 0}}
+
+
+def write_controller_state(path: Path, feedback: str, reference: str) -> None:
+    """As a joint_trajectory_controller publishes: what it asks for is 1 mrad ahead; both spellings of its fields."""
+    definition = "std_msgs/Header header\nstring[] joint_names\n" + "".join(
+        f"trajectory_msgs/JointTrajectoryPoint {name}\n" for name in (reference, feedback, "error")
+    )
+    definition += TRAJECTORY.split("points", 1)[1].lstrip("\n")
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        schema = writer.register_msgdef("control_msgs/msg/JointTrajectoryControllerState", definition)
+        for number, (t, row) in enumerate(zip(TIME.tolist(), AXES, strict=True)):
+            stamp = 10**9 + round(t * 1e9)
+            parts = {feedback: row, reference: row + 0.001, "error": row * 0}
+            said = {name: {**POINT, "positions": values.tolist()} for name, values in parts.items()}
+            header = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": ""}
+            message = {"header": header, "joint_names": list(JOINTS), **said}
+            writer.write_message("/arm_controller/state", schema, message, stamp, stamp, number)
+        writer.finish()
+
+
+@pytest.mark.parametrize("names", [("feedback", "reference"), ("actual", "desired")])
+def test_a_controllers_state_has_measured_and_commanded_axes(names: tuple[str, str], tmp_path: Path) -> None:
+    write_controller_state(tmp_path / "state.mcap", *names)
+    made = imported(tmp_path, tmp_path / "state.mcap", "--joints", ",".join(JOINTS))
+    log = read_recording(made).log
+    assert log is not None
+    assert log.command is not None
+    assert log.q == pytest.approx(AXES, abs=1e-9)
+    assert log.command - log.q == pytest.approx(0.001, abs=1e-9)
+
+
+def test_trajectories_beside_joint_states_are_their_commands(tmp_path: Path) -> None:
+    from rosbags.rosbag2 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    types = store.types
+    state, plan = types["sensor_msgs/msg/JointState"], types["trajectory_msgs/msg/JointTrajectory"]
+    point, span = types["trajectory_msgs/msg/JointTrajectoryPoint"], types["builtin_interfaces/msg/Duration"]
+    header, clock = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    none, names = np.zeros(0), ["b", "a"]  # the arm's order is the trajectory's
+    with Writer(tmp_path / "bag", version=9) as writer:
+        states = writer.add_connection("/joint_states", state.__msgtype__, typestore=store)
+        plans = writer.add_connection("/plan", plan.__msgtype__, typestore=store)
+        for n in range(201):
+            stamp = 10**9 + n * 10**7
+            told = header(clock(stamp // 10**9, stamp % 10**9), "")
+            q = min(max(n - 52, 0), 100) / 100  # 20 ms behind the plan
+            raw = store.serialize_cdr(
+                state(told, ["a", "b"], np.array([2 * q, q]), none, none), state.__msgtype__
+            )
+            writer.write(states, stamp, raw)
+            if n == 50:
+                points = [
+                    point(np.array(ends), none, none, none, span(s, 0))
+                    for s, ends in ((0, [0.0, 0]), (1, [1.0, 2]))
+                ]
+                raw = store.serialize_cdr(plan(told, names, points), plan.__msgtype__)
+                writer.write(plans, stamp, raw)
+    log = read_recording(imported(tmp_path, tmp_path / "bag")).log
+    assert log is not None
+    assert log.command is not None
+    inside = (log.time > 1.53) & (log.time < 2.49)
+    assert (log.command - log.q)[inside] == pytest.approx(
+        np.tile([0.02, 0.04], (int(inside.sum()), 1)), abs=1e-6
+    )
+
+
+def test_several_topics_with_joints_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from rosbags.rosbag2 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with Writer(tmp_path / "bag", version=9) as writer:
+        for topic in ("/left/joint_states", "/right/joint_states"):
+            writer.add_connection(topic, "sensor_msgs/msg/JointState", typestore=store)
+    said = told(capsys, tmp_path, tmp_path / "bag")
+    assert "error[D058]: several topics have joints: /left/joint_states, /right/joint_states" in said
+    assert "--topic /left/joint_states" in said
+    assert "error[D058]: the topic has no messages" in told(
+        capsys, tmp_path, tmp_path / "bag", "--topic", "/left/joint_states"
+    )
+
+
+def test_a_bag_of_ros_1_is_read(tmp_path: Path) -> None:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    state, header = store.types["sensor_msgs/msg/JointState"], store.types["std_msgs/msg/Header"]
+    clock, none = store.types["builtin_interfaces/msg/Time"], np.zeros(0)
+    with Writer(tmp_path / "run.bag") as writer:
+        channel = writer.add_connection("/joint_states", state.__msgtype__, typestore=store)
+        for n, (t, row) in enumerate(zip(TIME.tolist(), AXES, strict=True)):
+            stamp = round(t * 1e9) + 10**9
+            told = header(seq=n, stamp=clock(stamp // 10**9, stamp % 10**9), frame_id="")
+            raw = store.serialize_ros1(state(told, list(JOINTS), row, none, none), state.__msgtype__)
+            writer.write(channel, stamp, raw)
+    moves = read_recording(imported(tmp_path, tmp_path / "run.bag")).moves
+    assert moves.duration.tolist() == pytest.approx(DURATIONS, abs=PERIOD)

@@ -191,7 +191,7 @@ def test_numbers_out_of_range_are_answered_in_words(capsys):
 
     for words in (["--accel", "-5"], ["--cycles", "0.5"]):
         assert main(["time", str(JOBS[0]), *words]) == 2
-        assert f"argument {words[0]}: '{words[1]}' is no " in capsys.readouterr().err
+        assert f"argument {words[0]}: '{words[1]}' is not a " in capsys.readouterr().err
 
 
 def test_a_move_without_a_robot_is_one_finding(tmp_path):
@@ -213,7 +213,7 @@ def test_track_says_what_it_takes_for_granted(capsys):
     from olp.__main__ import main
 
     assert main(["track", str(SAMPLES / "inform" / "twins" / "base.jbi"), "--dt", "0.5"]) == 0
-    assert "assumed: RB1 already stands at the target of its first move" in capsys.readouterr().err
+    assert "assumed: RB1 is already at the target of its first move" in capsys.readouterr().err
 
 
 def test_track_is_a_table_with_units_and_ends_with_the_program(tmp_path):

@@ -43,5 +43,5 @@ def test_a_routine_of_a_move_that_passes_by_is_called_and_the_receipt_says_where
 def test_a_process_move_is_refused_with_what_it_does_beside_moving():
     made, body = converted("TriggL p,v100,gunon,fine,tool0;\n", "krl")
     assert not any(isinstance(s, Move) for s in body)
-    says = "the option TriggL means nothing in KRL, and the move alone is another one"
+    says = "the option TriggL means nothing in KRL, and the move without it is another one"
     assert says in {loss.says for loss in made.translated.losses if loss.leaves_out}

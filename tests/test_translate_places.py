@@ -221,7 +221,7 @@ def test_a_station_that_stands_still_is_no_group_that_moves(second):
     made = converted(text, "inform", "krl")
     if second == "100,200":
         assert not made.translated.losses
-        assert any("the station stands" in note for note in made.translated.notes)
+        assert any("the station has the same position" in note for note in made.translated.notes)
     else:
         assert [loss.says for loss in made.translated.losses] == ["a move of several control groups"] * 2
 

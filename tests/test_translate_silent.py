@@ -508,7 +508,7 @@ def test_a_speed_that_is_guessed_as_the_way_is_not_known_is_a_loss():
         "R[1]=1", "IF R[1]=2,JMP LBL[1]", "JMP LBL[2]", "LBL[1]", "J P[1] 40% FINE", "LBL[2]", positions=(P1,)
     )
     says = [loss.says for loss in losses(text, "tp", "rapid") if loss.part == "speed"]
-    assert says == ["this run does not show its way: 40 % is taken for 400 mm/s"]
+    assert says == ["this run does not show its path: 40 % is taken for 400 mm/s"]
 
 
 def test_the_way_of_a_move_behind_an_input_is_that_of_the_run_with_it_on():

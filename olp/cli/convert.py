@@ -42,7 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--on-loss",
         choices=("error", "comment"),
         default="error",
-        help="what becomes of a statement that the target cannot say (default: error)",
+        help="what becomes of a statement that the target cannot express (default: error)",
     )
     parser.add_argument(
         "--flat",

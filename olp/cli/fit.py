@@ -61,7 +61,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=_groups,
         default=(),
         metavar="GROUPS",
-        help="groups of lines whose order is free, one behind the other: 12-15,16-19,20-23",
+        help="adjacent groups of lines whose order is free: 12-15,16-19,20-23",
     )
     parser.add_argument(
         "--unseen", action="store_true", help="go beyond the speeds that the signature has seen"
@@ -72,7 +72,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--front", metavar="FILE", help="what more and fewer edits can do, as .json, .svg or .png"
     )
-    parser.add_argument("--json", action="store_true", help="tell the edits as JSON")
+    parser.add_argument("--json", action="store_true", help="print the edits as JSON")
     add_timing_arguments(parser)
 
 
@@ -92,7 +92,7 @@ def _lines(text: str) -> frozenset[int]:
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not first.isdecimal() or (dash and not last.isdecimal()):
-            raise ArgumentTypeError(f"{part!r} is no line or range of lines: 12,20-31")
+            raise ArgumentTypeError(f"{part!r} is not a line or range of lines: 12,20-31")
         if int(last or first) < int(first):
             raise ArgumentTypeError(f"{part!r} ends before it begins")
         found.update(range(int(first), int(last or first) + 1))

@@ -40,7 +40,7 @@ def run(args: Namespace) -> int:
         says = "no such folder" if not folder.exists() else "this is a file"
         raise OlpError(error("C003", says, file=args.folder, help="name the folder that holds the programs"))
     if target.exists() and not args.force:
-        says = "this file exists and was left as it is"
+        says = "this file exists and was not changed"
         raise OlpError(error("C009", says, file=str(target), help="say --force to replace it"))
     if args.robot:
         load_robot(args.robot)
@@ -116,7 +116,7 @@ def _is_whole(timing: Timing) -> bool:
 def _assumed(seen: str, timing: Timing) -> Iterator[str]:
     told = list(dict.fromkeys((a.line, a.says) for a in timing.assumptions))
     if told:
-        yield f"\n# Taken for granted in {seen}; [waits], [inputs], [variables] and [motion] say otherwise:"
+        yield f"\n# Assumed in {seen}; [waits], [inputs], [variables] and [motion] say otherwise:"
     for line, says in told[:_LISTED]:
         place = f"line {line}: " if line else ""
         yield f"#   {place}{' '.join(says.split())}"

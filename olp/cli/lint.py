@@ -60,7 +60,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--load",
         action="store_true",
-        help="say what a controller refuses when it loads the programs, and nothing else",
+        help="report what a controller rejects when it loads the programs, and nothing else",
     )
     parser.add_argument(
         "--controller",
@@ -73,7 +73,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--quiet",
         action="store_true",
-        help="one line per finding, and nothing of what held or is told besides",
+        help="one line per finding, and nothing about what held or is told besides",
     )
     add_watch(parser, "paths")
     parser.add_argument(

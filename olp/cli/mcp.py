@@ -43,7 +43,7 @@ def run(args: Namespace) -> int:
         raise OlpError(error("C014", says, help='install it: pip install "olp[mcp]"'))
     root = Path(os.path.realpath(args.root))
     if not root.is_dir():
-        raise OlpError(error("C015", "this is no folder", file=args.root, help="name one with --root"))
+        raise OlpError(error("C015", "this is not a folder", file=args.root, help="name one with --root"))
     from olp.servers.folder import ServerLimits
     from olp.servers.mcp.server import FolderService, serve
 

@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="OUT", help="where to write the merged program, - for standard output"
     )
-    parser.add_argument("--json", action="store_true", help="tell what was merged as JSON")
+    parser.add_argument("--json", action="store_true", help="print what was merged as JSON")
     parser.add_argument("--no-time", action="store_true", help="do not predict times")
     parser.add_argument(
         "--driver", metavar="PATH", help="as git's merge driver: write over OURS, which git knows as PATH"

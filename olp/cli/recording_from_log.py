@@ -51,7 +51,7 @@ def run(args: Namespace) -> int:
         raise OlpError(
             error(
                 "C009",
-                "this file exists and was left as it is",
+                "this file exists and was not changed",
                 file=str(target),
                 help="name another folder with -o, or say --force to replace it",
             )

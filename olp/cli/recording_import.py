@@ -64,7 +64,7 @@ def run(args: Namespace) -> int:
 
     folder = Path(args.output)
     if (folder / "moves.csv").exists() and not args.force:
-        says = "this file exists and was left as it is"
+        says = "this file exists and was not changed"
         help = "name another folder with -o, or say --force to replace it"
         raise OlpError(error("C009", says, file=str(folder / "moves.csv"), help=help))
     robot = load_robot(args.robot) if args.robot else None

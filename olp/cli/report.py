@@ -27,7 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "-o", "--output", metavar="FILE", required=True, help="the page; its last version gives the trend"
     )
     parser.add_argument(
-        "--title", default="", metavar="TEXT", help="stands on top (default: the program's name)"
+        "--title", default="", metavar="TEXT", help="title of the page (default: the program's name)"
     )
     parser.add_argument(
         "--budgets", metavar="FILE", help="the olp.toml whose budgets are shown (default: the nearest)"

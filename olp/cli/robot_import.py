@@ -38,7 +38,7 @@ def run(args: Namespace) -> int:
     findings = []
     if output is not None and Path(output).exists() and not args.force:
         help_text = "name another file with -o, or say --force to replace this one"
-        findings.append(error("C009", "this file exists and was left as it is", file=output, help=help_text))
+        findings.append(error("C009", "this file exists and was not changed", file=output, help=help_text))
     machine = find_machine_data(Path(args.backup))
     text, inputs, found = _of_kuka(machine, args) if machine is not None else _of_yaskawa(args)
     findings += found

@@ -36,7 +36,7 @@ def _port(text: str) -> int:
     from argparse import ArgumentTypeError
 
     if not text.isdecimal() or not 0 < int(text) < 65536:
-        raise ArgumentTypeError(f"{text!r} is no port: 1 to 65535")
+        raise ArgumentTypeError(f"{text!r} is not a port: 1 to 65535")
     return int(text)
 
 
@@ -54,7 +54,7 @@ def run(args: Namespace) -> int:
         raise OlpError(error("C020", says, help='install them: pip install "olp[serve]"'))
     root = Path(os.path.realpath(args.folder))
     if not root.is_dir():
-        raise OlpError(error("C015", "this is no folder", file=args.folder, help="name one that is there"))
+        raise OlpError(error("C015", "this is not a folder", file=args.folder, help="name one that is there"))
     setting = _setting(args, root)
     listener = _listener(args.port)
     port, token = listener.getsockname()[1], secrets.token_urlsafe(24)

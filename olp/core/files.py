@@ -130,7 +130,7 @@ def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int 
     with open(descriptor, "rb") as file:
         kind = os.fstat(file.fileno())
         if not stat.S_ISREG(kind.st_mode):
-            raise OSError(errno.EINVAL, "this is no plain file", os.fspath(path))
+            raise OSError(errno.EINVAL, "this is not a plain file", os.fspath(path))
         data = file.read(most + 1 if first is None else first) if kind.st_size <= most else b""
     if kind.st_size > most or len(data) > most:
         raise OSError(errno.EFBIG, f"this file has more than {most / 1e6:g} MB", os.fspath(path))
@@ -142,7 +142,7 @@ def parse_json(data: str | bytes) -> Any:
     try:
         return json.loads(data.decode("utf-8-sig") if isinstance(data, bytes) else data)
     except UnicodeDecodeError:
-        raise ValueError("this is no UTF-8 text") from None
+        raise ValueError("this is not UTF-8 text") from None
     except RecursionError:
         raise ValueError("brackets within brackets without an end") from None
 

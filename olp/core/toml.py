@@ -56,7 +56,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 def is_told_enough(problems: list[Diagnostic], code: str, file: str) -> bool:
     """Whether a hundred problems of one file are told, and the last of them says that there are more."""
     if len(problems) == _MOST_TOLD:
-        problems.append(error(code, "this file has more problems than are told here", file=file))
+        problems.append(error(code, "this file has more problems than are listed here", file=file))
     return len(problems) > _MOST_TOLD
 
 

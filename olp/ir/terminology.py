@@ -153,8 +153,8 @@ FUNCTIONS: Final[Mapping[str, str]] = {
 }
 VALUES: Final[Mapping[str, str]] = {
     "current-frame": "the frame in use",
-    "current-joints": "the axes' values where the arm stands",
-    "current-pose": "the place where the arm stands",
+    "current-joints": "the axis values of the current position",
+    "current-pose": "the current position",
     "manual-full": "whether the mode is manual at full speed",
     "manual-reduced": "whether the mode is manual at reduced speed",
     "position-pose": "the pose of a position",

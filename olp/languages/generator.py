@@ -216,7 +216,7 @@ class Generator(ABC):
         """Notes an error (X002) in a line of the source."""
         text = self.program.source.line(line)
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-        message = f"{self.language} cannot say this: {problem}"
+        message = f"{self.language} cannot express this: {problem}"
         path = self.program.path
         self.problems.append(error("X002", message, span, file=path, source_line=text, help=problem.help))
 

@@ -80,7 +80,7 @@ def read_source(source: Source, *, vendor: str | None = None) -> Program:
         raise OlpError(
             error(
                 "P002",
-                "this is no robot program that olp knows",
+                "this is not a robot program that olp knows",
                 file=source.path,
                 help=f"olp reads {known}",
             )

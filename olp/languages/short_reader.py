@@ -183,7 +183,7 @@ def is_readable(findings: Findings, codes: Codes, mark: re.Pattern[str], what: s
     """Whether the file is text of this language; if not, one error says so."""
     source = findings.source
     if source.encoding.startswith("utf-16") or b"\0" in source.raw:
-        message = "this is no program text but binary or UTF-16"
+        message = "this is binary or UTF-16, not program text"
     elif not source.raw.strip():
         message = "the file is empty"
     elif not any(mark.search(line) for line in source.lines):

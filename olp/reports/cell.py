@@ -237,14 +237,14 @@ def _softer(rule: str) -> str:
     if rule.startswith("axis") or " axis " in rule:
         return f"a pose that asks less of {rule.removesuffix(' acceleration').removesuffix(' speed')}"
     if rule.startswith("orientation"):
-        return "less turning of the tool on the way"
+        return "less rotation of the tool along the path"
     return "fewer, longer moves: it gains and loses speed all the way"
 
 
 def _faster(timing: Timing, step: int, rule: str) -> str:
     percent, speed = float(timing.speed_pct[step]), float(timing.speed_mm_s[step])
     if rule.startswith("orientation"):
-        return "less turning of the tool on the way"
+        return "less rotation of the tool along the path"
     if percent < 99.5:
         return f"a higher speed than {percent:g} %"
     if "axis" in rule:

@@ -53,7 +53,7 @@ class Resolved(NamedTuple):
     axes: Floats
 
 
-EXTERNAL_AXES = "external axes are not in this plan: they are taken as never the slowest"
+EXTERNAL_AXES = "external axes are not in this plan: they are assumed never to be the slowest"
 ROBOT_GAP = "robot "  # begins the key of a gap that a robot for the mechanism would fill
 
 
@@ -106,7 +106,7 @@ class Cell:
             if self.tools or number:
                 self._gap(
                     f"tool {number}",
-                    f"tool {number} is not known (no TOOL.CND beside it, no [tools] in olp.toml): the flange is taken",
+                    f"tool {number} is not known (no TOOL.CND beside it, no [tools] in olp.toml): the flange is used",
                 )
             return Pose.identity()
         return tool.pose
@@ -132,7 +132,7 @@ class Cell:
             if robot is None or not robot.knows_pulses:
                 self._gap(
                     f"axes {name}",
-                    f"the axes of {name} are not known: its part of a move is taken as never the slowest",
+                    f"the axes of {name} are not known: its part of a move is assumed never to be the slowest",
                 )
                 axes = np.full_like(values, np.nan)
             else:

@@ -98,7 +98,7 @@ def _unknown(text: str, wanted: str, names: Sequence[str]) -> Diagnostic:
     makers = sorted({name.split("/")[0] for name in names})
     known = [name for name in names if name.startswith(f"{maker}/")]
     if maker and not known:
-        advice = f"no robot of {maker} is known yet, but any can be told (docs/robots.md); "
+        advice = f"no robot of {maker} is known yet, but you can describe any (docs/robots.md); "
     said = f"known of {maker}: {', '.join(known)}" if known else f"known makers: {', '.join(makers)}"
     return error(
         "R001",

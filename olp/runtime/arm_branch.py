@@ -132,7 +132,7 @@ def _tell_first(cell: Cell, robot: Robot) -> None:
         taken = "in front, elbow up, wrist not flipped"
     else:
         taken = "near the middle of its axes' ranges"
-    text = f"how the arm stands at its first pose is not written: {taken} is taken, and what follows goes on from there"
+    text = f"the first pose has no arm configuration: {taken} is used, and the next moves continue from it"
     cell.gaps.setdefault("first pose", Gap("first pose", text))
 
 
@@ -144,7 +144,7 @@ def _tell(
     if count:
         where = "a joint move leads" if count == 1 else f"{count} joint moves lead"
         text = (
-            f"{where} to an arm configuration in which this robot cannot be there: the nearest axes are taken"
+            f"{where} to an arm configuration that this robot does not have there: the nearest axes are used"
         )
         cell.gaps.setdefault("arm configuration", Gap("arm configuration", text))
     told = (says == WrittenPosture.FLAGS) & ~np.isnan(reached).any(axis=1) & ~np.isnan(written).any(axis=1)
@@ -154,7 +154,7 @@ def _tell(
     count = int(told.sum())
     if count:
         where = "a straight move leads" if count == 1 else f"{count} straight moves lead"
-        text = f"{where} to other arm flags than those in which the arm stands: it stays as it stands"
+        text = f"{where} to other arm flags than the current ones: the arm keeps its configuration"
         cell.gaps.setdefault("arm flags", Gap("arm flags", text))
 
 

@@ -263,7 +263,7 @@ def _syntax(message: str, file: str, text: str) -> Diagnostic:
         f"not TOML: {message[: place.start()]}",
         Span(line, column, column + 1),
         file=file,
-        help='names with brackets stand in quotes: "IN#(12)" = true',
+        help='names with brackets need quotes: "IN#(12)" = true',
         source_line=row,
     )
 
@@ -357,7 +357,7 @@ class _AssumptionsReader:
         for text, raw in self._table("waits").items():
             key = signal_key(text)
             if key is None and text not in _WAIT_KEYS:
-                self._unknown(text, _WAIT_KEYS, "[waits]", 'signals stand in quotes: "IN#(5)" = 1.2')
+                self._unknown(text, _WAIT_KEYS, "[waits]", 'signals need quotes: "IN#(5)" = 1.2')
                 continue
             seconds = self._seconds(text, raw)
             if seconds is not None and key is not None:

@@ -227,7 +227,7 @@ def call(m: Machine, s: Call) -> int | None:
         return None
     name = _routine_name(m, s)
     if s.spelling == "macro" and m.jobs.find(name, m.frame.job.source) is None:
-        m.assume(f"the macro {name} is taken to take no time and to change nothing")
+        m.assume(f"the macro {name} takes no time and changes nothing")
         m.recorder.signal(m.frame.job.source, s.line)
         return None
     job = m.jobs.find(name, m.frame.job.source)

@@ -136,7 +136,7 @@ def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | No
     if not holds(m, condition):
         if limit is not None:
             return limit
-        m.assume(f"the wait for {spell(condition)} is taken to end although nothing here makes it true")
+        m.assume(f"the wait for {spell(condition)} ends, although nothing here makes it true")
         return _default(m)
     # An input that olp.toml gives is on when the wait begins, unless its [waits] say how long it takes.
     times = [m.assumptions.waits[key] for s in signals if (key := key_of(m, s)) in m.assumptions.waits]
@@ -157,7 +157,7 @@ def _expected(m: Machine, condition: Expression) -> float:
         return max(times)
     seconds = _default(m)
     names = ", ".join(dict.fromkeys(signal_name(key) for key in keys))
-    m.assume(f"the wait for {names} is taken to last {seconds:g} s")
+    m.assume(f"the wait for {names} lasts {seconds:g} s")
     return seconds
 
 
@@ -172,7 +172,7 @@ def pause(m: Machine, s: Pause) -> None:
     seconds = m.assumptions.pause
     if seconds is None:
         seconds = 0.0
-        m.assume("the operator is taken to start the program again at once")
+        m.assume("the operator restarts the program at once")
     m.stop_advance()
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
@@ -220,7 +220,7 @@ def process(m: Machine, s: Process) -> None:
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:
         seconds = 0.0
-        m.assume_once(s.name, f"{s.name} is taken to take no time and to change no variable")
+        m.assume_once(s.name, f"{s.name} takes no time and changes no variable")
     m.recorder.signal(m.frame.job.source, s.line, seconds)
 
 
@@ -242,7 +242,7 @@ def start_task(m: Machine, s: StartTask) -> None:
 
 
 def wait_task(m: Machine, s: WaitTask) -> None:
-    m.assume(f"the wait for task {s.task} is taken to last 0 s")
+    m.assume(f"the wait for task {s.task} lasts 0 s")
     m.recorder.wait(m.frame.job.source, s.line, 0.0)
 
 

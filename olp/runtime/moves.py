@@ -106,7 +106,7 @@ def _compound(m: Machine, s: Move) -> None:
     """A move of several mechanisms, or with anything besides target, speed and blend."""
     path = PATH_CODES[s.path]
     if _stays(m, s):
-        m.assume("the move goes to where the arm stands, which nobody says: it is taken to go nowhere")
+        m.assume("the move goes to the current position, which is unknown: it goes nowhere")
         return
     rows = _targets_of(m, s.targets, 0, s)
     for number_, part in enumerate(s.parts, 1):
@@ -256,7 +256,7 @@ def _blend(m: Machine, blend: Blend, mechanism: int) -> tuple[int, float]:
 
 def _report_unknowables(m: Machine, s: Move) -> None:
     if s.search is not None:
-        m.assume("the search is taken to move all the way to its target")
+        m.assume("the search moves to its target")
     if s.until is not None:
         m.assume("the condition that ends the move early is taken not to come before its target")
     if s.coordinated:

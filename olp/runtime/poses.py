@@ -115,7 +115,7 @@ def here(m: Machine, mechanism: int) -> PositionValue:
         name = m.world.mechanisms[mechanism].name
         raise StatementError(
             "I215",
-            f"where {name} stands before its first move is not known",
+            f"the position of {name} before its first move is not known",
             f"say it in olp.toml: [start] {name} = {{ pulse = [ … ] }}",
         )
     state, values = m.recorder.written(index)

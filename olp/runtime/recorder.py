@@ -185,7 +185,7 @@ class Recorder:
         if start == NOWHERE:
             name = self.cell.mechanisms[mechanism].name
             self.assume(
-                self._source[-1], self._line[-1], f"{name} already stands at the target of its first move"
+                self._source[-1], self._line[-1], f"{name} is already at the target of its first move"
             )
         self._moves.append(
             (

@@ -53,12 +53,12 @@ _ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
 CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
 _WORD: Final = (("", Text("CONTINUE")),)
 _SAYS: Final = "what follows waits for the arm, so it stops here whatever its blend"
-_SOMETIMES: Final = "on some ways what follows waits for the arm: an exact stop is written"
+_SOMETIMES: Final = "on some paths the next statement waits for the arm: an exact stop is written"
 _AHEAD: Final = (
     "behind a corner, with CONTINUE: the advance run does it, up to $ADVANCE moves before the arm is there"
 )
 _STANDS: Final = (
-    "on some ways what follows comes behind an exact stop: it waits for the arm, which stops here then"
+    "on some paths the next statement follows an exact stop: it waits for the arm, which then stops here"
 )
 _LAST: Final[Key] = ("last move",)
 _STANDING: Final = frozenset({Move, Dwell, Pause})

@@ -209,10 +209,10 @@ class _Literals:
             return s
         if s.line in self.wound and literal_of_target(s.targets[0], self.symbols, routine) is not None:
             stands, said = (math.degrees(angle) for angle in self.wound[s.line])
-            says = f"an axis stands at {stands:.0f} deg, of which flags can only say {said:.0f} deg"
+            says = f"an axis is at {stands:.0f} deg, of which flags can only express {said:.0f} deg"
             self.work.lose(s, Fate.APPROXIMATED, "configuration", says, round(abs(stands - said), 3), "deg")
         if len(counts) > 1:
-            says = "the move ends with the arm standing in several ways: the most frequent one is written"
+            says = "the move ends in several arm configurations: the most frequent one is written"
             self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
         value = self.symbols.fixed_value(routine, s.targets[0])
         common = chosen.get(id(value))
@@ -262,7 +262,7 @@ def _left_open(program: Program, work: TranslationContext) -> Program:
             elif value is not None or not _is_joints(s, symbols, routine.name):
                 open_moves.add(id(s))
                 if value is not None and value.configuration and work.has_flags:
-                    says = "which way the arm stands is left to the controller: it takes the nearest"
+                    says = "the arm configuration is left to the controller: it takes the nearest"
                     work.lose(s, Fate.APPROXIMATED, "configuration", says)
     if not open_moves:
         return program

@@ -173,7 +173,7 @@ def single_rows(program: Program, work: TranslationContext) -> Program:
         return program
     for (_, name), dimensions in sizes.items():
         shape = " by ".join(map(str, dimensions))
-        work.notes.append(f"{name}: {shape} elements stand in one row, the last index runs first")
+        work.notes.append(f"{name}: {shape} elements in one row, the last index runs first")
     rows = _SingleRows(work, symbols, sizes)
     routines = tuple(
         replace(

@@ -118,7 +118,7 @@ class _Blends:
         if size < room:
             return blend
         cut = max(math.ceil(room / _GRAIN) - 1, 0) * _GRAIN
-        says = "longer than half of the way, where two blends meet and the robot would skip the point: cut to less"
+        says = "longer than half of the path, where two blends overlap and the robot would skip the point: reduced"
         self.work.lose(s, Fate.APPROXIMATED, "blend", says, (size - cut) / mm, "mm")
         return Blend(BlendKind.RADIUS, Quantity(Number(_clean(cut / mm)), mm))
 
@@ -144,7 +144,7 @@ class _Blends:
     ) -> Blend | None:
         size = self._size(s, kind, value)
         if size is None:
-            says = "its size depends on a move that this run does not show: the smallest zone is taken"
+            says = "its size depends on a move that this run does not show: the smallest zone is used"
             self.work.lose(s, Fate.APPROXIMATED, "blend", says)
             size = self._zones()[0]
         blend, off = self._of_size(s, size, allowed)

@@ -351,7 +351,7 @@ def _compare_arcs(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _
         off = max([off, *_off_circle(a.passed, b.circle), *_off_circle(b.passed, a.circle)])
     # The middle of a flat arc moves further than the points that it is made from.
     if off > 10.0 * limit:
-        result.differ(a, b, "path", f"arcs that are {off / mm:.6f} mm apart on the way")
+        result.differ(a, b, "path", f"arcs that are {off / mm:.6f} mm apart along the path")
 
 
 def _off_circle(points: tuple[tuple[float, ...], ...], on: tuple[tuple[float, ...], ...]) -> Iterator[float]:

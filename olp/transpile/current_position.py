@@ -81,7 +81,7 @@ def _statement(s: Statement, last: System, work: TranslationContext) -> Statemen
         read_in = work.limits.position_read_in
         held = (last[0], _UNSEEN[1]) if read_in == "base" else last
         if read_in != "named" and (tool, frame) != held:
-            says = f"where the arm stands, with another tool or in another frame than {_HELD[read_in]}"
+            says = f"the current position with another tool or in another frame than {_HELD[read_in]}"
             work.lose(s, Fate.REFUSED, "position", says)
         return seen_in(tool, frame) if read_in == "named" else HERE
 
@@ -110,8 +110,10 @@ _STRAIGHT: Final = (
         "If",
     }
 )
-_STOPS: Final = "the arm stops here, as what follows counts from where it stands"
-_UNKNOWN: Final = "counts from where the arm stands: see that all moves that lead here stop at their ends"
+_STOPS: Final = "the arm stops here, because the next move is relative to its position"
+_UNKNOWN: Final = (
+    "relative to the current position: make sure that all moves that lead here stop at their ends"
+)
 
 
 class Lead(Enum):

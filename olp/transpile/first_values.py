@@ -82,7 +82,7 @@ def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContex
     if any(isinstance(e, _LEFT) for e in expressions_of(value)):
         says = f"what {s.name} begins with is computed from values that are not known here"
         work.lose(s, Fate.APPROXIMATED, "value", says)
-        work.ask("set what no file here tells the value of", s.name)
+        work.ask("set what no file at hand gives a value", s.name)
         return replace(s, value=None)
     return s if value is s.value else replace(s, value=value)
 
@@ -330,7 +330,7 @@ class Unset:
         if self._ways is None:
             self._ways = reaching(self.program, _registers_set, _SETTING | {Update})
         unset = any(UNSET in self._ways.at(routine.name, index, key) for key in _parts_of(e))
-        return (name, "on some way nothing has set") if unset else None
+        return (name, "on some path nothing has set") if unset else None
 
     def _tell_values(self) -> None:
         """What statements read beside the targets of moves. Registers of the target hold what its operator sets."""

@@ -143,7 +143,7 @@ class SystemNames:
         symbol = self.symbols.find(self.routine, e.name)
         assert symbol is not None
         if symbol.storage == "modal" and self.work.limits.tool_and_frame == "point":
-            says = f"which {system_words(kind)} holds depends on the way to this move"
+            says = f"which {system_words(kind)} holds depends on the path to this move"
             self.work.lose(s, Fate.REFUSED, system_words(kind), says)
             return FrameRef(kind, Number(0))
         value = symbol.value if isinstance(symbol.value, PositionLiteral) else None

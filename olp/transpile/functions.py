@@ -175,7 +175,7 @@ def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> Positi
     if np.abs(axes - np.array(near.values)).max() < _NEAR:
         return None
     if np.ptp(axes, axis=0).max() > _NEAR:
-        says = "the joint values beside the pose do not reach it, and those that do are not always the same"
+        says = "the joint values of the pose do not reach it, and those that do are not always the same"
         work.lose(s, Fate.APPROXIMATED, "joints", says)
         return None
     return replace(near, values=tuple(map(float, axes[0])))

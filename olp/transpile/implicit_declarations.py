@@ -188,7 +188,7 @@ def _declaration(use: Use) -> Declare:
 
 def _tell(use: Use, work: TranslationContext) -> None:
     """One line for each name, at its first use."""
-    kind = _WORDS[use.kind] if use.kinds else "a number, for nothing tells its type"
+    kind = _WORDS[use.kind] if use.kinds else "a number, because nothing gives its type"
     if TARGET in use.kinds and use.kind == "position":
         kind = "a Cartesian position, which it may not be"
     verb = "taught" if use.kind in PLACES else "set"

@@ -25,7 +25,7 @@ def read_mapping(path: str | Path) -> Mapping:
     for key in document:
         if key not in _KEYS and not is_told_enough(problems, "X013", str(path)):
             help = f"it takes {', '.join(_KEYS)}"
-            problems.append(error("X013", f"nobody asks for '{key}'", file=str(path), help=help))
+            problems.append(error("X013", f"nothing uses '{key}'", file=str(path), help=help))
     tables = {name: _table(document.get(name, {}), name, path, problems) for name in _TABLES}
     set_values = document.get("set_values", True)
     if not isinstance(set_values, bool):

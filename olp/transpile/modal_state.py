@@ -171,7 +171,7 @@ class _Modal:
             if self._is_fixed(known):
                 part = _CALLED.get(str(key[0]), key[0])
                 self.work.note_once(
-                    f"{part}: taken as set, although one way leads past every statement that sets it"
+                    f"{part}: assumed to be set, although one path avoids every statement that sets it"
                 )
                 return known
         return self._variable(key, found, unset)

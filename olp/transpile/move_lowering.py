@@ -66,7 +66,7 @@ def _names_systems(s: Move) -> bool:
 def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:
     """The move with names; as it was, with a loss, where its target cannot be known."""
     if s.parts and _stands_still(points, s):
-        says = "the station stands at the same place in all points: its part of the moves is left out"
+        says = "the station has the same position in all points: its part of the moves is left out"
         points.work.note_once(says)
         s = edited(s, {"parts": (), "coordinated": False})
     if s.parts or len(s.targets) > 1:

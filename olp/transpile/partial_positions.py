@@ -85,7 +85,7 @@ class _Partial:
         return rows[0]
 
 
-_SAYS: Final = "components that are left out are those of where the arm stands: write them all"
+_SAYS: Final = "omitted components are those of the current position: write them all"
 
 
 def _axes_by_line(plan: Plan) -> dict[int, list[Sequence[float]]]:

@@ -219,7 +219,7 @@ def refusals(program: Program, vendor: str, translated: Translated) -> list[Diag
                 if loss.line
                 else None
             )
-            message = f"{language_of(vendor)} cannot say this: {loss.says}"
+            message = f"{language_of(vendor)} cannot express this: {loss.says}"
             help = loss.help or "--on-loss comment writes it as a comment"
             found.append(error("X011", message, span, file=program.path, source_line=text, help=help))
     return found

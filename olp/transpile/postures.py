@@ -41,7 +41,7 @@ def postures(program: Program, work: TranslationContext) -> Program:
     alike = robot.geometry.links is not None and other.geometry.links is not None
     own = _Postures(work, robot, other) if alike else _Places(work, robot, other)
     if not alike and _has_joints(program):
-        says = f"{other.name} is built otherwise than {robot.name}: joint moves take another way to the same place"
+        says = f"{other.name} is built differently from {robot.name}: joint moves take another path"
         work.notes.append(says)
     above = _above(robot, other)
     if abs(above) > _SAME:
@@ -275,7 +275,7 @@ def _near(s: Move, work: TranslationContext) -> Move:
     if axes is None and not work.has_flags:
         return s
     if axes is None:
-        says = "which way the arm stands is left to the controller: it takes the nearest"
+        says = "the arm configuration is left to the controller: it takes the nearest"
         work.lose(s, Fate.APPROXIMATED, "configuration", says)
         return s
     near = PositionLiteral("joint", axes)

@@ -80,7 +80,7 @@ def some(names: Iterable[str]) -> str:
 def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
     lines = {x.line for x in translated.losses if x.leaves_out and x.fate is not Fate.EXACT}
     if lines:
-        yield f"write anew what is only a comment now: {_lines(linked, lines)}"
+        yield f"rewrite what is only a comment now: {_lines(linked, lines)}"
 
 
 def _beyond(plan: Plan) -> Iterator[str]:
@@ -96,7 +96,7 @@ def _beyond(plan: Plan) -> Iterator[str]:
         unknown = np.isnan(axes).any(axis=1)
         away = unknown & ~np.isnan(plan.positions.position[target, 0]) & (robot.geometry is not None)
         outside = ~unknown & ~within_limits(robot, axes).all(axis=1)
-        for lost, says in ((away, "does not reach"), (outside, "has not the range of joints for")):
+        for lost, says in ((away, "does not reach"), (outside, "does not have the joint range for")):
             lines = lines_of(plan, rows[lost])
             where = places(
                 (Path(plan.sources[i].path).name, line) for i, found in lines.items() for line in found

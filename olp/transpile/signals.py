@@ -118,7 +118,7 @@ class _Signals:
             taken = self.taken.setdefault(bus, set())
             known = next(n for n in range(1, 100_000) if n not in taken)
             self._take(bus, name, known)
-            says = "say under [signals] in the mapping file which numbers these have, which are free ones now"
+            says = "give the numbers of these under [signals] in the mapping file; now they have free ones"
             self.work.ask(says, f"{bus} {name} is {known}")
         self.work.names[("signal", f"{bus} {name}")] = str(known)
         return known
@@ -133,7 +133,7 @@ class _Signals:
 # What RAPID's MoveLDO, MoveJGO, MoveLAO and MoveLSync do at the end of the move: a statement of its own behind it.
 
 _BUSES: Final = {"do": "out", "ao": "analog-out", "go": "out-group"}
-_MID: Final = "at the middle of the corner: written behind the move"
+_MID: Final = "at the middle of the corner: written after the move"
 
 
 def at_ends(program: Program, work: TranslationContext) -> Program:

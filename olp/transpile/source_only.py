@@ -181,7 +181,7 @@ _SILENT: Final = frozenset({"continue", "stop-handler"})  # nobody would write a
 
 def _idle(s: Statement, why: str, program: Program, work: TranslationContext) -> Comment:
     """A statement that does nothing, as a comment."""
-    work.lose(s, Fate.EXACT, "statement", f"{why}: it stands there as a comment")
+    work.lose(s, Fate.EXACT, "statement", f"{why}: it is a comment there")
     return Comment(s.line, untranslated(program, s))
 
 
@@ -270,7 +270,7 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
         isinstance(value, Text) and value.value.upper() in _NOT_TURNED for _, value in s.other
     )
     if ends_elsewhere or not all(word.casefold() in manner for word in words):
-        work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move alone is another one")
+        work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move without it is another one")
         return replace(s, other=())
     work.lose(s, Fate.APPROXIMATED, "option", says)
     shown = [text for text in texts if not text.startswith("$")]  # what forms set says nothing to a reader

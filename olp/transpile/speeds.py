@@ -119,7 +119,7 @@ class _Speeds:
         )
         turning = max((angle / time for angle, time in times if time and angle == angle), default=0.0)
         if turning < _HARDLY_TURNS:
-            says = "only axes move, the tool stays as it is: no speed of the tool bounds theirs"
+            says = "only axes move, the tool does not: no tool speed limits them"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
             return s.turn
         return Quantity(Number(_clean(turning / deg)), deg)
@@ -245,7 +245,7 @@ class _Speeds:
             says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
             self.work.note_at(s, says)
         else:
-            says = f"this run does not show its way: {_said(speed.unit, value)} is taken for {_said(unit, guess)}"
+            says = f"this run does not show its path: {_said(speed.unit, value)} is taken for {_said(unit, guess)}"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         return Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
 

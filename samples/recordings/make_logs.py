@@ -40,7 +40,7 @@ _STATE = (
     "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort"
     + _HEADER
 )
-_TRAJECTORY = (
+TRAJECTORY = (
     "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint[] points"
     + _HEADER
     + """================================================================================
@@ -109,7 +109,7 @@ def write_trajectories(path: Path, durations: tuple[float, ...], begins: list[fl
     names = [f"ur5e_{name}_joint" for name in UR_JOINTS]
     with path.open("wb") as file:
         writer = McapWriter(file)
-        schema = writer.register_msgdef("trajectory_msgs/msg/JointTrajectory", _TRAJECTORY)
+        schema = writer.register_msgdef("trajectory_msgs/msg/JointTrajectory", TRAJECTORY)
         for number, (begin, duration) in enumerate(zip(begins, durations, strict=True)):
             stamp = 1_700_000_000_000_000_000 + round(begin * 1e9)
             ends = [START, START + TURN] if number % 2 == 0 else [START + TURN, START]

@@ -165,7 +165,7 @@ def _is_revision(word: str) -> bool:
 def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
     """The files of a revision in `folder`, and where there the current folder is. Raises OlpError (U001, U002)."""
     if revision.startswith("-") or not _is_revision(revision):
-        says = f"{revision[:60]!r} is no file, no folder and no git revision"
+        says = f"{revision[:60]!r} is not a file, a folder or a git revision"
         raise OlpError(
             error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
         )

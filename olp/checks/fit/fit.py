@@ -605,7 +605,7 @@ def _check(timing: Timing) -> None:
     raise OlpError(
         error(
             "U030",
-            f"a program that cannot be timed whole cannot be fitted: {says}",
+            f"a program that cannot be timed completely cannot be fitted: {says}",
             Span(first.line, first.column, first.end_column) if first is not None and first.line else None,
             file=timing.plan.path,
             source_line=first.source_line if first is not None else "",

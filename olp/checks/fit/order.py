@@ -73,7 +73,7 @@ def _check(program: Program, groups: Groups, kept: frozenset[int]) -> None:
     for one, other in pairwise(groups):
         if one.stop != other.start:
             refuse(
-                "this group does not follow right behind the one before it",
+                "this group does not directly follow the one before it",
                 other.start,
                 "give groups in a row",
             )

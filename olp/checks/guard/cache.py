@@ -189,7 +189,10 @@ def _digest(parts: Iterable[str]) -> str:
 def _refused(path: Path) -> OlpError:
     return OlpError(
         error(
-            "M006", "this file is no cache of olp check", file=str(path), help="name another one with --cache"
+            "M006",
+            "this file is not a cache of olp check",
+            file=str(path),
+            help="name another one with --cache",
         )
     )
 

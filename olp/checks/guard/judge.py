@@ -197,7 +197,7 @@ def advice(timing: Timing, step: int) -> str:
     """What would bring the line's time down."""
     kind, rule = timing.kind[step], timing.limited_by[step]
     if kind == "wait":
-        return "a wait: give the signal earlier, or say how long it really lasts under [waits] in olp.toml"
+        return "a wait: give the signal earlier, or set its real duration under [waits] in olp.toml"
     if kind == "signal":
         return "a process instruction: its time is that of [process] in olp.toml"
     speed, reached = _number(timing.speed_mm_s, step), _number(timing.reached_mm_s, step)
@@ -211,7 +211,7 @@ def advice(timing: Timing, step: int) -> str:
     if rule == "speed":
         return "the programmed speed limits it: a higher one shortens it"
     if rule.startswith("orientation"):
-        return "the tool's turn limits it: turn less, or spread the turn over more way"
+        return "the tool's rotation limits it: turn less, or spread the rotation over a longer path"
     return f"limited by {rule}" if rule else ""
 
 

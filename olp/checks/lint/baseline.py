@@ -26,7 +26,7 @@ def read_baseline(path: Path) -> dict[str, int]:
     except OSError as problem:
         why = problem.strerror or "it cannot be read"
     except (ValueError, KeyError, TypeError, OverflowError):
-        why = "it is no baseline of olp lint"
+        why = "it is not a baseline of olp lint"
     raise OlpError(
         error("W901", f"the baseline: {why}", file=str(path), help="olp lint --write-baseline FILE makes one")
     )

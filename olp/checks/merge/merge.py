@@ -59,7 +59,7 @@ def _check(file: str, data: bytes) -> None:
         raise OlpError(
             error(
                 "U020",
-                "this is no plain text: nothing can be merged in it",
+                "this is not plain text: it cannot be merged",
                 file=file,
                 help="merge programs as their controllers save them, in an encoding of one byte or in UTF-8",
             )
@@ -70,7 +70,7 @@ def _check(file: str, data: bytes) -> None:
         raise OlpError(
             error(
                 "U021",
-                "a conflict of another merge stands here",
+                "a conflict of another merge is here",
                 Span(line, 1, 8),
                 file=file,
                 source_line=data.splitlines()[line - 1].decode("latin-1"),
@@ -237,7 +237,7 @@ def _language(texts: Sequence[bytes], home: str) -> Vendor:
     raise OlpError(
         error(
             "U024",
-            "this is no robot program that olp knows",
+            "this is not a robot program that olp knows",
             file=home,
             help="merge programs and data of robots: olp vendors lists their suffixes",
         )

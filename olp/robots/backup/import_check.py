@@ -130,7 +130,7 @@ def _pose_findings(backup: Backup, group: str, parameters: GroupParameters, name
         return []
     if agreement.close:
         names = " ".join(axis_name(group, axis) for axis in agreement.unseen)
-        message = f"the user frames agree with the arm's model, but would too if {names} turned the other way"
+        message = f"the user frames agree with the arm's model, but would also do so if {names} turned the other way"
         says = "teach a frame with a tool that stands out to the side, in other positions of these axes"
         return [info("B013", message, file=file, help=says)]
     off = f"{agreement.distance / mm:.3f} mm and {agreement.angle / deg:.4f} deg"

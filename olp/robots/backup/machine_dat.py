@@ -178,9 +178,7 @@ def _axis(data: MachineData, n: int) -> str:
     ratio = _parts(data, f"$RAT_MOT_AX[{n}]", {"N": None, "D": None})
     motor = _number(data, f"$VEL_AXIS_MA[{n}]")  # [1/min]
     if lower >= upper:
-        data.findings.error(
-            "B007", f"axis {n} has its limits the wrong way round", _row(data, f"$SOFTN_END[{n}]")
-        )
+        data.findings.error("B007", f"axis {n} has its limits swapped", _row(data, f"$SOFTN_END[{n}]"))
     if 0.0 in (motor, ratio["N"], ratio["D"]):
         data.findings.error("B007", f"axis {n} has no speed", _row(data, f"$RAT_MOT_AX[{n}]"))
         return ""

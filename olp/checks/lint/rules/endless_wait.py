@@ -27,5 +27,5 @@ class EndlessWait(Rule):
         for statement in case.program.statements():
             if isinstance(statement, Wait) and statement.timeout is None:
                 yield self.finding(
-                    case, statement.line, "this wait has no limit", "give it a time, and say what then"
+                    case, statement.line, "this wait has no limit", "give it a time, and handle the timeout"
                 )

@@ -44,7 +44,7 @@ class NoMotion(Rule):
                 and int(moves.path[rows[0]]) not in _ARC
                 and not self._first(case, steps)
             ):
-                yield self.finding(case, line, "the arm stands at this target already", "leave the move out")
+                yield self.finding(case, line, "the arm is already at this target", "leave the move out")
 
     def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         yield found.line, found.line, "", "leave the move out"

@@ -203,7 +203,7 @@ class ListReader:
     def _refuse(self, number: int) -> None:
         span = self._findings.whole_line(number)
         help = "a list holds declarations and values of what it has declared"
-        self._findings.error("P403", "this does not belong into a data list", span, help)
+        self._findings.error("P403", "this does not belong in a data list", span, help)
 
     def finish(self) -> tuple[Declare, ...]:
         """All declarations; arrays have the values of their elements."""

@@ -238,7 +238,7 @@ def _check_moves(findings: Findings, routine: Routine, names: RapidNames) -> Non
                 continue
             base = _base(value)
             if isinstance(base, Unknown):
-                message = "the position of * stands in the controller's memory only"
+                message = "the position of * is in the controller's memory only"
                 if base.text != "*":
                     message = f"nobody has filled in {base.text}"
                 findings.once(

@@ -91,7 +91,7 @@ def _version(text: str, folder: Folder) -> str:
         return word if word == "." else folder.programs([word], vendor_suffixes())[0]
     git = folder.root / ".git"
     if not _REVISION.fullmatch(text):
-        says = f"{text[:60]!r} is no file, no folder and no git revision"
+        says = f"{text[:60]!r} is not a file, a folder or a git revision"
         raise OlpError(
             error("Z001", says, help="name two programs, two folders, or revisions such as HEAD~1")
         )
