@@ -17,7 +17,7 @@ class EndlessWait(Rule):
     title = "wait without timeout"
     level = Level.NOTE
     why = (
-        "If the signal does not come, the cell stops without a message. With a timeout the program can inform the "
+        "If the signal does not come, the cell stops without a message. With a timeout the program can alert the "
         "operator or try again."
     )
     example = "WAIT IN#(5)=ON"
