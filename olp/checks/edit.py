@@ -251,7 +251,9 @@ def _respelt_speed(program: Program, edit: ChangeSpeed) -> _Change:
     highest = 1.0 if speed.unit is SpeedUnit.FRACTION else math.inf
     if not 0.0 < edit.value <= highest or not math.isfinite(edit.value):
         most = " and at most 100 %" if highest == 1.0 else ""
-        raise OlpError(error("O006", f"a speed is above zero{most}, not {edit.value:g}", span))
+        raise OlpError(
+            error("O006", f"a speed is above zero{most}, not {edit.value / speed.value.scale:g}", span)
+        )
     number = float(f"{edit.value / speed.value.scale:.9g}")
     return _Change(written.line, written.source.path, written.respelt(number), (number,), line=edit.line)
 
