@@ -200,33 +200,65 @@ def test_how_a_definition_is_written_and_what_it_says_are_two_things():
     assert merged(base, ours, theirs, "krl") == (0, "DEFDAT D\r\nE6POS P={X 7,Y 2}\r\nENDDAT\r\n")
 
 
-_NAMED = b"DEF A()\r\nrow[act].n = 1\r\nrow[act].m = 2\r\nrow[act].k = 3\r\nLIN XP1\r\nLIN XP1\r\nEND\r\n"
+_NAMED = b"DEF A()\r\nrows[active].n = 1\r\nrows[active].m = 2\r\nrows[active].k = 3\r\nLIN XP1\r\nLIN XP1\r\nEND\r\n"
 
 
 def test_another_name_for_a_variable_is_one_change_and_is_told():
-    ours = _NAMED.replace(b"act", b"Now")
-    theirs = _NAMED.replace(b"= 2", b"= 7").replace(b"row", b"Line").replace(b"LIN XP1\r\nEND", b"END")
+    ours = _NAMED.replace(b"active", b"Current")
+    theirs = _NAMED.replace(b"= 2", b"= 7").replace(b"rows", b"Lines").replace(b"LIN XP1\r\nEND", b"END")
     found = merge_bytes("krl", _NAMED, ours, theirs)
-    assert (found.hunks, found.to_bytes()) == ((), theirs.replace(b"act", b"Now"))
-    assert found.renamed == {"ours": (("act", "Now"),), "theirs": (("row", "Line"),)}
+    assert (found.hunks, found.to_bytes()) == ((), theirs.replace(b"active", b"Current"))
+    assert found.renamed == {"ours": (("active", "Current"),), "theirs": (("rows", "Lines"),)}
     assert found.swapped() == merge_bytes("krl", _NAMED, theirs, ours)
+
+
+_KRL = b"DEF A()\r\n{}\r\nWAIT SEC 1\r\n{}\r\nEND\r\n"
+_RAPID = b"MODULE M\r\nPROC main()\r\n{}\r\nstop;\r\n{}\r\nENDPROC\r\nENDMODULE\r\n"
+_UR = b"def p():\r\n  {}\r\n  sync()\r\n  {}\r\nend\r\n"
+
+
+@pytest.mark.parametrize(
+    ("frame", "one", "other", "old", "new"),
+    [
+        (_KRL, b"LIN XP1", b"LIN XP1 C_DIS", b"XP1", b"XP7"),  # goes elsewhere
+        (_KRL, b"LIN there", b"LIN there C_DIS", b"there", b"home"),
+        (_KRL, b"LIN far", b"LIN far C_DIS", b"LIN", b"PTP"),
+        (_KRL, b"$VEL.CP=0.1", b"$VEL.CP=0.2", b"$VEL", b"$ACC"),
+        (_KRL, b"here.X=1", b"here.X=2", b".X", b".Y"),
+        (_KRL, b"flag=TRUE", b"$OUT[1]=TRUE", b"TRUE", b"FALSE"),
+        (_RAPID, b"MoveL [[1,2,3]],v10,fine,tool0;", b"MoveL [[4,5,6]],v10,fine,tool0;", b"MoveL", b"MoveJ"),
+        (_RAPID, b"MoveL p,v10\\Vmax:=1,fine,tool0;", b"MoveL q,v10\\Vmax:=1,fine,tool0;", b"Vmax", b"Time"),
+        (_RAPID, b"data:=[TRUE,[1,2]];", b"more:=[TRUE,[3,4]];", b"TRUE", b"FALSE"),
+        (_UR, b"movel(here, aaaa=1.2)", b"movel(there, aaaa=1.2)", b"aaaa", b"tttt"),
+    ],
+)
+def test_words_of_a_language_targets_and_arguments_have_no_other_name(frame, one, other, old, new):
+    """Both sides changed the second statement."""
+    vendor = {_KRL: "krl", _RAPID: "rapid", _UR: "urscript"}[frame]
+    base = frame.replace(b"{}", one, 1).replace(b"{}", other)
+    last = other.replace(b"1", b"9").replace(b"2", b"8").replace(b"C_DIS", b"C_VEL").replace(b"q,", b"r,")
+    last = last.replace(b"[4", b"[7").replace(b"3,4", b"5,6")
+    theirs = frame.replace(b"{}", one, 1).replace(b"{}", last)
+    assert base != theirs
+    found = merge_bytes(vendor, base, base.replace(old, new), theirs)
+    assert (len(found.hunks), dict(found.renamed)) == (1, {})
 
 
 @pytest.mark.parametrize(
     ("ours", "theirs"),
     [
-        (
-            _NAMED.replace(b"XP1", b"XP7"),
-            _NAMED.replace(b"LIN XP1\r\nEND", b"PTP XP1\r\nEND"),
-        ),  # goes elsewhere
-        (_NAMED.replace(b"XP1", b"home"), _NAMED.replace(b"LIN XP1\r\nEND", b"PTP XP1\r\nEND")),
-        (_NAMED.replace(b"act", b"now"), _NAMED.replace(b"act", b"then")),  # who is right?
+        (_NAMED.replace(b"active", b"latest"), _NAMED.replace(b"active", b"others")),  # who is right?
         # The other side says the name in a statement of its own, and may mean it.
-        (_NAMED.replace(b"act", b"now"), _NAMED.replace(b"= 2", b"= 7\r\nrow[act].l = 4")),
-        (_NAMED.replace(b"act", b"now"), _NAMED.replace(b"= 2", b"= now")),  # it has one of that name
+        (_NAMED.replace(b"active", b"latest"), _NAMED.replace(b"= 2", b"= 7\r\nrows[active].l = 4")),
+        (
+            _NAMED.replace(b"active", b"latest"),
+            _NAMED.replace(b"= 2", b"= latest"),
+        ),  # it has one of that name
+        # It takes out a statement that the first side changed.
+        (_NAMED.replace(b"active", b"latest"), _NAMED.replace(b"rows[active].m = 2\r\n", b"")),
     ],
 )
-def test_what_may_be_more_than_another_name_is_none(ours, theirs):
+def test_what_the_other_side_may_mean_otherwise_keeps_its_name(ours, theirs):
     found = merge_bytes("krl", _NAMED, ours, theirs)
     assert found.hunks
     assert not found.renamed

@@ -17,9 +17,13 @@ from olp.languages.merging import MergeRules, lines_of
 
 _TOKEN = re.compile(r'"[^"]*"?|(?<![\w$])[A-Za-z_$][\w$]*')
 _DIGITS = re.compile(r"\d+")
-# What only a variable has: a member, an index, a value that is assigned; and what stands in an index.
-_OWNED = re.compile(r"(?<=\.)[A-Za-z_][\w$]*|(?<![\w$])[A-Za-z_$][\w$]*(?=\s*[.\[]|\s*:?=)")
-_INDEX = re.compile(r"\[([^][]*)\]")
+# What only a variable has: a member, an index, a value that is assigned; and what stands in an index. `MoveL [[1,…` has
+# none, \V:= and a=1.2 in brackets are arguments, and $VEL is the controller's.
+_OWNED = re.compile(r"(?<=\.)[A-Za-z_]\w*|(?<![\w$\\])[A-Za-z_]\w*(?=[.\[])")
+_ASSIGNED = re.compile(r"(?<![\w$.\\])[A-Za-z_]\w*(?=\s*:?=(?!=))")
+_INDEX = re.compile(r"(?<=\w)\[([^][]*)\]")
+_SHORTEST = 4  # characters: X, Y and CP are members that every pose or speed has
+_VALUES = frozenset({"true", "false"})
 _LEAST = 2  # statements with the new name for the old one, and otherwise the same
 _SIGN = "\7"  # in place of a name
 
@@ -75,9 +79,10 @@ class _SpokenNames:
         found: set[str] = set()
         for (_, code, _), _ in self._lines:
             found.update(map(self._key, _OWNED.findall(code)))
+            found.update(map(self._key, _ASSIGNED.findall(code.partition("(")[0])))
             for inside in _INDEX.findall(code):
                 found.update(map(self._key, _TOKEN.findall(inside)))
-        return found
+        return {name for name in found if _may_be_renamed(name)}
 
     def saying(self, names: Set[str]) -> list[tuple[str, tuple[str, ...]]]:
         """The statements that say one of these names: their words without them, and which they are."""
@@ -104,6 +109,10 @@ class _SpokenNames:
         )
 
 
+def _may_be_renamed(name: str) -> bool:
+    return len(name) >= _SHORTEST and name[0] not in '$"' and name.casefold() not in _VALUES
+
+
 def _given(before: _SpokenNames, side: _SpokenNames) -> dict[str, str]:
     """What the side calls otherwise: the name of before -> the name now."""
     gone = {name for name in before.often.keys() - side.often.keys() if before.often[name] >= _LEAST}
@@ -127,6 +136,7 @@ def _given(before: _SpokenNames, side: _SpokenNames) -> dict[str, str]:
         if len(found) == len(back[other]) == 1
         and said[one] >= _LEAST
         and 2 * found[other] >= before.often[one]
+        and _may_be_renamed(other)
         and _DIGITS.sub("", one) != _DIGITS.sub("", other)
     }
 
