@@ -25,28 +25,23 @@ _HEAD = """\
 # The physics that a simulation may leave out
 
 Written by `python bench/physics_page.py` from `olp/timing/physics/`: edit the terms, not this page.
-[Diagnose](diagnose.md) describes how `olp diagnose` chooses among them.
+[Diagnose](diagnose.md) chooses among them.
 
 A term is a forward model: it changes the motion of all moves together, and the change in a duration is added to the
 judged simulation's. Of several forms a diagnosis takes at most one (of axis limits, one per axis).
 
-| term | meaning |
-|---|---|
-"""
-_SECTIONS = """
-Each section gives the trace to look for, the equation of each form (a term is seen in durations unless it says "in
-logs") and the parameters. Bounds depend on the recording. Where all moves are joint moves, read rad for m.
+Sections give the trace to look for, the equation of each form (seen in durations unless "in logs") and the parameters.
+Bounds depend on the recording. Where all moves are joint moves, read rad for m.
 
-The pictures show one effect in 160 straight moves (`python bench/physics_pictures.py`): each dot is a move, up is later
-than simulated, over the column that orders the dots best; the colours split a second column.
+Pictures (`python bench/physics_pictures.py`) show one effect in 160 straight moves: each dot is a move, up is later
+than simulated, over the column that orders the dots best; colours split a second column.
 """
 
 
 def page() -> str:
     """docs/physics.md."""
     cases = [rich_case(), *(case for _, case in other_cases())]
-    table = "".join(f"| [`{t.name}`](#{t.name}) | {t.summary} |\n" for t in _terms())
-    return _HEAD + table + _SECTIONS + "".join(section(t, cases) for t in _terms())
+    return _HEAD + "".join(section(t, cases) for t in _terms())
 
 
 def all_details() -> str:
