@@ -211,7 +211,7 @@ def test_a_term_whose_page_says_other_bounds_breaks_its_contract(monkeypatch: py
         )
 
     monkeypatch.setattr(type(term), "forms", wider)
-    with pytest.raises(ContractError, match="only one of page and term says"):
+    with pytest.raises(ContractError, match="only one of file and term says"):
         check_term(term)
 
 

@@ -364,7 +364,7 @@ def test_moves_that_take_longer_are_neither_a_clock_nor_a_lag() -> None:
     found = diagnose_log(log, Log(time[::4], ways[::4], (False,) * AXES))
     assert names(found) == set()
     assert found.verdict == "unexplained"
-    assert any("other times" in note for note in found.notes)
+    assert any("different times" in note for note in found.notes)
 
 
 # Torques

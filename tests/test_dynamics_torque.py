@@ -97,7 +97,7 @@ def test_moves_of_a_robot_without_masses_take_its_files_accelerations_and_say_so
     np.testing.assert_allclose(found.acceleration, [a[0] / 0.5, min(a[0] / 0.5, a[1])])
     (says,) = found.assumptions
     assert "masses and torque limits are not known" in says
-    assert "whatever the pose and the load" in says
+    assert "for every pose and load" in says
 
 
 @pytest.mark.parametrize("robot", [UR10E, load_robot("gp25")], ids=["masses", "no-masses"])

@@ -468,7 +468,7 @@ def test_what_is_read_and_not_modelled_stays_as_written(text):
     program = read(listing("LBL[1]", *block))
     assert not [one for one in program.diagnostics if one.is_error]
     assert f"2:  {text} " in export(program, "tp").decode()
-    with pytest.raises(OlpError, match="cannot say"):
+    with pytest.raises(OlpError, match="cannot express"):
         export(program, "krl")
 
 
