@@ -11,7 +11,7 @@ import pytest
 from interpreter_jobs import plan_of, write_jobs
 
 from olp.__main__ import main
-from olp.reports.batch import Job, time_files, with_branches
+from olp.reports.batch import Job, time_files
 from olp.reports.cell import cell_tree, cost_of, spelled_time, started
 from olp.reports.formats import Options
 from olp.timing.causes import CAUSES, seconds_by_cause
@@ -52,7 +52,7 @@ def test_of_programs_that_call_one_another_in_a_circle_the_first_one_is_started(
 
 def test_each_branch_of_a_main_program_that_is_told_what_to_do_is_timed(cell: Path) -> None:
     job = Job(options=Options(segments=False))
-    parts = with_branches(time_files(sorted(str(path) for path in cell.glob("*.JBI")), job, workers=1), job)
+    parts = time_files(sorted(str(path) for path in cell.glob("*.JBI")), job, workers=1)
     found = {Path(p.file).stem: [(b.decides, b.value, b.total_s) for b in p.branches] for p in parts}
     assert found["MAIN"] == [("B001", "1", 1.5), ("B001", "2", 2.5)]
     assert not any(found[name] for name in ("ONE", "TWO", "SHARED"))
@@ -68,7 +68,7 @@ def test_each_branch_of_a_main_program_that_is_told_what_to_do_is_timed(cell: Pa
 )
 def test_what_a_program_decides_itself_is_no_choice_of_others(tmp_path: Path, body: str) -> None:
     path = write_jobs(tmp_path, {"MAIN": body})
-    assert not with_branches(time_files([str(path)], Job(), workers=1), Job())[0].branches
+    assert not time_files([str(path)], Job(), workers=1)[0].branches
 
 
 def test_report_and_time_say_the_same_total(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:

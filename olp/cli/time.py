@@ -128,7 +128,7 @@ def run(args: Namespace) -> int:
     if args.explain is not None:
         return run_explain(args)
     from olp.languages.vendor import vendor_suffixes
-    from olp.reports.batch import shown, time_files, with_branches
+    from olp.reports.batch import shown, time_files
     from olp.reports.formats import WORKBOOK, format_of, load_report
 
     if args.summary and args.by in ("cause", "line"):
@@ -147,7 +147,6 @@ def run(args: Namespace) -> int:
     paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
     job = job_of(args, len(paths))
     parts = with_progress(paths, lambda done: time_files(paths, job, args.workers, done))
-    parts = with_branches(parts, job)
     if workbook:
         from olp.reports.workbook import workbook_of
 

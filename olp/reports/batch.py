@@ -16,7 +16,7 @@ from olp.identification.timing_job import (
     time_program,
 )
 from olp.languages.read import read
-from olp.reports.cell import CellLinks, branch_times, cost_of, links_of, started, with_run
+from olp.reports.cell import CellLinks, branches_of, cost_of, links_of, started, with_run
 from olp.reports.formats import Options, ReportPart, load_report
 
 __all__ = [
@@ -29,7 +29,6 @@ __all__ = [
     "time_files",
     "time_plan_of",
     "time_program",
-    "with_branches",
 ]
 
 # Below this many files starting the workers costs more than they save.
@@ -48,14 +47,18 @@ class Job(TimingJob):
 def time_files(
     paths: Sequence[str], job: Job, workers: int = 0, done: Callable[[int], None] | None = None
 ) -> list[ReportPart]:
-    """One part per path, in their order. `workers` 0: as many as there are cores. `done(n)` after each n files."""
+    """One part per path, in their order; what a controller starts with the times of all that it may be told to do.
+
+    `workers` 0: as many as there are cores. `done(n)` after each n files.
+    """
     workers = min(workers or os.cpu_count() or 1, 1 + len(paths) // _WORTH_WORKERS)
     parts: list[ReportPart] = []
     for part in _parts(paths, job, workers):
         parts.append(part)
         if done is not None:
             done(1)
-    return parts
+    first = set(started(parts))
+    return [part if index in first else replace(part, branches=()) for index, part in enumerate(parts)]
 
 
 def _parts(paths: Sequence[str], job: Job, workers: int) -> Iterator[ReportPart]:
@@ -77,6 +80,7 @@ def time_file(path: str, job: Job) -> ReportPart:
         links = links_of(program)
         timing = time_program(program, job)
         links = with_run(links, timing.plan)
+        branches = branches_of(program, job)  # of called programs, too: who calls them is not known yet
     except OlpError as problem:
         diagnostics = tuple(d.at(path) for d in problem.diagnostics)
         text = report.part(path, None, diagnostics, job.options)
@@ -94,16 +98,8 @@ def time_file(path: str, job: Job) -> ReportPart:
         diagnostics,
         links,
         cost_of(timing, job.options.top) if job.options.top or job.options.by else None,
+        branches,
     )
-
-
-def with_branches(parts: Sequence[ReportPart], job: Job) -> list[ReportPart]:
-    """The same parts; the programs that a controller starts with the times of all that they may be told to do."""
-    first = set(started(parts))
-    return [
-        replace(part, branches=branch_times(part.file, job)) if index in first else part
-        for index, part in enumerate(parts)
-    ]
 
 
 def shown(parts: Sequence[ReportPart]) -> list[Diagnostic]:

@@ -267,15 +267,20 @@ class BranchTime:
 
 
 def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
-    """Every branch of a main program that somebody else chooses, timed. Empty where nobody does."""
-    from olp.identification.timing_job import time_program
+    """The branches of the program in a file; empty where it cannot be read."""
     from olp.languages.read import read
-    from olp.runtime.dispatch import dispatches, taking
 
     try:
-        program = read(path, encoding=job.encoding)
+        return branches_of(read(path, encoding=job.encoding), job)
     except OlpError:
         return ()
+
+
+def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
+    """Every branch of a main program that somebody else chooses, timed. Empty where nobody does."""
+    from olp.identification.timing_job import time_program
+    from olp.runtime.dispatch import dispatches, taking
+
     found = []
     for dispatch in dispatches(program):
         for choice in dispatch.choices:

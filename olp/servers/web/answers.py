@@ -36,7 +36,7 @@ _TOLD = 200  # diagnostics of one answer
 def cell(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     """The table of `olp time FOLDER`; {} where nothing has changed since the answer with the stamp `known`."""
     from olp.languages.vendor import vendor_suffixes
-    from olp.reports.batch import Job, time_files, with_branches
+    from olp.reports.batch import Job, time_files
     from olp.reports.formats import Options
 
     stamp = _stamp(desk)
@@ -46,7 +46,7 @@ def cell(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     job = Job(**asdict(desk.setting.job), options=Options(segments=False, top=_COSTLIEST))
     # Processes that are started anew would not be closed in; copies of this one are.
     workers = 0 if multiprocessing.get_start_method() == "fork" else 1
-    parts = with_branches(time_files(paths, job, workers), job)
+    parts = time_files(paths, job, workers)
     return {"stamp": stamp, **cell_table(parts)}
 
 

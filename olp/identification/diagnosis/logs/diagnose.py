@@ -43,7 +43,9 @@ _FEWEST = 600  # samples
 _NEAR = 1.0  # [s] an offset below which two clocks were meant to agree
 _TURNS = 2
 _RETIMED = 0.01  # [s] that axes may be off in time when a clock and their physics are taken out
-_OTHER_TIMES = "moves take different times in log and simulation: how the axes follow is not judged against the simulation"
+_OTHER_TIMES = (
+    "moves take different times in log and simulation: how axes follow is not judged against the simulation"
+)
 _SHORT_DWELL = 0.05  # [s] beside a dwell that is not looked at
 
 
