@@ -1,6 +1,6 @@
 """Makes the repository's own virtual environment hold what is asked for, once per pyproject.toml.
 
-`environment.py run` installs olp and what it needs; `dev` adds the tools and oracles of the tests.
+`environment.py run` installs olp with the light extras; `dev` adds the tools and oracles of the tests.
 Prints the path of the environment's Python. Standard library only: it runs before anything is installed.
 """
 
@@ -16,6 +16,7 @@ VENV = ROOT / ".venv"
 WINDOWS = sys.platform == "win32"
 PYTHON = VENV / ("Scripts/python.exe" if WINDOWS else "bin/python")
 PROJECT = ROOT / "pyproject.toml"
+PAGES = "completion,excel,plot,ros,serve,watch"  # extras of `scripts/olp`: what its pages show runs
 
 
 def stamp() -> str:
@@ -48,7 +49,7 @@ def only_one() -> Iterator[None]:
 def requirements(kind: str) -> list[str]:
     """What pip or uv is asked to install."""
     if kind == "run":
-        return ["--editable", str(ROOT)]
+        return ["--editable", f"{ROOT}[{PAGES}]"]
     import tomllib
 
     # pip knows dependency groups only since 25.1.
