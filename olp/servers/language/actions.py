@@ -38,6 +38,9 @@ def _fixes(analysis: Analysis, findings: list[OutcomeFinding]) -> Iterator[Actio
     if program is None or analysis.timing is None or not findings:
         return
     folder = folder_of(analysis.path)
+    job = replace(
+        job, max_steps=analysis.most_steps
+    )  # as the findings were made: who types does not wait longer
     for edit in fixes(program, findings):
         held = fixed(program, [edit], lambda changed: time_program(changed, job, folder)).done
         if edit in held:

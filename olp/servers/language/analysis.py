@@ -51,6 +51,7 @@ class Analysis:
     lint: tuple[OutcomeFinding, ...] = ()
     linted: bool = False  # the rules have run over this edition
     partial: bool = False  # it goes on behind the steps that were run
+    most_steps: int | None = None  # statements that were run at most
 
     @cached_property
     def runs(self) -> LineRuns:
@@ -126,7 +127,17 @@ def analyse(
     if partial:
         found = tuple(d for d in found if d.code != LIMIT)
     diagnostics = tuple(dict.fromkeys(d.at(document.path) for d in (*settings.diagnostics, *found)))
-    return Analysis(document.path, edition, source, settings, program, timing, diagnostics, partial=partial)
+    return Analysis(
+        document.path,
+        edition,
+        source,
+        settings,
+        program,
+        timing,
+        diagnostics,
+        partial=partial,
+        most_steps=most,
+    )
 
 
 # A program that never ends must not keep somebody waiting: not while typing, and not for ever.
