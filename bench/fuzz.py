@@ -409,6 +409,8 @@ def changed(name: str, seconds: float, seed: int) -> Run:
                 data = _change(data, drawn.choice(inputs), drawn)
             count += 1
             problem = fault(name, data, folder)
+            if problem is not None and problem.what == "slow":
+                problem = fault(name, data, folder)  # it is not blamed for what it is the first to need
             if problem is not None and problem.where not in faults:
                 save(Path("fuzz-found"), name, data)
                 faults[problem.where] = (Path("fuzz-found"), problem)
