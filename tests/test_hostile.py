@@ -389,12 +389,33 @@ def test_no_budget_is_held_by_a_program_that_never_ends(name, tmp_path, capsys):
     assert re.search("I10[689]", capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("turn", ["1e200, 0, 0", "0, -1e308, 1e308", "n, 0, 0"])
+@pytest.mark.parametrize("turn", ["1e99 * 1e99, 0, 0", "0, -n * n, n * n", "n, 0, 0"])
 def test_a_turn_without_a_measure_is_told(turn, tmp_path, capsys):
     script = tmp_path / "a.script"
-    script.write_text(f"def a():\n  n = 1e200\n  movel(p[0.1, 0.2, 0.3, {turn}])\nend\n", encoding="utf-8")
+    script.write_text(
+        f"def a():\n  n = 1e99 * 1e99\n  movel(p[0.1, 0.2, 0.3, {turn}])\nend\n", encoding="utf-8"
+    )
     assert main(["time", str(script)]) == 2
     assert "I202" in capsys.readouterr().err
+
+
+BEYOND_REALS = {
+    "a.src": "DEF a()\nx = $TIMER[1E999]\ny[1E999] = 3\nEND\n",
+    "a.mod": "MODULE a\n  PROC main()\n    x{1e999} := 3;\n  ENDPROC\nENDMODULE\n",
+    "a.script": "def a():\n  y = [1]\n  y[1e999] = 3\n  movel(p[1e999, 0, 0, 0, 0, 0])\nend\n",
+    "a.as": ".PROGRAM a()\n  TWAIT 1E999\n.END\n",
+    "a.pdl": "PROGRAM a\nBEGIN\n  DELAY 1E999\nEND a\n",
+    "a.ls": "/PROG A\n/MN\n   1:  R[1E999]=3 ;\n/POS\n/END\n",
+}
+
+
+@pytest.mark.parametrize("name", BEYOND_REALS)
+def test_a_number_beyond_all_reals_is_told_where_it_stands(name, tmp_path, capsys):
+    (tmp_path / name).write_text(BEYOND_REALS[name], encoding="utf-8")
+    assert main(["lint", str(tmp_path / name)]) != 0
+    wrong = BEYOND_REALS[name].lower().splitlines()
+    told = capsys.readouterr().out
+    assert all(f"{name}:{row}:" in told for row, line in enumerate(wrong, 1) if "1e999" in line)
 
 
 def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path, capsys):

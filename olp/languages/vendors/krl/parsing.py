@@ -28,7 +28,7 @@ _MOST_OPERATORS = (
 )
 _MOST_NESTED = 60
 _MOST_CHARACTERS = 4096
-_LONG_NUMBER = re.compile(r"(?<![\w$.])\d{19,}|'[BHDbhd]?[0-9A-Fa-f]{65,}'|[0-9.][eE][+-]?\d{3,}")
+_LONG_NUMBER = re.compile(r"(?<![\w$.])\d{19,}|'[BHDbhd]?[0-9A-Fa-f]{65,}'")
 _STRING = re.compile(r'"[^"]*"')
 _MOST_WORDS = 8
 

@@ -49,10 +49,10 @@ class RapidExpressionRules(Transformer[Token, Any]):
 
     def number(self, children: list[Token]) -> Number:
         text = children[0].lower()
-        if text[:2] in ("0x", "0b", "0o"):
-            return Number(int(text, 0))
         if len(text) > 40:
             raise BrokenLineError(f"a number of {len(text)} characters", word=text[:20])
+        if text[:2] in ("0x", "0b", "0o"):
+            return Number(int(text, 0))
         return Number(int(text)) if text.isdigit() else Number(float(text))
 
     def text(self, children: list[Token]) -> Text:

@@ -367,7 +367,7 @@ def zero(
     """
     kind = names.resolved(kind)
     if sizes:
-        counts = [int(one.value) for one in sizes if isinstance(one, Number) and math.isfinite(one.value)]
+        counts = [int(one.value) for one in sizes if isinstance(one, Number)]
         one = zero(kind, names, (), depth, plain)
         if one is None or len(counts) != len(sizes) or not 0 < math.prod(counts) <= _MOST_ZEROS:
             return None

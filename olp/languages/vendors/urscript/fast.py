@@ -24,7 +24,7 @@ from olp.languages.vendors.urscript.syntax import (
     pose_of,
 )
 
-_NUMBER: Final = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER: Final = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE](?:-\d{1,3}|\+?\d{1,2})(?!\d))?"
 _NAME: Final = r"[A-Za-z_][A-Za-z0-9_]*+"
 _SOME: Final = r"[-+0-9.eE, ]++"
 _PLACE: Final = rf"(?:p?\[{_SOME}\]|{_NAME})"
@@ -40,6 +40,7 @@ _WORDS: Final = frozenset((
     "and", "or", "xor", "not", "if", "elif", "else", "while", "end", "def", "thread", "sec", "return",
     "break", "continue", "global", "local", "join", "kill", "run", "True", "False", "true", "false",
 ))  # fmt: skip
+_HUGE = 1e100  # numbers from here on are refused by the grammar
 _LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
 # The nodes as their constructors make them, in half the time.
 _new: Final = tuple.__new__
@@ -100,6 +101,8 @@ def _place(text: str) -> Node | None:
     try:
         if pose and len(numbers) == POSE_NUMBERS:
             values = tuple(map(float, numbers))
+            if not abs(sum(values)) < _HUGE:
+                return None
             if not all(values):  # -0 is a whole number, which has no sign
                 values = tuple([float(_number(one)) for one in numbers])
             return _new(PlainPose, (values,))
@@ -139,4 +142,7 @@ def _given(match: re.Match[str]) -> UrscriptArgument | None:
 
 def _number(text: str) -> int | float:
     text = text.strip(" ")
-    return int(text) if text.lstrip("+-").isdigit() else float(text)
+    value = int(text) if text.lstrip("+-").isdigit() else float(text)
+    if not abs(value) < _HUGE:
+        raise ValueError(text)
+    return value

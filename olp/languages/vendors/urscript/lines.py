@@ -27,7 +27,7 @@ _STARTS: Final = re.compile(r"(?:def|thread|sec|if|elif|while|return|global|loca
 _HEAD: Final = re.compile(r"(def|thread|sec|if|elif|else|while|end)(?![A-Za-z0-9_])")
 _DEEP: Final = re.compile(r"[-+*/%!]|[=<>]=?|\b(?:and|or|xor|not|run)\b")
 _CHAIN: Final = re.compile(r"[\])]\s*[\[(]|\.[A-Za-z_]")
-_LONG_NUMBER: Final = re.compile(r"(?<![\w.])\d{19,}(?![\d.eE])")
+_LONG_NUMBER: Final = re.compile(r"(?<![\w.])\d{19,}(?![\d.eE])|\d{100,}")
 _GOES_ON: Final = re.compile(r".*(?:[-+*/%=<>,]|(?<![A-Za-z0-9_])(?:and|or|xor|not))", re.DOTALL)
 _BRANCH: Final = re.compile(r"(?<=[^A-Za-z0-9_.])(?:elif|else)(?![A-Za-z0-9_])")
 _MOST_JOINED = 300
