@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
@@ -15,8 +15,9 @@ from typing import Any, ClassVar, Final, NamedTuple
 from olp.core.diagnostic import OlpError, error
 from olp.core.registry import file_names
 from olp.core.source import Source
-from olp.ir.program import Program
+from olp.ir.program import Program, Statement
 
+ACKNOWLEDGED: Final = "acknowledge"  # spelling of a Pause that ends when the operator acknowledges a message
 _VENDORS: Final = "olp.languages.vendors"
 _USUAL: Final = (
     "Move_joint Move_linear Move_circular Assign SetOutput Dwell Wait Call Return If Else EndIf Message "
@@ -96,6 +97,12 @@ class Conventions:
     idle_routines: Mapping[str, str] = field(
         default_factory=dict
     )  # routine of the maker's own, case folded -> what it is, where it moves nothing
+    idle_settings: Mapping[str, tuple[str, float]] = field(
+        default_factory=dict
+    )  # system variable, case folded -> what it is, and the least number from which on it moves nothing
+    idle_words: frozenset[str] = (
+        frozenset()
+    )  # first words, case folded, of declarations that olp keeps as text
     wait_limit_prefix: str = ""  # of system variables that only bound waits
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
@@ -143,7 +150,8 @@ class Vendor(ABC):
     number, so that nobody can add one. `indented_comments`: comments may be indented. `call_mark`: what stands before
     the name of a called program, where `call_words` (a pattern) end what is before it; such languages know programs
     by the name within the file.
-    `writes_probes`: olp writes the jobs that measure a robot in this language.
+    `writes_probes`: olp writes the jobs that measure a robot in this language. `library_files`: stems, case folded, of
+    the maker's own files whose routines `without_library` knows.
     """
 
     name: ClassVar[str]
@@ -172,11 +180,21 @@ class Vendor(ABC):
     call_mark: ClassVar[str] = ""
     call_words: ClassVar[str] = ""
     writes_probes: ClassVar[bool] = False
+    library_files: ClassVar[frozenset[str]] = frozenset()
 
     def folders_with(self, folder: Path) -> list[Path]:
         """The folders whose files the controller loads together with those of `folder`, that one first."""
         others = [folder / name for name in self.folders_beside]
         return [folder, *(one for one in others if one.is_dir() and not one.samefile(folder))]
+
+    def without_library(
+        self, body: tuple[Statement, ...], own: Callable[[str], bool]
+    ) -> tuple[Statement, ...]:
+        """A routine's statements with calls of the maker's own library as what these do.
+
+        `own`: whether a routine of this name is one of the program's, and none of the maker's files.
+        """
+        return body
 
     def comment_of(self, line: bytes) -> bytes | None:
         """What a comment on a line of its own says, without what opens and closes it; None for any other line."""

@@ -11,8 +11,8 @@ from olp.core.source import Source
 from olp.ir.expressions import CallValue, Expression, Named
 from olp.ir.program import Call, Declare, Move, Program, Routine, Statement
 from olp.ir.transformer import edited, expressions_of, mapped, note_names
-from olp.languages.vendor import find_vendor
-from olp.transpile.occurrences import Look, names_of_data
+from olp.languages.vendor import find_vendor, vendor_names
+from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
 
 if TYPE_CHECKING:
     from olp.runtime.jobs import Jobs
@@ -58,12 +58,32 @@ def link(program: Program) -> Linked:
     path = Path(program.path) if program.path else None
     folder = path.parent if path is not None and path.is_file() else None
     own = LinkedPart(program.path, 0, len(program.source.lines))
+    jobs = Jobs(program, folder)
+    program = _without_library(program, jobs)
     if folder is None:
         return Linked(program, (own,))
-    joined = _Joined(program, Jobs(program, folder), [own], list(program.source.lines))
+    joined = _Joined(program, jobs, [own], list(program.source.lines))
     joined.add_routines()
     joined.add_data()
     return joined.linked()
+
+
+def _without_library(program: Program, jobs: Jobs) -> Program:
+    """`program` with calls of the maker's own library as what these do."""
+    if program.vendor not in vendor_names():
+        return program
+    return with_routines(program, (_routine_without_library(r, program, jobs) for r in program.routines))
+
+
+def _routine_without_library(routine: Routine, program: Program, jobs: Jobs) -> Routine:
+    vendor = find_vendor(program.vendor)
+    source = next((n for n, one in enumerate(jobs.programs) if one.path == program.path), 0)
+
+    def is_own(name: str) -> bool:
+        job = jobs.find(name, source)
+        return job is not None and Path(job.program.path).stem.casefold() not in vendor.library_files
+
+    return with_rows(routine, vendor.without_library(routine.body, is_own))
 
 
 @dataclass(slots=True)
@@ -127,7 +147,8 @@ class _Joined:
             if id(other) not in self.offsets:
                 known = {declare.name.casefold() for declare in self.data}
                 self._add(other, [d for d in other.data if d.name.casefold() not in known])
-            routine = _shifted(job.routine, self.offsets[id(other)])
+            routine = _routine_without_library(job.routine, other, self.jobs)
+            routine = _shifted(routine, self.offsets[id(other)])
             have.add(routine.name.casefold())
             self.routines.append(routine)
             todo += self._called(routine)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.ir import terminology
-from olp.ir.expressions import Expression, Function, Named, Store, SystemValue, Text
+from olp.ir.expressions import Expression, Function, Member, Named, SignalState, Store, SystemValue, Text
 from olp.ir.program import (
     Assign,
     Call,
@@ -24,6 +24,7 @@ from olp.ir.program import (
     Move,
     ObeyFlags,
     Opaque,
+    Pause,
     Process,
     Program,
     Reference,
@@ -41,8 +42,8 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.ir.transformer import expressions_of
-from olp.languages.vendor import language_of
+from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
+from olp.languages.vendor import ACKNOWLEDGED, language_of
 from olp.transpile.context import Fate, TranslationContext
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
@@ -71,6 +72,9 @@ _MANNER = frozenset(
 )
 _NOT_TURNED = frozenset({"#CONSTANT"})  # of $ORI_TYPE: the tool is not turned as the point says
 _TOGETHER = "coord"  # keeps step with a table: a plain move as long as every table stands
+_ACKNOWLEDGES: Final = (
+    "what waited for an acknowledgement waits there until the operator starts the program again"
+)
 _WINDOW = "popup"  # how the message behind it is shown
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
@@ -101,6 +105,8 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     shifts = any(isinstance(s, ShiftOn) for s in program.statements())
     manner = _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER
     defined = {routine.name.casefold() for routine in program.routines}
+    settings = _idle_settings(program, work)
+    resolved = _RESOLVED - _read_records(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -108,7 +114,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
                 continue
-            if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.upper() in _RESOLVED:
+            if isinstance(s, Assign) and _holder(s.target) in resolved:
                 continue
             if isinstance(s, ObeyFlags) and not work.limits.watches_flags:
                 continue  # the flags that its moves end with are written
@@ -154,6 +160,16 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
                         work,
                     )
                 )
+            elif isinstance(s, Pause) and s.spelling == ACKNOWLEDGED:
+                work.lose(s, Fate.APPROXIMATED, "option", _ACKNOWLEDGES)
+                rows.append(s)
+            elif isinstance(s, Assign) and (what := settings.get(s.line)) is not None:
+                rows.append(_idle(s, f"{what} moves nothing", program, work))
+            elif (
+                isinstance(s, Opaque)
+                and (s.text.split() or [""])[0].casefold() in work.conventions.idle_words
+            ):
+                rows.append(_idle(s, "a declaration of what is elsewhere does nothing", program, work))
             elif isinstance(s, ShiftOff) and not shifts:
                 rows.append(_idle(s, "no shift is on that could end here", program, work))
             elif isinstance(s, WaitTask) and s.task not in started:
@@ -172,8 +188,60 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines))
 
 
+def _holder(target: Expression) -> str:
+    """The name, in capitals, of a variable that is assigned to as a whole, or whose member is."""
+    base = target.base if isinstance(target, Member) else target
+    return base.name.upper() if isinstance(base, Named) else ""
+
+
+def _read_records(program: Program) -> set[str]:
+    """Those of the forms' records that a statement still reads, in capitals: the reader could not resolve it."""
+    read: set[str] = set()
+    for s in program.statements():
+        if calls_nothing(s) or (isinstance(s, Assign) and _holder(s.target) in _RESOLVED):
+            continue
+        read.update(
+            e.base.name.upper()
+            for e in expressions_of(s)
+            if isinstance(e, Member) and isinstance(e.base, Named)
+        )
+    return read & _RESOLVED
+
+
 def _is_clock(e: Expression) -> bool:
     return isinstance(e, (SystemValue, Function)) and e.name == "timer"
+
+
+def _idle_settings(program: Program, work: TranslationContext) -> dict[int, str]:
+    """Lines that set what moves nothing, and what that is: settings that nobody reads, to a number that does nothing.
+
+    Less than the least number matters to blended moves alone.
+    """
+    known = work.conventions.idle_settings
+    found: dict[str, dict[int, str]] = {}
+    names: set[str] = set()  # of what is read
+    for s in program.statements() if known else ():
+        if calls_nothing(s) or sets_numbers(s):
+            continue
+        name = s.target.name.casefold() if isinstance(s, Assign) and isinstance(s.target, Named) else ""
+        if isinstance(s, Assign) and name in known:
+            what, least = known[name]
+            value = s.value.on if isinstance(s.value, SignalState) else getattr(s.value, "value", None)
+            if isinstance(value, (int, float)) and (value >= least or not _blends(program)):
+                found.setdefault(name, {})[s.line] = what
+        else:
+            note_names(s, names)
+    for name in names:
+        found.pop(name.casefold(), None)
+    return {line: what for lines in found.values() for line, what in lines.items()}
+
+
+def _blends(program: Program) -> bool:
+    """Whether any move passes its end without a stop."""
+    return any(
+        type(s) is Move and (s.blend is None or s.blend.value is None or s.blend.value.literal != 0.0)
+        for s in program.statements()
+    )
 
 
 _SILENT: Final = frozenset({"continue", "stop-handler"})  # nobody would write a comment in their place

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from olp.core.source import Source
-from olp.ir.program import Program
+from olp.ir.program import Program, Statement
 from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
 
 _SIGNS = re.compile(
@@ -48,6 +49,12 @@ class Krl(Vendor):
         # The advance run goes on past the next statement, and every program of KUKA's editor declares a stop handler.
         idle_routines={"set_cd_params": "the setting of the collision detection"},
         idle_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
+        # Without an advance run no move is blended; with any, its length moves nothing.
+        idle_settings={
+            "$advance": ("the length of the advance run", 1.0),
+            "$loop_cont": ("whether the operator may skip what is waited for", 0.0),
+        },
+        idle_words=frozenset({"ext", "extfct", "extp", "extfctp"}),
         off_pulse="FALSE",
     )
     joint_moves = (
@@ -56,11 +63,19 @@ class Krl(Vendor):
     )
     corners = CornerSpelling(r";", (r"\b(LIN|CIRC)(?:_REL)?\b.*\S(?=\s*$)", r"\g<0> C_DIS"), r"(?!)")
     editor_names = ("kuka",)
+    library_files = frozenset({"msglib"})
 
     def folders_with(self, folder: Path) -> list[Path]:
         from olp.languages.vendors.krl.companions import tree_of
 
         return [folder, *(one for one in tree_of(folder) if one != folder)]
+
+    def without_library(
+        self, body: tuple[Statement, ...], own: Callable[[str], bool]
+    ) -> tuple[Statement, ...]:
+        from olp.languages.vendors.krl.library import without_library
+
+        return without_library(body, own)
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

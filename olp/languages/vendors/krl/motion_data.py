@@ -37,6 +37,7 @@ from olp.ir.moves import (
     SpeedUnit,
 )
 from olp.ir.statements import Assign, ExternalTool, Statement
+from olp.ir.transformer import note_names
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.scope import Scope
 
@@ -91,14 +92,30 @@ class MotionData:
     def forget(self) -> None:
         """After a label or a branch nothing is known."""
         self._actual: dict[str, str | None] = dict.fromkeys(ACTUAL)
+        self._parts: dict[tuple[str, str], Expression] = {}  # what members of these have been set to since
         self.external = False  # $IPO_MODE is #TCP
         self._orientation = _TURNING
 
     def assign(self, key: str, value: Expression) -> None:
         self._actual[key] = value.name if type(value) is Named else None
+        self._parts = {part: one for part, one in self._parts.items() if part[0] != key}
+
+    def assign_part(self, key: str, name: str, value: Expression) -> None:
+        """`FDAT_ACT.TOOL_NO = …`; both in capitals."""
+        self._parts[key, name] = value
+
+    def changed(self, name: str) -> None:
+        """A variable has another value: what was computed from it is not known any more."""
+        for part, value in self._parts.items():
+            names: set[str] = set()
+            note_names(value, names)
+            if name.casefold() in map(str.casefold, names):
+                self._parts[part] = Member(Named(self.scope.spell(part[0])), self.scope.spell(part[1]))
 
     def member(self, record: str, name: str) -> Expression:
         """`record.name`: a constant of a list where one gives it, else the expression."""
+        if (record, name) in self._parts:
+            return self._parts[record, name]
         actual = self._actual.get(record)
         found = self.constant(actual or record, name)
         if found is not None:
@@ -106,6 +123,12 @@ class MotionData:
         if actual and actual.upper() not in self.scope.values:
             self.missing.append(actual)
         return Member(Named(self.scope.spell(record)), self.scope.spell(name))
+
+    def _word(self, record: str, name: str) -> Expression | None:
+        """A member that is a constant of an enumeration, None where nothing tells it."""
+        if (record, name) in self._parts:
+            return self._parts[record, name]
+        return self.constant(self._actual.get(record) or record, name)
 
     def constant(self, record: str, name: str) -> Expression | None:
         value = self.scope.values.get(record.upper())
@@ -163,7 +186,7 @@ class MotionData:
 
     def joint_blends(self, record: str) -> tuple[Blend, ...]:
         distance = self.member(record, "APO_DIST")
-        mode = self.constant(self._actual.get(record) or record, "APO_MODE")
+        mode = self._word(record, "APO_MODE")
         if type(mode) is Text and mode.value.upper() == "#CDIS":
             return (Blend(BlendKind.RADIUS, Quantity(distance, mm)),)
         if type(distance) is Number:
@@ -178,7 +201,7 @@ class MotionData:
 
     def orientation(self) -> tuple[Statement, ...]:
         """$ORI_TYPE, where it changes: with #CONSTANT the tool does not turn to where the point says."""
-        kind = self.constant(self._actual["LDAT_ACT"] or "LDAT_ACT", "ORI_TYP")
+        kind = self._word("LDAT_ACT", "ORI_TYP")
         said = kind if type(kind) is Text and kind.value.upper() != "#VAR" else _TURNING
         if said == self._orientation:
             return ()
@@ -189,7 +212,7 @@ class MotionData:
         """FRAMES."""
         tool = SetTool(0, self.numbered_tool(self.member("FDAT_ACT", "TOOL_NO")))
         frame = SetFrame(0, self.numbered_frame(self.member("FDAT_ACT", "BASE_NO")))
-        mode = self.constant(self._actual["FDAT_ACT"] or "FDAT_ACT", "IPO_FRAME")
+        mode = self._word("FDAT_ACT", "IPO_FRAME")
         external = type(mode) is Text and mode.value.upper() == "#TCP"
         return (tool, frame, *self.interpolation(external))
 

@@ -83,6 +83,8 @@ class Modal:
     def _assign(self, it: Assign) -> tuple[Statement, ...]:
         target, value = it.target, it.value
         kind = type(target)
+        if kind is Named:
+            self.data.changed(target.name)  # type: ignore[union-attr]
         if isinstance(target, SystemValue):
             if target.name == "current-tool":
                 return (SetTool(0, self.data.tool(value)),)
@@ -126,6 +128,9 @@ class Modal:
 
     def _member(self, it: Assign, target: Member) -> tuple[Statement, ...]:
         base, name = target.base, target.name.upper()
+        if isinstance(base, Named) and base.name.upper() in ACTUAL:
+            self.data.assign_part(base.name.upper(), name, it.value)
+            return (it,)
         if isinstance(base, SystemValue) and base.name in ("current-tool", "current-frame"):
             return self._frame_member(it, base, target.name)
         if not isinstance(base, Named):

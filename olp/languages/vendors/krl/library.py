@@ -1,0 +1,72 @@
+"""What calls of KUKA's own message library do (`MsgLib.src` of the controller's System folder), and its message window.
+
+MsgNotify shows a message. MsgQuit shows one and waits until the operator has acknowledged it: its loop asks
+`Exists_KrlMsg`. What is assigned to $LOOP_MSG[] is shown while the program goes on. Texts may be keys of the
+controller's message database; `%1` stands for the number, else the text, that is handed over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from olp.ir.expressions import CallValue, Expression, Function, Item, Named, Text, Unknown
+from olp.ir.statements import Assign, Call, Message, Pause, Statement, Wait
+from olp.languages.vendor import ACKNOWLEDGED
+
+_SHOWS: Final = frozenset({"msgnotify", "msgquit"})
+_WINDOW: Final = "$LOOP_MSG"
+_PLACE: Final = "%1"
+_OMITTED: Final = Unknown("")
+_NOTHING: Final = Text(" ")  # what the window shows when its text is cleared
+
+
+def without_library(body: Sequence[Statement], own: Callable[[str], bool]) -> tuple[Statement, ...]:
+    """The statements with those of the message library as messages and pauses.
+
+    `own`: whether a routine of this name is one of the program's, and none of KUKA's.
+    """
+    return tuple([one for s in body for one in _plain(s, own)])
+
+
+def _plain(s: Statement, own: Callable[[str], bool]) -> tuple[Statement, ...]:
+    if type(s) is Call and s.routine.casefold() in _SHOWS and s.condition is None and not own(s.routine):
+        text = _shown(s.arguments)
+        if text is None:
+            return (s,)
+        if s.routine.casefold() == "msgnotify":
+            return (Message(s.line, text, s.comment),)
+        return (Message(s.line, text, s.comment), Pause(s.line, spelling=ACKNOWLEDGED))
+    if type(s) is Assign and _is_window(s.target):
+        return (Message(s.line, s.value, s.comment),)
+    if type(s) is Wait and _clears(s.condition):
+        return (Message(s.line, _NOTHING, s.comment),)
+    return (s,)
+
+
+def _shown(arguments: tuple[Expression, ...]) -> Expression | None:
+    """The text with what it names filled in, None where that is not written out."""
+    text, _, number, words = (*arguments, *[_OMITTED] * 4)[:4]
+    if type(text) is not Text or _PLACE not in text.value:
+        return None if text == _OMITTED else text
+    if number == words == _OMITTED:
+        return None
+    before, _, behind = text.value.partition(_PLACE)
+    value = words if number == _OMITTED else Function("text-of-value", (number,))
+    parts = (*([Text(before)] if before else []), value, *([Text(behind)] if behind else []))
+    return Function("joined-text", parts)
+
+
+def _is_window(e: Expression) -> bool:
+    """`$LOOP_MSG[]`"""
+    return type(e) is Item and type(e.base) is Named and e.base.name.upper() == _WINDOW
+
+
+def _clears(condition: Expression) -> bool:
+    """`StrClear($LOOP_MSG[])`, which is always true."""
+    return (
+        isinstance(condition, CallValue)
+        and condition.routine.casefold() == "strclear"
+        and len(condition.arguments) == 1
+        and _is_window(condition.arguments[0])
+    )

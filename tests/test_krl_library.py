@@ -1,0 +1,116 @@
+"""KUKA's message library and settings of its advance run, translated as what they do."""
+
+from __future__ import annotations
+
+import pytest
+from translated_texts import ROBOT, converted, krl, read, run_elsewhere, translated
+
+from olp.fluent import read as read_file
+from olp.runtime.interpreter import run
+from olp.runtime.plan import StepKind
+from olp.transpile.link import link
+
+SHOWS = {"rapid": 'TPWrite "{}"', "tp": "MESSAGE[{}]", "urscript": '"{}"'}
+STOPS = {"rapid": "Stop;", "tp": "  PAUSE ;", "urscript": ", blocking=True)"}
+
+
+def left_out(text, target):
+    return [loss.says for loss in converted(text, "krl", target).translated.losses if loss.leaves_out]
+
+
+@pytest.mark.parametrize("target", SHOWS)
+def test_a_message_is_shown_whatever_else_is_handed_over_with_it(target):
+    text = krl('MsgNotify("door open","Cell",,,3)')
+    assert SHOWS[target].format("door open") in translated(text, "krl", target)
+    assert left_out(text, target) == []
+
+
+@pytest.mark.parametrize("target", SHOWS)
+def test_a_message_that_waits_for_the_operator_stops_the_program_there(target):
+    text = krl('MsgQuit("load parts","Cell")')
+    written = translated(text, "krl", target)
+    assert written.index(SHOWS[target].format("load parts")) < written.index(STOPS[target])
+    (loss,) = converted(text, "krl", target).translated.losses
+    assert loss.fate == "approximated"
+    assert "acknowledge" in loss.says
+
+
+def test_a_number_stands_where_the_text_names_it():
+    text = krl("DECL INT N", "N=4", 'MsgNotify("parts: %1","Cell",N)')
+    assert 'TPWrite "parts: "\\Num:=N;' in translated(text, "krl", "rapid")
+
+
+def test_a_routine_of_the_programs_own_is_called_whatever_its_name(tmp_path):
+    (tmp_path / "part.src").write_text(
+        'DEF PART ( )\nMsgQuit("x")\nEND\nDEF MsgQuit(T[]:IN)\nDECL CHAR T[]\nEND\n'
+    )
+    assert "Call" in {type(s).__name__ for s in link(read_file(tmp_path / "part.src")).program.statements()}
+
+
+def test_the_library_itself_is_not_translated(tmp_path):
+    (tmp_path / "part.src").write_text('DEF PART ( )\nMsgQuit("x")\nEND\n')
+    (tmp_path / "MsgLib.src").write_text(
+        "DEF MsgLib ( )\nEND\nGLOBAL DEF MsgQuit(T[]:IN)\nDECL CHAR T[]\nEND\n"
+    )
+    program = link(read_file(tmp_path / "part.src")).program
+    assert [routine.name for routine in program.routines] == ["PART"]
+    assert [type(s).__name__ for s in program.statements() if s.line == 2] == ["Message", "Pause"]
+
+
+def test_the_message_window_is_written_and_cleared():
+    text = krl('$LOOP_MSG[]="busy"', "WAIT FOR StrClear($LOOP_MSG[])", "$LOOP_CONT=TRUE")
+    written = translated(text, "krl", "rapid")
+    assert written.index('TPWrite "busy"') < written.index('TPWrite " "')
+    assert left_out(text, "rapid") == [
+        "whether the operator may skip what is waited for moves nothing: it is a comment there"
+    ]
+
+
+def test_both_runs_show_the_same():
+    text = krl('MsgNotify("a")', "$OUT[1]=TRUE", 'MsgQuit("b","Cell")', "$OUT[1]=FALSE")
+    here, there = run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", "rapid")
+    assert here.kind.tolist() == there.kind.tolist()
+    assert here.kind.tolist().count(StepKind.SIGNAL) >= 4
+
+
+ADVANCE = (
+    (("$ADVANCE=3",), "C_DIS", True),
+    (("$ADVANCE=0",), "", True),
+    (("$ADVANCE=0",), "C_DIS", False),  # no move is blended then: not what the corner says
+    (("$ADVANCE=N",), "", False),
+    (("$ADVANCE=3", "N=$ADVANCE"), "", False),
+)
+
+
+@pytest.mark.parametrize(("rows", "blend", "idle"), ADVANCE)
+def test_the_length_of_the_advance_run_matters_to_corners_alone(rows, blend, idle):
+    moves = (f"LIN {{X {x},Y 0,Z 400,A 0,B 90,C 0}} {blend}" for x in (800, 850, 900))
+    said = left_out(krl("DECL INT N", *rows, *moves), "rapid")
+    assert any("moves nothing" in one for one in said) is idle
+    assert any("belongs to KRL" in one for one in said) is not idle
+
+
+def test_a_declaration_of_a_routine_elsewhere_is_no_statement():
+    assert left_out(krl("EXT SUBP(REAL:IN)"), "tp") == [
+        "a declaration of what is elsewhere does nothing: it is a comment there"
+    ]
+
+
+def test_members_of_a_forms_data_count_for_the_move_behind_them():
+    rows = (
+        "FDAT_ACT=FHOME",
+        "FDAT_ACT.TOOL_NO=3",
+        "FDAT_ACT.BASE_NO=4",
+        "LDAT_ACT=LDEFAULT",
+        "LDAT_ACT.VEL=0.3",
+        "LDAT_ACT.APO_DIST=7",
+        "BAS(#CP_DAT)",
+        "BAS(#FRAMES)",
+        "LIN {X 800,Y 0,Z 400,A 0,B 90,C 0} C_DIS",
+        "LIN {X 900,Y 0,Z 400,A 0,B 90,C 0}",
+    )
+    text = krl(*rows)
+    assert left_out(text, "rapid") == []
+    written = translated(text, "krl", "rapid")
+    assert "v300" in written
+    assert "tool_3\\WObj:=frame_4" in written
