@@ -112,3 +112,11 @@ def test_moves_of_an_rtde_recording_and_the_program_that_ran(tmp_path: Path) -> 
     moves = read_recording(tmp_path / "made").moves
     moved = [t for t, kind in zip(moves.duration.tolist(), moves.kinds, strict=True) if kind == "joint"]
     assert moved == pytest.approx([0.5, 0.5], abs=0.03)
+
+
+def test_a_cell_too_many_in_the_first_row_and_one_too_few_below_are_told(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(
+        "t_s,q1_deg,q2_deg\n0,0,0,9\n0.01,1,2\n0.02,4\n0.03,5,6\n", encoding="utf-8"
+    )
+    with pytest.raises(OlpError, match=r"(?s)row has 4 cells, the header 3.*row has 2 cells"):
+        read_log(tmp_path / "log.csv")

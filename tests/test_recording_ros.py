@@ -11,7 +11,8 @@ from mcap_ros2.writer import Writer as McapWriter
 
 from olp.__main__ import main
 from olp.core.units import deg
-from olp.identification.recording import read_recording
+from olp.identification.recording import read_recording, ros_bag
+from samples.recordings import make_logs
 from samples.recordings.make_logs import (
     DURATIONS,
     PERIOD,
@@ -251,3 +252,23 @@ def test_a_bag_of_ros_1_is_read(tmp_path: Path) -> None:
             writer.write(channel, stamp, raw)
     moves = read_recording(imported(tmp_path, tmp_path / "run.bag")).moves
     assert moves.duration.tolist() == pytest.approx(DURATIONS, abs=PERIOD)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the system has no bound of memory")
+def test_a_small_bag_that_unpacks_to_gigabytes_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as file:
+        writer = McapWriter(file, chunk_size=400_000_000)
+        kind = writer.register_msgdef("sensor_msgs/msg/JointState", make_logs._STATE)
+        header = {"stamp": {"sec": 1, "nanosec": 0}, "frame_id": "x" * 200_000_000}
+        state = {"header": header, "name": ["x"], "position": [0.0], "velocity": [], "effort": []}
+        writer.write_message("/joint_states", kind, state)
+        writer.finish()
+    assert path.stat().st_size < 1_000_000
+    resource = pytest.importorskip("resource")
+    monkeypatch.setattr(ros_bag, "_MOST_MEMORY", 100_000_000)
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    assert "D003" in told(capsys, tmp_path, path)
+    assert resource.getrlimit(resource.RLIMIT_AS) == before

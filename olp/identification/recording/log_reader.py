@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -291,18 +292,21 @@ def _csv(path: Path) -> LogTable:
     if raw.count(b",") != (rows + (not headless)) * (len(names) - 1):
         return _slowly(file, raw)
     try:
-        frame = pandas.read_csv(
-            io.BytesIO(raw),
-            header=None if headless else 0,
-            names=list(names),
-            dtype=kinds,
-            keep_default_na=False,
-            na_values=[""],
-            skip_blank_lines=False,
-            index_col=False,
-            encoding="utf-8",
-        )
-    except (ValueError, UnicodeDecodeError):
+        with warnings.catch_warnings():
+            # One row with a comma too many and one with a comma too few: pandas would drop the cell and only warn.
+            warnings.simplefilter("error", pandas.errors.ParserWarning)
+            frame = pandas.read_csv(
+                io.BytesIO(raw),
+                header=None if headless else 0,
+                names=list(names),
+                dtype=kinds,
+                keep_default_na=False,
+                na_values=[""],
+                skip_blank_lines=False,
+                index_col=False,
+                encoding="utf-8",
+            )
+    except (ValueError, pandas.errors.ParserWarning):
         return _slowly(file, raw)
     cells: Cells = {
         name: tuple(map(from_cell, frame.iloc[:, i].fillna("")))

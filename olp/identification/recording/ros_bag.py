@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -29,6 +30,7 @@ _KINDS: Final = (_STATE, _CONTROLLER, _TRAJECTORY)
 _SUFFIXES: Final = (".mcap", ".db3", ".bag")
 _MOST_MESSAGES: Final = 2_000_000
 _MOST_BYTES: Final = 8_000_000_000
+_MOST_MEMORY: Final = 6_000_000_000  # [bytes] for one recording: a few of them can unpack to anything
 _NS: Final = 1e-9  # [s]
 
 
@@ -73,14 +75,36 @@ def read_bag(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Bag:
     reader = _open(path)
     # The library raises whatever a broken file leads it to: key, value, index and struct errors, and its parts' own.
     try:
-        with reader:
+        with _bounded_memory(_MOST_MEMORY), reader:
             return _read(reader, file, topic, joints)
     except OlpError:
         raise
+    except MemoryError:
+        says = f"unpacked it takes more than {_MOST_MEMORY / 1e9:g} GB of memory"
+        raise OlpError(error("D003", says, file=file, help="record the topic of the joints alone")) from None
     except Exception as problem:
         says = f"not a whole ROS recording: {problem or type(problem).__name__}"
         help = "a recorder that was cut off left it open: mcap recover, or ros2 bag reindex"
         raise OlpError(error("D002", says[:300], file=file, help=help)) from None
+
+
+@contextmanager
+def _bounded_memory(size: int) -> Iterator[None]:
+    """At most `size` [bytes] more while it lasts, where the system can (Linux); beyond that: MemoryError."""
+    try:
+        import resource
+
+        used = int(Path("/proc/self/statm").read_bytes().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):
+        yield
+        return
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    most = min((one for one in before if one != resource.RLIM_INFINITY), default=used + size)
+    resource.setrlimit(resource.RLIMIT_AS, (min(most, used + size), before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 def _open(path: Path) -> Any:
