@@ -66,6 +66,10 @@ def test_the_message_window_is_written_and_cleared():
     ]
 
 
+def test_a_window_of_many_blanks_is_an_empty_message():
+    assert "MESSAGE[ " in translated(krl(f'$LOOP_MSG[]="{" " * 60}"'), "krl", "tp")
+
+
 def test_both_runs_show_the_same():
     text = krl('MsgNotify("a")', "$OUT[1]=TRUE", 'MsgQuit("b","Cell")', "$OUT[1]=FALSE")
     here, there = run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", "rapid")
@@ -94,6 +98,18 @@ def test_a_declaration_of_a_routine_elsewhere_is_no_statement():
     assert left_out(krl("EXT SUBP(REAL:IN)"), "tp") == [
         "a declaration of what is elsewhere does nothing: it is a comment there"
     ]
+
+
+def test_what_another_routine_reads_of_a_forms_data_changes_nothing_here():
+    text = krl(
+        "PDAT_ACT=PDEFAULT",
+        "FDAT_ACT=FHOME",
+        "BAS(#PTP_PARAMS,50)",
+        "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}",
+    )
+    text += "DEF OTHER(V:IN)\r\nREAL V\r\nIF V>0 THEN\r\nPDAT_ACT.VEL=V\r\nENDIF\r\nBAS(#PTP_DAT)\r\nEND\r\n"
+    lost = [loss.line for loss in converted(text, "krl", "rapid").translated.losses if loss.leaves_out]
+    assert min(lost, default=99) > 6
 
 
 def test_members_of_a_forms_data_count_for_the_move_behind_them():

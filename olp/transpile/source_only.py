@@ -29,6 +29,7 @@ from olp.ir.program import (
     Program,
     Reference,
     Return,
+    Routine,
     SetBlend,
     SetOutput,
     SetSpeed,
@@ -106,15 +107,15 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     manner = _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER
     defined = {routine.name.casefold() for routine in program.routines}
     settings = _idle_settings(program, work)
-    resolved = _RESOLVED - _read_records(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
+        unresolved = _read_records(routine) if work.conventions.folds else set()
         for s in without_folds(routine.body) if work.conventions.folds else routine.body:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
                 continue
-            if isinstance(s, Assign) and _holder(s.target) in resolved:
+            if isinstance(s, Assign) and _is_resolved(s.target, unresolved):
                 continue
             if isinstance(s, ObeyFlags) and not work.limits.watches_flags:
                 continue  # the flags that its moves end with are written
@@ -188,24 +189,21 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _holder(target: Expression) -> str:
-    """The name, in capitals, of a variable that is assigned to as a whole, or whose member is."""
-    base = target.base if isinstance(target, Member) else target
-    return base.name.upper() if isinstance(base, Named) else ""
+def _is_resolved(target: Expression, unresolved: Set[str]) -> bool:
+    """Whether the reader has used what is assigned; `unresolved`: records, in capitals, whose members are read."""
+    if isinstance(target, Member) and isinstance(target.base, Named):
+        return target.base.name.upper() in _RESOLVED - unresolved
+    return isinstance(target, Named) and target.name.upper() in _RESOLVED
 
 
-def _read_records(program: Program) -> set[str]:
-    """Those of the forms' records that a statement still reads, in capitals: the reader could not resolve it."""
+def _read_records(routine: Routine) -> set[str]:
+    """Those of the forms' records, in capitals, whose members a statement reads: the reader could not resolve them."""
     read: set[str] = set()
-    for s in program.statements():
-        if calls_nothing(s) or (isinstance(s, Assign) and _holder(s.target) in _RESOLVED):
-            continue
-        read.update(
-            e.base.name.upper()
-            for e in expressions_of(s)
-            if isinstance(e, Member) and isinstance(e.base, Named)
-        )
-    return read & _RESOLVED
+    for s in routine.body:
+        if not (calls_nothing(s) or sets_numbers(s) or isinstance(s, Assign)):
+            members = (e.base for e in expressions_of(s) if isinstance(e, Member))
+            read.update(base.name.upper() for base in members if isinstance(base, Named))
+    return read
 
 
 def _is_clock(e: Expression) -> bool:
@@ -274,13 +272,13 @@ def _with_legal_texts(s: Statement, work: TranslationContext) -> list[Statement]
     said: Any = s
     if isinstance(s, Message) and isinstance(s.text, Text):
         legal, room = _legal(s.text.value, work), work.limits.message
-        if room and len(legal) > room:
+        if room and len(legal) > room and not legal.isspace():
             from textwrap import wrap
 
             work.note_at(s, f"a message of more than {room} characters: several are written")
             parts: list[Statement] = [replace(s, text=Text(part), comment="") for part in wrap(legal, room)]
             return [*parts[:-1], *_with_legal_texts(replace(s, text=Text(wrap(legal, room)[-1])), work)]
-        said = replace(s, text=Text(legal))
+        said = replace(s, text=Text(legal[:room] if room else legal))
     comment = getattr(s, "comment", "")
     if not comment or isinstance(s, Case):
         return [said]
