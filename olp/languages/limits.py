@@ -74,10 +74,10 @@ class Limits:
     """One language, as its manual bounds it. Lengths in characters, 0: no bound.
 
     `numbered`: how many variables of a kind there are where they have numbers and no names ({}: variables have
-    names). `points`: how many taught points a file holds. `joint_speeds`, `path_speeds`, `blends`,
-    `accelerations`: kinds that a single move can name. `modal_speed`: moves name no speed, a variable holds it.
-    `tool_and_frame`: "move" (named by each), "modal" (a statement or variable before), "point" (taught with it),
-    "tool" (a statement before for the tool; targets are in the base).
+    names), `enlarged`: how many the controller can be set up to have. `points`: how many taught points a file holds.
+    `joint_speeds`, `path_speeds`, `blends`, `accelerations`: kinds that a single move can name. `modal_speed`: moves
+    name no speed, a variable holds it. `tool_and_frame`: "move" (named by each), "modal" (a statement or variable
+    before), "point" (taught with it), "tool" (a statement before for the tool; targets are in the base).
     """
 
     routine_name: int
@@ -96,6 +96,7 @@ class Limits:
     names: str = r"[A-Za-z_][A-Za-z0-9_]*"  # pattern of routine and variable names
     case_sensitive: bool = False
     numbered: Mapping[Store, int] = field(default_factory=dict)
+    enlarged: Mapping[Store, int] = field(default_factory=dict)
     has_goto: bool = True
     has_if: bool = True
     has_while: bool = True

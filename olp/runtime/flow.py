@@ -30,7 +30,7 @@ from olp.ir.program import (
 from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
 from olp.runtime.jobs import RunnableRoutine
-from olp.runtime.memory import RANGES, Array, Record, Value
+from olp.runtime.memory import RANGES, Array, Record, Slot, Value
 from olp.runtime.plan import CallSpan
 from olp.runtime.regions import Read, Region, influences, is_literal, reads_of, region
 from olp.runtime.signals import flip
@@ -158,9 +158,11 @@ def for_(m: Machine, s: For) -> int | None:
     step = 1 if s.step is None else number(m, s.step)
     if step == 0:
         raise StatementError("I105", "a FOR loop with step 0 has no end", "give a step other than 0")
+    hidden = _hide(m, here, s.variable)
     _count(m, s.variable, start)
-    m.frame.counters[here] = (stop, step)
+    m.frame.counters[here] = (stop, step, hidden)
     if _beyond(start, stop, step):
+        _show(m, here, s.variable)
         end = m.frame.job.flow.end.get(here)
         return None if end is None else end + 1
     return None
@@ -173,14 +175,39 @@ def next_(m: Machine, s: Next) -> int | None:
         return None  # reached by a jump past the loop's head: nothing is counted
     head = m.frame.job.body[opener]
     assert isinstance(head, For)
-    stop, step = counter
+    stop, step, _ = counter
     following = number(m, head.variable) + step
     if _fits(head.variable, following):
         _count(m, head.variable, following)
         if not _beyond(following, stop, step):
             return opener + 1
-    del m.frame.counters[opener]
+    _show(m, opener, head.variable)
     return None
+
+
+def _hide(m: Machine, here: int, variable: Variable | Named) -> Slot | None:
+    """Where FOR declares its counter: that counter instead of a variable of the same name, which is returned."""
+    from olp.runtime.scope import fold
+
+    if not (m.conventions.for_declares and isinstance(variable, Named)):
+        return None
+    names, key, left = m.frame.names, fold(m, variable.name), m.frame.counters.get(here)
+    hidden = names.get(key) if left is None else left[2]  # left by a jump: it is hidden still
+    names[key] = Slot(None)
+    return hidden
+
+
+def _show(m: Machine, here: int, variable: Variable | Named) -> None:
+    """Ends a loop: what its counter hid is there again."""
+    from olp.runtime.scope import fold
+
+    _, _, hidden = m.frame.counters.pop(here)
+    if not (m.conventions.for_declares and isinstance(variable, Named)):
+        return
+    if hidden is None:
+        del m.frame.names[fold(m, variable.name)]
+    else:
+        m.frame.names[fold(m, variable.name)] = hidden
 
 
 def _beyond(value: float, stop: float, step: float) -> bool:

@@ -14,7 +14,7 @@ from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.columns import NOWHERE
 from olp.runtime.jobs import Jobs, RunnableRoutine
-from olp.runtime.memory import Key, Memory, PositionValue, Scope, Value
+from olp.runtime.memory import Key, Memory, PositionValue, Scope, Slot, Value
 from olp.runtime.plan import USUAL_LAW, CallSpan
 from olp.runtime.recorder import Recorder
 from olp.runtime.world import KIND_PREFIX, World, group_names
@@ -112,7 +112,8 @@ class CallFrame:
     locals: dict[Key, Value] = field(default_factory=dict)
     loops: dict[int, Loop] = field(default_factory=dict)  # by the statement that leads back
     entered: dict[int, LoopEntry] = field(default_factory=dict)  # by the loop's head
-    counters: dict[int, tuple[float, float]] = field(default_factory=dict)  # FOR at index -> (stop, step)
+    # FOR at index -> stop, step, and the variable that its counter hides
+    counters: dict[int, tuple[float, float, Slot | None]] = field(default_factory=dict)
     names: Scope = field(default_factory=dict)  # named variables of this run of the routine
     outs: list[tuple[str, Expression]] = field(
         default_factory=list

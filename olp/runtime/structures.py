@@ -148,6 +148,7 @@ def pose_of_rotation_vector(x: float, y: float, z: float, vector: tuple[float, f
 def write_item(m: Machine, target: Item, value: Value) -> None:
     """Stores an element. Raises StatementError (I223) outside of the array."""
     from olp.runtime.evaluate import evaluate
+    from olp.runtime.scope import copied
 
     if not target.indices:  # the array as a whole
         _store(m, target.base, value)
@@ -160,7 +161,7 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
         if not 1 <= last <= len(held.items):
             says = f"{spell(target)} is outside of the array, which has {len(held.items)} elements"
             raise StatementError("I223", says, "check the index")
-        held.items[last - 1] = value
+        held.items[last - 1] = copied(value)
         _changed(m, target.base)
     elif isinstance(held, PositionValue) and not before and 1 <= last <= len(held.values):
         if not isinstance(value, (int, float)):
@@ -174,6 +175,7 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
 def write_member(m: Machine, target: Member, value: Value) -> None:
     """Stores a component of a position [mm, deg] or a member of a record."""
     from olp.runtime.evaluate import evaluate
+    from olp.runtime.scope import copied
 
     name = target.name.lower()
     try:
@@ -184,7 +186,7 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
         old = PositionValue(PointState(PointKind.POSE, ACTIVE), (0.0,) * 6)
     if isinstance(old, Record):
         known = next((key for key in old.members if key.casefold() == name), target.name)
-        old.members[known] = value
+        old.members[known] = copied(value)
         _store(m, target.base, old)
         return
     if not isinstance(old, PositionValue) or not isinstance(value, (int, float)):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from olp.ir.expressions import (
+    CallValue,
     Expression,
     Item,
     Member,
@@ -98,6 +99,7 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 def _found(program: Program, symbols: Symbols) -> _Records:
     found = _Records(symbols)
     given = [(scope, d, one) for scope, d in _declarations(program) if (one := _element(d.value)) is not None]
+    given += _without_value(program)
     used = {
         e.name
         for s in (program.statements() if given else ())
@@ -117,9 +119,20 @@ def _found(program: Program, symbols: Symbols) -> _Records:
     for routine in program.routines:
         for parameter in routine.parameters:
             kind = parameter.type.casefold()
-            if kind in found.shapes and kind not in _PARTS:
+            if kind in found.shapes and (kind not in _PARTS or parameter.by_reference):
                 found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
     return found
+
+
+def _without_value(program: Program) -> list[tuple[str, Declare, RecordLiteral]]:
+    """Built-in records that are declared without a value, with one of their kind: it tells the members."""
+    bare = [(scope, d) for scope, d in _declarations(program) if d.value is None and d.type in _PARTS]
+    if not bare:
+        return []
+    literals = [d.value for _, d in _declarations(program) if d.value is not None]
+    literals += [e for s in program.statements() for e in expressions_of(s) if isinstance(e, RecordLiteral)]
+    known = {one.type: one for value in literals if (one := _element(value)) is not None}
+    return [(scope, d, known[_PARTS[d.type]]) for scope, d in bare if _PARTS[d.type] in known]
 
 
 def _declarations(program: Program) -> Iterator[tuple[str, Declare]]:
@@ -186,10 +199,9 @@ def _odd(program: Program, found: _Records) -> set[str]:
             allowed: list[Expression] = []
             if isinstance(s, Assign) and _is_copy(s, routine.name, found):
                 allowed = [s.target, s.value]
-            elif isinstance(s, Call) and s.routine.casefold() in own:
-                allowed = (
-                    list(s.arguments) if _fits(s, own[s.routine.casefold()], routine.name, found) else []
-                )
+            for call in (s, *expressions_of(s)):
+                if isinstance(call, (Call, CallValue)) and (called := own.get(call.routine.casefold())):
+                    allowed += call.arguments if _fits(call, called, routine.name, found) else ()
             odd |= _whole(s, routine.name, found, allowed)
     return odd
 
@@ -206,7 +218,7 @@ def _is_copy(s: Assign, routine: str, found: _Records) -> bool:
     return [path for _, path, _ in other] == [path for _, path, _ in leaves]
 
 
-def _fits(s: Call, called: Routine, routine: str, found: _Records) -> bool:
+def _fits(s: Call | CallValue, called: Routine, routine: str, found: _Records) -> bool:
     names = found.parameters.get(called.name.casefold(), {})
     if len(s.arguments) != len(called.parameters) or any(p.optional or p.switch for p in called.parameters):
         return False
@@ -326,7 +338,7 @@ class _Flat:
         if isinstance(s, Assign) and _is_copy(s, r.name, self.found):
             return list(self._copied(s, r.name))
         if isinstance(s, Call):
-            s = replace(s, arguments=tuple(one for a in s.arguments for one in self._argument(a, r.name)))
+            s = replace(s, arguments=self._arguments(s, r.name))
         return [mapped(s, lambda e: self._leaf(e, r.name))]
 
     def _copied(self, s: Assign, routine: str) -> Iterator[Statement]:
@@ -344,6 +356,9 @@ class _Flat:
             row = Assign(s.line, target, value, "" if at else s.comment)
             yield mapped(row, lambda e: self._leaf(e, routine))
 
+    def _arguments(self, call: Call | CallValue, routine: str) -> tuple[Expression, ...]:
+        return tuple(one for a in call.arguments for one in self._argument(a, routine))
+
     def _argument(self, e: Expression, routine: str) -> list[Expression]:
         leaves = _under(e, routine, self.found)
         return [self._named(base, leaf, routine) for base, _, leaf in leaves] or [e]
@@ -358,6 +373,8 @@ class _Flat:
         return replace(base, base=name) if isinstance(base, Item) else name
 
     def _leaf(self, e: Expression, routine: str) -> Expression:
+        if isinstance(e, CallValue):
+            return replace(e, arguments=self._arguments(e, routine))
         leaf = _leaf_of(e, routine, self.found) if isinstance(e, Member) else None
         return e if leaf is None else self._named(_chain(e)[0], leaf, routine)
 

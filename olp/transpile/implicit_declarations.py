@@ -59,6 +59,7 @@ from olp.languages.vendor import conventions_of, language_of
 from olp.transpile.constant_folding import called_in, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
+from olp.transpile.loop_counters import loop_counters
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
 from olp.transpile.symbols import Symbols, base_of, kind_of_value
@@ -81,7 +82,7 @@ _ASKS: Final = {
 
 def undeclared(program: Program, work: TranslationContext) -> Program:
     """Every name declared."""
-    program = _counters(program)
+    program = loop_counters(program, work)
     _tell_calls(program, work)
     unwaited = _unwaited(program)
     if unwaited:
@@ -101,32 +102,6 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
         _tell(use, work)
     _tell_moves(program, uses, work)
     return replace(program, data=(*program.data, *map(_declaration, uses.values())))
-
-
-def _counters(program: Program) -> Program:
-    """Where FOR declares what it counts, that is no variable of the program."""
-    if not conventions_of(program.vendor).for_declares:
-        return program
-    known = {d.name for d in program.data}
-    routines = []
-    for routine in program.routines:
-        own = (
-            known
-            | {p.name for p in routine.parameters}
-            | {s.name for s in routine.body if type(s) is Declare}
-        )
-        counted = {s.variable.name: s for s in routine.body if type(s) is For and type(s.variable) is Named}
-        rows = [
-            Declare(0, name, "real" if _has_fraction(s) else "integer")
-            for name, s in counted.items()
-            if name not in own
-        ]
-        routines.append(replace(routine, body=(*rows, *routine.body)) if rows else routine)
-    return replace(program, routines=tuple(routines))
-
-
-def _has_fraction(s: For) -> bool:
-    return any(type(e) is Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step))
 
 
 def _flattened(program: Program, records: set[str]) -> Program:

@@ -87,6 +87,7 @@ class PositionNumbers:
     line: int = 0
     indices: int = 0  # of elements, computed for the statement under way
     told: bool = False  # that configurations are those of the plan
+    lines: Mapping[str, int] = field(default_factory=dict)  # where each variable is declared, 0: nowhere
 
     @property
     def registers(self) -> Registers:
@@ -129,18 +130,31 @@ class PositionNumbers:
         start = int(wanted) if wanted.isdecimal() else first
         while not wanted.isdecimal() and any(at in taken for at in range(start, start + size)):
             start += 1
-        taken.update(range(start, start + size))
-        largest = self.work.limits.numbered.get(store, 0)
+        largest = self._largest(store)
         if start + size - 1 >= largest + first:
-            self.work.lose(
-                0,
-                Fate.REFUSED,
-                "variable",
-                f"more than {largest} variables of one kind ({terminology.STORES[store]})",
-            )
+            says = f"more than {largest} variables of one kind ({terminology.STORES[store]})"
+            self.work.lose(self.lines.get(name, self.line), Fate.REFUSED, "variable", says)
+        else:
+            taken.update(range(start, start + size))
         shown = self.registers.variable.format(letter=self.registers.letters.get(store, ""), number=start)
         self.work.names[("variable", name)] = shown
         return start
+
+    def _largest(self, store: Store) -> int:
+        """How many variables of a kind the controller can have."""
+        limits = self.work.limits
+        return limits.enlarged.get(store, limits.numbered.get(store, 0))
+
+    def tell_enlarged(self) -> None:
+        """What the controller has to be set up for: more variables of a kind than it is delivered with."""
+        for store, taken in self.taken.items():
+            delivered = self.work.limits.numbered.get(store, 0)
+            if taken and max(taken) >= delivered + self.registers.first_point:
+                shown = self.registers.variable.format(
+                    letter=self.registers.letters.get(store, ""), number=max(taken)
+                )
+                says = "set the controller up for more variables than it is delivered with"
+                self.work.ask(says, f"{shown} is used, {delivered} are delivered")
 
     def _change(self, e: Expression) -> Expression:
         if type(e) is Named:
@@ -383,7 +397,8 @@ _VALUES: Final = (
 
 def number(program: Program, work: TranslationContext) -> Program:
     """For INFORM and FANUC: no name of a variable or point is left."""
-    own = _Numbers(work, symbols_of(program), largest_indices(program, work))
+    lines = {declare.name: declare.line for declare in program.data}
+    own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
     bodies = [(routine, own.body(routine)) for routine in program.routines]
@@ -397,6 +412,7 @@ def number(program: Program, work: TranslationContext) -> Program:
             at = 1 if body and isinstance(body[0], Begin) else 0
             body[at:at] = own.prologue(program)
         routines.append(own.routine(routine, tuple(body), routine.name == main))
+    own.tell_enlarged()
     return replace(program, routines=tuple(routines), data=())
 
 

@@ -34,6 +34,8 @@ LIMITS: Final = Limits(
     tool_and_frame="modal",
     names=r"[A-Za-z][A-Za-z0-9_]*",
     numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
+    # Position registers: up to 2000 at controlled start (Program Limits Setup) for one group; texts: no bound told.
+    enlarged={Store.ROBOT: 2000, Store.STRING: 1000},
     has_goto=True,
     has_if=True,
     has_while=False,

@@ -1,0 +1,51 @@
+"""Speeds and zones that a program computes: no other language has them, so each of their members is a variable.
+
+The oracle is RAPID's meaning of the program: its moves run at 270, 200 and 270 mm/s.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.transpile import Context
+from olp.transpile.convert import convert
+
+_PROGRAM = """MODULE M
+CONST robtarget p:=[[900,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+CONST robtarget q:=[[900,100,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+PERS speeddata fast;
+VAR speeddata kept{3};
+PROC main()
+  VAR speeddata slow;
+  VAR bool ok;
+  fast:=[200,50,0,0];
+  kept{2}:=fast;
+  slow:=fast;
+  IF NOT faster(slow) THEN
+    RETURN;
+  ENDIF
+  ok:=faster(fast);
+  MoveL p,slow,fine,tool0;
+  MoveL q,kept{2},fine,tool0;
+  MoveL p,fast,fine,tool0;
+ENDPROC
+FUNC bool faster(INOUT speeddata v)
+  v.v_tcp:=v.v_tcp+70;
+  v.v_ori:=30;
+  RETURN v.v_tcp<300;
+ENDFUNC
+ENDMODULE
+"""
+
+
+def test_an_element_that_a_record_was_copied_to_keeps_its_value() -> None:
+    plan = read_source(decode(_PROGRAM.encode(), "M.mod")).plan()
+    assert [round(1000 * float(v)) for v in plan.moves.travel] == [270, 200, 270]
+
+
+@pytest.mark.parametrize("target", ["krl", "tp"])
+def test_speeds_handed_to_functions_and_kept_in_arrays_are_carried_over(target: str) -> None:
+    made = convert(read_source(decode(_PROGRAM.encode(), "M.mod")), target, Context(on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
