@@ -1,7 +1,7 @@
 """Plants deliberate faults into readers, writers and the translation, one at a time: the tests catch every one.
 
     python bench/faults.py [--vendor V] [--only TEXT] [--jobs N] [--learn]
-    python bench/faults.py --contracts [KIND] [--only MEMBER] [--count N]
+    python bench/faults.py --contracts [KIND] [--only MEMBER] [--count N] [--seed S]
 
 The project is copied into a temporary folder, and nothing else is touched. Each row of `fault_rows` replaces one text
 of the copy, tests run up to the first failure, and the text is put back. The test that caught the fault last time
@@ -155,12 +155,15 @@ def main(arguments: Sequence[str]) -> int:
         metavar="N",
         help="mutations of code per member, with --contracts (12)",
     )
+    parser.add_argument(
+        "--seed", type=int, default=15, metavar="S", help="which mutations are drawn, with --contracts (15)"
+    )
     args = parser.parse_args(arguments)
     if args.contracts:
         if args.contracts not in ("all", *contract_faults.KINDS):
             parser.error(f"no kind '{args.contracts}'; there are {', '.join(contract_faults.KINDS)}")
         kinds = list(contract_faults.KINDS) if args.contracts == "all" else [args.contracts]
-        return contract_faults.run(kinds, args.only, args.count)
+        return contract_faults.run(kinds, args.only, args.count, args.seed)
     chosen = [
         (name, fault)
         for name, part in PARTS.items()

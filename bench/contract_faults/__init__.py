@@ -57,7 +57,7 @@ class Row(NamedTuple):
         return self.meaning[1] + self.code[1]
 
 
-def run(kinds: Sequence[str], only: str, count: int) -> int:
+def run(kinds: Sequence[str], only: str, count: int, seed: int) -> int:
     """Prints what was caught, a row per member and a table of the kinds; exit status 1 when less than 98 % were."""
     import olp.contracts  # noqa: F401  # once for all processes; it imports no member
 
@@ -66,7 +66,7 @@ def run(kinds: Sequence[str], only: str, count: int) -> int:
         flush=True,
     )
     members = [(kind, one) for kind in kinds for one in KINDS[kind].members() if only.lower() in one.lower()]
-    rows = [_member(kind, member, count) for kind, member in members]
+    rows = [_member(kind, member, count, seed) for kind, member in members]
     print(table(rows))
     planted, caught = sum(row.planted for row in rows), sum(row.caught for row in rows)
     share = caught / planted if planted else 0.0
@@ -97,7 +97,7 @@ def _parts(rows: Sequence[Row]) -> tuple[list[tuple[int, int]], list[tuple[int, 
     return [row.meaning for row in rows], [row.code for row in rows]
 
 
-def _member(name: str, member: str, count: int) -> Row:
+def _member(name: str, member: str, count: int, seed: int) -> Row:
     kind = KINDS[name]
     wrong = _unharmed(lambda: kind.check(member))
     if wrong:
@@ -110,7 +110,7 @@ def _member(name: str, member: str, count: int) -> Row:
         if wrong:
             print(f"{name} {member} breaks its contract without any fault:\n{wrong}")
             return Row(name, member, (0, 1), (0, 0))
-        chosen, _, dead = code.mutants(modules, lines, count)
+        chosen, _, dead = code.mutants(modules, lines, count, seed)
         rows = [_tried(code.as_fault(one), lambda: kind.check(member)) for one in chosen]
     parts = [Counter(one.state for one in part) for part in (found, rows)]
     shown = [f"{part['caught']}/{part['caught'] + part['survived']}" for part in parts]

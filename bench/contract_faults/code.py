@@ -18,7 +18,6 @@ from types import ModuleType
 from typing import Any, Final, NamedTuple
 
 ROOT: Final = Path(__file__).resolve().parents[2]
-SEED: Final = 15
 
 
 class NotPlantedError(Exception):
@@ -42,7 +41,7 @@ class Mutant(NamedTuple):
 
 
 def mutants(
-    modules: Sequence[str], executed: Mapping[str, frozenset[int]], count: int
+    modules: Sequence[str], executed: Mapping[str, frozenset[int]], count: int, seed: int
 ) -> tuple[list[Mutant], int, int]:
     """`count` mutants drawn at random, how many there are on lines that run, and on lines that do not."""
     found: list[Mutant] = []
@@ -55,7 +54,7 @@ def mutants(
                 found.append(Mutant(name, path, node.lineno, what, index))
             else:
                 dead += 1
-    return random.Random(SEED).sample(found, min(count, len(found))), len(found), dead
+    return random.Random(seed).sample(found, min(count, len(found))), len(found), dead
 
 
 _FLIPPED: Final[dict[type, type]] = {
@@ -67,12 +66,14 @@ _OTHER: Final[dict[type, type]] = {
 }  # fmt: skip
 
 
+_ROUNDING: Final = 1e-6  # a number as small keeps rounding away from a comparison or a division
 _SYMMETRIC: Final = {"minimum", "maximum", "min", "max", "hypot", "isclose", "allclose", "array_equal", "zip"}
 
 
 def _places(tree: ast.Module) -> Iterator[tuple[Any, str]]:
     """Every place that can be changed, with the change. Left out, because nothing that runs can tell: annotations,
-    docstrings, prose (texts with a blank, which are messages and help), assertions and what `raise` builds."""
+    docstrings, prose (texts with a blank, which are messages and help), assertions, what `raise` builds, and guards
+    against rounding."""
     skipped = _prose(tree)
     for node in ast.walk(tree):
         if id(node) in skipped:
@@ -91,6 +92,7 @@ def _places(tree: ast.Module) -> Iterator[tuple[Any, str]]:
             isinstance(node, ast.Constant)
             and isinstance(node.value, int | float)
             and not isinstance(node.value, bool)
+            and not 0.0 < abs(node.value) <= _ROUNDING
         ):
             yield node, "a number is another"
         elif (
