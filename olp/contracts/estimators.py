@@ -138,10 +138,10 @@ def says_what_it_needs(it: EstimatorUnderTest) -> Iterator[Difference]:
         return
     bare = replace(it.robot, geometry=None)
     for given, robot in (("no robot", None), ("a robot without kinematics", bare)):
-        refused = it.estimator.needs(it.moves, robot)
-        if bool(refused) != it.estimator.needs_robot:
-            yield given, f"needs says {refused!r}, and needs_robot is {it.estimator.needs_robot}"
-        elif not refused:
+        lacks = it.estimator.needs(it.moves, robot)
+        if bool(lacks) != it.estimator.needs_robot:
+            yield given, f"needs says {lacks!r}, and needs_robot is {it.estimator.needs_robot}"
+        elif not lacks:
             other = it.estimator.estimate(it.estimator.fit(it.moves, robot), it.moves, robot)
             if not _same(other, it.found):
                 yield given, "another estimate, though it needs none"
@@ -484,8 +484,8 @@ def is_as_it_was_written_down(it: EstimatorUnderTest) -> Iterator[Difference]:
     said = json.loads(ANSWERS.read_text(encoding="utf-8")).get(it.estimator.name, {})
     own = answers_of(it.estimator, it.robot)
     for key in sorted(said.keys() | own.keys()):
-        one, other = said.get(key), own.get(key)
-        numbers = key in ("numbers", "slowness", "sd") and len(one or ()) == len(other or ())
+        one, other = said.get(key, ()), own.get(key, ())
+        numbers = key in ("numbers", "slowness", "sd") and len(one) == len(other)
         if not (np.allclose(one, other, rtol=_SAME, atol=1e-5) if numbers else one == other):
             yield f"{ANSWERS.name}, {key} of {it.estimator.name}", f"{other}"[:200]
 
