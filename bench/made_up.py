@@ -6,7 +6,8 @@ FOLDER holds a recording in each of its folders and `answers.json`: by name of t
 `terms` (what is hidden), `moves` (numbers of those in which it acts, or null), `noise_s`, `resolution_s`.
 Modes `nothing`, `clock` and `outside` hide no physics; all others do. A name that the diagnosis itself declares
 indistinguishable from a hidden one counts as that one. A recorder adds its fault to the durations that are written
-there: "stamps" shared by neighbours (what one move loses the next wins), "digits" of 10 ms, "heavy" tails.
+there: "stamps" shared by neighbours (what one move loses the next wins), "digits" of 10 ms, "heavy" tails, and, to
+compare these with, "white" noise of the same size.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ ADDED = {
     "": 0.0,
     "stamps": SCATTER * 2**0.5,
     "heavy": SCATTER * 3**0.5,
+    "white": SCATTER * 3**0.5,
     "digits": DIGITS / 12**0.5,
 }  # [s] as RMS
 EXPLAINED, AGREES = 1.5, 2.0  # times the floor: what an explanation leaves at most, and an agreement
@@ -63,6 +65,8 @@ def recorded(folder: Path, recorder: str, into: Path) -> Path:
         durations = durations + np.diff(SCATTER * rng.normal(size=len(table) + 1))
     elif recorder == "heavy":
         durations = durations + SCATTER * rng.standard_t(3, len(table))
+    elif recorder == "white":
+        durations = durations + ADDED["white"] * rng.normal(size=len(table))
     digits = DIGITS if recorder == "digits" else 1e-6
     durations = np.maximum(np.round(durations / digits), 1.0) * digits
     with open(into / "moves.csv", "w", newline="", encoding="utf-8") as file:
@@ -155,7 +159,7 @@ def main(arguments: Iterable[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="names of folders, with commas between")
     parser.add_argument("--modes", default="", help="kinds of cases, with commas between")
-    parser.add_argument("--recorder", choices=("stamps", "digits", "heavy"), default="")
+    parser.add_argument("--recorder", choices=tuple(ADDED), default="")
     parser.add_argument("--failures", action="store_true", help="only the cases that are not right")
     args = parser.parse_args(None if arguments is None else list(arguments))
     answers = json.loads((args.folder / "answers.json").read_text(encoding="utf-8"))

@@ -97,6 +97,12 @@ def test_a_cycle_shorter_than_two_digits_of_the_recorder_is_among_the_candidates
     assert best.model.parts[0].values[0] == pytest.approx(0.00336, rel=1e-3)
 
 
+def test_a_round_cycle_is_guessed_to_the_last_digit():
+    """A timer that is a whole number of cycles takes one more with a cycle that is short by its last digit."""
+    form, *_ = load_term("cycle-quantisation").forms(made := lattice(0.016, 0.0001))
+    assert 0.016 in np.round(load_term("cycle-quantisation").guesses(form, made)[:, 0], 12)
+
+
 def test_short_durations_alone_are_no_lattice():
     assert load_term("cycle-quantisation").forms(case(measured=case().simulated + scatter())) == ()
 

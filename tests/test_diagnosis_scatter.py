@@ -57,7 +57,25 @@ def test_plain_scatter_is_what_it_is(repeats):
         case, rng = moves(repeats=repeats, seed=seed)
         found = scatter_of(SIGMA * rng.normal(size=len(case)), case, 1e-5, False)
         assert found.value == pytest.approx(SIGMA, rel=0.15)
-        assert found.source == (REPEATS if repeats > 1 else REMAINS)
+        assert found.source == REMAINS
+
+
+def test_a_dozen_repeats_of_one_move_do_not_outvote_all_others():
+    """Ten values scatter by a quarter of their scatter: a floor from them alone calls a whole law a part of it."""
+    found = []
+    for seed in range(20):
+        case, rng = moves(seed=seed)
+        case.repeats[::14] = 0
+        found.append(scatter_of(SIGMA * rng.normal(size=len(case)), case, 1e-5, False).value)
+    assert found == pytest.approx([SIGMA] * 20, rel=0.2)
+
+
+def test_repeats_that_scatter_less_than_what_remains_are_the_floor():
+    case, rng = moves(repeats=4)
+    left = np.tile(5 * SIGMA * rng.normal(size=150), 4) + SIGMA * rng.normal(size=600)
+    found = scatter_of(left, case, 1e-5, False)
+    assert found.value == pytest.approx(SIGMA, rel=0.1)
+    assert found.source == REPEATS
 
 
 def test_the_floor_is_never_below_the_clocks_digits():

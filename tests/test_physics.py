@@ -131,6 +131,8 @@ def may_act(term, form, values):
             return CASE.moving & (CASE.payload != values[1])
         case "reach-inertia" if form.key == "whole arm":
             return STRAIGHT
+        case "reach-inertia" if form.key == "any axis":
+            return CASE.moving & np.isfinite(CASE.length)
         case "reach-inertia":
             assert CASE.rates is not None
             return STRAIGHT | (CASE.moving & np.array([a == CASE.rates.names[0] for a in CASE.leading]))

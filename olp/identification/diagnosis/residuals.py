@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.result import Correlate
-from olp.identification.diagnosis.scatter import neighbours
+from olp.identification.diagnosis.scatter import f_tail, neighbours
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -185,10 +185,3 @@ def _chi_square(x: float, freedom: int) -> float:
     """Tail of chi square (Wilson and Hilferty, PNAS 17, 1931)."""
     k = 2.0 / (9.0 * freedom)
     return 0.5 * math.erfc((((x / freedom) ** (1.0 / 3.0) - (1.0 - k)) / math.sqrt(k)) / math.sqrt(2.0))
-
-
-def f_tail(x: float, top: int, bottom: int) -> float:
-    """Tail of Fisher's F (E. Paulson, Annals of Mathematical Statistics 13, 1942: the cube root is nearly normal)."""
-    a, b, root = 2.0 / (9.0 * top), 2.0 / (9.0 * bottom), max(x, 0.0) ** (1.0 / 3.0)
-    z = ((1.0 - b) * root - (1.0 - a)) / math.sqrt(b * root**2 + a)
-    return 0.5 * math.erfc(z / math.sqrt(2.0))

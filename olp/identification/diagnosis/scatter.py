@@ -7,6 +7,7 @@ Mathematical Statistics 12, 1941).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ Labels = NDArray[np.int64]
 
 REPEATS, REMAINS, NEIGHBOURS, DIGITS = "repeats", "what remains", "neighbours", "the clock's digits"
 _ENOUGH = 8  # degrees of freedom behind repeats
+_LARGER = 0.01  # how seldom chance leaves so much more than a few repeats scatter
 _FEWEST = 12  # moves without repeats
 _ROUND = 1e-3  # of the resolution
 _PATTERN = 0.8  # times what remains: neighbours that differ by less show a pattern
@@ -36,18 +38,18 @@ class Scatter(NamedTuple):
 def scatter_of(left: Floats, case: MeasuredMoves, least: float, structured: bool) -> Scatter:
     """Of what a model leaves, `left` (n,) [s] of the moves of `case`; `least` [s]: what the clock's digits leave;
     `structured`: whether `left` goes together with anything."""
-    repeated = _of_repeats(left, case, structured) if len(case.repeats) == len(case) else None
+    freedom = _freedom(case)
+    repeated = _of_repeats(left, case, structured) if freedom >= _ENOUGH else None
+    if repeated is None and len(left) <= 2:
+        return Scatter(least, DIGITS)
+    whole = Scatter(_middle(left - np.median(left), case.resolution), REMAINS)
     if repeated is not None:
-        found = Scatter(repeated, REPEATS)
-    elif len(left) < _FEWEST:
-        found = (
-            Scatter(_middle(left - np.median(left), case.resolution), REMAINS)
-            if len(left) > 2
-            else Scatter(least, DIGITS)
-        )
+        ratio = (whole.value / max(repeated, least)) ** 2
+        same = not structured and f_tail(ratio, len(left) - 1, freedom) > _LARGER
+        # All moves tell the same scatter more surely than a few repeats.
+        found = whole if same else Scatter(repeated, REPEATS)
     else:
-        whole = Scatter(_middle(left - np.median(left), case.resolution), REMAINS)
-        found = _of_neighbours(left, case, whole) if structured else whole
+        found = _of_neighbours(left, case, whole) if structured and len(left) >= _FEWEST else whole
     return found if found.value > least else Scatter(least, DIGITS)
 
 
@@ -60,12 +62,21 @@ def digits_of(case: MeasuredMoves) -> float:
     return case.resolution * float(np.sqrt((2.0 if (off < _ROUND).all() else 1.0) / 12.0))
 
 
-def _of_repeats(left: Floats, case: MeasuredMoves, structured: bool) -> float | None:
-    """[s] between repeats of one move, without what drifts from one move to the next; None where too few repeat."""
+def f_tail(x: float, top: int, bottom: int) -> float:
+    """Tail of Fisher's F (E. Paulson, Annals of Mathematical Statistics 13, 1942: the cube root is nearly normal)."""
+    a, b, root = 2.0 / (9.0 * top), 2.0 / (9.0 * bottom), max(x, 0.0) ** (1.0 / 3.0)
+    z = ((1.0 - b) * root - (1.0 - a)) / math.sqrt(b * root**2 + a)
+    return 0.5 * math.erfc(z / math.sqrt(2.0))
+
+
+def _freedom(case: MeasuredMoves) -> int:
+    """Degrees of freedom behind repeats."""
+    return len(case) - len(np.unique(case.repeats)) if len(case.repeats) == len(case) else 0
+
+
+def _of_repeats(left: Floats, case: MeasuredMoves, structured: bool) -> float:
+    """[s] between repeats of one move, without what drifts from one move to the next."""
     _, group, count = np.unique(case.repeats, return_inverse=True, return_counts=True)
-    freedom = int((count - 1).sum())
-    if freedom < _ENOUGH:
-        return None
     mean = np.bincount(group, left) / count
     many = count[group] > 1
     # Each deviation from its group's mean is as large as one of free values would be.

@@ -14,6 +14,7 @@ _LOOKED_AT = 240  # moves
 _SURE = 0.12  # of the coherence: durations that are multiples have 1, any others about 1/√n
 _DOUBT = 7.0  # that scatter passes in no frequency with probability 1 - exp(-7)
 _STEP, _NEAR = 0.12, 3  # of a cycle at the longest duration, and so many steps to both sides
+_ROUND = 0.02  # of a cycle at the longest duration: what the lattice found leaves open
 _DIGITS = 0.8  # of the frequency of the clock's digits: shorter cycles cannot be seen
 _OTHERS = 3  # cycles that are tried
 _NEARLY = 0.6  # of the coherence of the best: less is no candidate
@@ -41,9 +42,11 @@ class CycleQuantisation(MoveTerm):
         one = form.parameters[0]
         middle = 0.5 * (one.low + one.high)
         # Scatter leaves the cycle open by a part of what makes one multiple more of the longest duration.
-        step = _STEP * middle / max(float(case.measured[case.moving].max()), middle)
+        share = middle / max(float(case.measured[case.moving].max()), middle)
         steps = np.arange(1, _NEAR + 1)
-        near = middle * (1.0 + step * np.concatenate([[0], -steps, steps]))
+        near = middle * (1.0 + _STEP * share * np.concatenate([[0], -steps, steps]))
+        # Controllers have round cycles, and timers that are multiples of them: half a step less is one cycle more.
+        near = np.append(near, _roundest(middle, _ROUND * share * middle))
         return np.asarray(np.clip(near, one.low, one.high)[:, None])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
@@ -51,6 +54,12 @@ class CycleQuantisation(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         return f"durations are whole multiples of {values[0] * 1000:.3g} ms"
+
+
+def _roundest(value: float, error: float) -> float:
+    """The number with the fewest decimals within `error` of a value."""
+    rounded = (round(value, digits) for digits in range(2, 9))
+    return next((one for one in rounded if abs(one - value) <= error), value)
 
 
 def _found(case: MeasuredMoves) -> Floats:

@@ -11,6 +11,8 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _LEAST = 0.1  # of the inertia that any reach leaves
 _SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
+_LED = 8  # joint moves that other axes lead: fewer tell nothing of them
+_ANY = "any axis"  # form of controllers that slow the whole arm, whichever axis leads a joint move
 
 
 class ReachInertia(MoveTerm):
@@ -46,8 +48,12 @@ class ReachInertia(MoveTerm):
                 for name in ("wrist", "elbow")
             )
             arm = (Form("whole arm", (level, *bodies), r"a = a_0 / (c + k_w r_w^2 + k_e r_e^2)"),)
+        led: tuple[Form, ...] = ()
+        if int((_known(case) & ~_swings(case)).sum()) >= _LED:
+            led = (Form(_ANY, (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),)
         return (
             *arm,
+            *led,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
             Form("from a reach", (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
             Form("middle", (one,), r"a(r) = a / (1 + k r_m^2)"),
@@ -117,7 +123,13 @@ def _weight(case: MeasuredMoves, key: str, end: int) -> Floats:
     weight = reach if key == "linear" else reach**2
     if key == "across":
         weight = weight * _across(case, end) ** 2
-    return np.where(_swings(case), np.nan_to_num(weight), 0.0)
+    swings = _known(case) if key == _ANY else _swings(case)
+    return np.where(swings, np.nan_to_num(weight), 0.0)
+
+
+def _known(case: MeasuredMoves) -> Mask:
+    """(n,) moves whose points are known, whatever axis leads them."""
+    return np.asarray(case.moving & np.isfinite(np.add(*_reaches(case))))
 
 
 def _swings(case: MeasuredMoves) -> Mask:
