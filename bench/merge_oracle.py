@@ -145,9 +145,26 @@ def wrong(language: str, base: str, ours: str, theirs: str, merged: str) -> list
                 high = max(
                     high, o[fact], t[fact]
                 )  # a remark that one side took out and the other changed stays
-            if not low <= m[fact] <= high:
+            if not low <= m[fact] <= high and not _is_joined(fact, b, o, t, m):
                 found.append(f"{b[fact]} {o[fact]} {t[fact]} -> {m[fact]}: {fact[:90]}")
     return [*found, *_order(language, base, ours, theirs, merged)]
+
+
+def _is_joined(fact: str, b: Counter[str], o: Counter[str], t: Counter[str], m: Counter[str]) -> bool:
+    """Whether a statement is part of one that both sides changed, and that now has the words of both changes."""
+    news = [[fact] if fact in of - b else list(of - b) for of in (o, t, m)]
+    words = {
+        one: Counter(re.split(r"[\s,()={}\[\];]+", one))
+        for one in (*b, *(new for some in news for new in some))
+    }
+    for base, ours, theirs, came in itertools.product(list((b - o) & (b - t)), *news):
+        if fact in (ours, theirs, came) and all(
+            low <= words[came][word] <= high
+            for word in {*words[base], *words[ours], *words[theirs], *words[came]}
+            for low, high in [_allowed(words[base][word], words[ours][word], words[theirs][word])]
+        ):
+            return True
+    return False
 
 
 def _allowed(b: int, o: int, t: int) -> tuple[int, int]:
@@ -194,7 +211,8 @@ def _places(text: str) -> dict[str, int]:
 def lost(language: str, ours: str, theirs: str, base: str, merged: str) -> list[str]:
     """Lines new on a side that a merge with conflicts does not show anywhere."""
     b, o, t, m = (facts(language, text)[0] for text in (base, ours, theirs, merged))
-    return [f"not shown: {line[:90]}" for line in (o - b) | (t - b) if not m[line]]
+    missing = [line for line in (o - b) | (t - b) if not m[line]]
+    return [f"not shown: {line[:90]}" for line in missing if not _is_joined(line, b, o, t, m)]
 
 
 # --- Where a person has to choose ---

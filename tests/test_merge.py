@@ -13,8 +13,10 @@ import pytest
 from bench import merge as made
 from olp.__main__ import main
 from olp.checks.merge.merge import merge_bytes
+from olp.core.source import decode
+from olp.ir.moves import Move
 from olp.languages.read import read
-from olp.languages.vendor import vendor_names
+from olp.languages.vendor import find_vendor, vendor_names
 
 ROOT = Path(__file__).parent.parent
 BEFORE = ROOT / "samples/inform/touch-up/before/TOUCH-UP.JBI"
@@ -183,6 +185,141 @@ def test_a_statement_that_one_side_took_out_and_the_other_put_elsewhere_is_no_si
     assert found.hunks[0].why == "ours takes it out, theirs has it elsewhere"
 
 
+_LISTING = """/PROG A
+/ATTR
+LINE_COUNT = 2;
+/MN
+{}/POS
+P[1]{{
+ GP1:
+ UF : 0, UT : 1, CONFIG : 'N U T, 0, 0, 0',
+ X = 1 mm, Y = 1 mm, Z = 1 mm,
+ W = 0 deg, P = 0 deg, R = 0 deg
+}};
+/END
+"""
+_JOB = """/JOB
+//NAME A
+//POS
+///NPOS 1,0,0,0,0,0
+///TOOL 0
+///PULSE
+C00000=1,2,3,4,5,6
+//INST
+///DATE 2026/01/01 01:01
+///ATTR SC,RW
+///GROUP1 RB1
+NOP
+{}
+END
+"""
+_MODULE = "MODULE M\nPROC main()\n{}\nENDPROC\nENDMODULE\n"
+_FORM = (
+    ";FOLD LIN P2{0}Vel={1} m/s CPDAT1 Tool[1] Base[1];%{{PE}}%R 8.3,%MKUKATPBASIS,%CMOVE,%VLIN,%P 1:LIN, "
+    "2:P2, 3:{2}, 5:{1}, 7:CPDAT1"
+)
+_SPEED_AND_ZONE = [
+    ("rapid", _MODULE, "MoveL pA, v100, fine, tool0;", "MoveL pA, v200, fine, tool0;", "MoveL pA, v100, z10, tool0;"),
+    ("rapid", _MODULE, "MoveC p, q, v9, z5, t;", "MoveC p, q, v5\\T:=3, z5, t;", "MoveC p, q, v9, z1\\Inpos:=x, t;"),
+    ("urscript", "def a():\n  {}\nend\n", "movel(p1, v=0.2)", "movel(p1, v=0.5)", "movel(p1, v=0.2, r=0.01)"),
+    ("urscript", "def a():\n  {}\nend\n", "movej(q, 1, 2, 0, 0)", "movej(q, 1, 3, 0, 0)", "movej(q, 1, 2, 0, 0.1)"),
+    ("inform", _JOB, "MOVL C00000 V=235.0 PL=4", "MOVL C00000 V=100.0 PL=4", "MOVL C00000 V=235.0 PL=2"),
+    ("tp", _LISTING, "   1:J P[1] 9% FINE ;\n", "   1:J P[1] 8% FINE ;\n", "   1:J P[1] 9% CNT50 ;\n"),
+    ("pdl2", "PROGRAM a\nBEGIN\n{} TO p WITH $LIN_SPD = {}\nEND a\n", "MOVE 2", "MOVE 4", "MOVEFLY 2"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("language", "frame", "base", "ours", "theirs"), _SPEED_AND_ZONE)
+def test_one_side_slows_a_move_and_the_other_rounds_it(language, frame, base, ours, theirs):
+    """The reader, which knows nothing of merges, finds the speed of the one and the zone of the other."""
+    texts = [
+        frame.format(*(one.split() if frame.count("{}") > 1 else [one])).encode()
+        for one in (base, ours, theirs)
+    ]
+    merged = merge_bytes(language, *texts)
+    assert not merged.hunks
+    line, by_ours, by_theirs = merged.shared[0]
+    assert (by_ours, by_theirs) == (("speed",), ("zone",))
+    suffix = made._SUFFIX[language]
+    moves = []
+    for data in (*texts, merged.to_bytes()):
+        program = find_vendor(language).read(decode(data, f"a{suffix}"))
+        moves.append(next(one for one in program.statements() if isinstance(one, Move)))
+    assert moves[3].line == line == moves[0].line
+    assert moves[3].speed == moves[1].speed
+    assert (moves[3].blend, moves[3].targets) == (moves[2].blend, moves[0].targets)
+    assert (moves[0].speed, moves[0].blend) != (moves[3].speed, moves[3].blend)
+
+
+@pytest.mark.parametrize(
+    ("language", "base", "ours", "theirs", "expected"),
+    [
+        ("krl", "DEF a()\nLIN XP1\nEND\n", "LIN XP2", "LIN XP1 C_DIS", "LIN XP2 C_DIS"),
+        ("val3", "begin\nmovel(p,t,m)\nend\n", "movel(p,t,slow)", "movel(q,t,m)", "movel(q,t,slow)"),
+        ("krl", "DEFDAT a\nDECL PDAT PPDAT1={VEL 100.0,ACC 100.0,APO_DIST 100.0}\nENDDAT\n",
+         "DECL PDAT PPDAT1={VEL 100.0,ACC 50.0,APO_DIST 100.0}", "DECL PDAT PPDAT1={VEL 100.0,ACC 100.0,APO_DIST 10.0}",
+         "DECL PDAT PPDAT1={VEL 100.0,ACC 50.0,APO_DIST 10.0}"),
+        ("krl", f"DEF a()\n{_FORM.format(' ', '0.2', '')}\nEND\n", _FORM.format(" CONT ", "0.2", "C_DIS"),
+         _FORM.format(" ", "0.5", ""), _FORM.format(" CONT ", "0.5", "C_DIS")),
+        ("rapid", _MODULE.format("Grip 1, 2, off;"), "Grip 3, 2, off;", "Grip 3, 2, on;", "Grip 3, 2, on;"),
+    ],
+)  # fmt: skip
+def test_both_changes_of_one_statement_stand_where_they_are_apart(language, base, ours, theirs, expected):
+    old = base.splitlines()[-2 if base.count("\n") == 3 else 2]
+    texts = [base.replace(old, one).encode() for one in (old, ours, theirs, expected)]
+    for sides in (texts[1:3], texts[2:0:-1]):
+        found = merge_bytes(language, texts[0], *sides)
+        assert not found.hunks
+        assert found.to_bytes() == texts[3]
+        assert len(found.shared) == 1
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        ("MoveL pB, v100, fine, tool0;", "MoveL pA, v100, fine, tool1;"),  # a place that neither means
+        ("MoveJ pA, v100, fine, tool0;", "MoveL pA, v200, fine, tool0;"),
+        ("MoveL pA, v300, fine, tool0;", "MoveL pA, v200, z10, tool0;"),
+        ("MoveL pA, v100, fine, tool0; x := 1;", "MoveL pA, v100, z10, tool0;"),
+    ],
+)
+def test_changes_of_a_move_that_are_not_apart_stay_a_conflict(ours, theirs):
+    base = _MODULE.format("MoveL pA, v100, fine, tool0;")
+    texts = [base, *(_MODULE.format(one) for one in (ours, theirs))]
+    assert merged(*(one.encode() for one in texts), "rapid")[0] == 1
+
+
+def test_a_number_that_both_changed_is_no_part_of_another():
+    texts = [_MODULE.format(f"WaitTime {one};").encode() for one in ("10.0", "12.0", "12.5")]
+    assert merged(*texts, "rapid")[0] == 1
+
+
+def test_numbers_of_lines_that_nobody_counts_stay():
+    base = _LISTING.format("   1:L P[1] 100mm/sec FINE ;\n   2:  DO[1]=ON ;\n  100:\n  9999:\n")
+    ours = base.replace("X = 1 mm", "X = 2 mm")
+    theirs = base.replace("   2:  DO[1]", "   2:  WAIT .5(sec) ;\n   3:  DO[1]")
+    expected = theirs.replace("X = 1 mm", "X = 2 mm").replace("LINE_COUNT = 2", "LINE_COUNT = 3")
+    assert merged(*(one.encode() for one in (base, ours, theirs)), "tp") == (0, expected)
+
+
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [
+        ("rapid", "MODULE M\nPERS num nOld:=[5,6];\nCONST num n:=1;\nENDMODULE\n"),
+        (
+            "val3",
+            '<Database>\n<Datas>\n<Data name="nOld" type="num">\n<Value key="0" value="5" />\n</Data>\n</Datas>\n',
+        ),
+        ("krl", "DEFDAT a\nDECL INT nOld=5\nDECL INT other=6\nENDDAT\n"),
+    ],
+)
+def test_data_that_both_sides_call_otherwise_are_a_conflict(language, text):
+    sides = [text.replace("nOld", one).encode() for one in ("nOld", "nMine", "nYours")]
+    found = merge_bytes(language, *sides)
+    assert [hunk.why for hunk in found.hunks] == ["both give it another name"]
+    assert merged(sides[0], sides[1], sides[1], language) == (0, sides[1].decode())
+
+
 def test_a_comment_and_the_words_beside_it_are_two_things():
     base = b"MODULE M\n  PROC main()\n    MoveL p1,v100,fine,tool0; ! near\n  ENDPROC\nENDMODULE\n"
     ours = base.replace(b"! near", b"! above the part")
@@ -237,7 +374,7 @@ def test_words_of_a_language_targets_and_arguments_have_no_other_name(frame, one
     vendor = {_KRL: "krl", _RAPID: "rapid", _UR: "urscript"}[frame]
     base = frame.replace(b"{}", one, 1).replace(b"{}", other)
     last = other.replace(b"1", b"9").replace(b"2", b"8").replace(b"C_DIS", b"C_VEL").replace(b"q,", b"r,")
-    last = last.replace(b"[4", b"[7").replace(b"3,4", b"5,6")
+    last = last.replace(b"[4", b"[7").replace(b"3,4", b"5,6").replace(b"there", b"gate")
     theirs = frame.replace(b"{}", one, 1).replace(b"{}", last)
     assert base != theirs
     found = merge_bytes(vendor, base, base.replace(old, new), theirs)

@@ -83,6 +83,13 @@ class Row:
     means: tuple[str, ...] = ()  # of the state, what says where the position is
 
 
+class Argument(NamedTuple):
+    """A part of a move. `name`: place (target, tool and frame), speed, zone, acceleration …; of what: motion."""
+
+    name: str
+    text: str
+
+
 class Side(Enum):
     """One of the two texts that are merged."""
 
@@ -148,6 +155,10 @@ class MergeRules:
     def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
         """A record that tells how many positions of a family or numbered lines there are, told anew."""
         return piece.lines[0]
+
+    def arguments(self, code: str) -> list[Argument]:
+        """A move's parts that two people change independently, in order: together its words. Empty: it is no move."""
+        return []
 
     def spelled(self, use: NumberedUse, number: int) -> str:
         """The number of a position."""
@@ -229,6 +240,45 @@ class MergeRules:
         """What a line defines, "" where it defines nothing."""
         match = self.data.match(line)
         return next(filter(None, match.groups()), "").casefold() if match is not None else ""
+
+
+def split_arguments(code: str, names: Sequence[str], words: Mapping[str, str]) -> list[Argument]:
+    """The arguments of `WORD(a, b)` or `WORD a, b;` with the names of their places; empty: there are more.
+
+    `words`: names of arguments that are written `word=value`.
+    """
+    spans = _top_level(code)
+    if len(spans) > len(names) + 1:
+        return []
+    found = [Argument("motion", code[: spans[0][0]])]
+    for name, (start, stop) in zip((*names, ""), spans, strict=False):
+        word, sign, _ = code[start:stop].strip(" ,").partition("=")
+        name = words.get(word.strip(), "") if sign and words else name
+        if not name:
+            return []
+        found.append(Argument(name, code[start:stop]))
+    return [*found, Argument("motion", code[spans[-1][1] :])]
+
+
+_OPENS = re.compile(r"\w+ *\(|\w+ ")
+
+
+def _top_level(code: str) -> list[tuple[int, int]]:
+    """Where the arguments of a statement stand, each with the comma before it."""
+    head = _OPENS.match(code)
+    at = start = 0 if head is None else head.end()
+    found, depth, quoted = [], 0, False
+    while at < len(code):
+        sign = code[at]
+        quoted ^= sign == '"'
+        if not quoted and (sign == ";" or (sign == ")" and not depth)):
+            break
+        depth += (sign in "([{") - (sign in ")]}") if not quoted else 0
+        if sign == "," and not depth and not quoted:
+            found.append((start, at))
+            start = at
+        at += 1
+    return [*found, (start, at)]
 
 
 class TableText(NamedTuple):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from olp.checks.merge.model import Hunk, MergedText, TextLine
+from olp.checks.merge.model import Hunk, MergedText, SharedStatement, TextLine
 from olp.checks.merge.three_way import merge_texts
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import from_os_error, read_input
@@ -139,6 +139,7 @@ class Merged:
                 told = ", ".join(f"{old} → {new}" for old, new in names[:_MOST_NAMES])
                 more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
                 rows.append(f"  from {word:6}  other names: {told}{more}")
+        rows += [f"  both changed line {one.line}: {_shared(one)}" for one in self.text.shared]
         rows += [
             f"  conflict     {hunk.what} {hunk.name}: {hunk.why}".replace(" :", ":")
             for hunk in self.text.hunks
@@ -165,6 +166,10 @@ class Merged:
                 for word, one in self.text.taken.items()
             },
             "renamed": {word: dict(names) for word, names in self.text.renamed.items()},
+            "both": [
+                {"line": one.line, "ours": list(one.ours), "theirs": list(one.theirs)}
+                for one in self.text.shared
+            ],
             "conflicts": [
                 {
                     "what": hunk.what,
@@ -189,6 +194,15 @@ class Merged:
                 for one in self.diagnostics
             ],
         }
+
+
+def _shared(one: SharedStatement) -> str:
+    told = [
+        f"{', '.join(names)} by {word}"
+        for word, names in (("ours", one.ours), ("theirs", one.theirs))
+        if names
+    ]
+    return ", ".join([*([] if one.ours and one.theirs else ["the same"]), *told])
 
 
 def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:

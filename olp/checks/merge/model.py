@@ -32,6 +32,11 @@ class Hunk:
     ours_at: tuple[int, ...] = ()
     theirs_at: tuple[int, ...] = ()
 
+    @property
+    def height(self) -> int:
+        """Lines of the file, its markers among them."""
+        return len(self.ours) + len(self.theirs) + 3
+
     def swapped(self) -> Hunk:
         """The same, the two sides named the other way round."""
         why = _SIDES.sub(lambda match: _OTHER[match[0]], self.why)
@@ -47,10 +52,21 @@ class TakenChanges:
     statements: int = 0
 
 
+class SharedStatement(NamedTuple):
+    """A statement, on a line of the merge, with changes of both sides: the arguments that each changed.
+
+    Empty: that side's change is part of the other's.
+    """
+
+    line: int
+    ours: tuple[str, ...]
+    theirs: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class MergedText:
     """A merge. `ended`: whether the last line has an end (None: as it stands). `taken`: by "ours", "theirs" and "both"
-    (the same change). `renamed`: names that either calls otherwise, before and now.
+    (the same change). `renamed`: names that either calls otherwise, before and now. `shared`: statements with both's.
     """
 
     parts: tuple[TextLine | Hunk, ...]
@@ -58,6 +74,7 @@ class MergedText:
     ended: bool | None = None
     taken: Mapping[str, TakenChanges] = field(default_factory=dict)
     renamed: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
+    shared: tuple[SharedStatement, ...] = ()
 
     @property
     def hunks(self) -> tuple[Hunk, ...]:
@@ -68,7 +85,8 @@ class MergedText:
         parts = tuple(part.swapped() if isinstance(part, Hunk) else part for part in self.parts)
         taken = {word: self.taken[_OTHER.get(word, word)] for word in self.taken}
         renamed = {word: self.renamed[_OTHER[word]] for word in self.renamed}
-        return replace(self, parts=parts, taken=taken, renamed=renamed)
+        shared = tuple(one._replace(ours=one.theirs, theirs=one.ours) for one in self.shared)
+        return replace(self, parts=parts, taken=taken, renamed=renamed, shared=shared)
 
     def to_bytes(self, labels: Callable[[int, Hunk], tuple[str, str]] | None = None, size: int = 7) -> bytes:
         """The file. `labels`: of each hunk's two sides; `size`: characters of a marker."""

@@ -15,8 +15,9 @@ from itertools import chain
 from typing import NamedTuple
 
 from olp.checks.merge.align import Words, align, likeness, words_of
-from olp.checks.merge.model import Hunk, MergedText, TakenChanges, TextLine
+from olp.checks.merge.model import Hunk, MergedText, SharedStatement, TakenChanges, TextLine
 from olp.checks.merge.renames import with_new_names
+from olp.checks.merge.within import MORE, JoinedChange, by_arguments, containing
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
@@ -35,6 +36,7 @@ from olp.languages.merging import (
 
 _FLOAT = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
 _WORD = re.compile(r"\w+")
+_DIGIT = re.compile(r"\d")  # what says no value is like any other
 _MARK = "\xef\xbb\xbf"  # that a text is UTF-8, in front of its first line
 _TOUCHED = 0.3  # of the likeness of two moves: how much their points say
 
@@ -45,6 +47,7 @@ class MergeItem(NamedTuple):
     piece: Piece
     ids: tuple[str, ...] = ()
     at: int = -1
+    joined: JoinedChange | None = None  # both changed it
 
     def same(self, other: MergeItem) -> bool:
         return self.piece.lines == other.piece.lines and self.ids == other.ids
@@ -556,6 +559,7 @@ class _Merge:
         slots = [self.rules.split(one.piece.lines[0]) for one in (base, ours, theirs)]
         texts: list[str] = []
         chosen = ours
+        joined: JoinedChange | None = None
         for number, (b, o, t) in enumerate(zip(*slots, strict=True)):
             if number != 1:
                 text = _slot((b, o, t), [tuple(one.split()) for one in (b, o, t)])
@@ -563,7 +567,12 @@ class _Merge:
                 text = _slot((b, o, t), [(one.piece.code, one.ids) for one in (base, ours, theirs)])
                 chosen = theirs if text == t else ours
                 if text is None and base.ids == ours.ids == theirs.ids:
-                    text = self._by_value((b, o, t))
+                    text = t if b == o == t else self._by_value((b, o, t))
+            if text is None and joined is None:
+                joined = self._joined((b, o, t), (base, ours, theirs) if number == 1 else None)
+                if joined is not None:
+                    text = joined.text
+                    chosen = (base, ours, theirs)[joined.place] if number == 1 else chosen
             if text is None:
                 return None
             texts.append(text)
@@ -574,7 +583,21 @@ class _Merge:
             (line,), chosen.piece.ends, chosen.piece.code, chosen.piece.name, chosen.piece.loose,
             chosen.piece.rule, chosen.piece.uses,
         )  # fmt: skip
-        return MergeItem(piece, chosen.ids, chosen.at)
+        return MergeItem(piece, chosen.ids, chosen.at, joined)
+
+    def _joined(
+        self, texts: tuple[str, str, str], items: tuple[MergeItem, MergeItem, MergeItem] | None
+    ) -> JoinedChange | None:
+        """Both changes of the words of a line, or of its comment (`items` None)."""
+        base, ours, theirs = ids = [one.ids for one in items] if items is not None else [(), (), ()]
+        found = by_arguments(self.rules, texts, ids)
+        if found is not None:
+            return found
+        side = containing(*map(self.rules.code, texts) if items is not None else texts)
+        less, more = (ours, theirs) if side == 2 else (theirs, ours)
+        if not side or less not in (base, more):
+            return None
+        return JoinedChange(texts[side], (MORE,) if side == 1 else (), (MORE,) if side == 2 else (), side)
 
     def _by_value(self, codes: tuple[str, str, str]) -> str | None:
         """A definition, how it is declared and what it says taken for themselves."""
@@ -593,6 +616,11 @@ class _Merge:
         if name in self._emitted:
             return
         self._emitted.add(name)
+        twice = self._named_twice.get(name)
+        if twice is not None:
+            self._emitted.update(item.piece.name for item in (*twice.ours, *twice.theirs))
+            yield twice
+            return
         base, ours, theirs = (one.by_name.get(name) for one in (self.base, self.ours, self.theirs))
         shown = name.rpartition("/")[2].removeprefix("head ")
         what = "record" if "head " in name else "data"
@@ -639,6 +667,24 @@ class _Merge:
                 return later(item.piece.code, other.piece.code) == other.piece.code
         return True
 
+    @cached_property
+    def _named_twice(self) -> dict[str, Clash]:
+        """Data to which both sides gave another name, each its own, by both names."""
+        base, ours, theirs = (_grouped(one) for one in (self.base, self.ours, self.theirs))
+        gone = base.keys() - ours.keys() - theirs.keys()
+        if not gone:
+            return {}
+        mine = _by_words(ours, ours.keys() - base.keys() - theirs.keys())
+        other = _by_words(theirs, theirs.keys() - base.keys() - ours.keys())
+        found: dict[str, Clash] = {}
+        for words, name in _by_words(base, gone).items():
+            if _DIGIT.search(words) and words in mine and words in other:
+                sides = tuple(ours[mine[words]]), tuple(theirs[other[words]])
+                shown = name.rpartition("/")[2]
+                clash = Clash("data", shown, "both give it another name", tuple(base[name]), *sides)
+                found.update({item.piece.name: clash for item in chain(*sides)})
+        return found
+
     def _note(self, word: str, name: str) -> None:
         if word:
             self.taken[word].points.append(name)
@@ -675,6 +721,30 @@ class _Merge:
                 return _MergedRow(ours or theirs)
             return _MergedRow(kept, side=word)
         return _MergedRow(None, (ours, theirs))
+
+
+def _grouped(version: _Version) -> dict[str, list[MergeItem]]:
+    """Data by their names, with the values of an array in one."""
+    found: dict[str, list[MergeItem]] = {}
+    for name, item in version.by_name.items():
+        if item.piece.loose and item.piece.lines:
+            found.setdefault(name.partition("[")[0], []).append(item)
+    return found
+
+
+def _words_without(name: str, items: Sequence[MergeItem]) -> str:
+    """What data say, but for their name."""
+    own = name.rpartition("/")[2]
+    pattern = re.compile(rf"(?<!\w){re.escape(own)}(?!\w)", re.IGNORECASE)
+    return "\4".join(pattern.sub("\5", item.piece.code) for item in items)
+
+
+def _by_words(groups: Mapping[str, Sequence[MergeItem]], names: Iterable[str]) -> dict[str, str]:
+    """Those of the names whose data say what no other of them says, by what they say."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        found.setdefault(_words_without(name, groups[name]), []).append(name)
+    return {words: alike[0] for words, alike in found.items() if len(alike) == 1}
 
 
 def _slot(texts: tuple[str, str, str], says: Sequence[object]) -> str | None:
@@ -823,6 +893,7 @@ class _MergeWriter:
         self.numbers: dict[str, int] = {}
         self.widths: dict[str, int] = {}
         self.counter = 0
+        self.shared: list[SharedStatement] = []
         self.totals: Counter[str] = Counter()
 
     def written(self, settled: Sequence[Settled]) -> MergedText:
@@ -834,7 +905,12 @@ class _MergeWriter:
                 self.totals[_family(self.versions, name)] += 1
         lines = sum(_counted(one) for one in settled)
         parts: list[TextLine | Hunk] = []
+        line, counted = 1, 0
         for one in settled:
+            line += sum(1 if isinstance(part, TextLine) else part.height for part in parts[counted:])
+            counted = len(parts)
+            if isinstance(one, MergeItem) and one.joined is not None:
+                self.shared.append(SharedStatement(line, one.joined.ours, one.joined.theirs))
             if isinstance(one, TableHere):
                 parts += self._table(one.name, tables.get(one.name, {}))
             elif isinstance(one, Clash):
@@ -844,7 +920,7 @@ class _MergeWriter:
         taken = {
             word: TakenChanges(tuple(one.points), one.statements) for word, one in self.work.taken.items()
         }
-        return MergedText(tuple(parts), self.newline, self.ended, taken)
+        return MergedText(tuple(parts), self.newline, self.ended, taken, shared=tuple(self.shared))
 
     def _tables(self, used: set[str]) -> dict[str, dict[str, _MergedRow]]:
         found: dict[str, dict[str, _MergedRow]] = {}

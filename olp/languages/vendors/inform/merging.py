@@ -13,6 +13,7 @@ from typing import ClassVar, Final
 
 from olp.languages.merging import (
     NUMBER,
+    Argument,
     Choice,
     Cut,
     Known,
@@ -33,6 +34,12 @@ _STATE: Final = ("USER", "TOOL", "POSTYPE", "KIND", "RCONF", "LIMIT")
 _KINDS: Final = ("RECTAN", "PULSE", "ANGLE")
 _COUNTS: Final = re.compile(r"\d+(?:,\d+)*")
 _FAMILIES: Final = ("C", "BC", "EC", "P", "BP", "EX")
+_MOVE: Final = re.compile(r"(I?MOV[JLCS])(?= )")
+_ARGUMENT: Final = re.compile(r"\s+(?:(V|VJ|VR|VE|PL|CR|ACC|DEC)=)?\S+")
+_ARGUMENTS: Final = {
+    "V": "speed", "VJ": "speed", "VR": "speed", "VE": "speed", "PL": "zone", "CR": "zone", "ACC": "acceleration",
+    "DEC": "deceleration",
+}  # fmt: skip
 _TAUGHT: Final = ("C", "BC", "EC", "E")
 
 
@@ -94,6 +101,16 @@ class InformMerging(MergeRules):
         for (start, last), _ in reversed(uses):
             text = text[:start] + NUMBER + text[last:]
         return Piece((text,), (end,), self.code(text), uses=tuple(use for _, use in uses))
+
+    def arguments(self, code: str) -> list[Argument]:
+        move = _MOVE.match(code)
+        if move is None or "+" in code or "UNTIL" in code:
+            return []
+        rest = _ARGUMENT.finditer(code, move.end())
+        return [
+            Argument("motion", move[0]),
+            *(Argument(_ARGUMENTS.get(one[1], "place"), one[0]) for one in rest),
+        ]
 
     def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
         now: tuple[str, ...] | None = _NOTHING

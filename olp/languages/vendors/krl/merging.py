@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from olp.languages.merging import Cut, Known, MergeRules, Piece, RecordRule
+from olp.languages.merging import Argument, Cut, Known, MergeRules, Piece, RecordRule
 
 _WORDS = "FOR|IF|ELSE|WHILE|UNTIL|WAIT|SWITCH|CASE|RETURN|GOTO|INTERRUPT|TRIGGER|SIGNAL|PTP|LIN|CIRC|EXT|ENUM|STRUC"
 _DECL = re.compile(r"(?:(?<=^GLOBAL )|(?<=^PUBLIC )|^)DECL ", re.IGNORECASE)
@@ -15,6 +15,20 @@ _LIST = re.compile(r"^\s*DEFDAT\b", re.IGNORECASE | re.MULTILINE)
 _RUNS = re.compile(
     r"^\s*(?:DEF|DEFFCT|END|IF|FOR|SWITCH|BAS|[SP]*LIN|[SP]*CIRC|S?PTP)\b", re.IGNORECASE | re.MULTILINE
 )
+
+_MOVE = re.compile(r"(S?(?:PTP|LIN))( +[^ ;,]+)((?: +C_\w+)*)", re.IGNORECASE)
+_FORM = re.compile(
+    r"(\s*;\s*FOLD S?(?:PTP|LIN) )(\S+)((?: +CONT)?)( +Vel=[\d.]+ *(?:%|m/s))( +\w+)(.*?)(;%\{PE\}.*?%P 1:\w+)"
+    r"(, 2:[^,]*)(, 3:[^,]*)(, 5:[^,]*)(, 7:.*)",
+    re.IGNORECASE,
+)
+_OF_FORM = (
+    "motion", "place", "zone", "speed", "motion", "place", "motion", "place", "zone", "speed", "motion",
+)  # fmt: skip
+_OF_MOVE = ("motion", "place", "zone")
+_FIELDS = re.compile(r"((?:DECL )?[PL]DAT \w+ *= *\{)( *\w+ [^,{}]+(?:, *\w+ [^,{}]+)*)(\})", re.IGNORECASE)
+_FIELD = re.compile(r",? *(\w+) [^,{}]+")
+_OF_FIELD = {"vel": "speed", "acc": "acceleration", "apo_dist": "zone", "apo_mode": "zone", "apo_fac": "zone"}
 
 
 class KrlMerging(MergeRules):
@@ -35,6 +49,21 @@ class KrlMerging(MergeRules):
     def code(self, line: str) -> str:
         """DECL says nothing."""
         return _DECL.sub("", super().code(line))
+
+    def arguments(self, code: str) -> list[Argument]:
+        """Of a move, of the remark over an inline form's, and of the settings that forms keep in data."""
+        for pattern, names in ((_MOVE, _OF_MOVE), (_FORM, _OF_FORM)):
+            move = pattern.fullmatch(code)
+            if move is not None:
+                return list(map(Argument, names, move.groups()))
+        data = _FIELDS.fullmatch(code)
+        if data is None:
+            return []
+        fields = (
+            Argument(_OF_FIELD.get(one[1].casefold(), one[1].casefold()), one[0])
+            for one in _FIELD.finditer(data[2])
+        )
+        return [Argument("motion", data[1]), *fields, Argument("motion", data[3])]
 
     def cut(self, text: str, known: Known) -> Cut:
         rules = self if not _LIST.search(text) and _RUNS.search(text) else _DATA_LIST

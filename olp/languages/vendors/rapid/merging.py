@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.merging import MergeRules
+from olp.languages.merging import Argument, MergeRules, split_arguments
+
+_MOVE = re.compile(r"Move(?:J|L|AbsJ|(C)) ", re.IGNORECASE)
+_ARGUMENTS = ("place", "speed", "zone", "place")
 
 
 class RapidMerging(MergeRules):
@@ -19,6 +22,14 @@ class RapidMerging(MergeRules):
     scope = re.compile(
         r"\s*(?:LOCAL\s+)?(?:PROC|TRAP|FUNC\s+\w+)\s+(\w+)|\s*END(?:PROC|FUNC|TRAP)()\b", re.IGNORECASE
     )
+
+    def arguments(self, code: str) -> list[Argument]:
+        move = _MOVE.match(code)
+        if move is None:
+            return []
+        names = ("place", *_ARGUMENTS) if move[1] else _ARGUMENTS
+        found = split_arguments(code, names, {})
+        return found if len(found) == len(names) + 2 and not found[1].text.lstrip().startswith("\\") else []
 
 
 MERGING = RapidMerging()

@@ -1,7 +1,7 @@
 """What may be changed independently in a TP listing: attributes, numbered instructions, positions.
 
-Lines are numbered anew when the merged program is written. Positions keep their numbers, but two new ones of one
-number become two.
+Lines are numbered anew when the merged program is written, as far as the base counts them. Positions keep their
+numbers, but two new ones of one number become two.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Final
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
+    Argument,
     Choice,
     Cut,
     Known,
@@ -29,8 +30,16 @@ from olp.languages.merging import (
 
 _SECTION: Final = re.compile(r"/[A-Z]+\b")
 _NUMBERED: Final = re.compile(r"\s*\d+:")
+_ANY_NUMBER: Final = re.compile(r"^[ \t]*(\d+):", re.MULTILINE)
 _USED: Final = re.compile(r"(?<![\w$])P\[\s*(\d+)")
 _INDIRECT: Final = re.compile(r"(?<![\w$])P\[\s*[A-Z]")
+_MOVE: Final = re.compile(
+    rf"""({COUNTER}*(?:\s*\d+:)?\s*[JL])(\s+PR?\[[^\]]*\])
+    (\s+(?:\d+(?:\.\d+)?|R\[[^\]]*\])\s*(?:mm/sec|cm/min|inch/min|deg/sec|m?sec|%)|\s+max_speed)
+    (\s+(?:FINE|CNT\s*(?:\d+|R\[[^\]]*\])|CD\d+|CR\d+))(\s+ACC\s*\d+)?([^;"]*)(;.*)""",
+    re.VERBOSE,
+)
+_PARTS: Final = ("motion", "place", "speed", "zone", "acceleration", "place", "motion")
 _HEAD: Final = re.compile(r"\s*P\s*\[\s*(\d+)")
 _TABLE: Final = "table positions"
 _FAMILY: Final = "P"
@@ -46,8 +55,15 @@ class TpMerging(MergeRules):
         (re.compile(r"/PROG\b|[A-Z_]+(?=\s*=)"), RecordRule.ASK),
     )
 
+    def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
+        """What the base counts is counted anew; other numbers (… 41:, 100:, 9999:) stay as they stand."""
+        if _is_counted(base):
+            return base, ours, theirs
+        return _with_counters(base), _with_counters(ours), _with_counters(theirs)
+
     def cut(self, text: str, known: Known) -> Cut:
         lines = lines_of(text)
+        anew = COUNTER not in text
         pieces: list[Piece] = []
         rows: list[Row] = []
         section, at, indirect = "", 0, False
@@ -67,7 +83,7 @@ class TpMerging(MergeRules):
                 at = stop
             elif section == "/MN" and opened is None:
                 stop = _last(lines, at)
-                body = _body(line[0])
+                body = _body(line[0]) if anew else line[0]
                 key = (body, line[1], "")
                 piece = known.get(key) if stop == at else None
                 if piece is None:
@@ -97,11 +113,16 @@ class TpMerging(MergeRules):
             text if text.lstrip(COUNTER + " ").startswith("!") else _USED.sub(numbered, text)
             for text, _ in lines
         )
-        code = " ".join(" ".join(text.replace(COUNTER, "").split()) for text in texts)
+        bare = (_NUMBERED.sub("", text, count=1).replace(COUNTER, "") for text in texts)
+        code = " ".join(" ".join(text.split()) for text in bare)
         silent = code.startswith("!") or code == ";"
         return Piece(
             texts, tuple(end for _, end in lines), self.silent(code) if silent else code, uses=tuple(uses)
         )
+
+    def arguments(self, code: str) -> list[Argument]:
+        move = _MOVE.fullmatch(code)
+        return [] if move is None else list(map(Argument, _PARTS, move.groups("")))
 
     def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
         for choice in rows:
@@ -120,6 +141,28 @@ class TpMerging(MergeRules):
 def _body(text: str) -> str:
     match = _NUMBERED.match(text)
     return text if match is None else COUNTER * (match.end() - 1) + text[match.end() :]
+
+
+def _is_counted(text: str) -> bool:
+    numbers = [int(one) for one in _ANY_NUMBER.findall(text.partition("\n/POS")[0])]
+    return numbers == list(range(1, len(numbers) + 1))
+
+
+def _with_counters(text: str) -> str:
+    """Counters for the numbers of its lines, up to the first that is not the next one."""
+    head, pos, rest = text.partition("\n/POS")
+    count = 0
+
+    def counter(match: re.Match[str]) -> str:
+        nonlocal count
+        if int(match[1]) != count + 1:
+            count = -1
+        if count < 0:
+            return match[0]
+        count += 1
+        return COUNTER * (len(match[0]) - 1)
+
+    return f"{_ANY_NUMBER.sub(counter, head)}{pos}{rest}"
 
 
 def _last(lines: Sequence[tuple[str, str]], at: int) -> int:

@@ -10,13 +10,21 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from olp.languages.merging import Known, MergeRules, Piece
+from olp.languages.merging import Argument, Known, MergeRules, Piece, split_arguments
 
 _NODE = re.compile(r"(\s*\$\s*)\d+(?=\s)")
 _TAIL = re.compile(r"(?<![^\W_])[0-9a-f]{8}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{12}(?![^\W_])")
 _NAME = re.compile(rf"(\w+?_){_TAIL.pattern}")
 _OPENS = re.compile(r"\s*(?:(?:def|thread|sec)\s+(\w+)|(?:if|while)\b)")
 _ENDS = re.compile(r"\s*end\b")
+_MOVE = re.compile(r"(move[jlpc])\(")
+_PLACES = {
+    "movej": ("place", "acceleration", "speed", "speed", "zone"),
+    "movel": ("place", "acceleration", "speed", "speed", "zone"),
+    "movep": ("place", "acceleration", "speed", "zone"),
+    "movec": ("place", "place", "acceleration", "speed", "zone", "place"),
+}
+_WORDS = {"a": "acceleration", "v": "speed", "t": "speed", "r": "zone", "mode": "place"}
 
 
 class UrScriptMerging(MergeRules):
@@ -38,6 +46,10 @@ class UrScriptMerging(MergeRules):
 
     def code(self, line: str) -> str:
         return _NODE.sub(r"\1", super().code(line))
+
+    def arguments(self, code: str) -> list[Argument]:
+        move = _MOVE.match(code)
+        return [] if move is None else split_arguments(code, _PLACES[move[1]], _WORDS)
 
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         """Data by the routine that they stand in: routines stand in one another."""

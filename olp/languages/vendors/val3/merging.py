@@ -5,10 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from olp.languages.merging import Known, MergeRules, Piece
+from olp.languages.merging import Argument, Known, MergeRules, Piece, split_arguments
 
 _DATA = re.compile(r'\s*<data\b[^>]*\bname="([^"]*)"', re.IGNORECASE)
 _VALUE = re.compile(r'\s*<value\b[^>]*\bkey="([^"]*)"', re.IGNORECASE)
+_MOVE = re.compile(r"move(?:j|l|(c))\s*\(")
+_DESCRIPTOR = re.compile(r"<value\b(?=.*\bvel=)(?=.*\bblend=)", re.IGNORECASE)
+_ATTRIBUTE = re.compile(r'\s+(\w+)="[^"]*"')
+_ATTRIBUTES = {
+    "accel": "acceleration", "decel": "deceleration", "vel": "speed", "tvel": "speed", "rvel": "speed", "tmax": "speed",
+    "rmax": "speed", "blend": "zone", "leave": "zone", "reach": "zone",
+}  # fmt: skip
 _END = re.compile(r"\s*</data>", re.IGNORECASE)
 
 
@@ -28,6 +35,20 @@ class Val3Merging(MergeRules):
             elif inside and _END.match(text):
                 name, inside = f"{inside}[", ""
             yield Piece((text,), (end,), " ".join(text.split()), name, True) if name else piece
+
+    def arguments(self, code: str) -> list[Argument]:
+        move = _MOVE.match(code)
+        if move is not None:
+            return split_arguments(code, (*(("place",) if move[1] else ()), "place", "place", "speed"), {})
+        if _DESCRIPTOR.match(code) is None:
+            return []
+        found, at = [], 0
+        for match in _ATTRIBUTE.finditer(code):
+            if match.start() > at:
+                found.append(Argument("motion", code[at : match.start()]))
+            found.append(Argument(_ATTRIBUTES.get(match[1].casefold(), "motion"), match[0]))
+            at = match.end()
+        return [*found, Argument("motion", code[at:])]
 
     def _comment(self, line: str) -> int:
         return len(line) if line.lstrip().startswith("<") else super()._comment(line)
