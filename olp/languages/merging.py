@@ -83,7 +83,7 @@ class Row:
     means: tuple[str, ...] = ()  # of the state, what says where the position is
 
 
-class Argument(NamedTuple):
+class MoveArgument(NamedTuple):
     """A part of a move. `name`: place (target, tool and frame), speed, zone, acceleration …; of what: motion."""
 
     name: str
@@ -156,7 +156,7 @@ class MergeRules:
         """A record that tells how many positions of a family or numbered lines there are, told anew."""
         return piece.lines[0]
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         """A move's parts that two people change independently, in order: together its words. Empty: it is no move."""
         return []
 
@@ -242,7 +242,7 @@ class MergeRules:
         return next(filter(None, match.groups()), "").casefold() if match is not None else ""
 
 
-def split_arguments(code: str, names: Sequence[str], words: Mapping[str, str]) -> list[Argument]:
+def split_arguments(code: str, names: Sequence[str], words: Mapping[str, str]) -> list[MoveArgument]:
     """The arguments of `WORD(a, b)` or `WORD a, b;` with the names of their places; empty: there are more.
 
     `words`: names of arguments that are written `word=value`.
@@ -250,14 +250,14 @@ def split_arguments(code: str, names: Sequence[str], words: Mapping[str, str]) -
     spans = _top_level(code)
     if len(spans) > len(names) + 1:
         return []
-    found = [Argument("motion", code[: spans[0][0]])]
+    found = [MoveArgument("motion", code[: spans[0][0]])]
     for name, (start, stop) in zip((*names, ""), spans, strict=False):
         word, sign, _ = code[start:stop].strip(" ,").partition("=")
         name = words.get(word.strip(), "") if sign and words else name
         if not name:
             return []
-        found.append(Argument(name, code[start:stop]))
-    return [*found, Argument("motion", code[spans[-1][1] :])]
+        found.append(MoveArgument(name, code[start:stop]))
+    return [*found, MoveArgument("motion", code[spans[-1][1] :])]
 
 
 _OPENS = re.compile(r"\w+ *\(|\w+ ")

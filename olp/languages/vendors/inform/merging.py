@@ -13,11 +13,11 @@ from typing import ClassVar, Final
 
 from olp.languages.merging import (
     NUMBER,
-    Argument,
     Choice,
     Cut,
     Known,
     MergeRules,
+    MoveArgument,
     NumberedUse,
     Piece,
     RecordRule,
@@ -102,14 +102,14 @@ class InformMerging(MergeRules):
             text = text[:start] + NUMBER + text[last:]
         return Piece((text,), (end,), self.code(text), uses=tuple(use for _, use in uses))
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         if move is None or "+" in code or "UNTIL" in code:
             return []
         rest = _ARGUMENT.finditer(code, move.end())
         return [
-            Argument("motion", move[0]),
-            *(Argument(_ARGUMENTS.get(one[1], "place"), one[0]) for one in rest),
+            MoveArgument("motion", move[0]),
+            *(MoveArgument(_ARGUMENTS.get(one[1], "place"), one[0]) for one in rest),
         ]
 
     def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:

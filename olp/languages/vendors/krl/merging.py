@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from olp.languages.merging import Argument, Cut, Known, MergeRules, Piece, RecordRule
+from olp.languages.merging import Cut, Known, MergeRules, MoveArgument, Piece, RecordRule
 
 _WORDS = "FOR|IF|ELSE|WHILE|UNTIL|WAIT|SWITCH|CASE|RETURN|GOTO|INTERRUPT|TRIGGER|SIGNAL|PTP|LIN|CIRC|EXT|ENUM|STRUC"
 _DECL = re.compile(r"(?:(?<=^GLOBAL )|(?<=^PUBLIC )|^)DECL ", re.IGNORECASE)
@@ -50,20 +50,20 @@ class KrlMerging(MergeRules):
         """DECL says nothing."""
         return _DECL.sub("", super().code(line))
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         """Of a move, of the remark over an inline form's, and of the settings that forms keep in data."""
         for pattern, names in ((_MOVE, _OF_MOVE), (_FORM, _OF_FORM)):
             move = pattern.fullmatch(code)
             if move is not None:
-                return list(map(Argument, names, move.groups()))
+                return list(map(MoveArgument, names, move.groups()))
         data = _FIELDS.fullmatch(code)
         if data is None:
             return []
         fields = (
-            Argument(_OF_FIELD.get(one[1].casefold(), one[1].casefold()), one[0])
+            MoveArgument(_OF_FIELD.get(one[1].casefold(), one[1].casefold()), one[0])
             for one in _FIELD.finditer(data[2])
         )
-        return [Argument("motion", data[1]), *fields, Argument("motion", data[3])]
+        return [MoveArgument("motion", data[1]), *fields, MoveArgument("motion", data[3])]
 
     def cut(self, text: str, known: Known) -> Cut:
         rules = self if not _LIST.search(text) and _RUNS.search(text) else _DATA_LIST

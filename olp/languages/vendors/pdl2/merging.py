@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.merging import Argument, MergeRules
+from olp.languages.merging import MergeRules, MoveArgument
 
 _MOVE = re.compile(
     r"(MOVE(?:FLY)?)((?: +(?:LINEAR|JOINT))?(?: +TO)?)( +(?!CIRC)[\w.$]+(?:\[[^]]*\])?(?: +ADVANCE)?)( +WITH +)?",
@@ -20,16 +20,20 @@ class Pdl2Merging(MergeRules):
     loose_data = False  # an assignment runs where it stands
     scope = re.compile(r"\s*ROUTINE\s+(\w+)|\s*END\s+\w+()\s*$", re.IGNORECASE)
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         if move is None or (not move[4] and move.end() < len(code)):
             return []
-        found = [Argument("zone", move[1]), Argument("motion", move[2]), Argument("place", move[3])]
+        found = [
+            MoveArgument("zone", move[1]),
+            MoveArgument("motion", move[2]),
+            MoveArgument("place", move[3]),
+        ]
         settings = code[move.end() :] if move[4] else ""
         if _SETTING.sub("", settings):
             return []
-        found += [Argument("motion", move[4])] if move[4] else []
-        return found + [Argument(_name(one[1]), one[0]) for one in _SETTING.finditer(settings)]
+        found += [MoveArgument("motion", move[4])] if move[4] else []
+        return found + [MoveArgument(_name(one[1]), one[0]) for one in _SETTING.finditer(settings)]
 
 
 def _name(setting: str) -> str:

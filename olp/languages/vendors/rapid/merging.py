@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from olp.languages.merging import Argument, MergeRules, split_arguments
+from olp.languages.merging import MergeRules, MoveArgument, split_arguments
 
 _MOVE = re.compile(r"Move(?:J|L|AbsJ|(C)) ", re.IGNORECASE)
 _ARGUMENTS = ("place", "speed", "zone", "place")
@@ -23,7 +23,7 @@ class RapidMerging(MergeRules):
         r"\s*(?:LOCAL\s+)?(?:PROC|TRAP|FUNC\s+\w+)\s+(\w+)|\s*END(?:PROC|FUNC|TRAP)()\b", re.IGNORECASE
     )
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         if move is None:
             return []

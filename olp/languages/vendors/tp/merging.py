@@ -14,11 +14,11 @@ from typing import Final
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
-    Argument,
     Choice,
     Cut,
     Known,
     MergeRules,
+    MoveArgument,
     NumberedUse,
     Piece,
     RecordRule,
@@ -120,9 +120,9 @@ class TpMerging(MergeRules):
             texts, tuple(end for _, end in lines), self.silent(code) if silent else code, uses=tuple(uses)
         )
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.fullmatch(code)
-        return [] if move is None else list(map(Argument, _PARTS, move.groups("")))
+        return [] if move is None else list(map(MoveArgument, _PARTS, move.groups("")))
 
     def rows(self, rows: Sequence[Choice]) -> Iterator[TableText]:
         for choice in rows:

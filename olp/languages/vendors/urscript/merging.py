@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from olp.languages.merging import Argument, Known, MergeRules, Piece, split_arguments
+from olp.languages.merging import Known, MergeRules, MoveArgument, Piece, split_arguments
 
 _NODE = re.compile(r"(\s*\$\s*)\d+(?=\s)")
 _TAIL = re.compile(r"(?<![^\W_])[0-9a-f]{8}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{12}(?![^\W_])")
@@ -47,7 +47,7 @@ class UrScriptMerging(MergeRules):
     def code(self, line: str) -> str:
         return _NODE.sub(r"\1", super().code(line))
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         return [] if move is None else split_arguments(code, _PLACES[move[1]], _WORDS)
 

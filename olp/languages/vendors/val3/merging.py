@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from olp.languages.merging import Argument, Known, MergeRules, Piece, split_arguments
+from olp.languages.merging import Known, MergeRules, MoveArgument, Piece, split_arguments
 
 _DATA = re.compile(r'\s*<data\b[^>]*\bname="([^"]*)"', re.IGNORECASE)
 _VALUE = re.compile(r'\s*<value\b[^>]*\bkey="([^"]*)"', re.IGNORECASE)
@@ -36,7 +36,7 @@ class Val3Merging(MergeRules):
                 name, inside = f"{inside}[", ""
             yield Piece((text,), (end,), " ".join(text.split()), name, True) if name else piece
 
-    def arguments(self, code: str) -> list[Argument]:
+    def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         if move is not None:
             return split_arguments(code, (*(("place",) if move[1] else ()), "place", "place", "speed"), {})
@@ -45,10 +45,10 @@ class Val3Merging(MergeRules):
         found, at = [], 0
         for match in _ATTRIBUTE.finditer(code):
             if match.start() > at:
-                found.append(Argument("motion", code[at : match.start()]))
-            found.append(Argument(_ATTRIBUTES.get(match[1].casefold(), "motion"), match[0]))
+                found.append(MoveArgument("motion", code[at : match.start()]))
+            found.append(MoveArgument(_ATTRIBUTES.get(match[1].casefold(), "motion"), match[0]))
             at = match.end()
-        return [*found, Argument("motion", code[at:])]
+        return [*found, MoveArgument("motion", code[at:])]
 
     def _comment(self, line: str) -> int:
         return len(line) if line.lstrip().startswith("<") else super()._comment(line)
