@@ -11,7 +11,7 @@ from collections.abc import Hashable, Sequence
 from difflib import SequenceMatcher
 from typing import NamedTuple
 
-from olp.languages.merging import Argument, MergeRules
+from olp.languages.merging import MergeRules, MoveArgument
 
 MORE = "more"  # what a side changed besides what the other did, too
 _WORD = re.compile(r"\d*\.?\d+(?:[eE][-+]?\d+)?(?!\w)|\w+|\S")
@@ -64,7 +64,7 @@ def by_arguments(
     return JoinedChange(line, tuple(by[0]), tuple(by[1]), chosen.get("place", 1))
 
 
-def _said(rules: MergeRules, parts: Sequence[Argument], name: str) -> tuple[str, ...]:
+def _said(rules: MergeRules, parts: Sequence[MoveArgument], name: str) -> tuple[str, ...]:
     return tuple(rules.code(one.text).strip() for one in parts if one.name == name)
 
 
