@@ -23,6 +23,8 @@ from olp.contracts import (
     check_vendor,
     check_writer,
 )
+from olp.contracts.handling import samples_folder
+from olp.contracts.readings import readings_of, unlike
 from olp.core.diagnostic import error
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path
@@ -116,6 +118,20 @@ def test_a_broken_reader_is_told_by_promise_input_and_difference(monkeypatch: py
     with pytest.raises(ContractError) as caught:
         check_vendor(vendor, first=True)
     assert len(caught.value.broken) == 1
+
+
+def test_a_line_that_means_something_else_than_declared_is_told_with_both_meanings(
+    tmp_path: FilePath,
+) -> None:
+    vendor = find_vendor(vendor_names()[0])
+    declared = next(path for path in readings_of(samples_folder(vendor)) if "IF n>1" in path.read_text())
+    text = declared.read_text(encoding="utf-8")
+    assert not list(unlike(vendor, declared))
+    changed = tmp_path / declared.name
+    changed.write_text(text.replace("If condition=(n > 1)", "If condition=(n > 2)", 1), encoding="utf-8")
+    ((given, differs),) = unlike(vendor, changed)
+    assert given.endswith("IF n>1 THEN")
+    assert differs == "declared: If condition=(n > 2); read: If condition=(n > 1)"
 
 
 @pytest.mark.parametrize(

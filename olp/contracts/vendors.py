@@ -11,7 +11,7 @@ from pathlib import Path
 from random import Random
 from typing import Final
 
-from olp.contracts import handling
+from olp.contracts import handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.promises import Difference, Promise, hold
 from olp.contracts.writers import WriterUnderTest, does_what_the_program_does, writes_each_kind_of_statement
@@ -196,6 +196,19 @@ def is_the_handling_cell(it: VendorUnderTest) -> Iterator[Difference]:
         found = it.events(program)
         wanted = stopped_by_advance(handling.events(parts, joint), it.vendor)
         yield from ((f"{it.main.name} with {parts} parts", d) for d in differences(wanted, found))
+
+
+def reads_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
+    """The programs of `readings` among the samples mean, line by line, what their author declared"""
+    for path in readings.readings_of(it.folder):
+        yield from readings.unlike(it.vendor, path)
+
+
+def declares_every_word(it: VendorUnderTest) -> Iterator[Difference]:
+    """Every keyword of the grammar stands in a program whose reading is declared"""
+    texts = [path.read_text(encoding="utf-8") for path in readings.readings_of(it.folder)]
+    for word in readings.unspoken(it.vendor, texts):
+        yield word, f"no program in {it.folder / 'readings'} has it"
 
 
 def names_each_line(it: VendorUnderTest) -> Iterator[Difference]:
@@ -405,6 +418,8 @@ def reads_what_is_written(it: VendorUnderTest) -> Iterator[Difference]:
 PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     states_its_conventions,
     is_the_handling_cell,
+    reads_as_declared,
+    declares_every_word,
     names_each_line,
     keeps_every_byte,
     keeps_comments,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Final, NamedTuple
 
 from olp.core.units import deg, mm, percent
@@ -77,6 +78,9 @@ class Val3Rules(BlockRules):
         self.frameless = False  # a move went to a point of which nobody says the frame
 
     # --- values -----------------------------------------------------------------------------------------
+
+    def text(self, children: list[Any]) -> Text:
+        return Text(re.sub(r"\\(.)", r"\1", str(children[0])[1:-1]))
 
     def value(self, children: list[Any]) -> Expression:
         return self.conjunction(children)
@@ -187,6 +191,7 @@ class Val3Rules(BlockRules):
         *points, tool, mdesc = arguments
         path = _PATHS[name]
         if path is Path.JOINT:
+            points[-1] = _as_joints(points[-1])
             speed = Speed(SpeedUnit.FRACTION, Quantity(Member(mdesc, "vel"), percent))
         else:
             speed = Speed(SpeedUnit.TRAVEL, Quantity(Member(mdesc, "tmax"), mm))
@@ -246,13 +251,8 @@ class Val3Rules(BlockRules):
         if not isinstance(target, (Named, Item, Member)):
             raise BrokenLineError("nothing can be stored here", wanted="a variable")
         kind = self._type(target)
-        if (
-            kind in JOINTS
-            and isinstance(value, PositionLiteral)
-            and value.native[:1]
-            and value.native[0][0] == "j1"
-        ):
-            value = joints(float(v) for _, v in value.native)
+        if kind in JOINTS:
+            value = _as_joints(value)
         if isinstance(target, Named) and kind.startswith("point"):
             self._inherit(target.name, value)
         return Assign(0, target, value)
@@ -313,6 +313,13 @@ class Val3Rules(BlockRules):
 
     def break_(self, _: list[Any]) -> Leave:
         return Leave()
+
+
+def _as_joints(value: Expression) -> Expression:
+    """Six numbers in braces where joint values are wanted: degrees of the axes, and no pose."""
+    if isinstance(value, PositionLiteral) and value.native[:1] and value.native[0][0] == "j1":
+        return joints(float(v) for _, v in value.native)
+    return value
 
 
 def _wanted(value: Expression) -> tuple[Expression, bool]:

@@ -1,0 +1,30 @@
+"""Writes below each line of the declared readings of a language what olp reads.
+
+    python bench/readings.py NAME…
+
+The programs are those of `samples/NAME/readings/`; a line that was added begins with `?` and three blanks. What is
+written is a proposal: whoever keeps a line has checked it against the manual.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from olp.contracts.readings import declare, readings_of  # noqa: E402
+from olp.languages.vendor import find_vendor  # noqa: E402
+
+
+def main(names: Sequence[str]) -> int:
+    for name in names:
+        for path in readings_of(ROOT / "samples" / name):
+            declare(find_vendor(name), path)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
