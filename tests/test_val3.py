@@ -178,7 +178,7 @@ def test_the_sample_goes_where_its_numbers_say() -> None:
 
 
 def test_the_sample_is_read_whole() -> None:
-    check_whole(sorted(FOLDER.iterdir()), frozenset({"P576"}))
+    check_whole(sorted(path for path in FOLDER.iterdir() if path.is_file()), frozenset({"P576"}))
 
 
 @pytest.mark.parametrize("name", ["start.pgx", "handling.dtx", "handling.pjx"])
