@@ -28,7 +28,7 @@ from olp.transpile.convert import Converted, convert
 from olp.transpile.export import writable
 from olp.transpile.link import link
 from olp.transpile.probes import probes, program_with
-from olp.transpile.signals import split_at_ends
+from olp.runtime.end_actions import shown_at_ends
 
 _DATE: Final = "2026/04/23 17:39"
 
@@ -125,7 +125,7 @@ def read_again(
         if told:
             raise AssertionError(f"{vendor.name} does not read what was written without a word: {told[0]}")
         linked = link(program).program
-        shown = split_at_ends(program)
+        shown = shown_at_ends(program)
         return linked, events_of(shown, run(shown, robot_of(), folder=folder, max_steps=5000), vendor)
 
 

@@ -14,6 +14,7 @@ from olp.ir.expressions import Number
 from olp.ir.points import PointTable
 from olp.ir.program import Program, Routine, Statement
 from olp.languages.vendor import Vendor, find_vendor
+from olp.runtime.end_actions import with_end_actions
 from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
 from olp.runtime.memory import Scope
 from olp.runtime.regions import Read, Region
@@ -111,7 +112,8 @@ class Jobs:
         self.sources.append(program.source)
         self.programs.append(program)
         for routine in program.routines:
-            job = RunnableRoutine(program, routine, len(self._jobs), source, routine.body, _points(routine))
+            body = with_end_actions(program.vendor, routine.body)
+            job = RunnableRoutine(program, routine, len(self._jobs), source, body, _points(routine))
             self._jobs.setdefault(_key(routine.name), job)
             self._own.setdefault((source, _key(routine.name)), job)
         if file_name and program.routines:

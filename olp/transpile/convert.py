@@ -22,7 +22,6 @@ from olp.transpile.context import Context
 from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
 from olp.transpile.pipeline import Translated, canonical, refusals
-from olp.transpile.signals import split_at_ends
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
@@ -190,11 +189,11 @@ def rerun(
         for path, data in zip(paths, converted.files.values(), strict=True):
             path.write_bytes(data)
         main = Path(folder, converted.main)
-        program = split_at_ends(read(main, vendor=vendor))
+        program = read(main, vendor=vendor)
         raise_errors(program.diagnostics)
         suffixes = find_vendor(vendor).suffixes
         others = [p for p in paths if p != main and p.suffix.lower() in suffixes]
-        written = [program, *(split_at_ends(read(path, vendor=vendor)) for path in others)]
+        written = [program, *(read(path, vendor=vendor) for path in others)]
         plans = []
         for given, steps in [({}, _MOST_STEPS), *((one, _MOST_AGAIN) for one in inputs)]:
             around = None if source is None else _surroundings(source, converted, robot, given)

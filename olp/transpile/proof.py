@@ -8,18 +8,16 @@ from olp.robots.robot import Robot
 from olp.transpile.context import MOST_AGAIN, asked_inputs, plan_of
 from olp.transpile.convert import Converted, rerun
 from olp.transpile.receipt import PlanRuns
-from olp.transpile.signals import split_at_ends
 
 
 def runs_of(
     source: Program, converted: Converted, vendor: str, robots: tuple[Robot | None, Robot | None]
 ) -> PlanRuns:
     """`robots`: of the source, and of the translation where it is another one."""
-    shown = split_at_ends(source)
     asked = asked_inputs(source)
     sets = [asked] if asked else []
-    first = [plan_of(shown, robots[0], None, None)]
-    first += [plan_of(shown, robots[0], inputs, MOST_AGAIN) for inputs in sets]
+    first = [plan_of(source, robots[0], None, None)]
+    first += [plan_of(source, robots[0], inputs, MOST_AGAIN) for inputs in sets]
     try:
         there = rerun(converted, vendor, robots[1] or robots[0], source, sets)
     except OlpError:
