@@ -22,13 +22,13 @@ from olp.ir.expressions import Number, Signal, SignalState
 from olp.ir.program import Comment, Declare, Opaque, Program, SetOutput
 from olp.languages.limits import limits_of
 from olp.languages.vendor import Vendor, find_vendor, vendor_names
+from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
 from olp.transpile.convert import Converted, convert
 from olp.transpile.export import writable
 from olp.transpile.link import link
 from olp.transpile.probes import probes, program_with
-from olp.runtime.end_actions import shown_at_ends
 
 _DATE: Final = "2026/04/23 17:39"
 

@@ -133,6 +133,7 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "log": "a logarithm",
     "part-of-text": "a part of a text",
     "position-in-text": "the place of one text in another",
+    "match-in-text": "the place of one text in another from a character on",
     "text-of-value": "a number as a text",
     "value-of-text": "a text as a number",
     "pose-add": "the sum of two poses",

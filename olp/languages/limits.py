@@ -178,6 +178,8 @@ class Limits:
     integer_type: str = (
         ""  # the only type that loops count and index with, to which an assignment rounds; "": any
     )
+    # Functions that are the whole right side of an assignment, of variables alone
+    lone_functions: frozenset[str] = frozenset()
     register_arguments: bool = False  # functions take variables only, and no sign stands before one
     variable_scales: Mapping[float, float] = field(
         default_factory=dict

@@ -281,6 +281,7 @@ _LEAST_ARGUMENTS: Mapping[str, int] = {
     "shift-between": 2,
     "part-of-text": 2,
     "position-in-text": 2,
+    "match-in-text": 3,
     "joined-text": 0,
     "parameter": 0,
 }

@@ -221,6 +221,13 @@ def _find(m: Machine, arguments: Arguments) -> Value:
     return _text(m, arguments[0]).find(_text(m, arguments[1])) + 1
 
 
+def _match(m: Machine, arguments: Arguments) -> Value:
+    """Text, first character, pattern: where it stands; one more than the text is long where it does not."""
+    text = _text(m, arguments[0])
+    at = text.find(_text(m, arguments[2]), max(1, whole(m, arguments[1])) - 1)
+    return at + 1 if at >= 0 else len(text) + 1
+
+
 def _parameter(m: Machine, arguments: Arguments) -> Value:
     m.assume("a controller parameter is read: taken as 0")
     return 0
@@ -247,6 +254,7 @@ FUNCTIONS: Mapping[str, Callable[[Machine, Arguments], Value]] = {
     "length-of-text": lambda m, a: len(_text(m, a[0])),
     "joined-text": lambda m, a: "".join(_text(m, part) for part in a),
     "position-in-text": _find,
+    "match-in-text": _match,
 }
 
 # Every function takes one argument at least. What a controller's manual makes optional is not counted.

@@ -40,6 +40,7 @@ _TAKES: Final[Mapping[str, tuple[str, ...]]] = {
     "joined-text": ("string",),
     "part-of-text": ("string", "integer"),
     "position-in-text": ("string",),
+    "match-in-text": ("string", "integer", "string"),
     "code-of-character": ("string",),
     "text-of-value": ("",),
 }

@@ -231,7 +231,16 @@ def _changed(found: Symbols, routine: Routine, target: Expression | None, value:
 
 _POSES = ("pose-", "tool-data", "convert", "shift-between", "step-position")
 _TEXTS = ("text-of-value", "joined-text", "part-of-text", "character-of-code")
-_WHOLE = ("round", "trunc", "floor", "ceil", "length-of-text", "code-of-character", "position-in-text")
+_WHOLE = (
+    "round",
+    "trunc",
+    "floor",
+    "ceil",
+    "length-of-text",
+    "code-of-character",
+    "position-in-text",
+    "match-in-text",
+)
 _FLAGS = ("group", "analog", "register")
 
 

@@ -43,16 +43,19 @@ from olp.ir.program import (
     Message,
     Move,
     Program,
+    Return,
     Routine,
     SetOutput,
     Statement,
     Switch,
     Until,
+    Update,
     Wait,
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
-from olp.transpile.context import TranslationContext
+from olp.languages.vendor import language_of
+from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
 # --- Temporary values ---
@@ -73,6 +76,7 @@ class Values:
         default_factory=dict
     )  # temporaries by type, used anew by each statement
     used: dict[str, int] = field(default_factory=dict)
+    line: int = 0  # of the statement under way
 
     @property
     def simple(self) -> bool:
@@ -129,7 +133,7 @@ class Values:
                 return self._called(e, before)
             case Function() if not self._is_position(e):
                 function = self._function(e, before)
-                if not self.simple and not alone:
+                if not self.simple and not alone and not self._is_lone(e):
                     return function
                 return self._kept(function, kind_of_value(self.symbols, self.routine, e), before)
             case Binary("div" | "mod" as word, left, right) if self.simple:
@@ -173,8 +177,6 @@ class Values:
         return target
 
     def _divided(self, word: str, left: Expression, right: Expression, before: list[Statement]) -> Expression:
-        from olp.ir.program import Update
-
         first, second = self.value(left, before, alone=True), self.value(right, before, alone=True)
         quotient = self.temporary("integer")
         before += [Assign(0, quotient, first), Update(0, "/", quotient, second)]
@@ -182,7 +184,79 @@ class Values:
             return quotient
         return Binary("-", first, Binary("*", quotient, second))
 
+    # --- texts ------------------------------------------------------------------------------------------
+
+    def _is_lone(self, e: Expression) -> bool:
+        """Whether the target has this as the right side of an assignment only, of variables alone (FANUC's texts)."""
+        return type(e) is Function and e.name in self.work.limits.lone_functions
+
+    def _register(self, e: Expression, before: list[Statement]) -> Expression:
+        """A value in a variable, literals too."""
+        found = self.value(e, before, alone=True)
+        if isinstance(found, Text):
+            return self._kept(found, "string", before)
+        return self._kept(found, "real", before) if isinstance(found, Number) else found
+
+    def _lone(self, e: Function, before: list[Statement]) -> Expression:
+        """A function of texts as the target writes it."""
+        if e.name == "text-of-value":
+            says = f"{language_of(self.work.target)} decides with how many decimals a number is written as a text"
+            self.work.lose(self.line, Fate.APPROXIMATED, "text", says)
+            return self._register(e.arguments[0], before)
+        if e.name == "joined-text" and len(e.arguments) > 2:
+            e = Function(e.name, (Function(e.name, e.arguments[:-1]), e.arguments[-1]))
+        arguments = tuple(self._register(a, before) for a in e.arguments)
+        if e.name == "match-in-text":
+            return self._matched(arguments, e.arguments, before)
+        if e.name == "part-of-text" and len(arguments) == 2:
+            arguments = (*arguments, self._left_from(*arguments, before))
+        return replace(e, arguments=arguments)
+
+    def _left_from(self, text: Expression, start: Expression, before: list[Statement]) -> Named:
+        """How many characters a text has from its character `start` on."""
+        count = self.temporary("integer")
+        before += [
+            Assign(0, count, Function("length-of-text", (text,))),
+            Assign(0, count, Binary("-", count, start)),
+            Assign(0, count, Binary("+", count, Number(1))),
+        ]
+        return count
+
+    def _matched(
+        self, values: tuple[Expression, ...], written: tuple[Expression, ...], before: list[Statement]
+    ) -> Named:
+        """Where a text stands in another from a character on; one more than the length where it does not."""
+        text, start, pattern = values
+        wanted = written[2].value if isinstance(written[2], Text) else ""
+        if not wanted or any(letter.isalpha() for letter in wanted):
+            says = (
+                "a search for letters, of which the controller may take capitals and small ones for the same"
+            )
+            self.work.lose(self.line, Fate.REFUSED, "statement", says)
+        found = self.temporary("integer")
+        whole = written[1] == Number(1)
+        left = self._left_from(text, start, before)
+        rest = text
+        if not whole:
+            rest = self._kept(Function("part-of-text", (text, start, left)), "string", before)
+        before += [
+            Assign(0, found, Function("position-in-text", (rest, pattern))),
+            If(0, Compare("=", found, Number(0))),
+            Assign(0, found, Binary("+", left, Number(1))),
+            EndIf(0),
+        ]
+        if not whole:
+            before += [
+                Assign(0, found, Binary("+", found, start)),
+                Assign(0, found, Binary("-", found, Number(1))),
+            ]
+        return found
+
+    # --- functions and calls ----------------------------------------------------------------------------
+
     def _function(self, e: Function, before: list[Statement]) -> Expression:
+        if self._is_lone(e):
+            return self._lone(e, before)
         if self.simple and e.name == "round" and len(e.arguments) == 1:
             target = self.temporary("integer")
             before.append(Assign(0, target, self.value(e.arguments[0], before)))
@@ -229,8 +303,13 @@ class Values:
         return Logic(self._flag(plain.first, before), rest)
 
     def _with_values(self, e: Expression, before: list[Statement]) -> Expression:
-        if any(type(x) is CallValue for x in expressions_of(e)):
-            return mapped(e, lambda x: self._called(x, before) if isinstance(x, CallValue) else x)
+        def change(x: Expression) -> Expression:
+            if isinstance(x, CallValue):
+                return self._called(x, before)
+            return self.value(x, before, alone=True) if self._is_lone(x) else x
+
+        if any(type(x) is CallValue or self._is_lone(x) for x in expressions_of(e)):
+            return mapped(e, change)
         return e
 
     def _plain_flag(self, e: Expression) -> Expression:
@@ -360,6 +439,7 @@ class _Hoist(Values):
                 result.append(node)
                 continue
             self.used.clear()
+            self.line = node.opener.line if isinstance(node, Block) else node.line
             if isinstance(node, Block):
                 result += _stamped(self._block(node), node.opener.line)
             else:
@@ -442,11 +522,23 @@ class _Hoist(Values):
             case Call():
                 arguments = tuple(self.value(a, before, alone=True) for a in s.arguments)
                 return [*before, replace(s, arguments=arguments)]
+            case Update(operand=operand) if operand is not None and self._has_lone(operand):
+                value = self.value(operand, before, alone=True)
+                return [*before, replace(s, operand=value)]
+            case Return(value=value) if value is not None and self._has_lone(value):
+                if is_condition(value):
+                    found: Expression = self._flag_variable(self.condition(value, before), before)
+                else:
+                    found = self.value(value, before)
+                return [*before, replace(s, value=found)]
             case Message():
                 text = self.value(s.text, before, alone=True)  # first: it adds to what stands before
                 return [*before, replace(s, text=text)]
             case _:
                 return [s]
+
+    def _has_lone(self, e: Expression) -> bool:
+        return any(self._is_lone(x) for x in expressions_of(e))
 
     def _move(self, s: Move, before: list[Statement]) -> Move:
         targets = tuple(self._position(t, before) for t in s.targets)

@@ -409,6 +409,18 @@ def _text(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression
     return Function("text-of-value", rules.plain_arguments(given))
 
 
+def _match(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    """StrMatch; StrFind of one character, which is a set of one."""
+    values = rules.plain_arguments(given)
+    return Function("match-in-text", values) if len(values) == 3 and not _options(rules, given) else None
+
+
+def _find(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    values = rules.plain_arguments(given)
+    single = len(values) == 3 and isinstance(values[2], Text) and len(values[2].value) == 1
+    return _match(rules, given) if single else None
+
+
 def _timer(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
     value = given[0].value if given else None
     number = rules.names.clocks.get(value.name.lower()) if isinstance(value, Named) else None
@@ -435,6 +447,8 @@ SPECIAL: Final[Mapping[str, Special]] = {
     "calcjointt": _solved("inverse", "robtarget"),
     "numtostr": _text,
     "valtostr": _text,
+    "strmatch": _match,
+    "strfind": _find,
     "clkread": _timer,
     "present": _present,
 }

@@ -88,6 +88,16 @@ LIMITS: Final = Limits(
     first_signal=1,
     position_read_in="move",
     register_arguments=True,
+    lone_functions=frozenset(
+        {
+            "joined-text",
+            "length-of-text",
+            "match-in-text",
+            "part-of-text",
+            "position-in-text",
+            "text-of-value",
+        }
+    ),
     message=24,
     refuses=frozenset(
         {
