@@ -201,6 +201,18 @@ def _text(m: Machine, e: Expression) -> str:
     raise StatementError("I204", f"{spell(e)} is not a text", "use a string variable")
 
 
+def _shown(m: Machine, arguments: Arguments) -> Value:
+    """A value as a text; of a number with as many decimals as the second argument says."""
+    if len(arguments) < 2:
+        return _text(m, arguments[0])
+    value = evaluate(m, arguments[0])
+    return (
+        f"{value:.{max(0, whole(m, arguments[1]))}f}"
+        if isinstance(value, (int, float))
+        else _text(m, arguments[0])
+    )
+
+
 def _code(m: Machine, arguments: Arguments) -> Value:
     text = _text(m, arguments[0])
     return ord(text[0]) & 0xFF if text else 0
@@ -247,7 +259,7 @@ FUNCTIONS: Mapping[str, Callable[[Machine, Arguments], Value]] = {
     "step-position": _step_position,
     "parameter": _parameter,
     "value-of-text": _text_value,
-    "text-of-value": lambda m, a: _text(m, a[0]),
+    "text-of-value": _shown,
     "code-of-character": _code,
     "character-of-code": _character,
     "part-of-text": _part,

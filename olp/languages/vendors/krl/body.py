@@ -37,7 +37,7 @@ from olp.ir.program import (
 )
 from olp.languages.findings import Findings
 from olp.languages.lark_host import values_of
-from olp.languages.vendors.krl import parsing
+from olp.languages.vendors.krl import parsing, texts
 from olp.languages.vendors.krl.declarations import Head, Tail
 from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines, declared
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
@@ -125,6 +125,10 @@ class BodyReader:
         self.body.append(Assign(number, Named(self._scope.spell(word)), value))
 
     def _parse(self, code: str, comment: str, number: int) -> Head | Tail | None:
+        put = texts.written(code, self._scope.spell) if code[:6].upper() == "SWRITE" else ()
+        if put:
+            self._several(put, comment, number)
+            return None
         kept = parsing.kept(code)
         result = self._reader.parse(code, number) if kept is None else kept
         if result is None:
@@ -137,6 +141,10 @@ class BodyReader:
         if isinstance(result, tuple):
             self._structure(result, comment, number)
             return None
+        put = texts.appended(result)
+        if put:
+            self._several(put, comment, number)
+            return None
         result = self._modal.fixed(result) or result
         modal = isinstance(result, _MODAL)
         if len(self._seen) < _MOST_CACHED:
@@ -144,6 +152,12 @@ class BodyReader:
             self._seen[code] = (type(result), values_of(result), modal, plain)
         self._add(parsing.placed(result, number), comment, number, modal)
         return None
+
+    def _several(self, found: tuple[Statement, ...], comment: str, number: int) -> None:
+        """The statements that one of KRL stands for."""
+        self._kinds[number - 1] = LineKind.STATEMENT
+        placed = [parsing.placed(one, number) for one in found]
+        self.body += [*placed[:-1], parsing.commented(placed[-1], comment) if comment else placed[-1]]
 
     def _add(self, it: Statement, comment: str, number: int, modal: bool) -> None:
         """One statement, or those that it stands for."""

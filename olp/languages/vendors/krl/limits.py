@@ -8,6 +8,7 @@ from typing import Final
 from olp.core.units import deg, percent
 from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.languages.limits import Limits, ValueTypes
+from olp.languages.vendors.krl.texts import HELPERS
 
 _WORDS: Final = """
     AND ANIN ANOUT AXIS B_AND B_EXOR B_NOT B_OR BAS BOOL BRAKE C_DIS C_ORI C_PTP C_SPL C_VEL CA CASE CAST_FROM
@@ -55,7 +56,7 @@ LIMITS: Final = Limits(
     has_elseif=False,
     joint_blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE}),
     longest_pulse=3.0,  # PULSE, as its inline form, takes 0.1 to 3 s
-    reserved=RESERVED,
+    reserved=RESERVED | {"TEXT_WHOLE", *HELPERS},
     native_offsets=frozenset({"relative"}),
     frame_numbers={"tool": 16, "user": 32},
     first_signal=1,

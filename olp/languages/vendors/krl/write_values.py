@@ -41,7 +41,7 @@ _TYPES: Final = {
     "tool": "FRAME",
     "": "REAL",
 }
-_TEXT_LENGTH = 80
+TEXT_LENGTH = 80
 _STRUCTURES: Final = ("ENUM", "STRUC", "SIGNAL")
 
 
@@ -361,7 +361,7 @@ class KrlValues(Generator):
         if it.sizes:
             shown = (("" if type(one) is ex.Unknown else self.value(one)) for one in it.sizes)
             return f"[{','.join(shown)}]"
-        return f"[{_TEXT_LENGTH}]" if it.type == "string" and not self.own else ""
+        return f"[{TEXT_LENGTH}]" if it.type == "string" and not self.own else ""
 
     def _is_array(self, it: st.Declare) -> bool:
         """Values of arrays and texts stand on lines of their own."""

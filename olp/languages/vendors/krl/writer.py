@@ -15,7 +15,9 @@ from olp.core.units import deg
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.transformer import expressions_of
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, as_text
+from olp.languages.vendors.krl import texts
 from olp.languages.vendors.krl.body import FORGETS
 from olp.languages.vendors.krl.forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
 from olp.languages.vendors.krl.forms import HEADER as HEADER_OF_FORMS
@@ -23,7 +25,7 @@ from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
 from olp.languages.vendors.krl.neighbours import CONFIG_MARK
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
 from olp.languages.vendors.krl.write_moves import KrlMoves
-from olp.languages.vendors.krl.write_values import KrlValues, is_of_config
+from olp.languages.vendors.krl.write_values import TEXT_LENGTH, KrlValues, is_of_config
 
 # --- Bas calls ---
 # Finds the statements that one call of BAS stands for, so that KRL's own programs keep their inline forms.
@@ -112,6 +114,7 @@ _UPDATES: Final = {
 }
 _POLL = "0.012"  # [s] the interpolation cycle
 _PULSE = "0.3"  # [s] of a pulse that names no time
+_WHOLE_TEXT: Final = "TEXT_WHOLE[]"  # a text that is put together and has no variable
 _HELPERS: Final = {"WAITED": "REAL", "TIMED_OUT": "BOOL"}  # variables that a wait with a limit uses
 _CHANGES: Final = (st.Assign, st.Update, st.ReadInput)
 
@@ -162,7 +165,6 @@ class KrlWriter(KrlMoves):
         st.Default: "DEFAULT",
         st.EndSwitch: "ENDSWITCH",
         st.Pause: "HALT",
-        st.Message: "MsgNotify({text})",
         st.Comment: ";{text}",
     }
     cannot: ClassVar = {st.Call: {"macro": "a macro by its number"}}
@@ -192,11 +194,28 @@ class KrlWriter(KrlMoves):
     # --- values, signals and time -----------------------------------------------------------------------
 
     def write_assign(self, s: st.Assign) -> Lines:
+        if texts.is_put_together(s.value):
+            return self._put_together(self.target(s.target), s.value)
         before, s = self.computed(s)
         if self.forms is not None and isinstance(s.target, ex.FrameRef):
             self.forget()
             return [*before, f"{self.value(s.target)}={self.value(s.value)}"]
         return [*before, f"{self.target(s.target)}={self.value(s.value)}"]
+
+    def write_message(self, s: st.Message) -> Lines:
+        if not texts.is_put_together(s.text):
+            return f"MsgNotify({self.value(s.text)})"
+        return [*self._put_together(_WHOLE_TEXT, s.text), f"MsgNotify({_WHOLE_TEXT})"]
+
+    def _put_together(self, target: str, e: ex.Expression) -> list[str]:
+        """A text of several parts; in an array of its own first where one of them is the target itself."""
+        self.temporaries.update(texts.HELPERS)
+        later = texts.parts_of(e)[1:]
+        if not any(
+            self.value(x) == target for part in later for x in expressions_of(part) if type(x) is ex.Named
+        ):
+            return texts.lines(target, e, self.value)
+        return [*self._put_together(_WHOLE_TEXT, e), f"{target}={_WHOLE_TEXT}"]
 
     def write_update(self, s: st.Update) -> Lines:
         target = self.target(s.target)
@@ -349,6 +368,8 @@ class KrlWriter(KrlMoves):
         self.body(data)
         self.body(statements)
         waits = any(isinstance(one, st.Wait) and one.timeout is not None for one in routine.body)
+        if any(_WHOLE_TEXT in row for row in self.rows):
+            self.temporaries[_WHOLE_TEXT.replace("]", f"{TEXT_LENGTH}]")] = "CHAR"
         added = {**(_HELPERS if waits else {}), **self.temporaries}
         self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
         return KrlRoutineText(
