@@ -6,7 +6,9 @@ another file that shares it. Files of the folder are read when no file read so f
 
 from __future__ import annotations
 
-from olp.ir.expressions import Expression, Item, Member, Named, RecordLiteral, Variable
+from collections.abc import Iterator
+
+from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, RecordLiteral, Variable
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
 from olp.runtime.arithmetic import round_half_away
@@ -195,7 +197,7 @@ def bind(
 
     scope: Scope = {}
     outs: list[tuple[str, Expression]] = []
-    by_name = {fold(m, a.name): a for a in arguments if isinstance(a, NamedArgument)}
+    by_name = {fold(m, a.name): a for a in _named(m, arguments)}
     positional = iter([a for a in arguments if not isinstance(a, NamedArgument)])
     for parameter in parameters:
         key = fold(m, parameter.name)
@@ -218,6 +220,17 @@ def bind(
                 outs.append((key, given))
         scope[key] = slot
     return scope, outs
+
+
+def _named(m: Machine, arguments: tuple[Expression, ...]) -> Iterator[NamedArgument]:
+    """The arguments by name; one that passes an optional parameter on (RAPID x?y) where the caller has got it."""
+    for a in arguments:
+        if not isinstance(a, NamedArgument):
+            continue
+        if not a.name.endswith("?"):
+            yield a
+        elif isinstance(a.value, Named) and is_given(m, a.value.name):
+            yield NamedArgument(a.name[:-1], a.value)
 
 
 def is_given(m: Machine, name: str) -> bool:

@@ -33,6 +33,7 @@ from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
 from olp.transpile.name_mangling import names, spelling
 from olp.transpile.name_types import references
+from olp.transpile.optional_parameters import optional_parameters
 from olp.transpile.partial_positions import externals, partial, turned_together
 from olp.transpile.postures import configurations, postures
 from olp.transpile.records import records
@@ -78,6 +79,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         stopped_advance,
         at_ends,
         foreign_words,
+        optional_parameters,
         flat_records,
         enumerations,
         powers,
