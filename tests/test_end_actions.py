@@ -50,3 +50,35 @@ def test_the_corner_stays_and_the_wait_behind_it_sees_the_output() -> None:
     plan = read_source(decode(text.encode(), "M.mod")).plan()
     assert not [found for found in plan.diagnostics if found.line == 7]
     assert plan.moves.blend[1] == 0.01
+
+
+_TRIGGERS = """MODULE M
+VAR triggdata gunon;
+VAR triggdata gunoff;
+VAR triggdata flow;
+PROC main()
+  VAR num level:=4;
+  TriggIO gunon,0\\Start\\DOp:=do5,1;
+  TriggEquip flow,30,0.1\\AOp:=ao1,level;
+  level:=9;
+  MoveL [[900,100,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;
+  TriggIO gunoff,10\\DOp:=do5,0;
+  TriggL [[900,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,gunon\\T2:=gunoff\\T3:=flow,z10,tool0;
+  MoveL [[900,100,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;
+ENDPROC
+ENDMODULE
+"""
+
+
+def test_a_trigger_sets_its_output_on_the_way() -> None:
+    """TriggIO: with \\Start at the start of the move, else that far before its end; the value is that of then."""
+    plan = read_source(decode(_TRIGGERS.encode(), "M.mod")).plan()
+    happens = [
+        plan.events[int(row)][1:] if kind == StepKind.SIGNAL else int(line)
+        for kind, row, line in zip(plan.kind, plan.row, plan.line, strict=True)
+    ]
+    assert happens == [
+        10,
+        (("SIGNAL#(do5)",), 1.0), 12, (("SIGNAL#(do5)",), 0.0), (("SIGNAL#(ao1)",), 4.0),
+        13,
+    ]  # fmt: skip

@@ -73,7 +73,7 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.runtime import data, flow, modal, moves, scope, speeds
+from olp.runtime import data, flow, modal, moves, scope, speeds, triggers
 from olp.runtime.assumptions import SignalKey, signal_name
 from olp.runtime.columns import NOWHERE
 from olp.runtime.computing import call_function
@@ -186,6 +186,12 @@ def set_output(m: Machine, s: SetOutput) -> None:
     m.recorder.signal(m.frame.job.source, s.line, event=event)
 
 
+def act(m: Machine, s: Move, at_start: bool) -> None:
+    """Sets the outputs that a move switches on its way, near its start or near its end."""
+    for output in triggers.outputs_of(m, s, at_start):
+        set_output(m, output)
+
+
 def pulse_output(m: Machine, s: PulseOutput) -> None:
     if s.condition is None or test(m, s.condition):
         m.stop_advance()
@@ -217,6 +223,8 @@ def process(m: Machine, s: Process) -> None:
         return
     if s.name == "stop-handler":
         return  # it acts when the arm has been stopped
+    if triggers.define(m, s):
+        return
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:
         seconds = 0.0
@@ -437,4 +445,4 @@ EVALUATORS: Final[Mapping[type, Callable[[Machine, Any], Value]]] = {
     CallValue: flow.value_of_call,
 }
 
-OPERATIONS: Final = Operations(EVALUATORS, declare_all, data.store_value, run_until)
+OPERATIONS: Final = Operations(EVALUATORS, declare_all, data.store_value, run_until, act)

@@ -144,12 +144,17 @@ def _compound(m: Machine, s: Move) -> None:
         recorded.append((mechanism, target, row_path, row_unit, row_speed, code, zone))
     # Only now: a tag without a value leaves the whole move out, and a step without rows would be none.
     recorder = m.recorder
+    acts = bool(s.other) and m.conventions.actions_at_ends
+    if acts:
+        m.operations.act(m, s, True)
     recorder.step(m.frame.job.source, s.line)
     if extra is not NO_EXTRA:
         recorder.extra(extra)
     for row in recorded:
         recorder.row(*row, acceleration, deceleration, s.end_of_arc)
     m.moves += 1
+    if acts:
+        m.operations.act(m, s, False)
 
 
 def _stays(m: Machine, s: Move) -> bool:

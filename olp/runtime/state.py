@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.ir.expressions import Expression, FrameRef, Store
-from olp.ir.moves import BlendKind
+from olp.ir.moves import BlendKind, Move
 from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.columns import NOWHERE
@@ -128,6 +128,7 @@ class Operations(NamedTuple):
     declare: Callable[[Machine, RunnableRoutine], None]  # the named variables of a routine's file
     store: Callable[[Machine, Expression, Value], None]  # a value wherever a program can store one
     run_until: Callable[[Machine, int], None]  # until no more than so many callers wait
+    act: Callable[[Machine, Move, bool], None]  # what a move does on its way, near its start or near its end
 
 
 @dataclass(slots=True)

@@ -12,6 +12,7 @@ from olp.ir.expressions import (
     Expression,
     Function,
     Member,
+    Named,
     Number,
     Quantity,
     SignalState,
@@ -177,6 +178,26 @@ def _beside(plain: bool) -> Lowered:
     return [] if plain else [Process(0, BESIDE)]
 
 
+_TRIGGERED: Final = {"dop": "out", "gop": "out-group", "aop": "analog-out"}
+
+
+def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
+    """TriggIO, TriggEquip: kept as written, with what a run needs beside it."""
+    options = options_of(rules, given)
+    bus = next((bus for word, bus in _TRIGGERED.items() if word in options), "")
+    values = values_of(rules, name, given, 3)
+    if not bus or not isinstance(values[0], Named):
+        return None
+    signal = rules.signal(options[next(word for word in _TRIGGERED if word in options)], bus)
+    arguments = (
+        ("triggdata", values[0]),
+        ("signal", signal),
+        ("value", as_state(signal, values[-1])),
+        ("start", SignalState("start" in options)),
+    )
+    return [Process(0, name, arguments)]
+
+
 def _shift_set(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     return [ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]
 
@@ -218,6 +239,8 @@ RULES: Final[dict[str, Rule]] = {
     "break": _pause,
     "accset": _acceleration,
     "velset": _override,
+    "triggio": _trigger,
+    "triggequip": _trigger,
     "pdispset": _shift_set,
     "pdispon": _shift_on,
     "pdispoff": _shift_off,

@@ -305,6 +305,8 @@ class ClauseRules(RapidExpressionRules):
     def _exact(self, statement: Statement, name: str, raw: str) -> Statement:
         if isinstance(statement, Process) and statement.name == BESIDE:
             return Disabled(0, f"{name} {raw};")
+        if isinstance(statement, Process) and statement.name == name and statement.arguments:
+            return replace(statement, arguments=(("", Text(raw)), *statement.arguments))
         return statement
 
     def _behind(self, token: Token) -> str:
