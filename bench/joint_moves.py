@@ -1,10 +1,10 @@
 """Recordings of joint moves among lines whose hidden cause is known, for `bench/made_up.py`.
 
-    python bench/joint_moves.py FOLDER [--seed 1] [--cases 20] && python bench/made_up.py FOLDER
+    python bench/joint_moves.py FOLDER [--seed 1] [--cases 24] && python bench/made_up.py FOLDER
 
 An arm of three axes runs from point to point, all axes together with the one that takes longest, and some lines. What
 is hidden: the load's distance from the first axis, for the whole controller or for each axis by its own distance; a
-weaker drive; ramps that pass a filter; a time per move, or per stop; an axis that accelerates less than simulated.
+weaker drive; ramps that pass a filter, or whose jerk is limited; a time per move, or per stop; one weaker axis.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ sys.path.insert(0, str(ROOT))
 
 Floats = NDArray[np.float64]
 
-LAWS = ("reach", "reach of each axis", "acceleration", "jerk", "dispatch", "settling", "axis")
+LAWS = ("reach", "reach of each axis", "acceleration", "jerk", "jerk limit", "dispatch", "settling", "axis")
 TERMS = {"reach": "reach-inertia", "reach of each axis": "reach-inertia", "axis": "joint-acceleration-limit"}
+TERMS |= {"jerk limit": "jerk"}
 SHOULDER = np.array([0.15, 0.4])  # [m] of axis 2: from axis 1, and height
 LINKS = np.array([0.7, 0.8])  # [m]
 LOW, HIGH = np.radians([[-120.0, 10.0, -120.0], [120.0, 100.0, -20.0]])
@@ -59,6 +60,19 @@ def seconds(way: float, speed: float, up: float, down: float, build: float = 0.0
     return way / top + top * slow + build
 
 
+def limited(way: float, speed: float, ramp: float, jerk: float) -> float:
+    """From rest to rest with an acceleration that builds up by `jerk` [rad/s³ | m/s³]."""
+
+    def build(top: float) -> float:
+        return top / ramp + ramp / jerk if top > ramp**2 / jerk else 2.0 * math.sqrt(top / jerk)
+
+    low, high = 0.0, speed
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if middle * build(middle) < way else (low, middle)
+    return way / low + build(low)
+
+
 def loads(q: Floats, law: str, growth: float) -> Floats:
     """(3,) by which each axis' inertia is larger than in the middle of the space, at joints (3,)."""
     p = place(q)
@@ -78,10 +92,14 @@ def move(law: str, size: float, q: Floats, to: Floats, share: float, line: float
     if line > 0:
         way = float(np.linalg.norm(place(to) - place(q)))
         sim = seconds(way, line, 2.0, 2.0)
+        if law == "jerk limit":
+            return sim, limited(way, line, 2.0, 2.0 / size)
         return sim, seconds(way, line, 2.0 * weak / starts[0], 2.0 * weak / ends[0], build) + added
     ways = np.maximum(np.abs(to - q), 1e-6)
     less = np.array([1.0, 1.0 / (1.0 + size) if law == "axis" else 1.0, 1.0]) * weak
     sims = [seconds(w, share * v, a, a) for w, v, a in zip(ways, PACE, RAMP, strict=True)]
+    if law == "jerk limit":
+        return max(sims), max(limited(ways[k], share * PACE[k], RAMP[k], RAMP[k] / size) for k in range(3))
     reals = [
         seconds(ways[k], share * PACE[k], RAMP[k] * less[k] / starts[k], RAMP[k] * less[k] / ends[k], build)
         for k in range(3)
@@ -96,6 +114,7 @@ def case(rng: np.random.Generator, law: str) -> tuple[list[dict[str, float | str
         "reach of each axis": rng.uniform(0.5, 1.1),
         "acceleration": rng.uniform(0.2, 0.6),
         "jerk": rng.uniform(0.06, 0.15),
+        "jerk limit": rng.uniform(0.06, 0.2),
         "dispatch": rng.uniform(0.012, 0.04),
         "settling": rng.uniform(0.03, 0.1),
         "axis": rng.uniform(0.4, 1.0),
@@ -153,7 +172,7 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cases", type=int, default=21)
+    parser.add_argument("--cases", type=int, default=24)
     args = parser.parse_args()
     answers: dict[str, Any] = {}
     for number in range(args.cases):

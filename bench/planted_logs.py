@@ -1,6 +1,7 @@
 """Logs with planted effects, by time steps, under three kinds of noise: how often exactly the planted names are told.
 
     python bench/planted_logs.py [FIRST:END]   seeds, default 2:5
+    python bench/planted_logs.py --itself      how many of 20 logs of all kinds agree with their own copy
     python bench/planted_logs.py --intervals   how many 95 % intervals hold what was planted
     python bench/planted_logs.py --speed     CPU seconds of ten minutes at 4 ms, six axes with torques
 
@@ -147,6 +148,15 @@ def main(seeds: range) -> None:
     print(f"\nexact {right} of {asked}; with a name that was not planted: {false}")
 
 
+def itself(count: int = 20) -> None:
+    silent = 0
+    for seed, (planted, _) in zip(range(700, 700 + count), 2 * list(CASES.values()), strict=False):
+        log, _ = logs(seed, planted, NOISES[seed % len(NOISES)], True)
+        found = diagnose_log(log, log)
+        silent += found.verdict == "no-mismatch" and not found.findings
+    print(f"silent {silent} of {count}")
+
+
 def intervals(seeds: int = 12) -> None:
     held, asked = Counter[str](), Counter[str]()
 
@@ -201,6 +211,8 @@ def speed() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["--speed"]:
         speed()
+    elif sys.argv[1:] == ["--itself"]:
+        itself()
     elif sys.argv[1:] == ["--intervals"]:
         intervals()
     else:

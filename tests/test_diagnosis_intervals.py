@@ -127,3 +127,15 @@ def test_a_tuned_simulation_is_told_and_its_motion_is_the_one_that_terms_change(
     making = case_of(read_recording(folder))
     assert making.case.base.speed == pytest.approx(0.9 * made.speed, rel=1e-3)
     assert any("90.0" in note for note in making.notes)
+
+
+def test_an_interval_holds_what_another_form_says_that_does_as_well(case):
+    """Whether one move's path is slowed, or its turn has ramps of its own: both say the same duration."""
+    turn = np.where(np.arange(60) % 5 == 0, 0.06, 0.0)
+    turn[7] = 2.5
+    turning = replace(case, turn=turn, derived={})
+    own, there = fitted(turning, part_of("orientation-limit", turning, "of its own", 1.2, 6.0))
+    slowed = part_of("orientation-limit", turning, "slows the path", 1.2)
+    best = fit(DurationModel((slowed,)), there, Noise(1e-4), 30)
+    told = parameters_with_intervals(best, there, Noise(1e-4))[0]["rate"]
+    assert told.low < own.model.parts[0].values[0] < told.high

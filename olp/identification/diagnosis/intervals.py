@@ -7,7 +7,7 @@ way to explain the moves as well: another form of a term, another term in the pl
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +25,6 @@ from olp.identification.diagnosis.fitting import (
     slopes_of,
     whiten,
 )
-from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import FittedParameter
 from olp.timing.physics import TermParameter
@@ -41,7 +40,6 @@ _PIECES = 10.0  # observations that a wrong form counts as: its errors do not av
 _BEYOND = math.log(10.0)  # what a bound is passed by where the data never object
 _MORE = 0.3  # times the noise's variance: with more left, a form is not quite the body's
 _HOLDS = 0.8  # of its own prediction that a group holds at most
-_SAME = 0.05  # times the scatter: predictions that differ by less are those of one law
 _LATTICE = "cycle-quantisation"
 
 
@@ -112,18 +110,23 @@ def _told(parameter: TermParameter, value: float, low: _Side, high: _Side) -> Fi
 
 
 def _ends(
-    fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float
+    fitted: ModelFit,
+    case: MeasuredMoves,
+    noise: Noise,
+    floor: float,
+    near: float = 1.0,
+    wanted: Collection[int] | None = None,
 ) -> tuple[list[_Side], list[_Side]]:
-    """Of every parameter."""
+    """Of every parameter, or of the `wanted` ones; `near`: the share of the deviations at which they are looked for."""
     errors = _errors(fitted, case, noise, floor)
     place, least, most = place_of(fitted.model)
     freedom = max(len(case) - len(place), 1)
     sides: tuple[list[_Side], list[_Side]] = ([], [])
     for k, (part, parameter, _) in enumerate(parameters_of(fitted.model)):
         plain, whole = float(errors.plain[k]), float(errors.whole[k])
-        deviations = (_QUANTILE + _SMALL / freedom) * (whole / plain if plain > 0 else 1.0)
+        deviations = near * (_QUANTILE + _SMALL / freedom) * (whole / plain if plain > 0 else 1.0)
         for sign, ends, bound in ((-1, sides[0], least[k]), (1, sides[1], most[k])):
-            if part.term.name == _LATTICE:
+            if part.term.name == _LATTICE or (wanted is not None and k not in wanted):
                 ends.append(_Side(float(place[k]), True))
                 continue
             far = distance(fitted, k, sign, plain, deviations, case, noise)
@@ -137,13 +140,8 @@ def _others(
     fitted: ModelFit, case: MeasuredMoves, noise: Noise, rivals: Sequence[DurationModel]
 ) -> list[tuple[ModelFit, float]]:
     """Fits that explain as well, and how much worse they are in BIC."""
-    told = fitted.model.seconds(case)
-    found = [
-        (way.fit, way.worse)
-        for way in ways_of(fitted, case, noise)
-        # The same law in other words: its numbers are those of another equation.
-        if rms(way.fit.model.seconds(case) - told) > _SAME * fitted.scale
-    ]
+    # A form with more parameters is no less true for their price: what counts is how likely the moves are.
+    found = [(way.fit, max(2.0 * (way.fit.loss - fitted.loss), 0.0)) for way in ways_of(fitted, case, noise)]
     found += [
         (other, max(other.bic - fitted.bic, 0.0)) for other in (evaluate(m, case, noise) for m in rivals)
     ]
@@ -161,19 +159,18 @@ def _widen(
     floor: float,
 ) -> None:
     """Sides of the parameters that both fits have, so that they hold the other's interval, made smaller by `near`."""
-    errors = _errors(other, case, noise, floor).whole
-    place, _, _ = place_of(other.model)
     of = {
         (part.label, p.name, p.unit, p.meaning): k
         for k, (part, p, _) in enumerate(parameters_of(other.model))
     }
-    for k, (part, p, _) in enumerate(parameters_of(fitted.model)):
-        at = of.get((part.label, p.name, p.unit, p.meaning))
-        if at is None:
-            continue
-        reach = _QUANTILE * near * float(errors[at])
-        low[k] = min(low[k], _Side(float(place[at]) - reach, low[k].told))
-        high[k] = max(high[k], _Side(float(place[at]) + reach, high[k].told))
+    shared = [
+        (k, of[key])
+        for k, (part, p, _) in enumerate(parameters_of(fitted.model))
+        if (key := (part.label, p.name, p.unit, p.meaning)) in of
+    ]
+    others = _ends(other, case, noise, floor, near, {at for _, at in shared})
+    for k, at in shared:
+        low[k], high[k] = min(low[k], others[0][at]), max(high[k], others[1][at])
 
 
 def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> _Errors:
@@ -254,7 +251,7 @@ def ways_of(best: ModelFit, case: MeasuredMoves, noise: Noise) -> list[Alternati
             models.sort(key=lambda model: evaluate(model, case, noise).loss)
             tried = [fit(model, case, noise, _STEPS) for model in models[:_GUESSES]]
             closest = min(tried, key=lambda f: f.bic)
-            if closest.bic - best.bic < ALIKE:
+            if min(closest.bic - best.bic, 2.0 * (closest.loss - best.loss)) < ALIKE:
                 found.append(AlternativeModel(closest, max(closest.bic - best.bic, 0.0), index))
     return sorted(found, key=lambda way: way.worse)
 

@@ -20,7 +20,7 @@ Labels = NDArray[np.int64]
 
 REPEATS, REMAINS, NEIGHBOURS, DIGITS = "repeats", "what remains", "neighbours", "the clock's digits"
 _ENOUGH = 8  # degrees of freedom behind repeats
-_LARGER = 0.01  # how seldom chance leaves so much more than a few repeats scatter
+_LARGER = 0.001  # how seldom chance leaves so much more than a few repeats scatter
 _FEWEST = 12  # moves without repeats
 _ROUND = 1e-3  # of the resolution
 _PATTERN = 0.8  # times what remains: neighbours that differ by less show a pattern
