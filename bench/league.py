@@ -7,15 +7,14 @@ that holds logs alone, of a Universal Robot without a header (time, six joints, 
 rest becomes a joint move where the leading axis holds a speed for a quarter of it: that was programmed. Other folders
 are named and left out. Of each recording, joint moves and paths (lines and arcs) apart:
 
-- olp out of the box: nothing learnt. Joint moves by the prior of the arm, with its interval; paths at programmed speed
-  with the acceleration that was written, else that of the robot file, else olp's default, at rest where they stop
-  exactly.
+- olp out of the box: nothing learnt, as `olp time` times a program of these moves; joint moves with their interval.
 - olp, 20 moves: `olp calibrate` on twenty moves drawn at random, `olp predict` on all others.
 - olp, half: each program predicted after every second move of the other programs; where there is one program only,
   one half of the moves after the other half, drawn at random.
 - olp, other programs: each program predicted after all moves of the other programs. Of several programs only.
 - the maker's simulator: `sim_s`, told more than olp is.
-- ruckig: time-optimal, the prior's speeds and accelerations, no limit of jerk; paths as out of the box.
+- ruckig: time-optimal, the prior's speeds and accelerations, no limit of jerk; paths at programmed speed with the
+  acceleration that was written, else that of the robot file, else olp's default, at rest where they stop exactly.
 - trapezoid fit: a speed and an acceleration per axis and one constant, least squares of relative errors on the moves
   that "half" learns from; the slowest axis decides. Joint moves only.
 
@@ -31,7 +30,7 @@ import csv
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 from typing import NamedTuple
@@ -43,18 +42,18 @@ ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
 from olp.core.diagnostic import OlpError  # noqa: E402
+from olp.identification.recorded_plan import unlearnt_times  # noqa: E402
 from olp.identification.recording import Recording, read_recording  # noqa: E402
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves  # noqa: E402
 from olp.identification.signature import calibrate  # noqa: E402
 from olp.identification.signature.joint_moves import recorded_joint_moves  # noqa: E402
 from olp.identification.signature.motions import arc_length  # noqa: E402
 from olp.identification.signature.rows import predict_recording  # noqa: E402
-from olp.robots.controller_effects import Effects, generations_in, settling_of  # noqa: E402
+from olp.robots.controller_effects import generations_in  # noqa: E402
 from olp.robots.robot import load_robot  # noqa: E402
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION  # noqa: E402
 from olp.timing.arm import ArmTiming  # noqa: E402
 from olp.timing.arm_prior import arm_prior  # noqa: E402
-from olp.timing.motion import load_model  # noqa: E402
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -124,16 +123,7 @@ def speed_of(name: str, recording: Recording) -> str:
     learnt = process_time() - began
     moves = recording.moves
     rows = np.resize(np.arange(len(moves)), _ASKED)
-    columns = {}
-    for field in fields(moves):
-        values = getattr(moves, field.name)
-        if isinstance(values, np.ndarray) and len(values) == len(moves):
-            columns[field.name] = values[rows]
-        elif field.name in ("texts", "numbers"):
-            columns[field.name] = {}
-        elif isinstance(values, tuple) and len(values) == len(moves) and field.name != "slides":
-            columns[field.name] = tuple(values[i] for i in rows.tolist())
-    many = replace(recording, moves=replace(moves, **{**columns, "move": np.arange(_ASKED)}))
+    many = replace(recording, moves=replace(moves.take(rows), move=np.arange(_ASKED)))
     began = process_time()
     predict_recording(signature, many)
     told = process_time() - began
@@ -238,13 +228,11 @@ def _figures(tell: Callable[[Recording], Told], recording: Recording, rows: Mask
 @method("olp out of the box")
 def out_of_the_box(recording: Recording) -> Told:
     moves = recording.moves
-    told = Told.only(_paths(moves, recording))
+    told = Told.only(unlearnt_times(recording).duration)
     axes = len(recording.robot.axes) if recording.robot else moves.joints_start.shape[1]
     joints, rows = recorded_joint_moves(moves, recording.robot, recording.tool, axes)
     if len(rows):
-        prior = _prior(recording, axes)
-        told.duration[rows] = prior.durations(joints.motions)
-        factor = np.exp(_NORMAL * prior.spread(joints.motions))
+        factor = np.exp(_NORMAL * _prior(recording, axes).spread(joints.motions))
         told.low[rows], told.high[rows] = told.duration[rows] / factor, told.duration[rows] * factor
     return told
 
@@ -319,17 +307,6 @@ def _programs(recording: Recording, step: int) -> Iterator[tuple[Mask, Mask]]:
 def _names(moves: RecordedMoves) -> NDArray[np.str_]:
     """(n,) the program of each row; (0,) where none is written."""
     return np.array(moves.texts.get("program", moves.job), dtype=np.str_)
-
-
-def _paths(moves: RecordedMoves, recording: Recording) -> Floats:
-    """(n,) [s] lines and arcs at programmed speed, at rest where they stop exactly; nan for all else."""
-    length, rolling, speed, push = _asked(moves, recording)
-    profile = load_model("constant").profile(
-        length, speed, push, None, rolling[0] * speed, rolling[1] * speed
-    )
-    stop, _ = settling_of(Effects(), recording.robot)
-    duration = profile.duration + np.where(rolling[1], 0.0, stop)
-    return np.where(np.isfinite(moves.speed) & (length > 0), duration, np.nan)
 
 
 def _asked(moves: RecordedMoves, recording: Recording) -> tuple[Floats, tuple[Mask, Mask], Floats, Floats]:

@@ -1,4 +1,4 @@
-"""One model: `olp predict` and `olp time --signature` say the same of the same move."""
+"""One model: `olp time`, `olp predict` and the prediction that a diagnosis judges say the same of the same move."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from interpreter_jobs import job_text
 from numpy.typing import NDArray
 
 from olp.fluent import read
+from olp.identification.diagnosis.case_making import case_of
+from olp.identification.recorded_plan import unlearnt_times
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate
 from olp.identification.signature.document import Signature
@@ -209,3 +211,30 @@ def test_they_do_so_in_other_languages_and_on_other_arms(
     tmp_path: Path, learnt: str, asked: str, language: str
 ) -> None:
     says_the_same(tmp_path, learnt, asked, language)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("asked", ["ljjl", "lLLljaALl"])
+def test_a_diagnosis_judges_what_olp_time_says(tmp_path: Path, asked: str, language: str) -> None:
+    plan = planned(tmp_path, "asked", language, 2, asked)
+    rows = rows_of(plan, "asked", driven=True)
+    recording = read_recording(recorded(tmp_path, "r", rows, LANGUAGES[language][2]))
+    by_time = time_plan(plan).duration_s[np.flatnonzero(plan.kind == StepKind.MOVE)[1:]]
+    assert unlearnt_times(recording).duration == pytest.approx(by_time, rel=1e-9)
+    assert case_of(recording).case.simulated == pytest.approx(by_time, rel=1e-9)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_joint_moves_that_no_signature_learnt_take_the_same_everywhere(tmp_path: Path, language: str) -> None:
+    signature = learnt_from("llllllllll", language)
+    plan = planned(tmp_path, "asked", language, 2, "jjjjj")
+    recording = read_recording(
+        recorded(tmp_path, "r", rows_of(plan, "asked", driven=True), LANGUAGES[language][2])
+    )
+    told, _ = predict_recording(signature, recording)
+    steps = np.flatnonzero(plan.kind == StepKind.MOVE)[1:]
+    for timing in (time_plan(plan), time_plan(plan, signature=signature)):
+        assert timing.duration_s[steps] == pytest.approx(told.predicted, rel=1e-9)
+    assert unlearnt_times(recording).duration == pytest.approx(told.predicted, rel=1e-9)
+    assert (told.low < told.predicted).all()
+    assert (told.predicted < told.high).all()

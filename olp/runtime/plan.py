@@ -113,6 +113,14 @@ class Moves:
         return len(self.start)
 
 
+class MoveConditions(NamedTuple):
+    """Under which each row of Moves ran, (m,) each, where a recording tells more than its program; nan: not known."""
+
+    override: Floats  # [1] of the controller; 1 where nothing is told
+    payload: Floats  # [kg]
+    inertia: Floats  # [kg m²] of the payload itself
+
+
 @dataclass(frozen=True, slots=True)
 class MoveStep:
     """A move as an object: one entry of `rows` per mechanism."""
@@ -164,7 +172,7 @@ class Plan:
     `sources`, `line` (n,): 1-based line there. `durations` [s]: of waits and signals.
     `unknown`: how many steps there were when a statement was first left out because a value is not known; -1: none was.
     `events`: index into `durations` -> what the step is about. `calls`: of the main routine, in order. `zone_law`: the
-    blending law whose zones BlendCode.ZONE means.
+    blending law whose zones BlendCode.ZONE means. `conditions`: of moves that were recorded.
     """
 
     sources: tuple[Source, ...]
@@ -186,6 +194,7 @@ class Plan:
     zone_law: str = USUAL_LAW
     unknown: int = -1
     events: Mapping[int, Event] = field(default_factory=dict)
+    conditions: MoveConditions | None = None
 
     @property
     def path(self) -> str:
@@ -193,6 +202,11 @@ class Plan:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    def overrides(self, override: float) -> Floats:
+        """(m,) [1] under which each row runs at the controller's `override` [1]."""
+        told = np.ones(len(self.moves)) if self.conditions is None else self.conditions.override
+        return np.asarray(override * told)
 
     def statement(self, step: int) -> str:
         """The text of the step's line, trimmed."""

@@ -14,9 +14,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.robots.controller_effects import KnownEffect, generation_of
+from olp.robots.controller_effects import KnownEffect, generation_of, generations_in
 from olp.robots.robot import Robot
 from olp.timing.arm import MAIN, POSTURE, ArmTiming, names_of
+from olp.timing.arm_moves import PriorArm
 
 Floats = NDArray[np.float64]
 
@@ -60,9 +61,12 @@ def inferred_arm(robot: Robot) -> bool:
 
 
 @lru_cache(maxsize=64)
-def arm_prior_of(robot: Robot) -> ArmTiming:
-    """The prior of a robot of the library, which a service asks for again and again."""
-    return arm_prior(robot)
+def unlearnt_law(robot: Robot, controller: str = "") -> PriorArm | None:
+    """What times the joint moves of a robot of which none was learnt; None: constant accelerations, as published.
+
+    `controller`: a text that may name its generation.
+    """
+    return PriorArm(arm_prior(robot, generations_in(controller))) if inferred_arm(robot) else None
 
 
 def arm_prior(robot: Robot | None, controllers: Sequence[str] = (), axes: Sequence[str] = ()) -> ArmTiming:

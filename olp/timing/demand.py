@@ -100,9 +100,10 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: MotionLimi
     turn = np.where(np.isnan(moves.turn[rows]), turn_limit, moves.turn[rows])
     by_turn = np.isnan(speed) & ~np.isnan(moves.turn[rows])
     speed[by_turn] = np.inf
-    up, down = of_lines(plan, rows, speed, limits)
-    said = moves.rate[rows]
-    up, down = (np.where(np.isnan(said), push, said) for push in (up, down))
+    up, down = moves.rate[rows].copy(), moves.rate[rows].copy()
+    silent = np.isnan(up)
+    if silent.any():
+        up[silent], down[silent] = of_lines(plan, rows[silent], speed[silent], limits)
     with np.errstate(divide="ignore", invalid="ignore"):
         travel_time = _rest_to_rest(length, speed, up)
         turn_time = _rest_to_rest(angle, turn, turn_acceleration)

@@ -37,12 +37,12 @@ class TimedJoints(NamedTuple):
 
 
 def time_joints(
-    plan: Plan, wanted: Demand, law: JointLaw, override: float, payload: float | None
+    plan: Plan, wanted: Demand, law: JointLaw, overrides: Floats, payload: float | None
 ) -> TimedJoints:
     """The arm's joint moves; those that program an acceleration or a time of their own keep it.
 
-    `payload` [kg], None: not known. Puts speeds and accelerations into `wanted`, with which a profile of constant
-    acceleration takes what the law says but the stop.
+    `overrides` (m,) [1] of the rows of Moves. `payload` [kg] where the plan tells none, None: not known. Puts speeds
+    and accelerations into `wanted`, with which a profile of constant acceleration takes what the law says but the stop.
     """
     robot, moves = plan.robot, plan.moves
     if robot is None or len(robot.axes) != len(law.timing.axes):
@@ -53,7 +53,7 @@ def time_joints(
     rows = np.flatnonzero(mine)
     if not len(rows):
         return _none(law)
-    joints = _moves(plan, robot, rows, override, payload)
+    joints = _moves(plan, robot, rows, overrides[rows], payload)
     times = law.predict(joints)
     good = np.isfinite(times.duration) & (times.duration > 0)
     rows, joints = rows[good], joints.take(good)
@@ -70,14 +70,17 @@ def _none(law: JointLaw) -> TimedJoints:
     return TimedJoints(np.zeros(0, dtype=np.intp), moves, JointTimes(nothing, nothing, nothing), nothing, law)
 
 
-def _moves(plan: Plan, robot: Robot, rows: Rows, override: float, payload: float | None) -> JointMoves:
+def _moves(plan: Plan, robot: Robot, rows: Rows, override: Floats, payload: float | None) -> JointMoves:
     moves, axes = plan.moves, plan.positions.axes[:, : len(robot.axes)]
     start, end = axes[moves.start[rows]], axes[moves.target[rows]]
     fraction = fractions(moves, rows, np.abs(end - start), robot)
     fraction = np.where(np.isfinite(fraction) & (fraction > 0), fraction, 1.0)
     acceleration = np.where(moves.acceleration[rows] > 0, moves.acceleration[rows], 1.0)
-    load = np.full(len(rows), np.nan if payload is None else payload)
-    return joint_moves(robot, start, end, fraction, acceleration, np.full(len(rows), override), load)
+    load, inertia = np.full(len(rows), np.nan if payload is None else payload), None
+    if plan.conditions is not None:
+        told, inertia = plan.conditions.payload[rows], plan.conditions.inertia[rows]
+        load = np.where(np.isnan(told), load, told)
+    return joint_moves(robot, start, end, fraction, acceleration, override, load, inertia)
 
 
 def _demand(wanted: Demand, rows: Rows, seconds: Floats) -> None:

@@ -84,9 +84,9 @@ class RowTimes:
 class Timing:
     """One entry per step of the plan; nan where a number does not apply or is not known.
 
-    `duration_s`, `end_s` [s]; `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s];
-    `accel_mm_s2` used [mm/s²]; `speed_pct` programmed joint speed [%], `speed_deg_s` of reorientation [deg/s];
-    `angle_deg` reorientation [deg].
+    `duration_s`, `end_s` [s]; `stop_s` [s] of a duration: what the stop at its end costs beyond the motion;
+    `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s]; `accel_mm_s2` used [mm/s²]; `speed_pct`
+    programmed joint speed [%], `speed_deg_s` of reorientation [deg/s]; `angle_deg` reorientation [deg].
     """
 
     plan: Plan
@@ -99,6 +99,7 @@ class Timing:
     accel_mm_s2: Floats
     limited_by: tuple[str, ...]
     duration_s: Floats
+    stop_s: Floats
     speed_pct: Floats
     speed_deg_s: Floats
     angle_deg: Floats

@@ -27,8 +27,8 @@ from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind
 from olp.runtime.robots import of_rows
 from olp.timing.acceleration import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
-from olp.timing.arm_moves import PriorArm
-from olp.timing.arm_prior import arm_prior_of, inferred_arm
+from olp.timing.arm_moves import JointLaw
+from olp.timing.arm_prior import unlearnt_law
 from olp.timing.chain import Caps, Chain, chain
 from olp.timing.demand import Demand, demand
 from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, time_joints
@@ -83,29 +83,33 @@ def time_plan(
         limits.report(says)
     if law.name != DEFAULT_LAW:
         limits.report(f"{law.name} acceleration law: {law.summary}")
-    wanted = demand(_at_override(plan, effects.override), limits)
+    overrides = plan.overrides(effects.override)
+    wanted = demand(_at_override(plan, overrides), limits)
     signed = None if signature is None else sign(plan, wanted, signature, limits.report)
-    if signed is not None and signature is not None and signature.arm is not None:
-        signed = signed._replace(
-            timed=time_joints(plan, wanted, signature.arm, effects.override, signature.payload)
-        )
-    prior = None
-    if signed is None and law.name == DEFAULT_LAW and plan.robot is not None and inferred_arm(plan.robot):
-        prior = time_joints(plan, wanted, PriorArm(arm_prior_of(plan.robot)), effects.override, None)
+    arm: JointLaw | None = None if signature is None else signature.arm
+    learnt = arm is not None
+    if arm is None and law.name == DEFAULT_LAW and plan.robot is not None:
+        arm = unlearnt_law(plan.robot, "" if signature is None else signature.controller)
+    timed = None
+    if arm is not None:
+        timed = time_joints(plan, wanted, arm, overrides, None if signature is None else signature.payload)
+        if signed is not None:
+            signed = signed._replace(timed=timed)
+    prior = timed if signed is None else None
     joined = _feasible(plan, chosen, wanted, chain(plan, wanted), parameters)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
-        signed = by_terms(plan, wanted, joined, signed, effects.override, limits.report)
-        signed = by_paths(plan, wanted, joined, signed, effects.override)
+        signed = by_terms(plan, wanted, joined, signed, overrides, limits.report)
+        signed = by_paths(plan, wanted, joined, signed, overrides)
     profile = _profile(chosen, wanted, joined, parameters)
     report_inferred(plan, wanted.length > 0, limits.report)
     settling = _settling(plan, joined, limits, effects, signed, prior)
     durations = np.where(wanted.unknown, np.nan, np.maximum(_moving(profile, joined) + settling, 0.0))
     if not np.isnan(plan.moves.duration).all():
         least = _moving(_profile(chosen, _at_limits(plan, wanted), joined, parameters), joined)
-        durations = _programmed(plan.moves.duration / effects.override, durations, least)
-    if prior is not None:
-        for says in doubt_of(plan, prior):
+        durations = _programmed(plan.moves.duration / overrides, durations, least)
+    if timed is not None and not learnt:
+        for says in doubt_of(plan, timed):
             limits.report(says)
     if signed is not None and signed.told is not None:
         durations[signed.told.rows] = signed.told.duration
@@ -196,9 +200,9 @@ def _model_of_signature(model: str | None) -> str:
     return DEFAULT_MODEL
 
 
-def _at_override(plan: Plan, override: float) -> Plan:
-    """The plan with its programmed speeds as the controller's speed override makes them; VJ ends at rated speed."""
-    if override == 1.0:
+def _at_override(plan: Plan, override: Floats) -> Plan:
+    """The plan with its programmed speeds as overrides (m,) [1] of its rows make them; VJ ends at rated speed."""
+    if np.all(override == 1.0):
         return plan
     moves = plan.moves
     fraction = np.minimum(moves.fraction * override, np.maximum(moves.fraction, 1.0))
@@ -253,9 +257,10 @@ def _gather(
     count = len(plan)
     is_move = plan.kind == StepKind.MOVE
     first = plan.row[is_move]
-    duration, kind = np.zeros(count), [""] * count
+    duration, stop, kind = np.zeros(count), np.zeros(count), [""] * count
     if len(first):
         duration[is_move] = np.maximum.reduceat(rows, first)
+        stop[is_move] = np.maximum.reduceat(settling, first)
     timed = ~is_move
     duration[timed] = plan.durations[plan.row[timed]]
     measured = None if signed is None else measured_stops(signed)
@@ -287,6 +292,7 @@ def _gather(
         accel_mm_s2=column(wanted.acceleration * metric / mm),
         limited_by=_limited_by(plan, _rules(wanted, profile), rows),
         duration_s=duration + added.total,
+        stop_s=stop,
         speed_pct=column(moves.fraction / percent),
         speed_deg_s=column(np.where(np.isnan(moves.turn), moves.axis_speed, moves.turn) / deg),
         angle_deg=column(moves.angle / deg),

@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.identification.diagnosis.axis_rates import rates_of
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
-from olp.identification.signature.joint_moves import recorded_joint_moves
-from olp.robots.controller_effects import generations_in
-from olp.timing.arm_prior import arm_prior
+from olp.timing.accelerations import MotionLimits, constant_axes
 from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import EACH, Motion, MoveCorners
 
@@ -29,7 +27,6 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.int64]
 
-_STRAIGHT_ACCELERATION = 3.0  # [m/s²] where neither recording nor robot says one
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
 _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of the accelerations
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
@@ -52,14 +49,32 @@ class _Pace(NamedTuple):
     override: Floats  # [1] under which the judged simulation ran; it is in `speed`
 
 
+class _JudgedTimes(NamedTuple):
+    """(n,) [s] of the simulation that is judged, and of that what stops are known to cost at any speed."""
+
+    duration: Floats
+    stop: Floats
+    own: bool  # olp's own prediction, which knows under which override the robot ran
+
+
 def case_of(recording: Recording) -> Making:
     """All measured moves whose simulated duration is known or can be predicted. Raises OlpError N010."""
-    moves, notes = recording.moves, list[str]()
-    pace = _pace(recording, notes)
-    simulated = _simulated(recording, pace, notes)
+    notes = list[str]()
+    return _made(recording, _judged(recording, notes), notes)
+
+
+def case_as_written(recording: Recording) -> Making:
+    """All moves with a duration, beside constant accelerations as written or of the robot. Raises OlpError N010."""
+    return _made(recording, None, [])
+
+
+def _made(recording: Recording, judged: _JudgedTimes | None, notes: list[str]) -> Making:
+    moves = recording.moves
+    pace = _pace(recording, judged is not None and judged.own, notes)
     waiting = moves.kind == WAIT
     known = np.isfinite(pace.way) & np.isfinite(pace.speed) & (pace.way > 0)
-    rows = np.nonzero(moves.measured & np.isfinite(simulated) & (known | waiting))[0].astype(np.int64)
+    told = np.isfinite(pace.acceleration) if judged is None else np.isfinite(judged.duration)
+    rows = np.nonzero(moves.measured & told & (known | waiting))[0].astype(np.int64)
     if not len(rows):
         raise OlpError(
             error(
@@ -72,11 +87,11 @@ def case_of(recording: Recording) -> Making:
     left = len(moves) - len(rows)
     if left:
         notes.append(f"{left} of {len(moves)} moves are not judged: no duration, simulation, length or speed")
-    return Making(_case(recording, rows, pace, simulated, notes), rows, tuple(notes))
+    return Making(_case(recording, rows, pace, judged, notes), rows, tuple(notes))
 
 
 def _case(
-    recording: Recording, rows: Rows, pace: _Pace, simulated: Floats, notes: list[str]
+    recording: Recording, rows: Rows, pace: _Pace, judged: _JudgedTimes | None, notes: list[str]
 ) -> MeasuredMoves:
     moves = recording.moves
     stop_start, stop_end, before = _ends(moves)
@@ -85,15 +100,20 @@ def _case(
     blend = _blends(recording, notes)
     blend_start = np.where(before >= 0, blend[before], 0.0)
     stops, blends = (stop_start, stop_end), (blend_start, blend)
-    base, stretch = _base(moves, rows, pace, simulated, stops, blends, before, floor.resolution, notes)
+    moving = moves.kind[rows] != WAIT
+    base = _as_written(pace, rows, moving, stops, blends)
+    base, stretch = base.with_(corners=_corners(pace, rows, before, base.accelerate)), 1.0
+    simulated = base.duration() if judged is None else judged.duration[rows]
+    if judged is not None:
+        base, stretch = _base(moves, rows, pace, judged, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
     notes.extend(told)
     return MeasuredMoves(
         move=moves.move[rows],
         measured=moves.duration[rows],
-        simulated=simulated[rows],
+        simulated=simulated,
         base=base,
-        moving=moves.kind[rows] != WAIT,
+        moving=moving,
         joint=moves.kind[rows] == JOINT,
         start=moves.start[rows],
         end=moves.end[rows],
@@ -125,8 +145,8 @@ def _case(
 # --- ways, speeds, accelerations --------------------------------------------------------------------------------------
 
 
-def _pace(recording: Recording, notes: list[str]) -> _Pace:
-    """Straight and curved moves by their points, joint moves by the axis that takes longest."""
+def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
+    """Straight and curved moves by their points, joint moves by the slowest axis; `own`: see _JudgedTimes."""
     moves = recording.moves
     way = np.where(moves.kind == CIRCULAR, _arcs(moves), moves.chord)
     speed = moves.speed.copy()
@@ -145,7 +165,7 @@ def _pace(recording: Recording, notes: list[str]) -> _Pace:
         rated, ramp = _joint_pace(recording, joint, lead, axis, notes)
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
-    override = _simulated_override(moves, way, speed, leading)
+    override = _whole(moves.override) if own else _simulated_override(moves, way, speed, leading)
     way = np.where(moves.kind == WAIT, 0.0, way)
     return _Pace(way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override)
 
@@ -188,7 +208,7 @@ def _joint_pace(
     moves, robot = recording.moves, recording.robot
     share = np.where(np.isfinite(moves.speed_fraction), moves.speed_fraction, 1.0)
     if robot is not None and len(robot.axes) == moves.joints_start.shape[1]:
-        ramp = robot.accelerations[axis] * np.where(
+        ramp = constant_axes(robot, MotionLimits(None, lambda says: None))[axis] * np.where(
             np.isfinite(moves.acceleration_fraction), moves.acceleration_fraction, 1.0
         )
         return share * robot.speeds[axis], ramp
@@ -233,37 +253,24 @@ def _arcs(moves: RecordedMoves) -> Floats:
 # --- the judged simulation --------------------------------------------------------------------------------------------
 
 
-def _simulated(recording: Recording, pace: _Pace, notes: list[str]) -> Floats:
-    """(n,) [s] of the judged simulation; where the recording holds none, constant acceleration at programmed speeds."""
+def _judged(recording: Recording, notes: list[str]) -> _JudgedTimes:
+    """The recording's simulation; where it holds none, what `olp time` says."""
     moves = recording.moves
     if np.isfinite(moves.sim).any():
-        return moves.sim
-    given = np.isfinite(pace.acceleration)
-    slow = np.where(given, pace.acceleration, _STRAIGHT_ACCELERATION)
-    if not given[moves.kind != WAIT].all():
-        notes.append(
-            f"no acceleration is known: {_STRAIGHT_ACCELERATION} m/s² is assumed for olp's own prediction"
-        )
-    notes.append("no sim_s: olp's own prediction (exact stops; joint moves by the law of the arm) is judged")
-    waits = moves.covariates.get("wait_s", np.full(len(moves), np.nan))
-    ramp = pace.speed / slow
-    full = pace.way / pace.speed + ramp
-    short = pace.way < pace.speed * ramp
-    own = np.where(short, 2.0 * np.sqrt(np.maximum(pace.way, 0.0) / slow), full)
-    own = np.where(moves.kind == WAIT, waits, own)
-    if recording.robot is not None:
-        robot = recording.robot
-        controllers = generations_in(recording.settings.controller or "")
-        joints, rows = recorded_joint_moves(moves, robot, recording.tool, len(robot.axes))
-        own[rows] = arm_prior(robot, controllers).durations(joints.motions)
-    return np.asarray(own)
+        return _JudgedTimes(moves.sim, np.zeros(len(moves)), own=False)
+    from olp.identification.recorded_plan import unlearnt_times
+
+    own = unlearnt_times(recording)
+    notes.append("no sim_s: olp's own prediction is judged, which `olp time` gives, too")
+    notes.extend(f"olp's own prediction: {says}" for says in own.assumptions)
+    return _JudgedTimes(own.duration, own.stop, own=True)
 
 
 def _base(
     moves: RecordedMoves,
     rows: Rows,
     pace: _Pace,
-    simulated: Floats,
+    judged: _JudgedTimes,
     stops: tuple[Mask, Mask],
     blends: tuple[Floats, Floats],
     before: Rows,
@@ -277,7 +284,8 @@ def _base(
     acceleration does for all within the simulation's digits, it is that one. Rounded corners are passed as comes
     nearest to the simulation.
     """
-    way, speed, sim = pace.way[rows], pace.speed[rows], simulated[rows]
+    way, speed, added = pace.way[rows], pace.speed[rows], judged.stop[rows]
+    sim = judged.duration[rows] - added
     moving = moves.kind[rows] != WAIT
     start, end = stops[0][rows], stops[1][rows]
     slow = pace.acceleration[rows].copy()
@@ -299,22 +307,34 @@ def _base(
         here = missing & kind
         if here.any():
             slow[here] = inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
-    whole = Motion(
-        way=np.where(moving, way, 0.0),
-        speed=speed,
-        accelerate=slow,
-        decelerate=slow,
-        jerk=np.full(len(rows), np.inf),
-        round_start=np.where(start | ~moving, 0.0, np.maximum(blends[0][rows], SOME_ROUNDING)),
-        round_end=np.where(end | ~moving, 0.0, np.maximum(blends[1][rows], SOME_ROUNDING)),
-        least=np.zeros(len(rows)),
-        added=np.zeros(len(rows)),
-        rate=np.ones(len(rows)),
+    whole = _as_written(pace, rows, moving, stops, blends).with_(
+        speed=speed, accelerate=slow, decelerate=slow
     )
     corners = _corners(pace, rows, before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
-    return cornered(whole.with_(corners=corners), sim), 1.0 / faster if stretched else 1.0
+    found = cornered(whole.with_(corners=corners), sim)
+    return found.with_(added=added), 1.0 / faster if stretched else 1.0
+
+
+def _as_written(
+    pace: _Pace, rows: Rows, moving: Mask, stops: tuple[Mask, Mask], blends: tuple[Floats, Floats]
+) -> Motion:
+    """The motion at the speeds and accelerations of `pace`, stopping at every corner."""
+    start, end = stops[0][rows] | ~moving, stops[1][rows] | ~moving
+    slow = np.where(moving, pace.acceleration[rows], 1.0)
+    return Motion(
+        way=np.where(moving, pace.way[rows], 0.0),
+        speed=pace.speed[rows],
+        accelerate=slow,
+        decelerate=slow,
+        jerk=np.full(len(rows), np.inf),
+        round_start=np.where(start, 0.0, np.maximum(blends[0][rows], SOME_ROUNDING)),
+        round_end=np.where(end, 0.0, np.maximum(blends[1][rows], SOME_ROUNDING)),
+        least=np.zeros(len(rows)),
+        added=np.zeros(len(rows)),
+        rate=np.ones(len(rows)),
+    )
 
 
 def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,17 @@ class RecordedMoves:
 
     def __len__(self) -> int:
         return len(self.move)
+
+    def take(self, rows: NDArray[np.intp]) -> RecordedMoves:
+        """These rows, in this order."""
+        chosen: dict[str, Any] = {"job": tuple(self.job[i] for i in rows.tolist())}
+        for name in self.__slots__:
+            values = getattr(self, name)
+            if isinstance(values, np.ndarray) and len(values) == len(self):
+                chosen[name] = values[rows]
+        chosen["covariates"] = {name: values[rows] for name, values in self.covariates.items()}
+        chosen["texts"] = {name: tuple(words[i] for i in rows.tolist()) for name, words in self.texts.items()}
+        return replace(self, **chosen)
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -34,10 +34,13 @@ def by_terms(
     wanted: Demand,
     joined: Chain,
     signed: Signed,
-    override: float,
+    overrides: Floats,
     report: Callable[[str], None],
 ) -> Signed:
-    """`signed` with the rows that the signature's terms tell. Raises OlpError (see named_rows)."""
+    """`signed` with the rows that the signature's terms tell. Raises OlpError (see named_rows).
+
+    `overrides` (m,) [1] of the rows of Moves.
+    """
     from olp.identification.signature.coefficients import TERMS
 
     if TERMS not in signed.signature.parts:
@@ -58,7 +61,7 @@ def by_terms(
                 f"{int(slow.sum())} paths are slowed by an axis or by the tool's turn: olp's own model times them"
             )
         use &= ~slow
-    told = told_rows(signed.signature, _recording(plan, joined, signed, named, own, use, override))
+    told = told_rows(signed.signature, _recording(plan, joined, signed, named, own, use, overrides[own]))
     if told is None:
         return signed
     if "payload" in names and np.isfinite(named.payload):
@@ -66,7 +69,7 @@ def by_terms(
     return signed._replace(told=told._replace(rows=own[told.rows]))
 
 
-def by_paths(plan: Plan, wanted: Demand, joined: Chain, signed: Signed, override: float) -> Signed:
+def by_paths(plan: Plan, wanted: Demand, joined: Chain, signed: Signed, overrides: Floats) -> Signed:
     """`signed` with the lines and arcs that `olp predict` would time by the law of paths, timed by it."""
     from olp.identification.signature.coefficients import TERMS
     from olp.identification.signature.path_moves import pieces_of
@@ -96,7 +99,7 @@ def by_paths(plan: Plan, wanted: Demand, joined: Chain, signed: Signed, override
         "speed": np.where(use, moves.travel[own], np.nan),
         "acceleration": np.where(np.isnan(moves.rate[own]), asked, moves.rate[own]),
         "blend": np.where(joined.end_speed[own] > 0, rounding, 0.0),
-        "override": np.full(len(own), override),
+        "override": overrides[own],
     }
     recorded = bare_recording(len(own), columns, robot, None).moves
     stretches = stretches_of(recorded)
@@ -120,7 +123,7 @@ def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
 
 
 def _recording(
-    plan: Plan, joined: Chain, signed: Signed, named: NamedModel, own: Rows, use: Mask, override: float
+    plan: Plan, joined: Chain, signed: Signed, named: NamedModel, own: Rows, use: Mask, override: Floats
 ) -> Recording:
     """The arm's rows one after another; those that are not in `use` are there for their neighbours."""
     from olp.identification.signature.term_model import bare_recording

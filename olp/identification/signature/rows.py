@@ -17,7 +17,7 @@ from olp.core.diagnostic import Diagnostic, info, warning
 from olp.identification.signature import intervals
 from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS, CorrectionPart, Parts
 from olp.identification.signature.document import Signature
-from olp.identification.signature.joint_moves import LearntArm, recorded_joint_moves
+from olp.identification.signature.joint_moves import recorded_joint_moves
 from olp.identification.signature.motions import Motions, motions_of, with_slowness
 from olp.identification.signature.moveset import moves_of_recording
 from olp.identification.signature.places import with_points
@@ -25,6 +25,7 @@ from olp.identification.signature.predict import Prediction, predict, robot_of
 from olp.identification.signature.stretch_times import JointRows, Times, law_savings, times_of
 from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
 from olp.timing.arm import solve
+from olp.timing.arm_prior import unlearnt_law
 
 if TYPE_CHECKING:
     from olp.identification.recording import Recording
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from olp.identification.signature.term_model import PredictedRows
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot
+    from olp.timing.arm_moves import JointLaw
 
 
 Floats = NDArray[np.float64]
@@ -177,13 +179,19 @@ def _own(
     found = []
     kinds = np.array(known.moves.kinds, dtype=object)
     for kind, name in ((JOINT, "joint"), (CIRCULAR, "circular")):
-        own_law = np.zeros(len(kinds), dtype=bool)
+        by_law = np.zeros(len(kinds), dtype=bool)
         if known.joints is not None:
-            own_law[known.joints.rows] = True
-        count = int(np.sum(said & (kinds == name) & ~own_law))
+            by_law[known.joints.rows] = True
+        rows = said & (kinds == name)
+        count, by_class = int(np.sum(rows & ~by_law)), int(np.sum(rows & by_law))
         if count and kind not in known.parts:
             says = (
                 f"{count} {name} moves: none were learnt, olp's own model times them, with a guessed interval"
+            )
+            found.append(info("H020", says, file=file))
+        if by_class and not known.arm_learnt:
+            says = (
+                f"{by_class} {name} moves: none were learnt, timed as usual of such an arm; twenty would tell"
             )
             found.append(info("H020", says, file=file))
     corners = int(np.sum(known.stretches.ends_rolling & own))
@@ -248,6 +256,7 @@ class RecordedTimes:
     told: NDArray[np.int64]
     said: Prediction | None
     joints: JointRows | None = None  # those that the law of joint moves told
+    arm_learnt: bool = True  # else the law is what is known of such arms
     robot: Robot | None = None
 
     @property
@@ -269,8 +278,11 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     if recording.robot is None and robot is not None:
         recording = replace(recording, robot=robot)
     moves = with_points(recording.moves, robot, recording.tool)
-    learnt = JOINT in signature.parts or signature.arm is not None  # then the axes' accelerations were, too
-    motions = motions_of(moves, robot, recording.tool, (lambda says: None) if learnt else report)
+    arm: JointLaw | None = signature.arm
+    if arm is None and robot is not None:
+        arm = unlearnt_law(robot, signature.controller)
+    told_by_law = JOINT in signature.parts or arm is not None  # then what is assumed of axes is not used
+    motions = motions_of(moves, robot, recording.tool, (lambda says: None) if told_by_law else report)
     count = len(moves)
     half, strain = np.full(count, np.nan), np.ones(count)
     asked, told = moves_of_recording(recording, stops=False, kinds=_ALONG)
@@ -283,9 +295,9 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     stretches = stretches_of(moves)
     saving, law = law_savings(moves, motions, stretches, robot)
     settling, assumed = settling_of(Effects(), robot)
-    if assumed and not learnt and any(kind == "joint" for kind in moves.kinds):
+    if assumed and not told_by_law and any(kind == "joint" for kind in moves.kinds):
         report(assumed)
-    joints = None if signature.arm is None else _joint_rows(signature.arm, moves, robot, recording.tool)
+    joints = None if arm is None else _joint_rows(arm, moves, robot, recording.tool, signature.payload)
     return RecordedTimes(
         moves,
         motions,
@@ -299,11 +311,17 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
         told,
         said,
         joints,
+        signature.arm is not None,
         robot,
     )
 
 
-def _joint_rows(arm: LearntArm, moves: RecordedMoves, robot: Robot | None, tool: Pose | None) -> JointRows:
+def _joint_rows(
+    arm: JointLaw, moves: RecordedMoves, robot: Robot | None, tool: Pose | None, payload: float | None
+) -> JointRows:
+    """`payload` [kg] of rows that do not say theirs."""
+    if payload is not None:
+        moves = replace(moves, payload=np.where(np.isnan(moves.payload), payload, moves.payload))
     joints, rows = recorded_joint_moves(moves, robot, tool, len(arm.timing.axes))
     floor = np.max(solve(arm.timing.mean, joints.motions).cruise, axis=1, initial=0.0)
     return JointRows(rows, arm.predict(joints), floor, arm.timing.stop)
