@@ -11,6 +11,7 @@ are named and left out. Of each recording, joint moves and paths (lines and arcs
 - olp, 20 moves: `olp calibrate` on twenty moves drawn at random, `olp predict` on all others.
 - olp, half: each program predicted after every second move of the other programs; where there is one program only,
   one half of the moves after the other half, drawn at random.
+- olp, all seen: all moves after all moves, the asked ones among them: what the law itself leaves.
 - olp, other programs: each program predicted after all moves of the other programs. Of several programs only.
 - the maker's simulator: `sim_s`, told more than olp is.
 - ruckig: time-optimal, the prior's speeds and accelerations, no limit of jerk; paths at programmed speed with the
@@ -18,9 +19,9 @@ are named and left out. Of each recording, joint moves and paths (lines and arcs
 - trapezoid fit: a speed and an acceleration per axis and one constant, least squares of relative errors on the moves
   that "half" learns from; the slowest axis decides. Joint moves only.
 
-Errors are relative, of each move that a method predicts without having seen it: mean, median, 95th percentile of their
-absolute values; of the total; how many measured times lie within the stated 95 % interval; and of the total of each
-program of the recording, in the order of their names, where there are several.
+Errors are relative, of each move that a method predicts without having seen it ("all seen" aside): mean, median, 95th
+percentile of their absolute values; of the total; how many measured times lie within the stated 95 % interval; and of
+the total of each program of the recording, in the order of their names, where there are several.
 """
 
 from __future__ import annotations
@@ -262,6 +263,11 @@ def other_programs(recording: Recording) -> Told:
         for values, new in zip(told, _learnt(recording, seen), strict=True):
             values[asked] = new[asked]
     return told
+
+
+@method("olp, all seen")
+def all_seen(recording: Recording) -> Told:
+    return _learnt(recording, np.nan_to_num(recording.moves.duration) > 0)
 
 
 def _prior(recording: Recording, axes: int) -> ArmTiming:
