@@ -59,6 +59,24 @@ def test_a_larger_zone_costs_less_and_a_stop_costs_most() -> None:
     assert large < small < path_durations(PLAIN, pieces(0.4, 0.8))[0]
 
 
+def test_a_corner_costs_what_braking_to_its_speed_costs() -> None:
+    acceleration, across, zone, speed = 2.0, 0.7, 0.02, 0.9
+    numbers = with_number(
+        acceleration=np.log(acceleration),
+        corner_acceleration=np.log(across),
+        corner_zone=np.log(1e-9),
+        corner_convention=0.0,
+        highest_speed=np.log(50.0),
+    )
+    radius = zone / (1.0 - np.cos(0.8))
+    passed = (speed**-2.0 + 1.0 / (across * acceleration * radius)) ** -0.5
+    ramp = np.linspace(passed, speed, 100001)  # braking, as time and way at each speed
+    took = (speed - passed) / acceleration
+    way = np.trapezoid(ramp, dx=took / 100000)
+    found = path_durations(numbers, pieces(50.0, speed, (True, True), zone))[0]
+    assert found - 50.0 / speed == pytest.approx(2.0 * (took - way / speed), rel=1e-4)
+
+
 def test_an_axis_that_cannot_follow_slows_the_piece() -> None:
     slowed = replace(pieces(0.4, 0.8), axis=np.array([1.2]))
     assert path_durations(PLAIN, slowed)[0] > 1.2
@@ -69,7 +87,11 @@ def test_an_axis_that_cannot_follow_slows_the_piece() -> None:
 POINTS = tuple(f"{axis}_{end}_mm" for end in ("start", "via", "end") for axis in "xyz")
 HEAD = ["move", "type", "duration_s", "speed_mm_s", "blend_mm", "job", *POINTS]
 TRUE = with_number(
-    acceleration=np.log(9.0), stop=0.08, corner_share=np.log(1.5), corner_convention=0.02, first_piece=0.03
+    acceleration=np.log(9.0),
+    stop=0.08,
+    corner_acceleration=np.log(0.5),
+    corner_convention=0.02,
+    first_piece=0.03,
 )
 
 

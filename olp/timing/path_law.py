@@ -6,9 +6,10 @@ braking to it, costs
     u/(2 a) + (s/2) u/(u + w)
 
 a the tool's acceleration, s what a stop costs beyond it: a ramp of the acceleration needs a time of its
-own, less at speeds below w. An end in a corner is passed rolling and costs
+own, less at speeds below w. An end in a corner is passed at a speed v that the corner's radius and the
+acceleration across the path allow, and costs what braking to it, or speeding up from it, takes longer than u:
 
-    c (u/(2 a)) (2 - cos t - cos r) / (1 + z/h)
+    (u - v)^2/(2 a u)     1/v^2 = 1/u^2 + (2 - cos t - cos r)/(g a (z + h))
 
 t the turn of the direction, r that of the tool's own turning, z the corner's zone. Where a controller or
 a recorder parts a path at its corners is a convention: b goes from the piece behind a corner to the piece
@@ -17,7 +18,7 @@ before it, and the first piece of a run takes f longer. The speed is
     u = (V^-6 + m^-6)^(-1/6)     m = sqrt(2 a L / n)
 
 V the programmed speed, at most what the axes can do (e^k L over the time that the slowest axis needs at
-its rated speed) and the tool's highest; n the ends' share of u/(2 a): a short piece never gets to V. Arcs
+its rated speed) and the tool's highest; n the ends' share of u/(2 a), by V: a short piece never gets to V. Arcs
 have the acceleration a e^q: speeding up shares the axes with turning, in equal parts 1/sqrt(2) each.
 """
 
@@ -55,7 +56,9 @@ NUMBERS: Final = (
     PathNumber("arc exponent", "1", -0.35, 0.2, False, "an acceleration shared by speeding up and turning"),
     PathNumber("stop", "s", 0.05, 0.05, False, "usual filters of controllers"),
     PathNumber("stop speed", "m/s", float(np.log(0.1)), 0.7, True, "a guess that holds for any arm"),
-    PathNumber("corner share", "1", float(np.log(0.5)), 1.0, True, "a guess that holds for any arm"),
+    PathNumber(
+        "corner acceleration", "1", 0.0, 1.0, True, "across the path as along it, by a factor of three"
+    ),
     PathNumber("corner zone", "m", float(np.log(0.01)), 1.0, True, "a guess that holds for any arm"),
     PathNumber("corner convention", "s", 0.0, 0.05, False, "a recorder may part a path anywhere"),
     PathNumber("highest speed", "m/s", float(np.log(6.0)), 0.6, True, "a guess that holds for any arm"),
@@ -93,14 +96,15 @@ class PathPieces:
 
 def path_durations(numbers: Floats, pieces: PathPieces) -> Floats:
     """(n,) [s] for the numbers in the order of NUMBERS, logarithms where they are `logarithmic`."""
-    acceleration, slow, share, zone, highest = np.exp(numbers[[0, 3, 4, 5, 7]]).tolist()
+    acceleration, slow, across, zone, highest = np.exp(numbers[[0, 3, 4, 5, 7]]).tolist()
     arc, stop, convention, override, axis, first = numbers[[1, 2, 6, 8, 9, 10]].tolist()
     push = acceleration * pieces.acceleration * np.exp(arc * pieces.arc) * pieces.override**override
     with np.errstate(divide="ignore", invalid="ignore"):
         able = np.where(pieces.axis > 0, np.exp(axis) * pieces.length / pieces.axis, np.inf)
         wanted = np.minimum(np.minimum(pieces.speed, highest), able) * pieces.override
         bend = 2.0 - np.cos(pieces.turn) - np.cos(pieces.tilt)
-        ends = np.where(pieces.rolling, share * bend / (1.0 + pieces.zone / zone), 1.0).sum(axis=1)
+        needed = wanted[:, None] ** 2 * bend / (across * push[:, None] * (pieces.zone + zone))
+        ends = np.where(pieces.rolling, (1.0 - (1.0 + needed) ** -0.5) ** 2, 1.0).sum(axis=1)
         top = np.sqrt(2.0 * push * pieces.length / np.maximum(ends, 1e-9))
         speed = (wanted**-_SHARPNESS + top**-_SHARPNESS) ** (-1.0 / _SHARPNESS)
         settled = speed / (speed + slow)

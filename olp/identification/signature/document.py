@@ -16,7 +16,7 @@ from olp.identification.signature.path_moves import LearntPaths
 SCHEMA = "olp-signature"
 # 2 holds `parts`, 3 the law of joint moves, which an older olp would leave out in silence: what is not there lowers the
 # version that is written.
-VERSION = 4
+VERSION = 5
 
 
 class Learnt(NamedTuple):
@@ -60,8 +60,8 @@ class Signature:
     @property
     def version(self) -> int:
         """Of the file: the oldest that holds all of it."""
-        if self.arm is not None:
-            return VERSION
         if self.paths is not None:
-            return 3
+            return VERSION
+        if self.arm is not None:
+            return 4
         return 2 if self.parts else 1

@@ -107,7 +107,8 @@ def _part_json(part: CorrectionPart) -> dict[str, Any]:
     }
 
 
-_JOINT_LAW = 4  # the first version of the file with the numbers of today's law of joint moves
+# The first versions of the file with the numbers of today's laws.
+_LAWS = (("joint_moves", "joint moves", 4), ("paths", "lines and arcs", 5))
 
 
 def from_json(content: Any, file: str = "") -> Signature:
@@ -118,9 +119,10 @@ def from_json(content: Any, file: str = "") -> Signature:
     if not isinstance(version, int) or version > VERSION:
         says = f"version {version!r} of the signature file is newer than this olp reads ({VERSION})"
         raise OlpError(error("H007", says, file=file, help="install a newer olp"))
-    if version < _JOINT_LAW and "joint_moves" in content:
-        says = "the law of joint moves has other numbers since this signature was learnt"
-        raise OlpError(error("H008", says, file=file, help="calibrate again with the same recording"))
+    for key, what, since in _LAWS:
+        if version < since and key in content:
+            says = f"the law of {what} has other numbers since this signature was learnt"
+            raise OlpError(error("H008", says, file=file, help="calibrate again with the same recording"))
     try:
         return _signature(content)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
