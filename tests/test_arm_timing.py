@@ -16,7 +16,9 @@ from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
 from olp.identification.signature.joint_moves import (
+    contradicting,
     corrected,
+    faster_than_rated,
     find_regions,
     fit_arm,
     learn_arm,
@@ -30,7 +32,7 @@ from olp.robots.model import Robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, gradient, solve
 from olp.timing.arm_moves import JointMoves, joint_moves, taken_of_drives
-from olp.timing.arm_prior import arm_prior
+from olp.timing.arm_prior import arm_prior, fastest_speed
 
 Floats = NDArray[np.float64]
 ROBOT = "kuka/kr3-r540"
@@ -398,3 +400,15 @@ def test_the_text_shows_the_interval_of_the_total_without_a_signature(
     low, high = timing.total_ends
     assert low < timing.total_s < high
     assert f"(95 %: {low:.3f} to {high:.3f})" in capsys.readouterr().out
+
+
+def test_half_of_the_repeats_may_contradict_each_other() -> None:
+    label, measured = np.repeat(np.arange(4), 2), np.array([0.8, 0.81, 1.1, 1.1, 0.5, 1.4, 0.9, 2.3])
+    assert [rows.tolist() for rows in contradicting(label, measured, 0.001)] == [[4, 5], [6, 7]]
+
+
+def test_without_a_robot_no_axis_is_faster_than_those_of_any_arm() -> None:
+    moves = moves_of(3)
+    least = moves.motions.turned.max(axis=1) / (moves.motions.fraction * fastest_speed())
+    for share, fast in ((0.5, True), (1.2, False)):
+        assert (faster_than_rated(None, moves, share * least, 0.0) == fast).all()

@@ -7,11 +7,11 @@ import csv
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import additions, move_terms, shelf_of
 from olp.identification.diagnosis.waits import late_moves

@@ -14,7 +14,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.units import mm
 from olp.identification.diagnosis import next_experiment
 from olp.identification.diagnosis.axis_rates import rates_of
-from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.next_candidates import candidates, joined
 from olp.identification.diagnosis.next_experiment import design_experiment, write_experiment_job

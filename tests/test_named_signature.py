@@ -14,8 +14,8 @@ from diagnosis_cases import ACCELERATION, program, write
 import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
-from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import Finding
 from olp.identification.recording import read_recording

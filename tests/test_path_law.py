@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from olp.core.diagnostic import OlpError
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
+from olp.identification.signature.file import from_json, to_json
 from olp.identification.signature.path_moves import LearntPaths, pieces_of
 from olp.identification.signature.rows import predict_recording
 from olp.identification.signature.stretches import stretches_of
@@ -171,12 +173,30 @@ def test_a_whole_circle_has_the_middle_point_opposite(tmp_path: Path) -> None:
     assert pieces_of(moves, None, stretches_of(moves))[0].length[0] == pytest.approx(0.2 * np.pi)
 
 
+def test_arcs_faster_than_programmed_are_told_and_not_learnt(tmp_path: Path) -> None:
+    rows = runs("a", 8, 5)
+    for row in rows:
+        row["blend_mm"] = 0
+    folder, _ = recorded(tmp_path / "learnt", rows)
+    table = (folder / "moves.csv").read_text(encoding="utf-8").splitlines()
+    at = HEAD.index("duration_s")
+    for row in (2, 5):
+        cells = table[row].split(",")
+        table[row] = ",".join([*cells[:at], "0.01", *cells[at + 1 :]])
+    (folder / "moves.csv").write_text("\n".join(table), encoding="utf-8")
+    signature, told = calibrate(read_recording(folder))
+    assert any(d.code == "H005" and "moves 2, 5" in d.message for d in told)
+    assert signature.recording.moves == len(rows) - 2
+
+
 def test_spoilt_numbers_are_no_law_of_paths(tmp_path: Path) -> None:
     folder, _ = recorded(tmp_path / "learnt", runs("al", 12, 1))
     signature, _ = calibrate(read_recording(folder), "constant")
     assert signature.paths is not None
     content = signature.paths.to_json()
     assert LearntPaths.from_json(content).numbers == pytest.approx(signature.paths.numbers)
+    with pytest.raises(OlpError, match="law of lines and arcs"):
+        from_json(to_json(signature) | {"version": 4})
     for key, value in (("half_95", -1.0), ("numbers", {}), ("examples", {"features": []})):
         with pytest.raises((KeyError, ValueError)):
             LearntPaths.from_json(content | {key: value})

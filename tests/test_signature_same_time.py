@@ -13,7 +13,7 @@ from interpreter_jobs import job_text
 from numpy.typing import NDArray
 
 from olp.fluent import read
-from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.recorded_plan import unlearnt_times
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate

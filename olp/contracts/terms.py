@@ -17,7 +17,7 @@ from olp.contracts.promises import Difference, Promise, hold
 from olp.contracts.term_oracles import COARSE, FOUND, NEAR, ORACLES, Oracle
 from olp.contracts.term_page import DETAILS, details
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.case_making import case_of
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import PHASES
 from olp.identification.recording import read_recording

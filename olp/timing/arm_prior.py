@@ -130,6 +130,15 @@ def _library_speeds() -> tuple[Floats, Floats]:
     return logs.mean(axis=0), np.cov(logs.T)
 
 
+@cache
+def fastest_speed() -> float:
+    """[rad/s] the highest rated speed of any turning axis of an arm of the library."""
+    from olp.robots.library import load_robot, robot_names
+
+    arms = [robot for robot in map(load_robot, robot_names()) if robot.kind == "arm"]
+    return float(max(axis.speed for arm in arms for axis in arm.axes if not axis.linear))
+
+
 def _times(
     robot: Robot | None, speeds: Floats, program: KnownEffect | None
 ) -> tuple[Floats, Floats, list[str]]:

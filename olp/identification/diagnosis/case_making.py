@@ -49,7 +49,7 @@ class _Pace(NamedTuple):
     override: Floats  # [1] under which the judged simulation ran; it is in `speed`
 
 
-class _JudgedTimes(NamedTuple):
+class JudgedTimes(NamedTuple):
     """(n,) [s] of the simulation that is judged, and of that what stops are known to cost at any speed."""
 
     duration: Floats
@@ -57,18 +57,11 @@ class _JudgedTimes(NamedTuple):
     own: bool  # olp's own prediction, which knows under which override the robot ran
 
 
-def case_of(recording: Recording) -> Making:
-    """All measured moves whose simulated duration is known or can be predicted. Raises OlpError N010."""
-    notes = list[str]()
-    return _made(recording, _judged(recording, notes), notes)
+def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[str]) -> Making:
+    """All measured moves whose judged duration is known; adds what was assumed to `notes`. Raises OlpError N010.
 
-
-def case_as_written(recording: Recording) -> Making:
-    """All moves with a duration, beside constant accelerations as written or of the robot. Raises OlpError N010."""
-    return _made(recording, None, [])
-
-
-def _made(recording: Recording, judged: _JudgedTimes | None, notes: list[str]) -> Making:
+    Without `judged`: all beside constant accelerations, as written or of the robot.
+    """
     moves = recording.moves
     pace = _pace(recording, judged is not None and judged.own, notes)
     waiting = moves.kind == WAIT
@@ -91,7 +84,7 @@ def _made(recording: Recording, judged: _JudgedTimes | None, notes: list[str]) -
 
 
 def _case(
-    recording: Recording, rows: Rows, pace: _Pace, judged: _JudgedTimes | None, notes: list[str]
+    recording: Recording, rows: Rows, pace: _Pace, judged: JudgedTimes | None, notes: list[str]
 ) -> MeasuredMoves:
     moves = recording.moves
     stop_start, stop_end, before = _ends(moves)
@@ -146,7 +139,7 @@ def _case(
 
 
 def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
-    """Straight and curved moves by their points, joint moves by the slowest axis; `own`: see _JudgedTimes."""
+    """Straight and curved moves by their points, joint moves by the slowest axis; `own`: see JudgedTimes."""
     moves = recording.moves
     way = np.where(moves.kind == CIRCULAR, _arcs(moves), moves.chord)
     speed = moves.speed.copy()
@@ -253,24 +246,11 @@ def _arcs(moves: RecordedMoves) -> Floats:
 # --- the judged simulation --------------------------------------------------------------------------------------------
 
 
-def _judged(recording: Recording, notes: list[str]) -> _JudgedTimes:
-    """The recording's simulation; where it holds none, what `olp time` says."""
-    moves = recording.moves
-    if np.isfinite(moves.sim).any():
-        return _JudgedTimes(moves.sim, np.zeros(len(moves)), own=False)
-    from olp.identification.recorded_plan import unlearnt_times
-
-    own = unlearnt_times(recording)
-    notes.append("no sim_s: olp's own prediction is judged, which `olp time` gives, too")
-    notes.extend(f"olp's own prediction: {says}" for says in own.assumptions)
-    return _JudgedTimes(own.duration, own.stop, own=True)
-
-
 def _base(
     moves: RecordedMoves,
     rows: Rows,
     pace: _Pace,
-    judged: _JudgedTimes,
+    judged: JudgedTimes,
     stops: tuple[Mask, Mask],
     blends: tuple[Floats, Floats],
     before: Rows,

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis import evidence
-from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.fitting import ModelFit, Noise, fit
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.naming import NamingResult, name, without
 from olp.identification.diagnosis.residuals import LEVEL

@@ -18,6 +18,7 @@ from olp.core.diagnostic import Diagnostic, info, warning
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
 from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
 from olp.timing.arm_moves import JointMoves, JointTimes, joint_moves
+from olp.timing.arm_prior import fastest_speed
 
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
@@ -264,6 +265,10 @@ _TOO_FAST: Final = 0.9  # of the time that the axes need at their rated speeds
 _UNTOLD: Final = 0.85  # of the prior's sd that is left of a number that the moves did not tell
 _TELLING: Final = 0.5  # of the prior's precision that the moves have to add to a number to have told it
 _CONTRADICTION: Final = 8.0  # scatters between repeats of one move
+_SCATTERS: Final = (
+    0.005,
+    0.03,
+)  # [1] least and most that repeats scatter by; where half of them contradict, all do
 _SAME: Final = 1e-3  # [rad | m], [1] moves that agree this well in everything programmed are one
 _SHOWN: Final = 5
 
@@ -537,22 +542,25 @@ def _sample(count: int, most: int) -> Rows:
 
 
 def faster_than_rated(robot: Robot | None, moves: JointMoves, measured: Floats, resolution: float) -> Mask:
-    """(n,) moves that took less time than an axis needs at its rated speed."""
-    if robot is None:
-        return np.zeros(len(moves), dtype=bool)
-    pace = (moves.motions.fraction * np.minimum(moves.motions.override, 1.0))[:, None] * robot.speeds
+    """(n,) moves that took less time than an axis needs at its rated speed; without a robot, at that of any arm."""
+    rated = fastest_speed() if robot is None else robot.speeds
+    pace = (moves.motions.fraction * np.minimum(moves.motions.override, 1.0))[:, None] * rated
     least = np.max(moves.motions.turned / pace, axis=1, initial=0.0)
     return np.asarray(measured + resolution < _TOO_FAST * least)
 
 
 def contradictions(moves: JointMoves, measured: Floats, resolution: float) -> list[Rows]:
-    """Groups of rows that were programmed alike and took times beyond any scatter of the others."""
+    """Groups of joint moves that were programmed alike and took times beyond any scatter of the others."""
     shares = np.stack([moves.motions.fraction, moves.motions.acceleration, moves.motions.override], axis=1)
     keys = np.round(
         np.concatenate([moves.start, moves.end, shares, moves.motions.load[:, :, 0]], axis=1) / _SAME
     )
     _, label = np.unique(keys, axis=0, return_inverse=True)
-    label = label.reshape(-1)
+    return contradicting(label.reshape(-1), measured, resolution)
+
+
+def contradicting(label: Labels, measured: Floats, resolution: float) -> list[Rows]:
+    """Groups of rows of one `label` (n,) each whose times (n,) [s] differ beyond any scatter of others."""
     logs = np.log(measured)
     middle = (
         np.array([np.median(logs[label == i]) for i in range(int(label.max()) + 1)]) if len(label) else logs
@@ -561,7 +569,7 @@ def contradictions(moves: JointMoves, measured: Floats, resolution: float) -> li
     again = np.bincount(label)[label] > 1 if len(label) else np.zeros(0, dtype=bool)
     if not again.any():
         return []
-    usual = max(1.4826 * float(np.median(away[again])), 0.005)
+    usual = float(np.clip(1.4826 * np.median(away[again]), *_SCATTERS))
     bad = again & (away > _CONTRADICTION * np.hypot(usual, resolution / measured))
     return [np.flatnonzero(label == i) for i in np.unique(label[bad]).tolist()]
 
@@ -581,21 +589,25 @@ def contradiction_notes(
     return [warning("H050", says, file=file, help=help)]
 
 
-def too_fast_notes(rows: Rows, move: Labels, file: str) -> list[Diagnostic]:
+def too_fast_notes(rows: Rows, move: Labels, robot: Robot | None, file: str) -> list[Diagnostic]:
     if not len(rows):
         return []
     shown = ", ".join(str(move[row]) for row in rows[:_SHOWN].tolist())
-    says = f"{len(rows)} joint moves are faster than the rated speeds of the axes and were left out: moves {shown}"
+    limit = "any arm of the library" if robot is None else "the rated speeds of the axes"
+    says = f"{len(rows)} joint moves are faster than {limit} and were left out: moves {shown}"
     help = "check robot, joints, speed_pct and duration_s of these rows"
     return [warning("H051", says, file=file, help=help)]
 
 
+def held_out_words(held_out: Mapping[str, float]) -> str:
+    """The mean errors [%] of the law and, where another learner does better, of that."""
+    best = min(held_out, key=held_out.__getitem__)
+    words = f"mean error on held-out ones {held_out['law']:.2f} % by the law"
+    return words if held_out[best] == held_out["law"] else f"{words}, {held_out[best]:.2f} % by {best}"
+
+
 def learnt_note(learnt: LearntArm, file: str) -> Diagnostic:
-    best = min(learnt.held_out, key=learnt.held_out.__getitem__)
-    says = (
-        f"{learnt.rows} joint moves: mean error on held-out ones {learnt.held_out['law']:.2f} % by the law, "
-        f"{learnt.held_out[best]:.2f} % by {best}"
-    )
+    says = f"{learnt.rows} joint moves: {held_out_words(learnt.held_out)}"
     if learnt.untold:
         says += f"; not determined by these moves, prior values kept: {', '.join(learnt.untold)}"
     return info("H052", says, file=file)

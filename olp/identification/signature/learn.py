@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic, OlpError, error, info
+from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.version import __version__
 from olp.identification.signature.calibrate import AUTO
 from olp.identification.signature.calibrate import calibrate as calibrate_straight
@@ -30,6 +30,7 @@ from olp.identification.signature.errors import ErrorModel, Spread
 from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.joint_moves import (
     LearntArm,
+    contradicting,
     contradiction_notes,
     contradictions,
     faster_than_rated,
@@ -39,7 +40,13 @@ from olp.identification.signature.joint_moves import (
     too_fast_notes,
 )
 from olp.identification.signature.moveset import moves_of_recording
-from olp.identification.signature.path_moves import LearntPaths, learn_paths, paths_note, pieces_of
+from olp.identification.signature.path_moves import (
+    LearntPaths,
+    faster_than_programmed,
+    learn_paths,
+    paths_note,
+    pieces_of,
+)
 from olp.identification.signature.places import with_points
 from olp.identification.signature.rows import RecordedTimes, rows_of
 from olp.identification.signature.stretches import plain_rows, stretches_of
@@ -57,6 +64,7 @@ Mask = NDArray[np.bool_]
 
 USUAL_DOUBT = 0.25  # [s²/m] of 1/a of straight moves of an arm of which none is known
 NAMED = "named_terms"  # learnt from the whole recording by a diagnosis
+_SHOWN = 5
 # Speeds this far apart tell what a stop costs at any speed from what grows with the speed.
 _RATIO = 1.5
 
@@ -88,12 +96,14 @@ def calibrate(
 
         return signature_of_recording(recording)
     parts: dict[str, CorrectionPart] = {}
+    recording, found = _possible(recording)
     straight = recording
     stop = _learn_stop(recording)
     if stop is not None:
         parts[STOP] = stop
         straight = _without_stops(recording, stop.value("fixed_time"))
     arm, said = _learn_joints(recording)
+    said = [*found, *said]
     try:
         signature, told = calibrate_straight(straight, method, robot)
     except OlpError as problem:
@@ -101,7 +111,7 @@ def calibrate(
         if problem.diagnostics[0].code != "H003":
             raise
         if arm is None and paths is None:
-            raise _too_few(recording, problem) from None
+            raise OlpError(_too_few(recording, problem), *said) from None
         signature, told = _without_straight(recording, arm, paths), ()
     told = (*told, *said)
     signature = replace(signature, parts=parts, arm=arm)
@@ -125,15 +135,43 @@ def _beside(recording: Recording) -> bool:
     return others or bool(stretches_of(recording.moves).ends_rolling.any())
 
 
-def _too_few(recording: Recording, problem: OlpError) -> OlpError:
+def _too_few(recording: Recording, problem: OlpError) -> Diagnostic:
     """What H003 says of a recording that has more than straight moves."""
     measured = np.array(recording.moves.kinds, dtype=object)[np.nan_to_num(recording.moves.duration) > 0]
     joint, arcs = (int(np.sum(measured == kind)) for kind in (JOINT, CIRCULAR))
     if not joint + arcs:
-        return problem
+        return problem.diagnostics[0]
     straight = problem.diagnostics[0].message.partition(",")[0]
     says = f"{straight}, {joint} joint moves and {arcs} arcs: at least {FEWEST} of one kind are needed"
-    return OlpError(error("H003", says, file=recording.path))
+    return error("H003", says, file=recording.path)
+
+
+def _possible(recording: Recording) -> tuple[Recording, list[Diagnostic]]:
+    """The recording without the times of arcs that are faster than programmed, and what paths contradict each other."""
+    moves = with_points(recording.moves, recording.robot, recording.tool)
+    pieces, rows = pieces_of(moves, recording.robot, stretches_of(moves))
+    resolution = float(np.nan_to_num(recording.noise_floor().resolution))
+    measured = np.nan_to_num(moves.duration[rows])
+    fast = faster_than_programmed(pieces, measured, resolution) & (measured > 0) & pieces.arc
+    told = []
+    if fast.any():
+        shown = ", ".join(str(number) for number in moves.move[rows[fast]][:_SHOWN].tolist())
+        says = f"{int(fast.sum())} arcs are faster than length over programmed speed and were left out: moves {shown}"
+        told.append(warning("H005", says, file=recording.path, help="check their speed_mm_s and duration_s"))
+    use = rows[(measured > 0) & ~fast]
+    labels = np.unique(_programmed(recording)[use], axis=0, return_inverse=True)[1].reshape(-1)
+    groups = contradicting(labels, moves.duration[use], resolution)
+    told += contradiction_notes(groups, moves.move[use], moves.duration[use], recording.path)
+    duration = moves.duration.copy()
+    duration[rows[fast]] = np.nan
+    return replace(recording, moves=replace(recording.moves, duration=duration)), told
+
+
+def _programmed(recording: Recording) -> Floats:
+    """(n, 3) the number of each row's move, and under which override and with which payload it ran."""
+    moves = recording.moves
+    conditions = np.nan_to_num(np.stack([moves.override, moves.payload], axis=1), nan=-1.0)
+    return np.concatenate([recording.repeats()[:, None].astype(np.float64), conditions], axis=1)
 
 
 def _told(kind: str, part: CorrectionPart, file: str) -> Diagnostic:
@@ -185,7 +223,7 @@ def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnost
     joints, rows = joints.take(use), rows[use]
     measured, resolution = moves.duration[rows], float(np.nan_to_num(recording.noise_floor().resolution))
     fast = faster_than_rated(robot, joints, measured, resolution)
-    told = too_fast_notes(rows[fast], moves.move, recording.path)
+    told = too_fast_notes(rows[fast], moves.move, robot, recording.path)
     joints, rows, measured = joints.take(~fast), rows[~fast], measured[~fast]
     if len(rows) < FEWEST:
         return None, told
@@ -209,12 +247,13 @@ def _learn_paths(recording: Recording) -> LearntPaths | None:
     moves = with_points(recording.moves, recording.robot, recording.tool)
     stretches = stretches_of(moves)
     pieces, rows = pieces_of(moves, recording.robot, stretches)
-    use = (np.nan_to_num(moves.duration[rows]) > 0) & ~stretches.open[rows]
+    resolution = float(np.nan_to_num(recording.noise_floor().resolution))
+    measured = np.nan_to_num(moves.duration[rows])
+    use = (measured > 0) & ~stretches.open[rows] & ~faster_than_programmed(pieces, measured, resolution)
     pieces, rows = pieces.take(use), rows[use]
     if len(rows) < FEWEST:
         return None
     written = bool((moves.acceleration[rows] > 0).all())
-    resolution = float(np.nan_to_num(recording.noise_floor().resolution))
     return learn_paths(pieces, moves.duration[rows], _programs(recording, rows), written, resolution)
 
 

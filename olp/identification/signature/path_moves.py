@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, info
+from olp.identification.signature.joint_moves import held_out_words
 from olp.identification.signature.motions import arc_length
 from olp.identification.signature.stretch_times import zones
 from olp.timing.path_law import (
@@ -50,6 +51,7 @@ _BETTER: Final = 0.02
 _AT_ONCE: Final = 2048  # rows that a kernel is made for: more leave the processor's own memory
 _WHOLE_CIRCLE: Final = 0.02  # of the way to the middle point: an end nearer to the start closes a circle
 _TILT: Final = 1.5
+_TOO_FAST: Final = 0.9  # of the time at programmed speed
 _NAMES: Final = tuple(number.name for number in NUMBERS)
 
 
@@ -221,6 +223,12 @@ def _axes(moves: RecordedMoves, robot: Robot | None, length: Floats) -> tuple[Fl
     return axis, wrist
 
 
+def faster_than_programmed(pieces: PathPieces, measured: Floats, resolution: float) -> Mask:
+    """(n,) pieces from stop to stop that took less time than their length needs at the programmed speed."""
+    least = pieces.length / (pieces.speed * pieces.override)
+    return np.asarray(~pieces.rolling.any(axis=1) & (measured + resolution < _TOO_FAST * least))
+
+
 # --- learning ---------------------------------------------------------------------------------------------------------
 
 
@@ -358,9 +366,5 @@ def _kernel(one: Floats, two: Floats, length: float) -> Floats:
 
 
 def paths_note(learnt: LearntPaths, file: str) -> Diagnostic:
-    best = min(learnt.held_out, key=learnt.held_out.__getitem__)
-    says = (
-        f"{learnt.rows} lines and arcs: mean error on held-out ones {learnt.held_out['law']:.2f} % by the law, "
-        f"{learnt.held_out[best]:.2f} % by {best}"
-    )
+    says = f"{learnt.rows} lines and arcs: {held_out_words(learnt.held_out)}"
     return info("H053", says, file=file)

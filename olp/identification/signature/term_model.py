@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.identification.diagnosis.case_making import case_as_written
+from olp.identification.diagnosis.case_making import case_beside
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves
 from olp.identification.recording.recording import Recording
@@ -179,7 +179,7 @@ def case_for(named: NamedModel, recording: Recording) -> tuple[MeasuredMoves, Ro
         payload_inertia=np.where(np.isfinite(moves.payload_inertia), moves.payload_inertia, named.inertia),
     )
     try:
-        made = case_as_written(replace(recording, moves=asked))
+        made = case_beside(replace(recording, moves=asked), None, [])
     except OlpError as problem:
         if problem.diagnostics[0].code.startswith("K"):
             raise
