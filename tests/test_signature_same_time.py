@@ -225,9 +225,12 @@ def test_a_diagnosis_judges_what_olp_time_says(tmp_path: Path, asked: str, langu
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_joint_moves_that_no_signature_learnt_take_the_same_everywhere(tmp_path: Path, language: str) -> None:
-    signature = learnt_from("llllllllll", language)
-    plan = planned(tmp_path, "asked", language, 2, "jjjjj")
+@pytest.mark.parametrize(("learnt", "asked"), [("llllllllll", "jjjjj"), ("jjjjjjjj", "lllll")])
+def test_kinds_of_moves_that_no_signature_learnt_take_the_same_everywhere(
+    tmp_path: Path, learnt: str, asked: str, language: str
+) -> None:
+    signature = learnt_from(learnt, language)
+    plan = planned(tmp_path, "asked", language, 2, asked)
     recording = read_recording(
         recorded(tmp_path, "r", rows_of(plan, "asked", driven=True), LANGUAGES[language][2])
     )

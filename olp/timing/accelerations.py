@@ -41,6 +41,7 @@ class MotionLimits:
     axis_scale: float = (
         1.0  # by which the arm's axes take longer to reach their speed, as a signature learnt it
     )
+    learnt: Robot | None = None  # whose joint moves a learnt law times: nothing is assumed of its axes
 
 
 def constant_axes(robot: Robot, limits: MotionLimits) -> Floats:
@@ -55,9 +56,10 @@ def constant_axes(robot: Robot, limits: MotionLimits) -> Floats:
         for axis, time, use in zip(robot.axis_names, known.median, unknown, strict=True)
         if use
     )
-    limits.report(
-        f"accelerations of some axes of {robot.name} are not known: to rated speed as arms of its class ({times})"
-    )
+    if robot is not limits.learnt:
+        limits.report(
+            f"accelerations of some axes of {robot.name} are not known: to rated speed as arms of its class ({times})"
+        )
     return np.where(unknown, robot.speeds / known.median, given)
 
 

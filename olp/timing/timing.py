@@ -77,6 +77,7 @@ def time_plan(
         lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
         law,
         axis_scale(signature),
+        None if signature is None or signature.arm is None else plan.robot,
     )
     effects = effects_of(settings, override)
     for says in effects.told:

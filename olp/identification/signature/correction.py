@@ -80,12 +80,13 @@ def sign(plan: Plan, wanted: Demand, signature: Signature, report: Callable[[str
         return Signed(rows, signature, None, rows, joints)
     asked = _asked(plan, wanted, signature, rows)
     said = predict(signature, asked, plan.robot)
-    curved = moves.path[rows] != _STRAIGHT
-    push = said.acceleration / np.where(
-        curved, value_of(signature.parts, CIRCULAR, "acceleration_time_scale"), 1.0
-    )
-    wanted.acceleration[rows] = push * moves.acceleration[rows]
-    wanted.deceleration[rows] = push * moves.deceleration[rows]
+    if signature.knows_paths:
+        curved = moves.path[rows] != _STRAIGHT
+        push = said.acceleration / np.where(
+            curved, value_of(signature.parts, CIRCULAR, "acceleration_time_scale"), 1.0
+        )
+        wanted.acceleration[rows] = push * moves.acceleration[rows]
+        wanted.deceleration[rows] = push * moves.deceleration[rows]
     outside = [(row, reason) for row, reason in zip(rows.tolist(), said.reasons, strict=True) if reason]
     if outside:
         report(f"{len(outside)} of {len(rows)} paths are outside what the signature learnt: {outside[0][1]}")
@@ -129,7 +130,7 @@ def settled(plan: Plan, signed: Signed, exact: Mask, settling: float) -> Floats:
     parts = signed.signature.parts
     result = np.where(exact, settling, 0.0)
     told = np.zeros(len(exact), dtype=bool)
-    told[signed.rows] = True
+    told[signed.rows] = signed.signature.knows_paths
     # Measured times end when the arm stands still: what settles is in the acceleration, or was learnt beside it.
     stop = value_of(parts, STOP, "fixed_time")
     curve = stop + value_of(parts, CIRCULAR, "fixed_time")
@@ -147,7 +148,7 @@ def measured_stops(signed: Signed) -> Mask:
     from olp.identification.signature.coefficients import JOINT
 
     result: Mask = signed.joints & (JOINT in signed.signature.parts)
-    result[signed.rows] = True
+    result[signed.rows] = signed.signature.knows_paths
     if signed.told is not None:
         result[signed.told.rows] = True
     if signed.timed is not None:

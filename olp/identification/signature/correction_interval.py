@@ -60,7 +60,7 @@ def interval(
     leading = np.zeros(len(rows.below), dtype=bool)
     leading[first[known]] = True
     half, below, above = _sum(plan, signed, rows, leading)
-    others = int(np.sum(~known))
+    others = int(np.sum(~known & (wanted.length[first] > 0)))
     if others:
         report(f"the interval is that of {int(known.sum())} moves; {others} other moves count as exact")
     _report_guesses(signed, rows, leading, plan, report)

@@ -58,6 +58,11 @@ class Signature:
     paths: LearntPaths | None = None  # what was learnt of arcs and of paths with corners
 
     @property
+    def knows_paths(self) -> bool:
+        """Whether any line or arc was learnt; else olp's own model times them."""
+        return not self.domain.empty or self.paths is not None
+
+    @property
     def version(self) -> int:
         """Of the file: the oldest that holds all of it."""
         if self.paths is not None:

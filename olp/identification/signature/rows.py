@@ -19,11 +19,12 @@ from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, T
 from olp.identification.signature.document import Signature
 from olp.identification.signature.joint_moves import recorded_joint_moves
 from olp.identification.signature.motions import Motions, motions_of, with_slowness
-from olp.identification.signature.moveset import moves_of_recording
+from olp.identification.signature.moveset import MoveSet, moves_of_recording
 from olp.identification.signature.places import with_points
 from olp.identification.signature.predict import Prediction, predict, robot_of
 from olp.identification.signature.stretch_times import JointRows, Times, law_savings, times_of
 from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
+from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
 from olp.timing.arm import solve
 from olp.timing.arm_prior import unlearnt_law
 
@@ -162,7 +163,10 @@ def _ends(known: RecordedTimes, kinds: NDArray[Any], turning: NDArray[np.bool_])
     plain = (kinds == "linear") & ~corner & ~stretches.open & ~turning
     if known.said is not None:
         at = plain[known.told]
-        low[known.told[at]], high[known.told[at]] = known.said.low[at], known.said.high[at]
+        rows, said = known.told[at], known.said
+        # Where no line was learnt, what olp says, as unsure.
+        more = 0.0 if known.paths_learnt else times.duration[rows] - said.duration[at]
+        low[rows], high[rows] = said.low[at] + more, said.high[at] + more
     return low, high
 
 
@@ -250,6 +254,7 @@ class RecordedTimes:
     saving: Floats
     law: str
     settling: float  # [s] of joint moves when none were learnt
+    paths_learnt: bool  # else lines and arcs take what olp says, `settling` per exact stop included
     parts: Parts
     half: Floats
     strain: Floats
@@ -263,7 +268,14 @@ class RecordedTimes:
     def times(self) -> Times:
         """What each row takes, with the parts as they are."""
         return times_of(
-            self.moves, self.motions, self.stretches, self.parts, self.saving, self.settling, self.joints
+            self.moves,
+            self.motions,
+            self.stretches,
+            self.parts,
+            self.saving,
+            self.settling,
+            0.0 if self.paths_learnt else self.settling,
+            self.joints,
         )
 
     def with_part(self, kind: str, part: CorrectionPart) -> RecordedTimes:
@@ -289,7 +301,8 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     said = None
     if len(told):
         said = predict(signature, asked, robot)
-        motions = with_slowness(motions, told, 1.0 / said.acceleration)
+        push = said.acceleration if signature.knows_paths else _own_acceleration(asked, robot)
+        motions = with_slowness(motions, told, 1.0 / push)
         half[told], strain[told] = said.high - said.duration, said.weight / asked.speed
     _joint_at_tool_speed(motions, moves, signature)
     stretches = stretches_of(moves)
@@ -305,6 +318,7 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
         saving,
         law,
         settling,
+        signature.knows_paths,
         signature.parts,
         half,
         strain,
@@ -314,6 +328,12 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
         signature.arm is not None,
         robot,
     )
+
+
+def _own_acceleration(asked: MoveSet, robot: Robot | None) -> Floats:
+    """(n,) [m/s²] as written, else of the robot file, else olp's default."""
+    usual = (robot.linear_acceleration if robot is not None else None) or DEFAULT_LINEAR_ACCELERATION
+    return np.where(asked.nominal > 0, asked.nominal, usual)
 
 
 def _joint_rows(
@@ -329,8 +349,6 @@ def _joint_rows(
 
 def _joint_at_tool_speed(motions: Motions, moves: RecordedMoves, signature: Signature) -> None:
     """A joint move with a speed of the tool and no share of the axes': accelerates as the simulation's paths do."""
-    from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
-
     at = np.array([kind == "joint" for kind in moves.kinds], dtype=bool)
     at &= np.isnan(motions.slowness[:, 0]) & np.isfinite(motions.distance[:, 0])
     given = moves.acceleration[at]

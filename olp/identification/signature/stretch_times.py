@@ -62,16 +62,18 @@ def times_of(
     parts: Parts,
     saving: Floats,
     settling: float,
+    path_stop: float,
     joints: JointRows | None = None,
 ) -> Times:
-    """`saving` (n,) [s] of `law_savings`; `settling` [s] per exact stop of joint moves when none was learnt.
+    """`saving` (n,) [s] of `law_savings`; [s] per exact stop: `settling` of joint moves when none was learnt,
+    `path_stop` of lines and arcs beyond what was learnt.
 
     `joints`: joint moves of which more was learnt than that.
     """
     from olp.identification.recording.moves import CIRCULAR as CURVED
     from olp.identification.recording.moves import JOINT as TURNING
 
-    scale, fixed = np.ones(len(moves)), np.full(len(moves), value_of(parts, STOP, "fixed_time"))
+    scale, fixed = np.ones(len(moves)), np.full(len(moves), path_stop + value_of(parts, STOP, "fixed_time"))
     scale[moves.kind == CURVED] = value_of(parts, CIRCULAR, "acceleration_time_scale")
     fixed[moves.kind == CURVED] += value_of(parts, CIRCULAR, "fixed_time")
     turning = moves.kind == TURNING
