@@ -8,7 +8,8 @@ rest becomes a joint move where the leading axis holds a speed for a quarter of 
 are named and left out. Of each recording, joint moves and paths (lines and arcs) apart:
 
 - olp out of the box: nothing learnt, as `olp time` times a program of these moves; joint moves with their interval.
-- olp, 20 moves: `olp calibrate` on twenty moves drawn at random, `olp predict` on all others.
+- olp, 20 moves: `olp calibrate` on twenty moves drawn at random, `olp predict` on all others; 100 moves likewise, of
+  recordings of twice as many.
 - olp, half: each program predicted after every second move of the other programs; where there is one program only,
   one half of the moves after the other half, drawn at random.
 - olp, all seen: all moves after all moves, the asked ones among them: what the law itself leaves.
@@ -58,7 +59,7 @@ from olp.timing.arm_prior import arm_prior  # noqa: E402
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-FEW = 20
+FEW, MORE = 20, 100
 SEED = 20
 _NORMAL = 1.96
 _LOGGED = "universal-robots/ur10e"  # the arm of logs without a recording
@@ -240,9 +241,20 @@ def out_of_the_box(recording: Recording) -> Told:
 
 @method(f"olp, {FEW} moves")
 def twenty(recording: Recording) -> Told:
+    return _after(recording, min(FEW, int(np.sum(np.nan_to_num(recording.moves.duration) > 0)) // 2))
+
+
+@method(f"olp, {MORE} moves")
+def hundred(recording: Recording) -> Told:
+    if len(recording.moves) < 2 * MORE:
+        return Told(*np.full((3, len(recording.moves)), np.nan))
+    return _after(recording, MORE)
+
+
+def _after(recording: Recording, count: int) -> Told:
     measured = np.flatnonzero(np.nan_to_num(recording.moves.duration) > 0)
     seen = np.zeros(len(recording.moves), dtype=bool)
-    seen[np.random.default_rng(SEED).choice(measured, min(FEW, len(measured) // 2), replace=False)] = True
+    seen[np.random.default_rng(SEED).choice(measured, count, replace=False)] = True
     return _learnt(recording, seen).without(seen)
 
 
