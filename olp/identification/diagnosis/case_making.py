@@ -74,7 +74,7 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
                 "N010",
                 "no move has a measured duration, a simulated one, and a length and speed to explain them by",
                 file=recording.path,
-                help="give duration_s, TCP points with speed_mm_s or joint points with speed_pct, and sim_s or the robot",
+                help="give duration_s, TCP points with speed_mm_s or joints with speed_pct, and sim_s or the robot",
             )
         )
     left = len(moves) - len(rows)
