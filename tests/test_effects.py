@@ -166,6 +166,21 @@ def test_no_lower_override_makes_a_way_from_stop_to_stop_faster(path):
         before = after
 
 
+def test_an_override_that_stretches_time_makes_ramps_longer_too(tmp_path: Path) -> None:
+    program = tmp_path / "lines.src"
+    pose = "A 0, B 90, C 0, S 2, T 2}"
+    lines = "\n".join(f"LIN {{X {x}, Y {y}, Z 500, {pose}" for x, y in ((400, 90), (300, -150), (390, 120)))
+    program.write_text(
+        f"DEF lines()\nBAS (#INITMOV, 0)\n$TOOL = $NULLFRAME\n$BASE = $NULLFRAME\n$VEL.CP = 0.7\n"
+        f"PTP {{X 300, Y 0, Z 500, {pose}\n{lines}\nEND\n",
+        encoding="utf-8",
+    )
+    plan = read(program).plan(robot="kuka/kr3-r540")
+    whole, half = time_plan(plan), time_plan(plan, override=0.5)
+    moving = [timing.duration_s[1:] - timing.stop_s[1:] for timing in (whole, half)]
+    assert moving[1] == pytest.approx(2.0 * moving[0], rel=1e-9)
+
+
 def stretches(plan: Plan, override: float) -> NDArray[np.float64]:
     """[s] from each exact stop, wait and signal to the next; a stop ends the motion at any override."""
     timing = time_plan(plan, override=override)

@@ -22,7 +22,7 @@ from olp.identification.signature.correction import (
 from olp.identification.signature.correction_interval import interval
 from olp.identification.signature.correction_terms import by_paths, by_terms
 from olp.ir.program import Path
-from olp.robots.controller_effects import Effects, effects_of, settling_of
+from olp.robots.controller_effects import Effects, effects_of, generation_of, settling_of
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind
 from olp.runtime.robots import of_rows
 from olp.timing.acceleration import load_law
@@ -86,6 +86,7 @@ def time_plan(
         limits.report(f"{law.name} acceleration law: {law.summary}")
     overrides = plan.overrides(effects.override)
     wanted = demand(_at_override(plan, overrides), limits)
+    _stretch(plan, wanted, overrides)
     signed = None if signature is None else sign(plan, wanted, signature, limits.report)
     arm: JointLaw | None = None if signature is None else signature.arm
     learnt = arm is not None
@@ -216,6 +217,17 @@ def _at_override(plan: Plan, override: Floats) -> Plan:
         duration=moves.duration / override,
     )
     return replace(plan, moves=slowed)
+
+
+def _stretch(plan: Plan, wanted: Demand, overrides: Floats) -> None:
+    """Ramps as the controllers' overrides make them: a stretched time axis lowers accelerations by their square."""
+    for index, robot in enumerate(plan.robots):
+        known = generation_of(robot.controllers if robot is not None else ()).override_exponent
+        if known is not None:
+            rows = plan.moves.mechanism == index
+            lowered = overrides[rows] ** known.value
+            wanted.acceleration[rows] *= lowered
+            wanted.deceleration[rows] *= lowered
 
 
 def _settling(
