@@ -87,6 +87,7 @@ def time_plan(
     overrides = plan.overrides(effects.override)
     wanted = demand(_at_override(plan, overrides), limits)
     _stretch(plan, wanted, overrides)
+    able = wanted.acceleration.copy(), wanted.deceleration.copy()
     signed = None if signature is None else sign(plan, wanted, signature, limits.report)
     arm: JointLaw | None = None if signature is None else signature.arm
     learnt = arm is not None
@@ -98,7 +99,8 @@ def time_plan(
         if signed is not None:
             signed = signed._replace(timed=timed)
     prior = timed if signed is None else None
-    joined = _feasible(plan, chosen, wanted, chain(plan, wanted), parameters)
+    turning = wanted if signed is None else _turning(wanted, signed.rows, *able)
+    joined = _feasible(plan, chosen, wanted, turning, parameters)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
         signed = by_terms(plan, wanted, joined, signed, overrides, limits.report)
@@ -145,11 +147,21 @@ def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dic
     )
 
 
+def _turning(wanted: Demand, learnt: NDArray[np.intp], up: Floats, down: Floats) -> Demand:
+    """The demand of corners: a learnt acceleration holds what stops cost, so the `learnt` rows turn at `up`, `down`."""
+    faster, braking = wanted.acceleration.copy(), wanted.deceleration.copy()
+    faster[learnt], braking[learnt] = np.maximum(faster, up)[learnt], np.maximum(braking, down)[learnt]
+    return replace(wanted, acceleration=faster, deceleration=braking)
+
+
 def _feasible(
-    plan: Plan, chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]
+    plan: Plan, chosen: MotionModel, wanted: Demand, turning: Demand, parameters: dict[str, float]
 ) -> Chain:
-    """The chain with corners so slow that `chosen` can change its speed between them: jerk takes more way than none."""
-    caps = Caps(*np.full((2, len(plan.moves)), np.inf))
+    """The chain with corners so slow that `chosen` can change its speed between them: jerk takes more way than none.
+
+    `turning`: the demand with the accelerations of corners.
+    """
+    joined, caps = chain(plan, turning), Caps(*np.full((2, len(plan.moves)), np.inf))
     for turn in range(_MOST_SWEEPS):
         profile = _profile(chosen, wanted, joined, parameters)
         late = profile.problem == Problem.CANNOT_REACH
@@ -163,7 +175,7 @@ def _feasible(
         keep = 1.0 if turn < _MOST_SWEEPS // 2 else 0.0
         caps.end[late] = np.minimum(caps.end, profile.end_speed * keep)[late]
         caps.start[early] = np.minimum(caps.start, backwards.end_speed * keep)[early]
-        joined = chain(plan, wanted, caps)
+        joined = chain(plan, turning, caps)
     return joined
 
 
