@@ -3,8 +3,8 @@
 import numpy as np
 
 from bench.joint_moves import case, write
-from olp.identification.diagnosis.case_making import case_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term

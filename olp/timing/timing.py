@@ -29,6 +29,7 @@ from olp.timing.acceleration import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
 from olp.timing.arm_moves import JointLaw
 from olp.timing.arm_prior import unlearnt_law
+from olp.timing.blending import load_law as load_corners
 from olp.timing.chain import Caps, Chain, chain
 from olp.timing.demand import Demand, demand
 from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, time_joints
@@ -99,7 +100,9 @@ def time_plan(
         if signed is not None:
             signed = signed._replace(timed=timed)
     prior = timed if signed is None else None
-    turning = wanted if signed is None else _turning(wanted, signed.rows, *able)
+    turning = wanted
+    if signed is not None and load_corners(plan.zone_law).runs_at_once:
+        turning = _turning(wanted, signed.rows, *able)
     joined = _feasible(plan, chosen, wanted, turning, parameters)
     if signed is not None:
         joined = turn_corners(plan, signed, joined)
