@@ -1,4 +1,4 @@
-"""Writes below each line of the declared readings of a language what olp reads.
+"""Writes below each line of the declared readings of a language what olp reads, and what it writes of them.
 
     python bench/readings.py NAME…
 
@@ -16,13 +16,17 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from olp.contracts.readings import declare, readings_of  # noqa: E402
+from olp.contracts.writings import declare_texts  # noqa: E402
 from olp.languages.vendor import find_vendor  # noqa: E402
+from olp.transpile.export import writable  # noqa: E402
 
 
 def main(names: Sequence[str]) -> int:
     for name in names:
         for path in readings_of(ROOT / "samples" / name):
             declare(find_vendor(name), path)
+        if name in writable():
+            declare_texts(find_vendor(name), ROOT / "samples" / name)
     return 0
 
 

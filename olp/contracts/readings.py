@@ -235,18 +235,20 @@ def text_of(rows: Iterable[str]) -> list[str]:
     return [match[1] or "" for row in rows if (match := _LINE.fullmatch(row))]
 
 
-def found_readings(vendor: Vendor, files: Mapping[str, list[str]]) -> dict[str, list[str]]:
-    """What the vendor's reader makes of these texts, which stand beside each other in one folder."""
-    found: dict[str, list[str]] = {}
+def programs_of(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[tuple[str, Program]]:
+    """What the vendor's reader makes of these texts, which stand beside each other in one folder as long as it takes."""
     with tempfile.TemporaryDirectory() as folder:
         for name, rows in files.items():
-            text = vendor.newline.join([*text_of(rows), ""])
+            text = vendor.newline.join([*text_of(rows), ""]) if rows else ""
             Path(folder, name).write_bytes(text.encode("utf-8"))
-        for name, rows in files.items():
-            path = Path(folder, name)
-            is_program = path.suffix.lower() in vendor.suffixes
-            found[name] = reading(vendor.read(load(path))) if is_program else rows
-    return found
+        for name in files:
+            if Path(name).suffix.lower() in vendor.suffixes:
+                yield name, vendor.read(load(Path(folder, name)))
+
+
+def found_readings(vendor: Vendor, files: Mapping[str, list[str]]) -> dict[str, list[str]]:
+    """The rows of each file as the vendor reads it; files that no reader takes by themselves as they are."""
+    return {**files, **{name: reading(program) for name, program in programs_of(vendor, files)}}
 
 
 def declare(vendor: Vendor, path: Path) -> None:
@@ -254,9 +256,17 @@ def declare(vendor: Vendor, path: Path) -> None:
 
     A line that was just added may have ? for its letter.
     """
-    files = files_of(path.read_text(encoding="utf-8").splitlines())
-    found = found_readings(vendor, files)
-    rows = [row for name in files for row in (f"{_FILE}{name}", *found[name])]
+    save(path, found_readings(vendor, load_declared(path)))
+
+
+def load_declared(path: Path) -> dict[str, list[str]]:
+    """The rows of each part of a file of declarations."""
+    return files_of(path.read_text(encoding="utf-8").splitlines())
+
+
+def save(path: Path, parts: Mapping[str, list[str]]) -> None:
+    """Writes a file of declarations."""
+    rows = [row for name, part in parts.items() for row in (f"{_FILE}{name}", *part)]
     path.write_text("\n".join([*rows, ""]), encoding="utf-8", newline="\n")
 
 
@@ -267,21 +277,22 @@ def readings_of(folder: Path) -> list[Path]:
 
 def unlike(vendor: Vendor, path: Path) -> Iterator[Difference]:
     """Where a declared reading and what is read differ: the line of the text, and both meanings."""
-    files = files_of(path.read_text(encoding="utf-8").splitlines())
-    found = found_readings(vendor, files)
-    for name, wanted in files.items():
-        if wanted == found[name]:
-            continue
-        for word, a, b, c, d in SequenceMatcher(None, wanted, found[name], autojunk=False).get_opcodes():
-            if word == "equal":
-                continue
-            line = next(
-                (row for row in reversed(wanted[: a + (word != "insert")]) if _LINE.fullmatch(row)), ""
-            )
-            declared, made = (
-                " / ".join(one.strip() for one in part)[:_CONTEXT] for part in (wanted[a:b], found[name][c:d])
-            )
-            yield f"{path.name}, {name}: {line[4:].strip()}", f"declared: {declared}; read: {made}"
+    declared = load_declared(path)
+    found = found_readings(vendor, declared)
+    for name, wanted in declared.items():
+        for at, a, b in differences(wanted, found[name]):
+            line = next((row for row in reversed(wanted[:at]) if _LINE.fullmatch(row)), "")
+            yield f"{path.name}, {name}: {line[4:].strip()}", f"declared: {a}; read: {b}"
+
+
+def differences(wanted: list[str], found: list[str]) -> Iterator[tuple[int, str, str]]:
+    """Where rows differ: the row at which one looks for the place, and both texts."""
+    if wanted == found:
+        return
+    for word, a, b, c, d in SequenceMatcher(None, wanted, found, autojunk=False).get_opcodes():
+        if word != "equal":
+            one, other = (" / ".join(map(str.strip, part))[:_CONTEXT] for part in (wanted[a:b], found[c:d]))
+            yield a + (word != "insert"), one, other
 
 
 def unspoken(vendor: Vendor, readings: Iterable[str]) -> list[str]:

@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from olp.contracts import handling
+from olp.contracts import handling, writings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.oracle import PoseSpelling, is_written, numbers_of, spelling_of
 from olp.contracts.programs import BRANCHES, COMMENT, POINTS, Contract, contract_program, literal
@@ -194,6 +194,11 @@ def _holds(numbers: list[float], value: float) -> bool:
 
 def _text(made: Converted) -> str:
     return "\n".join(data.decode("cp1252", "replace") for data in made.files.values())
+
+
+def writes_as_declared(it: WriterUnderTest) -> Iterator[Difference]:
+    """The contract program, and the programs whose readings are declared, are written as their author declared"""
+    yield from writings.other_texts(it.vendor, it.folder)
 
 
 def keeps_words(it: WriterUnderTest) -> Iterator[Difference]:
@@ -393,6 +398,7 @@ def _refuses_an_unknown_signal(it: WriterUnderTest) -> Iterator[Difference]:
 
 PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     is_found,
+    writes_as_declared,
     does_what_the_program_does,
     spells_poses_as_the_sample,
     spells_speeds_as_the_sample,
