@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import shutil
 import sys
 from dataclasses import replace
 from importlib import import_module
@@ -25,6 +26,7 @@ from olp.contracts import (
 )
 from olp.contracts.handling import samples_folder
 from olp.contracts.readings import readings_of, unlike
+from olp.contracts.writings import other_texts
 from olp.core.diagnostic import error
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path
@@ -132,6 +134,19 @@ def test_a_line_that_means_something_else_than_declared_is_told_with_both_meanin
     ((given, differs),) = unlike(vendor, changed)
     assert given.endswith("IF n>1 THEN")
     assert differs == "declared: If condition=(n > 2); read: If condition=(n > 1)"
+
+
+def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:
+    vendor = find_vendor(writable()[0])
+    shutil.copytree(samples_folder(vendor) / "readings", tmp_path / "readings")
+    assert not list(other_texts(vendor, tmp_path))
+    path = tmp_path / "readings" / "contract.written"
+    rows = path.read_text(encoding="utf-8").splitlines()
+    at = next(at for at, row in enumerate(rows) if "hands over" in row)
+    path.write_text("\n".join([*rows[:at], "other", *rows[at + 1 :]]), encoding="utf-8")
+    ((given, differs),) = other_texts(vendor, tmp_path)
+    assert given.endswith(f"line {at}")
+    assert differs == f"declared: other; written: {rows[at]}"
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
+import functools
 import importlib
 import importlib.abc
 import importlib.util
 import os
 import random
+import re
 import sys
 import threading
 import traceback
@@ -66,15 +68,17 @@ _OTHER: Final[dict[type, type]] = {
 }  # fmt: skip
 
 
+_BOUND: Final = re.compile(r"_(?:MOST|LONGEST|DEEPEST)(?:_|$)")
+_LARGE: Final = 40  # a bound from here on keeps absurd inputs out: one more is no fault
 _ROUNDING: Final = 1e-6  # a number as small keeps rounding away from a comparison or a division
 _SYMMETRIC: Final = {"minimum", "maximum", "min", "max", "hypot", "isclose", "allclose", "array_equal", "zip"}
 
 
 def _places(tree: ast.Module) -> Iterator[tuple[Any, str]]:
     """Every place that can be changed, with the change. Left out, because nothing that runs can tell: annotations,
-    docstrings, prose (texts with a blank, which are messages and help), assertions, what `raise` builds, and guards
-    against rounding."""
-    skipped = _prose(tree)
+    docstrings, prose (texts with a blank, which are messages and help), assertions, what `raise` builds, guards
+    against rounding, large bounds, the line 0 of a statement that gets its line later, and zip's `strict`."""
+    skipped = _prose(tree) | _bounds(tree) | _lines_to_come(tree)
     for node in ast.walk(tree):
         if id(node) in skipped:
             continue
@@ -124,6 +128,44 @@ def _is_symmetric(call: ast.Call) -> bool:
 
 def _is_type(node: ast.BinOp) -> bool:
     return isinstance(node.op, ast.BitOr)
+
+
+def _bounds(tree: ast.Module) -> set[int]:
+    """Large whole numbers that a module calls _MOST_…, _LONGEST or _DEEPEST, and `strict` of zip."""
+    found: set[int] = set()
+    for node in tree.body:
+        target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
+        names = (
+            [one.id for one in ast.walk(target) if isinstance(one, ast.Name)] if target is not None else []
+        )
+        if any(map(_BOUND.match, names)):
+            found.update(
+                id(one)
+                for one in ast.walk(node)
+                if isinstance(one, ast.Constant) and isinstance(one.value, int) and one.value >= _LARGE
+            )
+    strict = (one for one in ast.walk(tree) if isinstance(one, ast.keyword) and one.arg == "strict")
+    return found | {id(one.value) for one in strict}
+
+
+@functools.cache
+def _statements() -> frozenset[str]:
+    """The names of the classes whose first field is the line."""
+    from olp.ir import moves, statements
+
+    kinds = (*vars(moves).values(), *vars(statements).values())
+    return frozenset(
+        kind.__name__ for kind in kinds if next(iter(getattr(kind, "__dataclass_fields__", ())), "") == "line"
+    )
+
+
+def _lines_to_come(tree: ast.Module) -> set[int]:
+    """The 0 that a rule of a grammar gives a statement for its line; whoever calls the rule knows the line."""
+    calls = (one for one in ast.walk(tree) if isinstance(one, ast.Call) and one.args)
+    made = (one for one in calls if getattr(one.func, "id", "") in _statements())
+    return {
+        id(one.args[0]) for one in made if isinstance(one.args[0], ast.Constant) and one.args[0].value == 0
+    }
 
 
 def _prose(tree: ast.Module) -> set[int]:

@@ -236,7 +236,7 @@ def text_of(rows: Iterable[str]) -> list[str]:
 
 
 def programs_of(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[tuple[str, Program]]:
-    """What the vendor's reader makes of these texts, which stand beside each other in one folder as long as it takes."""
+    """What the vendor's reader makes of these texts, which stand in one folder until the last is read."""
     with tempfile.TemporaryDirectory() as folder:
         for name, rows in files.items():
             text = vendor.newline.join([*text_of(rows), ""]) if rows else ""

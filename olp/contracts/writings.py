@@ -52,7 +52,7 @@ def _path(folder: Path, stem: str) -> Path:
 def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """The parts of each `.written` file as olp writes them now, by the stem of the file."""
     program = contract_program(BRANCHES[0]).program
-    yield _CONTRACT, {name: rows for name, rows in _written(vendor, "program", program)}
+    yield _CONTRACT, dict(_written(vendor, "program", program))
     for path in readings_of(folder):
         parts: dict[str, list[str]] = {}
         for name, program in programs_of(vendor, load_declared(path)):
