@@ -1,7 +1,7 @@
 """Plants deliberate faults into readers, writers and the translation, one at a time: the tests catch every one.
 
     python bench/faults.py [--vendor V] [--only TEXT] [--jobs N] [--learn]
-    python bench/faults.py --contracts [KIND] [--only MEMBER] [--count N] [--seed S]
+    python bench/faults.py --contracts [KIND] [--only MEMBER] [--count N] [--seed S] [--code]
 
 The project is copied into a temporary folder, and nothing else is touched. Each row of `fault_rows` replaces one text
 of the copy, tests run up to the first failure, and the text is put back. The test that caught the fault last time
@@ -158,12 +158,13 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--seed", type=int, default=15, metavar="S", help="which mutations are drawn, with --contracts (15)"
     )
+    parser.add_argument("--code", action="store_true", help="mutations of code alone, with --contracts")
     args = parser.parse_args(arguments)
     if args.contracts:
         if args.contracts not in ("all", *contract_faults.KINDS):
             parser.error(f"no kind '{args.contracts}'; there are {', '.join(contract_faults.KINDS)}")
         kinds = list(contract_faults.KINDS) if args.contracts == "all" else [args.contracts]
-        return contract_faults.run(kinds, args.only, args.count, args.seed)
+        return contract_faults.run(kinds, args.only, args.count, args.seed, meant=not args.code)
     chosen = [
         (name, fault)
         for name, part in PARTS.items()
