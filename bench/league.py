@@ -341,12 +341,7 @@ def _asked(moves: RecordedMoves, recording: Recording) -> tuple[Floats, tuple[Ma
     goes_on = path[1:] & path[:-1] & (np.linalg.norm(moves.end[:-1] - moves.start[1:], axis=1) < _SAME)
     ends &= np.append(goes_on, False)
     begins = np.insert(ends[:-1], 0, False)
-    override = _override(moves)
-    return length, (begins, ends), np.where(np.isfinite(moves.speed), moves.speed * override, 1.0), push
-
-
-def _override(moves: RecordedMoves) -> Floats:
-    return np.where(moves.override > 0, moves.override, 1.0)
+    return length, (begins, ends), np.where(np.isfinite(moves.speed), moves.speed * moves.played, 1.0), push
 
 
 # --- peers ------------------------------------------------------------------------------------------------------------
@@ -368,7 +363,7 @@ def by_ruckig(recording: Recording) -> Told:
     if len(rows):
         prior = _prior(recording, axes)
         rows = rows[:: max(1, len(rows) // _MOST)]
-        fraction = np.nan_to_num(moves.speed_fraction[rows], nan=1.0) * _override(moves)[rows]
+        fraction = np.nan_to_num(moves.speed_fraction[rows], nan=1.0) * moves.played[rows]
         planner, asked = Ruckig(axes), InputParameter(axes)
         for row, share in zip(rows.tolist(), fraction.tolist(), strict=False):
             asked.target_position = np.abs(moves.joints_end[row] - moves.joints_start[row]).tolist()
@@ -403,7 +398,7 @@ def trapezoid(recording: Recording) -> Told:
     result = np.full(len(moves), np.nan)
     known = (moves.kind == JOINT) & moves.has_joints
     distance = np.abs(moves.joints_end - moves.joints_start)
-    share = np.nan_to_num(moves.speed_fraction, nan=1.0) * _override(moves)
+    share = np.nan_to_num(moves.speed_fraction, nan=1.0) * moves.played
     axes = distance.shape[1]
 
     def times(numbers: Floats, rows: Mask) -> Floats:

@@ -192,6 +192,15 @@ def test_olp_time_uses_the_learnt_joint_moves(tmp_path):
     assert unlearnt.interval.total_high - unlearnt.interval.total_low > 0.3
 
 
+def test_half_the_override_is_half_the_speed(tmp_path):
+    signature, _ = calibrate(recorded(tmp_path / "a", straights()), "constant")
+    asked, rows = recorded(tmp_path / "b", straights()[:4]), np.full(4, 0.5)
+    slower = replace(asked.moves, speed=asked.moves.speed * rows), replace(asked.moves, override=rows)
+    slow, same = (predict_recording(signature, replace(asked, moves=moves))[0] for moves in slower)
+    assert same.predicted == pytest.approx(slow.predicted, rel=1e-12)
+    assert same.high == pytest.approx(slow.high, rel=1e-12)
+
+
 def test_corners_are_learnt_and_the_next_stretch_takes_what_they_say(tmp_path):
     everything = [*straights(), *corner_runs()]
     made, _ = calibrate(recorded(tmp_path / "a", everything), "constant")

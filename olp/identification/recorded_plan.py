@@ -227,6 +227,4 @@ def _straight(own: RecordedMoves, rows: NDArray[np.intp]) -> Mask:
 
 
 def _conditions(moves: RecordedMoves, driven: NDArray[np.intp]) -> MoveConditions:
-    override = moves.override[driven]
-    override = np.where(np.isfinite(override) & (override > 0), override, 1.0)
-    return MoveConditions(override, moves.payload[driven], moves.payload_inertia[driven])
+    return MoveConditions(moves.played[driven], moves.payload[driven], moves.payload_inertia[driven])

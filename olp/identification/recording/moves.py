@@ -105,6 +105,11 @@ class RecordedMoves:
         return _whole_points(self.joints_start, self.joints_end)
 
     @property
+    def played(self) -> Floats:
+        """(n,) [1] the override under which each move ran; 1 where none is written."""
+        return np.where(self.override > 0, self.override, 1.0)
+
+    @property
     def chord(self) -> Floats:
         """(n,) [m] straight from start to end, nan without tool points."""
         length: Floats = np.linalg.norm(self.end - self.start, axis=1)

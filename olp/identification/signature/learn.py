@@ -266,7 +266,7 @@ def _with_paths(signature: Signature, recording: Recording, rows: RecordedTimes 
     stretches = stretches_of(moves)
     along = np.array([kind in ("linear", "circular") for kind in moves.kinds], dtype=bool)
     beside = along & ~plain_rows(moves, stretches) & ~stretches.open & (np.nan_to_num(moves.duration) > 0)
-    speeds = moves.speed[along & np.isfinite(moves.speed)]
+    speeds = (moves.speed * moves.played)[along & np.isfinite(moves.speed)]
     if not beside.any() and (not len(speeds) or speeds.max() < _RATIO * speeds.min()):
         return signature  # straight moves at one speed, which the method tells
     paths = _learn_paths(recording)

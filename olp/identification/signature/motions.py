@@ -95,13 +95,17 @@ def motions_of(
     # A joint move at a speed of the tool goes about as a straight one.
     along |= (moves.kind == JOINT) & np.isnan(moves.speed_fraction) & np.isfinite(moves.speed)
     distance[along], speed[along], slowness[along] = 0.0, 1.0, 0.0
-    distance[along, 0], speed[along, 0], slowness[along, 0] = way[along], moves.speed[along], np.nan
+    distance[along, 0], speed[along, 0], slowness[along, 0] = (
+        way[along],
+        (moves.speed * moves.played)[along],
+        np.nan,
+    )
     rate, push = turn_limits(robot)
     distance[along, 1], speed[along, 1], slowness[along, 1] = _turned(moves)[along], rate, 1.0 / push
     turns = (moves.kind == JOINT) & ~along
     if robot is not None and turns.any():
         start, end = joint_ends(moves, robot, tool)
-        fraction = moves.speed_fraction[:, None]
+        fraction = (moves.speed_fraction * moves.played)[:, None]
         rated = moves.acceleration_fraction[:, None]
         reach = constant_axes(robot, MotionLimits(None, report)) * np.where(np.isfinite(rated), rated, 1.0)
         distance[turns], speed[turns], slowness[turns] = 0.0, 1.0, 0.0

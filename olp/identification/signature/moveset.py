@@ -115,7 +115,7 @@ def moves_of_recording(
             start=moves.start[rows],
             end=moves.end[rows],
             rotation=rotation,
-            speed=moves.speed[rows],
+            speed=(moves.speed * moves.played)[rows],
             nominal=moves.acceleration[rows],
             duration=moves.duration[rows],
             payload=moves.payload[rows],

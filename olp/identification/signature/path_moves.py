@@ -170,7 +170,7 @@ def pieces_of(moves: RecordedMoves, robot: Robot | None, stretches: Stretches) -
         speed=moves.speed,
         acceleration=np.where(moves.acceleration > 0, moves.acceleration / USUAL_ACCELERATION, 1.0),
         arc=arc,
-        override=np.where(moves.override > 0, moves.override, 1.0),
+        override=moves.played,
         rolling=rolling,
         zone=_both(zone[:-1], rolling),
         turn=_both(turn, rolling),

@@ -125,7 +125,8 @@ def for_paths(
         return np.ones(len(plain), dtype=bool)
     low, high = signature.domain.speed
     slack = 1.0 + _SLACK
-    beyond = (moves.speed < low / slack) | (moves.speed > high * slack)
+    speed = moves.speed * moves.played
+    beyond = (speed < low / slack) | (speed > high * slack)
     arcs = np.array([kind == "circular" for kind in moves.kinds], dtype=bool)
     arcs &= (stretches.stops == 2) & ~stretches.open & (CIRCULAR not in signature.parts)
     return np.asarray(np.where(plain, beyond, paths.corners | arcs))
