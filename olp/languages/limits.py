@@ -190,6 +190,9 @@ class Limits:
     conditional_statements: bool = False  # jumps and calls may have a condition of their own
     tasks: int = 0  # how many parallel tasks there are where they have fixed names; 0: any name
     task_name: str = ""  # of such a task, of its number
+    manual_signal: tuple[str, int] | None = (
+        None  # bus and number of what is on while programs run in a manual mode, whatever its speed
+    )
     wait_poll: float = (
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )

@@ -45,10 +45,12 @@ _CONDITIONAL: Final = (Call, Return, Pause, PulseOutput, StartTask)
 
 def flow(program: Program, work: TranslationContext) -> Program:
     """Every routine with the blocks and jumps that the target has."""
-    return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
+    shared: list[Declare] = []  # where variables have numbers, none is a routine's own
+    routines = tuple([_routine(routine, work, shared) for routine in program.routines])
+    return replace(program, routines=routines, data=(*program.data, *shared))
 
 
-def _routine(routine: Routine, work: TranslationContext) -> Routine:
+def _routine(routine: Routine, work: TranslationContext, shared: list[Declare]) -> Routine:
     body = routine.body
     kinds = set(map(type, body))
     if not work.limits.conditional_statements and not kinds.isdisjoint(_CONDITIONAL):
@@ -69,7 +71,10 @@ def _routine(routine: Routine, work: TranslationContext) -> Routine:
             nodes = machine(flattened(nodes, target.label, jumping=True), counter)
     nodes = target.lowered(nodes, None)
     rows = list(flat(nodes))
-    rows[1 if rows and isinstance(rows[0], Begin) else 0 : 0] = target.declared
+    if work.limits.numbered:
+        shared += [replace(one, value=None, shared=True) for one in target.declared]
+    else:
+        rows[1 if rows and isinstance(rows[0], Begin) else 0 : 0] = target.declared
     return replace(routine, body=tuple(rows))
 
 

@@ -418,10 +418,10 @@ class _Seen:
     # --- statements -------------------------------------------------------------------------------------
 
     def _move(self, s: Move) -> None:
+        for measured in (s.speed, s.blend, s.rate):
+            if measured is not None and measured.value is not None:
+                self.see(measured.value)
         if not calls_nothing(s):
-            for measured in (s.speed, s.blend, s.rate):
-                if measured is not None and measured.value is not None:
-                    self.see(measured.value)
             for quantity in (s.acceleration, s.deceleration, s.arc, s.turn):
                 self.see(quantity)
             for pose in (s.via, s.offset, s.tool_offset):

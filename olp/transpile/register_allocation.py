@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from olp.core.units import deg, mm
 from olp.ir import terminology
 from olp.ir.expressions import (
     Binary,
@@ -162,6 +163,8 @@ class PositionNumbers:
             if symbol is not None and self._store(symbol) is Store.ROBOT and self._is_fixed(e):
                 return e  # where it stands decides what becomes of it
             return self.variable(e)
+        if isinstance(e, (Item, Member)) and type(e.base) is Named and (held := self._held(e)) is not None:
+            return held
         if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
             base = e.base
             if not isinstance(base.index, Number):
@@ -175,6 +178,23 @@ class PositionNumbers:
                 return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
             return replace(base, index=self._shifted(index, int(base.index.value) - 1), name="")
         return e
+
+    def _held(self, e: Item | Member) -> Number | None:
+        """One number of a position that nothing changes [mm or deg], None where it is not known."""
+        fixed = self._fixed(e.base)
+        if fixed is None:
+            return None
+        if isinstance(e, Member):
+            place = MEMBERS.index(e.name) if fixed.kind == "pose" and e.name in MEMBERS[:6] else -1
+            scale = mm if e.name in MEMBERS[:3] else deg
+        else:
+            index = e.indices[0] if fixed.kind == "joint" and len(e.indices) == 1 else None
+            place = int(index.value) - 1 if isinstance(index, Number) else -1
+            scale = deg
+        if not 0 <= place < len(fixed.values) or math.isnan(fixed.values[place]):
+            return None
+        value = round(fixed.values[place] / scale, 6)
+        return Number(int(value) if value.is_integer() else value)
 
     def _is_joints(self, e: Variable) -> bool:
         symbol = self.symbols.find("", e.name) if e.name and e.store is Store.ROBOT else None

@@ -17,6 +17,7 @@ from olp.ir.expressions import (
     Compare,
     Expression,
     Function,
+    Logic,
     Named,
     Number,
     PositionLiteral,
@@ -184,6 +185,10 @@ def whole_decimals(e: Any) -> Any:
 
 _LARGEST_POWER: Final = 4  # that is written as a product
 _LARGEST_EXPONENT: Final = 50  # of constants that are computed here
+_MANUAL: Final = (SystemValue("manual-reduced"), SystemValue("manual-full"))
+_TOLD_BY_SIGNAL: Final = (
+    "whether the mode is manual is asked of the signal that the controller sets in its manual modes"
+)
 
 
 def enumerations(program: Program, work: TranslationContext) -> Program:
@@ -265,6 +270,32 @@ def powers(program: Program, work: TranslationContext) -> Program:
         for r in program.routines
     ]
     return with_routines(program, routines)
+
+
+def manual_modes(program: Program, work: TranslationContext) -> Program:
+    """Whether the mode is manual, at whatever speed, from the signal that tells it, where the target has such."""
+    told = work.limits.manual_signal
+    if told is None:
+        return program
+    signal = Signal(told[0], Number(told[1]))
+
+    def change(e: Expression) -> Expression:
+        parts = _either(e)
+        if type(e) is not Logic or not all(mode in parts for mode in _MANUAL):
+            return e
+        work.note_once(_TOLD_BY_SIGNAL)
+        others = [part for part in parts if part not in _MANUAL]
+        return Logic(signal, tuple(("or", part) for part in others)) if others else signal
+
+    routines = [changed_rare(r, work.look(r), lambda s: mapped(s, change)) for r in program.routines]
+    return with_routines(program, routines)
+
+
+def _either(e: Expression) -> list[Expression]:
+    """The conditions of which one is enough."""
+    if type(e) is not Logic or any(word != "or" for word, _ in e.rest):
+        return [e]
+    return [inner for part in (e.first, *(part for _, part in e.rest)) for inner in _either(part)]
 
 
 def _is_cheap(e: Expression) -> bool:

@@ -86,6 +86,7 @@ LIMITS: Final = Limits(
     named_frames=False,
     frame_numbers={"tool": 10, "user": 9},
     first_signal=1,
+    manual_signal=("system-out", 8),  # TPENBL: in T1 and T2 programs run with the teach pendant enabled alone
     position_read_in="move",
     register_arguments=True,
     lone_functions=frozenset(

@@ -235,6 +235,7 @@ class TpValues(Generator):
 
 # --- Write moves ---
 
+_HERE: Final = ("current-pose", "current-joints")
 _LETTERS: Final = {st.Path.JOINT: "J", st.Path.LINEAR: "L", st.Path.SPLINE: "S"}
 # The unit that a value is written in when it was not written in one of TP's.
 _USUAL: Final = {
@@ -342,6 +343,10 @@ class TpMoves(TpValues):
             shift = shift_of(it)
             if shift is not None:
                 return self._shifted(*shift, s, lines)
+        if isinstance(it, ex.SystemValue) and it.name in _HERE:
+            register = self.scratch.register()
+            lines.append(f"PR[{register}]=JPOS")  # where the arm stands, whatever the tool and the frame
+            return f"PR[{register}]"
         raise CannotSayError("a computed position", "compute it into a position register first")
 
     def _point(self, number: int) -> str:

@@ -1,0 +1,90 @@
+"""What programs of KRL hold that FANUC has under another name: modes, elements of joint values, the arm's own place."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from translated_texts import ROBOT, converted, krl, read, run_elsewhere, translated
+
+from olp.runtime.interpreter import run
+from olp.transpile.compare import WRITTEN, compare_plans
+
+JOINTS = "{A1 10,A2 -80,A3 90,A4 0,A5 30,A6 0}"
+REACHED = "{A1 0,A2 -10,A3 20,A4 0,A5 10,A6 0}"
+
+
+def listing(text):
+    """The lines between /MN and /POS, without their numbers."""
+    body = translated(text, "krl", "tp").partition("/MN")[2].partition("/POS")[0]
+    return [re.sub(r"^\s*\d+:\s*|\s*;\s*$", "", row) for row in body.splitlines() if row.strip()]
+
+
+def agreeing_steps(text):
+    found = compare_plans(
+        run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", "tp"), tolerances=WRITTEN
+    )
+    assert not found.found
+    return found.steps
+
+
+def left_out(text, target="tp"):
+    return [loss.says for loss in converted(text, "krl", target).translated.losses if loss.leaves_out]
+
+
+@pytest.mark.parametrize("condition", ["$T1 OR $T2", "($T2 OR $T1)", "$T2 OR $IN[3] OR $T1"])
+def test_a_manual_mode_is_the_enabled_pendant(condition):
+    rows = listing(krl(f"IF {condition} THEN", "HALT", "ENDIF"))
+    assert any("UO[8]" in row for row in rows)
+    assert any("DI[3]" in row for row in rows) is ("IN[3]" in condition)
+    assert "PAUSE" in rows
+
+
+@pytest.mark.parametrize("condition", ["$T1", "$T1 AND $T2", "$T2 AND $IN[3]"])
+def test_one_of_the_manual_modes_is_not_told_by_the_pendant(condition):
+    assert left_out(krl(f"IF {condition} THEN", "HALT", "ENDIF"))
+
+
+def test_an_element_of_joint_values_that_nothing_changes_is_a_number():
+    text = krl(f"DECL AXIS D={JOINTS}", "DECL REAL R", "R=D.A2+D.A5")
+    assert "R[1:R]=(-80)+30" in listing(text)
+    assert left_out(text) == []
+
+
+def test_an_element_of_joint_values_that_change_is_a_registers():
+    text = krl(f"DECL AXIS D={JOINTS}", f"DECL AXIS P={JOINTS}", "P.A1=D.A1+45", "PTP P")
+    assert any(re.fullmatch(r"PR\[\d+,1:P\]=10\+45", row) for row in listing(text))
+
+
+@pytest.mark.parametrize("place", ["$AXIS_ACT", "$POS_ACT"])
+def test_a_move_to_where_the_arm_stands_goes_by_its_joints(place):
+    text = krl("BAS(#INITMOV,0)", f"PTP {REACHED}", f"PTP {place}")
+    rows = listing(text)
+    assert rows[rows.index("PR[100]=JPOS") + 1].startswith("J PR[100]")
+    assert agreeing_steps(text) == 1  # the second move goes nowhere
+
+
+def test_what_a_switch_chooses_by_has_a_register():
+    rows = (
+        "DECL INT A[3]",
+        "DECL INT N",
+        "N=2",
+        "A[2]=4",
+        "SWITCH A[N]",
+        "CASE 4",
+        "$OUT[1]=TRUE",
+        "ENDSWITCH",
+    )
+    text = krl(*rows)
+    assert left_out(text) == []
+    assert agreeing_steps(text) == 1
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_a_speed_that_only_a_move_names_is_declared_and_told(target):
+    text = krl(f"DECL AXIS D={JOINTS}", "SPTP D WITH $VEL_AXIS[1]=SVEL_JOINT(Quick)")
+    told = [loss.says for loss in converted(text, "krl", target).translated.losses]
+    assert any(one.startswith("Quick is not declared here") for one in told)
+    assert left_out(text, target) == []
+    if target == "rapid":
+        assert re.search(r"VAR num Quick;", translated(text, "krl", "rapid"))
