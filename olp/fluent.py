@@ -208,7 +208,7 @@ def convert(
     from olp.transpile.link import link
 
     context = Context(as_robot(robot), as_robot(target_robot), on_loss=on_loss, forms=not plain, entry=True)
-    linked = link(read_plainly(path, encoding=encoding))
+    linked = link(read_plainly(path, encoding=encoding), to)
     try:
         return translate(linked.program, to, context).files
     except OlpError as refused:

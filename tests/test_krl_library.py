@@ -6,6 +6,8 @@ import pytest
 from translated_texts import ROBOT, converted, krl, read, run_elsewhere, translated
 
 from olp.fluent import read as read_file
+from olp.ir.expressions import Compare, SignalState
+from olp.ir.program import If
 from olp.runtime.interpreter import run
 from olp.runtime.plan import StepKind
 from olp.transpile.link import link
@@ -68,6 +70,34 @@ def test_the_message_window_is_written_and_cleared():
 
 def test_a_window_of_many_blanks_is_an_empty_message():
     assert "MESSAGE[ " in translated(krl(f'$LOOP_MSG[]="{" " * 60}"'), "krl", "tp")
+
+
+ASKED = (
+    # calls of DEED(A, B), what VARSTATE of B is
+    (("DEED(1,2)", "DEED(3,4)"), True),
+    (("DEED(1)", "DEED(3,)"), False),
+    (("DEED(1,2)", "DEED(3)"), None),  # each call as it is: no translation of the routine says that
+    ((), None),
+)
+
+
+@pytest.mark.parametrize(("calls", "given"), ASKED)
+def test_whether_a_parameter_is_handed_over_is_told_by_the_calls(calls, given):
+    text = (
+        krl(*calls)
+        + 'DEF DEED(A:IN,B:IN)\r\nINT A,B\r\nIF VARSTATE("B")==#INITIALIZED THEN\r\nHALT\r\nENDIF\r\nEND\r\n'
+    )
+    (asked,) = [s.condition for s in read(text, "krl").statements() if isinstance(s, If)]
+    assert asked == SignalState(given) if given is not None else isinstance(asked, Compare)
+
+
+def test_a_parameter_that_the_routine_sets_itself_is_not_told_by_the_calls():
+    text = (
+        krl("DEED(1)")
+        + 'DEF DEED(A:IN,B:IN)\r\nINT A,B\r\nB=2\r\nIF VARSTATE("B")==#INITIALIZED THEN\r\nHALT\r\nENDIF\r\nEND\r\n'
+    )
+    (asked,) = [s.condition for s in read(text, "krl").statements() if isinstance(s, If)]
+    assert isinstance(asked, Compare)
 
 
 def test_both_runs_show_the_same():

@@ -136,7 +136,7 @@ def _convert(
     from olp.transpile.receipt import receipt_of
 
     program = read(job, encoding=args.encoding)
-    linked = link(program)
+    linked = link(program, args.to)
     try:
         converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
     except OlpError as refused:

@@ -15,9 +15,12 @@ from typing import Any, ClassVar, Final, NamedTuple
 from olp.core.diagnostic import OlpError, error
 from olp.core.registry import file_names
 from olp.core.source import Source
-from olp.ir.program import Program, Statement
+from olp.ir.program import Program, Routine, Statement
 
 ACKNOWLEDGED: Final = "acknowledge"  # spelling of a Pause that ends when the operator acknowledges a message
+ON_THE_WAY: Final = (
+    "on the way"  # argument of a Process that keeps the arm going: why what follows is not exact
+)
 _VENDORS: Final = "olp.languages.vendors"
 _USUAL: Final = (
     "Move_joint Move_linear Move_circular Assign SetOutput Dwell Wait Call Return If Else EndIf Message "
@@ -151,7 +154,7 @@ class Vendor(ABC):
     the name of a called program, where `call_words` (a pattern) end what is before it; such languages know programs
     by the name within the file.
     `writes_probes`: olp writes the jobs that measure a robot in this language. `library_files`: stems, case folded, of
-    the maker's own files whose routines `without_library` knows.
+    the maker's own files whose routines `spelled_out` knows.
     """
 
     name: ClassVar[str]
@@ -187,14 +190,18 @@ class Vendor(ABC):
         others = [folder / name for name in self.folders_beside]
         return [folder, *(one for one in others if one.is_dir() and not one.samefile(folder))]
 
-    def without_library(
-        self, body: tuple[Statement, ...], own: Callable[[str], bool]
+    def spelled_out(
+        self, body: tuple[Statement, ...], find: Callable[[str], Routine | None]
     ) -> tuple[Statement, ...]:
-        """A routine's statements with calls of the maker's own library as what these do.
+        """A routine's statements with what only this maker's controllers do in one of them as plain statements.
 
-        `own`: whether a routine of this name is one of the program's, and none of the maker's files.
+        `find`: a routine of the program by its name, None for one that is not here or stands in `library_files`.
         """
         return body
+
+    def as_called(self, program: Program) -> Program:
+        """A whole program with what its own calls decide, such as which parameters are handed over."""
+        return program
 
     def comment_of(self, line: bytes) -> bytes | None:
         """What a comment on a line of its own says, without what opens and closes it; None for any other line."""

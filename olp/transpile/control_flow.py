@@ -120,7 +120,7 @@ class _Target:
     work: TranslationContext
     routine: Routine
     labels: set[str]
-    declared: list[Statement] = field(default_factory=list)
+    declared: list[Declare] = field(default_factory=list)
 
     def label(self) -> str:
         count = len(self.labels) + 1

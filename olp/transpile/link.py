@@ -50,40 +50,45 @@ class Linked:
         return replace(found, file=path, line=line, column=1, end_column=1, source_line="")
 
 
-def link(program: Program) -> Linked:
+def link(program: Program, to: str = "") -> Linked:
     """`program` with what it names and does not declare, from the files of its folder: routines that its calls name,
-    data that its statements and those of the routines name. The lines of other files follow its own."""
+    data that its statements and those of the routines name. The lines of other files follow its own.
+
+    `to`: the language that it is for; in another one than its own, statements are spelled out as that vendor says.
+    """
     from olp.runtime.jobs import Jobs
 
     path = Path(program.path) if program.path else None
     folder = path.parent if path is not None and path.is_file() else None
     own = LinkedPart(program.path, 0, len(program.source.lines))
     jobs = Jobs(program, folder)
-    program = _without_library(program, jobs)
+    plainly = to != program.vendor and program.vendor in vendor_names()
+    if plainly:
+        program = with_routines(program, (_spelled_out(r, program, jobs) for r in program.routines))
     if folder is None:
-        return Linked(program, (own,))
-    joined = _Joined(program, jobs, [own], list(program.source.lines))
+        return Linked(_as_called(program, plainly), (own,))
+    joined = _Joined(program, jobs, [own], list(program.source.lines), plainly)
     joined.add_routines()
     joined.add_data()
     return joined.linked()
 
 
-def _without_library(program: Program, jobs: Jobs) -> Program:
-    """`program` with calls of the maker's own library as what these do."""
-    if program.vendor not in vendor_names():
-        return program
-    return with_routines(program, (_routine_without_library(r, program, jobs) for r in program.routines))
-
-
-def _routine_without_library(routine: Routine, program: Program, jobs: Jobs) -> Routine:
+def _spelled_out(routine: Routine, program: Program, jobs: Jobs) -> Routine:
+    """A routine with what only the maker's controllers do in one statement as plain statements."""
     vendor = find_vendor(program.vendor)
-    source = next((n for n, one in enumerate(jobs.programs) if one.path == program.path), 0)
+    source = next((n for n, one in enumerate(jobs.programs) if one is program), 0)
 
-    def is_own(name: str) -> bool:
+    def find(name: str) -> Routine | None:
         job = jobs.find(name, source)
-        return job is not None and Path(job.program.path).stem.casefold() not in vendor.library_files
+        if job is None or Path(job.program.path).stem.casefold() in vendor.library_files:
+            return None
+        return job.routine
 
-    return with_rows(routine, vendor.without_library(routine.body, is_own))
+    return with_rows(routine, vendor.spelled_out(routine.body, find))
+
+
+def _as_called(program: Program, plainly: bool) -> Program:
+    return find_vendor(program.vendor).as_called(program) if plainly else program
 
 
 @dataclass(slots=True)
@@ -94,6 +99,7 @@ class _Joined:
     jobs: Jobs
     parts: list[LinkedPart]
     lines: list[str]
+    plainly: bool  # what only the maker's controllers do is spelled out
     routines: list[Routine] = field(default_factory=list)
     data: list[Declare] = field(default_factory=list)
     offsets: dict[int, int] = field(default_factory=dict)
@@ -107,12 +113,12 @@ class _Joined:
     def linked(self) -> Linked:
         program = self.program
         if len(self.parts) == 1:
-            return Linked(program, tuple(self.parts))
+            return Linked(_as_called(program, self.plainly), tuple(self.parts))
         source = Source(program.source.path, program.source.raw, program.source.encoding, tuple(self.lines))
         main = program.main or (program.routines[0].name if program.routines else "")
         routines, data = self._respelt()
         joined = replace(program, source=source, routines=routines, data=data, main=main)
-        return Linked(joined, tuple(self.parts))
+        return Linked(_as_called(joined, self.plainly), tuple(self.parts))
 
     def _respelt(self) -> tuple[tuple[Routine, ...], tuple[Declare, ...]]:
         """Routines and data with the names of other files spelt as these declare them."""
@@ -147,7 +153,7 @@ class _Joined:
             if id(other) not in self.offsets:
                 known = {declare.name.casefold() for declare in self.data}
                 self._add(other, [d for d in other.data if d.name.casefold() not in known])
-            routine = _routine_without_library(job.routine, other, self.jobs)
+            routine = _spelled_out(job.routine, other, self.jobs) if self.plainly else job.routine
             routine = _shifted(routine, self.offsets[id(other)])
             have.add(routine.name.casefold())
             self.routines.append(routine)

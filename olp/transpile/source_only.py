@@ -44,7 +44,7 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
-from olp.languages.vendor import ACKNOWLEDGED, language_of
+from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, language_of
 from olp.transpile.context import Fate, TranslationContext
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
@@ -148,9 +148,12 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
                 rows.append(_idle(s, f"{idle} takes no time and moves nothing", program, work))
             elif isinstance(s, Process) and s.name in _SILENT:
                 idle = work.conventions.idle_processes.get(s.name, s.name)
-                work.lose(
-                    s, Fate.EXACT, "statement", f"{idle} means nothing to another controller: it is left out"
-                )
+                why = dict(s.arguments).get(ON_THE_WAY)
+                if isinstance(why, Text):
+                    work.lose(s, Fate.APPROXIMATED, "order", why.value)
+                else:
+                    says = f"{idle} means nothing to another controller: it is left out"
+                    work.lose(s, Fate.EXACT, "statement", says)
                 rows += [Comment(s.line, s.comment)] if s.comment else []
             elif isinstance(s, Process) and s.name in work.conventions.idle_processes:
                 rows.append(

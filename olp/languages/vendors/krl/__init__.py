@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from olp.core.source import Source
-from olp.ir.program import Program, Statement
+from olp.ir.program import Program, Routine, Statement
 from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
 
 _SIGNS = re.compile(
@@ -70,12 +70,18 @@ class Krl(Vendor):
 
         return [folder, *(one for one in tree_of(folder) if one != folder)]
 
-    def without_library(
-        self, body: tuple[Statement, ...], own: Callable[[str], bool]
+    def spelled_out(
+        self, body: tuple[Statement, ...], find: Callable[[str], Routine | None]
     ) -> tuple[Statement, ...]:
         from olp.languages.vendors.krl.library import without_library
+        from olp.languages.vendors.krl.triggers import with_triggers
 
-        return without_library(body, own)
+        return without_library(with_triggers(body, find), find)
+
+    def as_called(self, program: Program) -> Program:
+        from olp.languages.vendors.krl.varstate import with_given_parameters
+
+        return with_given_parameters(program)
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

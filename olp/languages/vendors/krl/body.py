@@ -37,7 +37,7 @@ from olp.ir.program import (
 )
 from olp.languages.findings import Findings
 from olp.languages.lark_host import values_of
-from olp.languages.vendors.krl import parsing, texts
+from olp.languages.vendors.krl import parsing, texts, triggers
 from olp.languages.vendors.krl.declarations import Head, Tail
 from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines, declared
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
@@ -130,6 +130,8 @@ class BodyReader:
             self._several(put, comment, number)
             return None
         kept = parsing.kept(code)
+        if isinstance(kept, Process) and kept.name == triggers.NAME:
+            kept = triggers.read_trigger(code, self._scope)
         result = self._reader.parse(code, number) if kept is None else kept
         if result is None:
             word = _WORD.match(code)

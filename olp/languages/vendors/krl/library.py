@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from olp.ir.expressions import CallValue, Expression, Function, Item, Named, Text, Unknown
+from olp.ir.program import Routine
 from olp.ir.statements import Assign, Call, Message, Pause, Statement, Wait
 from olp.languages.vendor import ACKNOWLEDGED
 
@@ -21,16 +22,18 @@ _OMITTED: Final = Unknown("")
 _NOTHING: Final = Text(" ")  # what the window shows when its text is cleared
 
 
-def without_library(body: Sequence[Statement], own: Callable[[str], bool]) -> tuple[Statement, ...]:
+def without_library(
+    body: Sequence[Statement], find: Callable[[str], Routine | None]
+) -> tuple[Statement, ...]:
     """The statements with those of the message library as messages and pauses.
 
-    `own`: whether a routine of this name is one of the program's, and none of KUKA's.
+    `find`: a routine of the program by its name, None for one that is not here or is KUKA's.
     """
-    return tuple([one for s in body for one in _plain(s, own)])
+    return tuple([one for s in body for one in _plain(s, find)])
 
 
-def _plain(s: Statement, own: Callable[[str], bool]) -> tuple[Statement, ...]:
-    if type(s) is Call and s.routine.casefold() in _SHOWS and s.condition is None and not own(s.routine):
+def _plain(s: Statement, find: Callable[[str], Routine | None]) -> tuple[Statement, ...]:
+    if type(s) is Call and s.routine.casefold() in _SHOWS and s.condition is None and find(s.routine) is None:
         text = _shown(s.arguments)
         if text is None:
             return (s,)
