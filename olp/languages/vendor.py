@@ -74,6 +74,9 @@ class Conventions:
     text_arrays: bool = False  # a text is declared and named as an array of characters: NAME[]
     has_records: bool = True  # values may be records, tools and frames among them
     records_in_statements: bool = True  # not in declarations alone
+    member_types: Mapping[str, str] = field(
+        default_factory=dict
+    )  # of a type of the program's own: word, in capitals -> type
     frame_records: bool = False  # a frame of several parts is a record of them
     numbered_frame_values: bool = (
         False  # a file beside the program gives the numbered tools and frames their values

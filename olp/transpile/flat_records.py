@@ -67,7 +67,7 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
 
     A type of which any variable is handed over, returned or compared in another way than that stays as it is.
     """
-    found = _found(program, symbols_of(program))
+    found = _found(program, symbols_of(program), work.conventions.member_types)
     while found.variables and (odd := _odd(program, found)):
         for key in [key for key, kind in found.variables.items() if kind in odd]:
             del found.variables[key]
@@ -96,8 +96,9 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 # --- What there is ---
 
 
-def _found(program: Program, symbols: Symbols) -> _Records:
+def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Records:
     found = _Records(symbols)
+    layouts = {d.name.casefold(): d.value for d in program.data if d.type == "structure"} if types else {}
     given = [(scope, d, one) for scope, d in _declarations(program) if (one := _element(d.value)) is not None]
     given += _without_value(program)
     used = {
@@ -116,12 +117,35 @@ def _found(program: Program, symbols: Symbols) -> _Records:
         if kind and leaves and all(leaf.type for leaf in leaves):
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
+    for scope, d in _declarations(program) if layouts else ():
+        symbol = symbols.find(scope, d.name)
+        kind = d.type.casefold()
+        if kind not in layouts or d.value is not None or symbol is None or symbol.parameter is not None:
+            continue
+        leaves = found.shapes.get(kind) or tuple(_laid_out(kind, layouts, types, ()))
+        if leaves and all(leaf.type for leaf in leaves):
+            found.shapes[kind] = leaves
+            found.variables[(symbol.scope, symbol.name)] = kind
     for routine in program.routines:
         for parameter in routine.parameters:
             kind = parameter.type.casefold()
             if kind in found.shapes and (kind not in _PARTS or parameter.by_reference):
                 found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
     return found
+
+
+def _laid_out(
+    kind: str, layouts: Mapping[str, Expression | None], types: Mapping[str, str], before: MemberPath
+) -> Iterator[_Leaf]:
+    """The leaves of a type as its declaration has them; without a type what is an array, or nowhere declared."""
+    layout = layouts.get(kind)
+    for name, member in layout.members if isinstance(layout, RecordLiteral) else ():
+        path = (*before, name)
+        word = member.type if isinstance(member, RecordLiteral) and not member.members else ""
+        if word.casefold() in layouts and len(path) < _DEEPEST:
+            yield from _laid_out(word.casefold(), layouts, types, path)
+        else:
+            yield _Leaf(path, types.get(word, ""))
 
 
 def _without_value(program: Program) -> list[tuple[str, Declare, RecordLiteral]]:

@@ -134,7 +134,8 @@ class PositionNumbers:
         largest = self._largest(store)
         if start + size - 1 >= largest + first:
             says = f"more than {largest} variables of one kind ({terminology.STORES[store]})"
-            self.work.lose(self.lines.get(name, self.line), Fate.REFUSED, "variable", says)
+            # What is declared in no line of its own, such as a member of a record, falls with its uses.
+            self.work.lose(self.lines.get(name) or self.line, Fate.REFUSED, "variable", says)
         else:
             taken.update(range(start, start + size))
         shown = self.registers.variable.format(letter=self.registers.letters.get(store, ""), number=start)

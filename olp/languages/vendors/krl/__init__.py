@@ -9,6 +9,7 @@ from pathlib import Path
 from olp.core.source import Source
 from olp.ir.program import Program, Routine, Statement
 from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+from olp.languages.vendors.krl.scope import NEUTRAL_TYPES
 
 _SIGNS = re.compile(
     r"\s*(?:&ACCESS|&REL\s|&PARAM\s|(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s+[\w$](?!.*:\s*$)|;FOLD\s)", re.IGNORECASE
@@ -43,6 +44,7 @@ class Krl(Vendor):
         text_arrays=True,
         records_in_statements=False,
         frame_records=True,
+        member_types={word: kind for word, kind in NEUTRAL_TYPES.items() if word != "CHAR"},
         numbered_frame_values=True,
         waits_before_reading=True,
         folds=True,

@@ -1,0 +1,50 @@
+"""Structures of a program of KRL: one variable for each member in other languages, whatever they begin with."""
+
+from __future__ import annotations
+
+import pytest
+from translated_texts import ROBOT, krl
+
+from olp.fluent import read
+from olp.timing.timing import time_plan
+from olp.transpile import Context
+from olp.transpile.convert import convert, run_converted
+from olp.transpile.link import link
+
+LAYOUT = "DEFDAT PART\nSTRUC AT_T INT A,REAL B\nSTRUC PART_T AT_T N,BOOL C,FRAME F\n{}ENDDAT\n"
+DATA = "DECL PART_T P[6]\nDECL PART_T Q\n"
+SET = ("DECL INT I", "I=2", "P[I].N.A=3", "P[I].N.B=0.5", "P[I].C=TRUE", "P[I].F={X 1,Y 2,Z 3,A 0,B 0,C 0}")
+COPIED = (*SET, "Q=P[I]", "Q.N.A=Q.N.A+1", "IF Q.C THEN", "WAIT SEC Q.N.A+P[2].N.A+Q.N.B+Q.F.Z", "ENDIF")
+
+
+def made(folder, target, rows, data=DATA, layout=LAYOUT):
+    (folder / "part.dat").write_text(layout.format(data))
+    (folder / "part.src").write_text(krl(*rows))
+    program = link(read(folder / "part.src")).program
+    return program, convert(program, target, Context(ROBOT, on_loss="comment"), date="2026/01/01 00:00")
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "inform", "urscript"])
+def test_members_are_set_copied_and_read(tmp_path, target):
+    data = DATA.replace("FRAME F", "") if target == "inform" else DATA
+    program, found = made(tmp_path, target, COPIED, data)
+    if target in ("rapid", "tp"):
+        assert not [loss for loss in found.translated.losses if loss.leaves_out]
+        waits = time_plan(run_converted(found, target, ROBOT, program)).duration_s
+        assert sum(waits) == pytest.approx(4 + 3 + 0.5 + 3)
+    else:  # what is left out there, if anything, is told
+        left = {loss.line for loss in found.translated.losses if loss.leaves_out}
+        assert left <= set(range(2, len(COPIED) + 2))
+
+
+def test_a_type_with_an_array_within_is_told(tmp_path):
+    layout = LAYOUT.replace("BOOL C", "BOOL C[4]")
+    _, found = made(tmp_path, "rapid", ("P[2].N.A=3",), layout=layout)
+    assert [loss.line for loss in found.translated.losses if loss.leaves_out] == [2]
+
+
+def test_more_numbers_than_the_controller_has_fall_alone(tmp_path):
+    data = "DECL PART_T P[120]\n"
+    _, found = made(tmp_path, "tp", ("P[2].N.A=3", "P[2].N.B=1", "WAIT SEC 1"), data)
+    assert {loss.line for loss in found.translated.losses if loss.leaves_out} == {3}
+    assert "more than 200" in next(loss.says for loss in found.translated.losses if loss.leaves_out)
