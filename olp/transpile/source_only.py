@@ -46,6 +46,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, language_of
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.set_elsewhere import set_elsewhere
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
 _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
@@ -107,6 +108,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     manner = _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER
     defined = {routine.name.casefold() for routine in program.routines}
     settings = _idle_settings(program, work)
+    lost: list[Statement] = []
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -186,10 +188,11 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
                 says = f"a word of {language_of(program.vendor)} that means nothing in {language_of(work.target)}"
                 work.lose(s, fate, "statement", says)
                 rows.append(Comment(s.line, untranslated(program, s)))
+                lost.append(s)
             else:
                 rows.append(s)
         routines.append(replace(routine, body=tuple(rows)))
-    return replace(program, routines=tuple(routines))
+    return set_elsewhere(replace(program, routines=tuple(routines)), lost, work)
 
 
 def _is_resolved(target: Expression, unresolved: Set[str]) -> bool:
