@@ -550,3 +550,15 @@ def test_joint_speeds_and_free_lines_make_the_tool_no_faster_than_it_may_be(tmp_
     assert reached[0] <= 0.3 * 1.01
     assert reached[1] <= 0.6 * 1.01
     assert reached[2] > 0.6
+
+
+def test_an_override_is_named_where_it_stops_the_answer(tmp_path):
+    path = tmp_path / "slow.ls"
+    text = SAMPLES["tp"].read_text()
+    numbered = next(line for line in text.splitlines() if line.lstrip().startswith("1:"))
+    path.write_text(text.replace(numbered, f"   1:  OVERRIDE=30% ;\n{numbered}", 1))
+    found = fit(
+        read(path), 0.1, lambda one: time_program(one, Job(robot="fanuc/m-20ia"), tmp_path), Allowed()
+    )
+    assert not found.reached
+    assert any("an override of 30%, which is not edited: 1:  OVERRIDE=30% ;" in one for one in found.limits)

@@ -35,7 +35,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import Source, drop, put, text
 from olp.core.units import mm
-from olp.ir.program import Program
+from olp.ir.program import Program, SetOverride
 from olp.reports.cell import links_of
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import StepKind
@@ -406,7 +406,7 @@ class FitSearch:
         )
         edits = tuple(sorted(edits, key=lambda one: (one.choice.path, one.choice.line, one.choice.kind)))
         reached = timing.total_s <= to_s + _HELD
-        limits = () if reached else tuple(_limits(timing))
+        limits = () if reached else (*_limits(timing), *_overrides(self.program))
         shared = {
             one.path: callers(one.path, self.program) for one in applied.others if one.path in self.called
         }
@@ -593,6 +593,15 @@ def _limits(timing: Timing) -> Iterator[str]:
         file = plan.sources[place[0]]
         name = "" if place[0] == 0 else f"{Path(file.path).name} "
         yield f"{name}line {place[1]}: {seconds[place]:.3f} s, {rules[place]}: {file.line(place[1]).strip()}"
+
+
+def _overrides(program: Program) -> Iterator[str]:
+    """Lines that slow all moves behind them, which no edit changes: a person sets an override for other reasons."""
+    for one in program.statements():
+        share = one.share.literal if isinstance(one, SetOverride) else None
+        if share is not None and share < 1.0:
+            said = program.source.line(one.line).strip()
+            yield f"line {one.line}: an override of {share:.0%}, which is not edited: {said}"
 
 
 def _check(timing: Timing) -> None:
