@@ -378,7 +378,9 @@ class FitSearch:
     @cached_property
     def front(self) -> tuple[FrontPoint, ...]:
         """The best total for each number of edits, and without the corners."""
-        return tuple(self._front(self.allowed.within))
+        told = sorted(self._front(self.allowed.within), key=lambda one: -one.total_s)
+        found = {(one.edits, one.within_mm): one for one in told}
+        return tuple(sorted(found.values(), key=lambda one: (one.edits, one.within_mm)))
 
     def _front(self, within: float) -> Iterator[FrontPoint]:
         last = self.base.total_s
@@ -390,9 +392,10 @@ class FitSearch:
                 last = seconds
                 yield FrontPoint(count, round(far / mm, 6), seconds)
         if any(one.zone >= 0 for one in best):
-            seconds, _ = self.total(self.most([one for one in self.choices if one.zone < 0]))
+            chosen = self.most([one for one in self.choices if one.zone < 0])
+            seconds, _ = self.total(chosen)
             if np.isfinite(seconds):
-                yield FrontPoint(len({c.place for c in self.choices if c.zone < 0}), 0.0, seconds)
+                yield FrontPoint(len(chosen), 0.0, seconds)
 
     def answer(self, chosen: Sequence[Choice], to_s: float, front: tuple[FrontPoint, ...]) -> Fit:
         # What a setting gains is what the moves gain that have no edit of their own.

@@ -41,7 +41,7 @@ def as_text(fit: Fit) -> str:
         )
     rows.append("best totals:")
     rows += [
-        f"  {one.edits:4} edits, corners within {one.within_mm:g} mm: {one.total_s:.3f} s"
+        f"  {_edits(one.edits):>10}, corners within {one.within_mm:g} mm: {one.total_s:.3f} s"
         for one in fit.front
     ]
     return "\n".join(rows)
