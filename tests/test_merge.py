@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import os
 import random
 import subprocess
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from bench import merge as made
 from olp.__main__ import main
 from olp.checks.merge.merge import merge_bytes
+from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.ir.moves import Move
 from olp.languages.read import read
@@ -649,3 +652,108 @@ def test_a_merge_that_neither_side_would_have_written_is_told(tmp_path, capsys):
     theirs.write_bytes(job([], [*lines[:5], "JUMP *A IF IN#(1)=ON", lines[5]]))
     assert main(["merge", str(base), str(ours), str(theirs), "-o", str(tmp_path / "out.jbi")]) == 1
     assert "error[U022]" in capsys.readouterr().err
+
+
+def test_saved_variables_and_tools_are_merged_by_value(tmp_path, capsys):
+    """One side counts on, the other teaches a position and another value of the same row; a tool is one thing."""
+    saved = ROOT / "samples/inform/palletising"
+    base = (saved / "VAR.DAT").read_bytes()
+    ours = base.replace(b"2,0,1,0,0,0,0,0,0,0", b"3,0,1,0,0,0,0,0,0,0").replace(b"2500,-40", b"2501,-40")
+    theirs = base.replace(b"2,0,1,0,0,0,0,0,0,0", b"2,0,1,0,0,0,0,0,9,0").replace(b"-23291", b"-23300")
+    expected = theirs.replace(b"2,0,1,0,0,0,0,0,9,0", b"3,0,1,0,0,0,0,0,9,0").replace(
+        b"2500,-40", b"2501,-40"
+    )
+    paths = [tmp_path / name for name in ("base.dat", "ours.dat", "theirs.dat")]
+    for path, data in zip(paths, (base, ours, theirs), strict=True):
+        path.write_bytes(data)
+    assert main(["merge", *map(str, paths), "-o", str(tmp_path / "VAR.DAT")]) == 0
+    assert (tmp_path / "VAR.DAT").read_bytes() == expected
+    assert "line 6: value 1 by ours, value 9 by theirs" in capsys.readouterr().out
+    assert merged(base, base.replace(b"-23291", b"-23292"), theirs)[0] == 1  # one position
+    tools = (saved / "TOOL.CND").read_bytes()
+    row = next(line for line in tools.split(b"\n") if line.count(b",") == 5)
+    sides = [tools.replace(row, row.replace(b"0.000", number, 1), 1) for number in (b"5.000", b"6.000")]
+    assert merged(tools, *sides)[0] == 1
+
+
+def _polyscope(nodes: str, more: str = "") -> bytes:
+    head = (
+        f'<URProgram name="a" installation="i" lastSavedIn="5.11"{more}>\n  <children>\n    <MainProgram>\n'
+    )
+    nodes = f"      <children>\n{nodes}"
+    return gzip.compress(
+        f"{head}{nodes}      </children>\n    </MainProgram>\n  </children>\n</URProgram>".encode()
+    )
+
+
+def _taught(tcp: str, name: str, first: float, speed: str = "1.0") -> str:
+    return f"""        <Move motionType="MoveJ" speed="{speed}" acceleration="1.4">
+          {tcp}
+          <children>
+            <Waypoint type="Fixed" name="{name}">
+              <position>
+                <JointAngles angles="{first}, -1.5, 1.5, 0.5, 0.4, 0.3"/>
+                <TCPOffset pose="0.0, 0.0, 0.1, 0.0, 0.0, 0.0"/>
+              </position>
+              <BaseToFeature pose="{first}, 0.2, 0.3, 0.0, 0.0, 0.0"/>
+            </Waypoint>
+          </children>
+        </Move>
+"""
+
+
+_TCP, _AGAIN = '<tcp referencedName="Gripper"/>', '<tcp reference="../../Move/tcp"/>'
+
+
+def _tools(data: bytes) -> list[tuple[str, str, str]]:
+    """Of each move its waypoint, speed and tool, references followed by ElementTree."""
+    root = ElementTree.fromstring(gzip.decompress(data))
+    parents = {child: node for node in root.iter() for child in node}
+    found = []
+    for move in root.iter("Move"):
+        tcp = move.find("tcp")
+        for step in tcp.get("reference", "").split("/") if tcp.get("reference") else ():
+            tcp = parents[tcp] if step == ".." else tcp.find(step)
+        found.append(
+            (move.find(".//JointAngles").get("angles")[:3], move.get("speed"), tcp.get("referencedName"))
+        )
+    return found
+
+
+def test_polyscope_programs_are_merged_with_what_their_nodes_share():
+    """Theirs puts a move in front: what all refer to stands in it now, and each path is another one."""
+    base = _polyscope(_taught(_TCP, "a", 0.1) + _taught(_AGAIN, "b", 0.2))
+    ours = _polyscope(_taught(_TCP, "a", 0.1) + _taught(_AGAIN, "b", 0.9, "0.5"))
+    third = '<tcp reference="../../Move/tcp"/>'
+    theirs = _polyscope(_taught(_TCP, "new", 0.3) + _taught(_AGAIN, "a", 0.1) + _taught(third, "b", 0.2))
+    merged = merge_bytes("urscript", base, ours, theirs)
+    assert not merged.hunks
+    want = [("0.3", "1.0", "Gripper"), ("0.1", "1.0", "Gripper"), ("0.9", "0.5", "Gripper")]
+    assert _tools(merged.to_bytes()) == want
+    assert merged.to_bytes() == merge_bytes("urscript", base, theirs, ours).to_bytes()
+    program = find_vendor("urscript").read(decode(merged.to_bytes(), "a.urp"))
+    assert [one.comment for one in program.statements() if isinstance(one, Move)] == ["new", "a", "b"]
+
+
+def test_one_point_of_polyscope_is_one_thing_and_its_conflict_is_told_without_a_file(tmp_path, capsys):
+    base, ours, theirs = (_polyscope(_taught(_TCP, "a", first)) for first in (0.1, 0.2, 0.3))
+    paths = [tmp_path / f"{name}.urp" for name in ("base", "ours", "theirs")]
+    for path, data in zip(paths, (base, ours, theirs), strict=True):
+        path.write_bytes(data)
+    out = tmp_path / "out.urp"
+    assert main(["merge", *map(str, paths), "-o", str(out), "--no-time"]) == 1
+    told = capsys.readouterr().out
+    assert "1 conflict, nothing is written" in told
+    assert 'angles="0.2' in told
+    assert 'angles="0.3' in told
+    assert not out.exists()
+    assert main(["merge", *map(str, paths), "--driver", "a.urp", "--no-time"]) == 1
+    assert paths[1].read_bytes() == ours
+
+
+@pytest.mark.parametrize(
+    "data", [gzip.compress(b"<URProgram><a></URProgram>"), gzip.compress(b"<URProgram/>")[:20]]
+)
+def test_a_polyscope_program_that_is_broken_is_refused(data):
+    with pytest.raises(OlpError, match="cannot be merged"):
+        merge_bytes("urscript", _polyscope(""), data, _polyscope(_taught(_TCP, "a", 0.1)))

@@ -55,8 +55,9 @@ def run(args: Namespace) -> int:
         # Git would leave ours there as if it were the merge, without a mark.
         print_diagnostics(problem.diagnostics)
         return text_merge(inputs, args.marker_size)
-    data = merged.to_bytes(args.marker_size)
-    write_output(target, data, inputs=inputs, in_place=args.driver is not None)
+    if merged.writable:
+        data = merged.to_bytes(args.marker_size)
+        write_output(target, data, inputs=inputs, in_place=args.driver is not None)
     quiet = target in (None, "-") or args.driver is not None
     told = json.dumps(merged.as_json(), indent=2, ensure_ascii=False) if args.json else merged.as_text()
     print(told, file=sys.stderr if quiet else sys.stdout)

@@ -125,7 +125,7 @@ class MergeRules:
     its place says nothing. `data_ends`: what ends such a definition where it is longer than a line. `scope`: a line
     that opens a routine, its name the group 1. `heads`: records with what decides between two.
     `has_variables`: statements say names that a person chose, `ignores_case`: in any letters. `reals`: a whole number
-    that ends there means the same with a decimal point.
+    that ends there means the same with a decimal point. `saved_suffixes`: of the files that `of_saved` is about.
     """
 
     comments: ClassVar[tuple[str, ...]] = ()
@@ -139,10 +139,19 @@ class MergeRules:
     has_variables: ClassVar[bool] = False
     ignores_case: ClassVar[bool] = False
     reals: ClassVar[re.Pattern[str]] = _NEVER
+    saved_suffixes: ClassVar[tuple[str, ...]] = ()
 
     def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
         """The three texts, with one name for what a tool names anew whenever it writes a program."""
         return base, ours, theirs
+
+    def of_saved(self, text: str) -> MergeRules | None:
+        """The rules of what a controller saves beside its programs; None: it is none of these."""
+        return None
+
+    def packing(self, data: bytes) -> PackedRules | None:
+        """The rules of a file that holds its text packed; None: it is that text."""
+        return None
 
     def cut(self, text: str, known: Known) -> Cut:
         """The pieces of a text, in order. `known`: those of other versions, to which its own are added."""
@@ -279,6 +288,18 @@ def _top_level(code: str) -> list[tuple[int, int]]:
             start = at
         at += 1
     return [*found, (start, at)]
+
+
+class PackedRules(MergeRules):
+    """Of files that are no text, but hold one."""
+
+    def unpack(self, data: bytes) -> bytes:
+        """The text. Raises ValueError where it holds none."""
+        raise NotImplementedError
+
+    def pack(self, text: bytes) -> bytes:
+        """The file that holds this text. Raises ValueError where it is none that such a file can hold."""
+        raise NotImplementedError
 
 
 class TableText(NamedTuple):

@@ -18,7 +18,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.files import from_os_error, read_input, write_output
 from olp.core.git import asked_of_git, git
 from olp.core.source import decode
-from olp.languages.merging import COUNTER, NUMBER, MergeRules, RecordRule, Row
+from olp.languages.merging import COUNTER, NUMBER, MergeRules, PackedRules, RecordRule, Row
 from olp.languages.vendor import find_vendor, part_of, recognise, vendor_names
 
 _FIRST, _LAST = "# olp git install: robot programs", "# olp git install: end"
@@ -79,10 +79,10 @@ def _settings(command: str) -> dict[str, str]:
 def _patterns() -> Iterator[str]:
     """Patterns of all files that olp merges, letters of either case."""
     vendors = [find_vendor(name) for name in vendor_names()]
-    packed = {".urp"}
-    suffixes = {
-        s for one in vendors for s in (*one.suffixes, *one.data_suffixes, *one.list_suffixes)
-    } - packed
+    suffixes = {s for one in vendors for s in (*one.suffixes, *one.data_suffixes, *one.list_suffixes)}
+    for one in vendors:
+        rules: MergeRules | None = part_of(one.name, "merging")
+        suffixes.update(() if rules is None else rules.saved_suffixes)
     for suffix in sorted(suffixes):
         yield "*" + "".join(f"[{c}{c.upper()}]" if c.isalpha() else c for c in suffix)
 
@@ -99,6 +99,12 @@ def shown_text(path: str) -> bytes:
     source = decode(data, path)
     vendor = recognise(source)
     rules = part_of(vendor.name, "merging") if vendor is not None and vendor.sniff(source) else None
+    packing: PackedRules | None = None if rules is None else rules.packing(data)
+    if packing is not None:
+        try:
+            return packing.unpack(data)
+        except ValueError:
+            return data
     return data if rules is None else "".join(_shown(rules, data.decode("latin-1"))).encode("latin-1")
 
 

@@ -8,7 +8,7 @@ of a language that is known.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -20,8 +20,8 @@ from olp.core.files import from_os_error, read_input
 from olp.core.garbage_collection import no_garbage_collection
 from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import decode
-from olp.languages.merging import MergeRules, lines_of
-from olp.languages.vendor import Vendor, part_of, recognise
+from olp.languages.merging import MergeRules, PackedRules, lines_of
+from olp.languages.vendor import Vendor, find_vendor, part_of, recognise, vendor_names
 
 if TYPE_CHECKING:
     from olp.ir.program import Program
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 _MARKER = re.compile(rb"^(?:<{7,} |>{7,} )", re.MULTILINE)
 _NAMES = ("base", "ours", "theirs")
+_HEAD = 200  # bytes
 _MOST_NAMES = 5  # that are told
+_MOST_LINES = 4  # of each side of a conflict that no file holds
 
 
 def merge_bytes(
@@ -41,6 +43,10 @@ def merge_bytes(
     rules = part_of(vendor, "merging")
     if rules is None:
         rules = MergeRules()
+    packing = next(filter(None, map(rules.packing, (base, ours, theirs))), None)
+    if packing is not None:
+        return _merged_packed(packing, (base, ours, theirs), files)
+    rules = next(filter(None, map(rules.of_saved, _told_by((base, ours, theirs)))), rules)
     for name, data in zip(files, (base, ours, theirs), strict=True):
         _check(name, data)
     if ours == theirs or base in (ours, theirs):
@@ -48,6 +54,44 @@ def merge_bytes(
         return _settled(theirs if ours == base else ours)
     with no_garbage_collection():
         return merge_texts(rules, *(data.decode("latin-1") for data in (base, ours, theirs)))
+
+
+def _told_by(texts: Sequence[bytes]) -> list[str]:
+    """The beginning of each text, which says what it is."""
+    return [data[:_HEAD].decode("latin-1") for data in texts]
+
+
+def _merged_packed(
+    rules: PackedRules, texts: tuple[bytes, bytes, bytes], files: tuple[str, str, str]
+) -> MergedText:
+    base, ours, theirs = texts
+    if ours == theirs or base in (ours, theirs):
+        return _settled(theirs if ours == base else ours)
+    lines = [_unpacked(rules, *one).decode("latin-1") for one in zip(files, texts, strict=True)]
+    merged = replace(merge_texts(rules, *lines), pack=rules.pack)
+    try:
+        merged.to_bytes()
+    except ValueError as problem:
+        raise OlpError(
+            error(
+                "U020",
+                f"the two changes together are no program: {problem}",
+                file=files[1],
+                help="make one of the changes again in the other version",
+            )
+        ) from None
+    return merged
+
+
+def _unpacked(rules: PackedRules, file: str, data: bytes) -> bytes:
+    try:
+        return rules.unpack(data) if data else b""
+    except ValueError as problem:
+        raise OlpError(
+            error(
+                "U020", f"this cannot be merged: {problem}", file=file, help="save it again on the controller"
+            )
+        ) from None
 
 
 def _settled(data: bytes) -> MergedText:
@@ -111,6 +155,11 @@ class Merged:
         """Nobody has to look at it."""
         return not self.text.hunks and not any(one.is_error for one in self.diagnostics)
 
+    @property
+    def writable(self) -> bool:
+        """Whether there is a file, with or without conflicts in it."""
+        return self.text.pack is None or not self.text.hunks
+
     def to_bytes(self, size: int = 7) -> bytes:
         """The file; conflicts say what they are about and what each side takes."""
         return self.text.to_bytes(self._labels, size)
@@ -129,6 +178,7 @@ class Merged:
         """What was merged, for people."""
         count = len(self.text.hunks)
         rows = [f"{self.file}: " + ("merged" if not count else f"{count} conflict{'s' * (count > 1)}")]
+        rows[0] += "" if self.writable else ", nothing is written: this kind of file has no place for them"
         for word, taken in self.text.taken.items():
             parts = [f"{len(taken.points)} points" if len(taken.points) != 1 else f"point {taken.points[0]}"]
             parts += [f"{taken.statements} line{'s' * (taken.statements != 1)}"]
@@ -140,10 +190,9 @@ class Merged:
                 more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
                 rows.append(f"  from {word:6}  other names: {told}{more}")
         rows += [f"  both changed line {one.line}: {_shared(one)}" for one in self.text.shared]
-        rows += [
-            f"  conflict     {hunk.what} {hunk.name}: {hunk.why}".replace(" :", ":")
-            for hunk in self.text.hunks
-        ]
+        for hunk in self.text.hunks:
+            rows.append(f"  conflict     {hunk.what} {hunk.name}: {hunk.why}".replace(" :", ":"))
+            rows += [] if self.writable else _sides(hunk)
         known = {word: s for word, s in self.seconds._asdict().items() if s is not None}
         if "merged" in known:
             told = ", ".join(f"{word} {s:.3f}" for word, s in known.items() if word != "merged")
@@ -196,6 +245,14 @@ class Merged:
         }
 
 
+def _sides(hunk: Hunk) -> Iterator[str]:
+    for word, lines in (("ours", hunk.ours), ("theirs", hunk.theirs)):
+        for line in lines[:_MOST_LINES]:
+            yield f"    {word:10} {line.text.strip()[:100]}"
+        if len(lines) > _MOST_LINES:
+            yield f"    {word:10} and {len(lines) - _MOST_LINES} more lines"
+
+
 def _shared(one: SharedStatement) -> str:
     told = [
         f"{', '.join(names)} by {word}"
@@ -214,7 +271,9 @@ def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
     vendor = _language(texts, home)
     text = merge_bytes(vendor.name, texts[0], texts[1], texts[2], (paths[0], paths[1], paths[2]))
     with remembering(TextCache()):  # most lines are the same in all versions, and are read once
-        merged = None if text.hunks else _program(vendor, text.to_bytes(), home)
+        data = b"" if text.hunks else text.to_bytes()
+        # What is saved beside the programs is none of them.
+        merged = _program(vendor, data, home) if data and vendor.sniff(decode(data, home)) else None
         found = _new_mistakes(vendor, merged, texts, home) if merged is not None else ()
         result = Merged(home, text, diagnostics=found)
         if job is None or not _runs(vendor, home):
@@ -232,6 +291,8 @@ def text_merge(paths: Sequence[str], size: int) -> int:
     from olp.core.files import write_output
     from olp.core.git import merged_text
 
+    if any(b"\0" in _read(path) for path in paths):
+        return 1  # git leaves ours there, and says so
     data, clean = merged_text(paths[1], paths[0], paths[2], size)
     write_output(paths[1], data, in_place=True)
     return 0 if clean else 1
@@ -265,6 +326,10 @@ def _known(texts: Sequence[bytes], home: str) -> Vendor | None:
         # Suffixes are those of other makers' files, too; a text that is none of the language stays as it is.
         if found is not None and found.sniff(decode(data, home)):
             return found
+    for vendor in map(find_vendor, vendor_names()):
+        rules: MergeRules | None = part_of(vendor.name, "merging")
+        if rules is not None and any(map(rules.of_saved, _told_by(texts))):
+            return vendor
     return None
 
 
@@ -326,7 +391,7 @@ def _timed(
     totals = Seconds(*(None if one is None else one.total_s for one in timings))
     hunks = tuple(
         (_seconds(timings[1], hunk.ours_at), _seconds(timings[2], hunk.theirs_at))
-        for hunk in result.text.hunks
+        for hunk in (result.text.hunks if result.writable else ())  # else these are no lines of the program
     )
     held = replace(result, seconds=totals, why=why, hunk_seconds=hunks)
     if merged is None or timings[3] is None:

@@ -67,6 +67,7 @@ class SharedStatement(NamedTuple):
 class MergedText:
     """A merge. `ended`: whether the last line has an end (None: as it stands). `taken`: by "ours", "theirs" and "both"
     (the same change). `renamed`: names that either calls otherwise, before and now. `shared`: statements with both's.
+    `pack`: makes the file of its text; with hunks there is none.
     """
 
     parts: tuple[TextLine | Hunk, ...]
@@ -75,6 +76,7 @@ class MergedText:
     taken: Mapping[str, TakenChanges] = field(default_factory=dict)
     renamed: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
     shared: tuple[SharedStatement, ...] = ()
+    pack: Callable[[bytes], bytes] | None = field(default=None, compare=False)
 
     @property
     def hunks(self) -> tuple[Hunk, ...]:
@@ -89,7 +91,7 @@ class MergedText:
         return replace(self, parts=parts, taken=taken, renamed=renamed, shared=shared)
 
     def to_bytes(self, labels: Callable[[int, Hunk], tuple[str, str]] | None = None, size: int = 7) -> bytes:
-        """The file. `labels`: of each hunk's two sides; `size`: characters of a marker."""
+        """The file; of a packed one with hunks, its text. `labels`: of each hunk's two sides; `size`: of a marker."""
         found: list[TextLine] = []
         number = 0
         for part in self.parts:
@@ -110,4 +112,5 @@ class MergedText:
             text if end is None else text + (end or (self.newline if at < last else ""))
             for at, (text, end) in enumerate(found)
         )
-        return "".join(whole).encode("latin-1", "replace")
+        data = "".join(whole).encode("latin-1", "replace")
+        return data if self.pack is None or self.hunks else self.pack(data)

@@ -34,6 +34,7 @@ _STATE: Final = ("USER", "TOOL", "POSTYPE", "KIND", "RCONF", "LIMIT")
 _KINDS: Final = ("RECTAN", "PULSE", "ANGLE")
 _COUNTS: Final = re.compile(r"\d+(?:,\d+)*")
 _FAMILIES: Final = ("C", "BC", "EC", "P", "BP", "EX")
+_SAVED: Final = re.compile(r"\s*//(VAR|TOOL|UFRAME|MACRO\d*)\b")
 _MOVE: Final = re.compile(r"(I?MOV[JLCS])(?= )")
 _ARGUMENT: Final = re.compile(r"\s+(?:(V|VJ|VR|VE|PL|CR|ACC|DEC)=)?\S+")
 _ARGUMENTS: Final = {
@@ -51,6 +52,12 @@ class InformMerging(MergeRules):
         (re.compile(r"///NPOS\b"), RecordRule.COUNTED),
         (re.compile(r"//(?:NAME|INST)\b|/{3,4}[A-Z]+\d*"), RecordRule.ASK),
     )
+
+    saved_suffixes = (".dat", ".cnd")
+
+    def of_saved(self, text: str) -> MergeRules | None:
+        head = _SAVED.match(text)
+        return None if head is None else _VARIABLES if head[1] == "VAR" else _CONDITIONS
 
     def cut(self, text: str, known: Known) -> Cut:
         pieces: list[Piece] = []
@@ -195,4 +202,38 @@ def _told(row: Row, now: tuple[str, ...] | None) -> Iterator[TableText]:
     yield TableText(row.lines[0], row.ends[0], row=row)
 
 
+class ConditionMerging(MergeRules):
+    """Tools, user frames and macros: each row by its place below its record."""
+
+    def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
+        section = record = ""
+        row = 0
+        for text, end in lines:
+            words = text.strip()
+            if words.startswith("//"):
+                section, record = (record_of(words), "") if words[2:3] != "/" else (section, record_of(words))
+                row = 0
+            elif words:
+                row += 1
+            name = f"{section} {record} {row}".strip() if words else ""
+            yield Piece((text,), (end,), self.code(text), name and f"/{name}")
+
+
+class VariableMerging(ConditionMerging):
+    """VAR.DAT: each value of a row; a position is one."""
+
+    def arguments(self, code: str) -> list[MoveArgument]:
+        if code.startswith('"'):
+            return []
+        values = re.findall(r"[^,]*,?", code)[:-1]
+        return [MoveArgument(f"value {number}", value) for number, value in enumerate(values, 1)]
+
+
+def record_of(words: str) -> str:
+    """The name of a record, with what is behind `//`: `//TOOL 3`; of `///` the name alone."""
+    return words[2:] if words[2:3] != "/" else words.strip("/").partition(" ")[0]
+
+
+_CONDITIONS: Final = ConditionMerging()
+_VARIABLES: Final = VariableMerging()
 MERGING = InformMerging()

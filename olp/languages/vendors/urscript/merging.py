@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from olp.languages.merging import Known, MergeRules, MoveArgument, Piece, split_arguments
+from olp.languages.merging import Known, MergeRules, MoveArgument, PackedRules, Piece, split_arguments
 
 _NODE = re.compile(r"(\s*\$\s*)\d+(?=\s)")
 _TAIL = re.compile(r"(?<![^\W_])[0-9a-f]{8}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{12}(?![^\W_])")
@@ -32,6 +32,14 @@ class UrScriptMerging(MergeRules):
     has_variables = True
     data = re.compile(r"\s*(?:global\s+|local\s+)?(\w+)\s*=\s*p?\[")
     loose_data = False  # an assignment runs where it stands
+
+    def packing(self, data: bytes) -> PackedRules | None:
+        """Of PolyScope's own files."""
+        if not data.startswith((b"\x1f\x8b", b"<URProgram")):
+            return None
+        from olp.languages.vendors.urscript.polyscope_merging import PolyscopeMerging
+
+        return PolyscopeMerging(data)
 
     def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
         """One tail for each name that has one in every version: that of the side that has another one."""
