@@ -25,6 +25,8 @@ PROGRAMS = [
     "rapid/pallet.prg",
     "tp/handling.ls",
     "urscript/handling.script",
+    "pdl2/handling.pdl",
+    "as/handling.as",
 ]
 
 
@@ -93,6 +95,7 @@ def edit(document: OpenDocument, chance: random.Random) -> TextChange:
 RETYPED = {
     "A.src": ("DEF A ( )\nDECL FRAME x\nx.a = 5\nEND\n", "FRAME", "E6AXIS"),
     "B.src": ("DEF B ( )\nSIGNAL grip $OUT[4]\ngrip = TRUE\nEND\n", "SIGNAL grip $OUT[4]", "DECL BOOL grip"),
+    "D.pdl": ("PROGRAM d\nVAR\n  Part : INTEGER\nBEGIN\n  part := 1\nEND d\n", "Part :", "PART :"),
     "C.mod": ("MODULE C\nVAR num x;\nPROC main()\nx:=[1,2,3];\nENDPROC\nENDMODULE\n", "num x", "pos x"),
 }
 

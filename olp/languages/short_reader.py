@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from lark import Token, Transformer, Tree
+from lark import Token, Tree
 
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import shelf
@@ -57,6 +57,17 @@ def parser(language: str) -> Grammar:
     return Grammar(language)
 
 
+class LoweringRules(Protocol):
+    """What `ValueRules` of statement_rules.py are to the parser."""
+
+    settled_by: Hashable
+    asked: list[tuple[str, str]] | None
+
+    def spelled(self, name: str) -> str: ...
+
+    def transform(self, tree: Tree[Token]) -> Any: ...
+
+
 class LineParser:
     """Understands the lines of one program. `known`: first words, upper case, that the grammar takes.
 
@@ -67,7 +78,7 @@ class LineParser:
         self,
         findings: Findings,
         language: str,
-        rules: Transformer[Token, Any],
+        rules: LoweringRules,
         codes: Codes,
         known: frozenset[str],
         moves: frozenset[str] = frozenset(),
@@ -83,7 +94,7 @@ class LineParser:
         if self._too_much(text, number):
             return []
         try:
-            found = self._rules.transform(self._tree(text))
+            found = self._lowered(text)
         except UnexpectedInput as refused:
             return self._refused(text, number, refused)
         except VisitError as problem:
@@ -94,6 +105,24 @@ class LineParser:
                 return [self.opaque(text, number)]
             raise
         return [placed(one, number) for one in (found if isinstance(found, list) else [found])]
+
+    def _lowered(self, text: str) -> Any:
+        """What the rules make of the text; where somebody remembers, once, as long as its names are spelled alike."""
+        rules = self._rules
+        known = shelf(f"{self._language} lowered") if rules.settled_by is not None else None
+        if known is None:
+            return rules.transform(self._tree(text))
+        key = text, rules.settled_by
+        names, found = known.get(key) or ((), None)
+        if found is None or any(rules.spelled(name) != spelt for name, spelt in names):
+            asked: list[tuple[str, str]] = []
+            rules.asked = asked
+            try:
+                found = rules.transform(self._tree(text))
+            finally:
+                rules.asked = None
+            known.put(key, (tuple(asked), found))
+        return found
 
     def _tree(self, text: str) -> Tree[Token]:
         """Where somebody remembers, the grammar sees each text once. Raises UnexpectedInput."""

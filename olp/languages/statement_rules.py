@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, Final
 
 from lark import Token, Transformer
@@ -51,19 +51,28 @@ _COMPARE: Final = {
 class ValueRules(Transformer[Token, Any]):
     """Numbers, texts, arithmetic and conditions: one short method per rule of the grammars.
 
-    `spellings`: each name as it was written first, for languages without cases.
+    `spellings`: each name as it was written first, for languages without cases. `settled_by`: all else that a lowering
+    depends on, None where that cannot be said; what was lowered once need not be lowered again.
     """
+
+    settled_by: Hashable = None
 
     def __init__(self, fold: bool = True) -> None:
         super().__init__()
         self.spellings: dict[str, str] = {}
+        self.asked: list[tuple[str, str]] | None = (
+            None  # while somebody wants to know: names, and how they are spelled
+        )
         self._fold = fold
 
     def __default__(self, data: Token, children: list[Any], meta: Any) -> Any:
         raise TypeError(f"the rule '{data}' of the grammar has no method in {type(self).__name__}")
 
     def spelled(self, name: str) -> str:
-        return self.spellings.setdefault(name.casefold(), name) if self._fold else name
+        found = self.spellings.setdefault(name.casefold(), name) if self._fold else name
+        if self.asked is not None:
+            self.asked.append((name, found))
+        return found
 
     def name(self, children: list[Any]) -> Expression:
         return Named(self.spelled(str(children[0])))

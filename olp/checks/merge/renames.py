@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Set
+from collections.abc import Iterable, Mapping, Set
 from typing import NamedTuple
 
 from olp.checks.merge.align import align
@@ -17,6 +17,7 @@ from olp.languages.merging import MergeRules, lines_of
 
 _TOKEN = re.compile(r'"[^"]*"?|(?<![\w$])[A-Za-z_$][\w$]*')
 _DIGITS = re.compile(r"\d+")
+_LINES = re.compile(r"\r\n|\n|\r")
 # What only a variable has: a member, an index, a value that is assigned; and what stands in an index. `MoveL [[1,…` has
 # none, \V:= and a=1.2 in brackets are arguments, and $VEL is the controller's.
 _OWNED = re.compile(r"(?<=\.)[A-Za-z_]\w*|(?<![\w$\\])[A-Za-z_]\w*(?=[.\[])")
@@ -40,7 +41,7 @@ class NewNames(NamedTuple):
 
 def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewNames:
     """The three texts, each with the names that either side gave to what the base calls otherwise."""
-    if not rules.has_variables:
+    if not rules.has_variables or not any(_may_give_names(rules, base, side) for side in (ours, theirs)):
         return NewNames(base, ours, theirs)
     before, mine, other = (_SpokenNames(rules, text) for text in (base, ours, theirs))
     given = _given(before, mine), _given(before, other)
@@ -55,6 +56,21 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
     base, ours, theirs = (one.renamed(new) for one in (before, mine, other))
     told = [tuple((before.spelt[old], new[old]) for old in sorted(one)) for one in kept]
     return NewNames(base, ours, theirs, told[0], told[1])
+
+
+def _may_give_names(rules: MergeRules, base: str, side: str) -> bool:
+    """Whether a name is in no line any more, and another one new: a quick answer from the lines that changed."""
+    before, now = (Counter(_LINES.split(text)) for text in (base, side))
+    old, new = (_said(rules, some.elements()) for some in (before - now, now - before))
+    return all(
+        any(often >= _LEAST and name not in other for name, often in one.items())
+        for one, other in ((old, new), (new, old))
+    )
+
+
+def _said(rules: MergeRules, lines: Iterable[str]) -> Counter[str]:
+    code = "\n".join(rules.split(line)[1] for line in lines)
+    return Counter(_TOKEN.findall(code.casefold() if rules.ignores_case else code))
 
 
 class _SpokenNames:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any, Final, NamedTuple
 
 from lark import Token
@@ -89,6 +90,8 @@ class PercentOfPath(NamedTuple):
 
 class AsRules(BlockRules):
     """All of AS. Indices count from 0 there, from 1 here."""
+
+    settled_by: Hashable = True
 
     def item(self, children: list[Any]) -> Expression:
         return Item(Named(self.spelled(str(children[0]))), tuple(map(from_zero, children[1])))

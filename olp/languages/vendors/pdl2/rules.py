@@ -96,7 +96,7 @@ class Pdl2Rules(BlockRules):
 
     def __init__(self, fly_distance: bool) -> None:
         super().__init__()
-        self.fly_distance = fly_distance
+        self.fly_distance = self.settled_by = fly_distance
 
     # --- values -----------------------------------------------------------------------------------------
 
