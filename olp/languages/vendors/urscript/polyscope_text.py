@@ -74,7 +74,7 @@ def packed(lines: bytes, plain: bool = False) -> bytes:
     nodes = _nodes(lines.decode("utf-8").split("\n"))
     if len(nodes) != 2 or nodes[1].tag != _OBJECTS:
         raise ValueError("a node has no end")
-    writer = _Writer({node.attributes.get("key", ""): node for node in nodes[1].children})
+    writer = _XmlWriter({node.attributes.get("key", ""): node for node in nodes[1].children})
     writer.write(nodes[0], (), (nodes[0].tag, 1))
     raw = "\n".join(writer.lines).encode()
     return raw if plain else gzip.compress(raw, mtime=0)
@@ -211,7 +211,7 @@ def _nodes(rows: Sequence[str]) -> list[PolyscopeNode]:
     return top.children
 
 
-class _Writer:
+class _XmlWriter:
     """Writes XML as XStream does. `objects`: what is shared, by key; it is written where it stands first."""
 
     def __init__(self, objects: Mapping[str, PolyscopeNode]) -> None:
