@@ -27,7 +27,7 @@ import olp
 from olp.core.source import load
 from olp.ir.program import Move, Opaque, Program
 from olp.languages.vendor import find_vendor, maker_of, vendor_names
-from olp.robots.library import load_robot, robot_names
+from olp.robots.robot import load_robot, robot_names
 from olp.runtime.interpreter import run
 from olp.runtime.plan import StepKind
 from olp.timing.timing import time_plan

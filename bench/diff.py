@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.checks.difference.model import Cause, ProgramDifference  # noqa: E402
+from olp.checks.difference.compare import Cause, ProgramDifference  # noqa: E402
 from olp.checks.difference.versions import open_versions  # noqa: E402
 from olp.reports.batch import Job  # noqa: E402
 

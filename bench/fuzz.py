@@ -104,7 +104,7 @@ def _budgets(path: Path) -> None:
 
 
 def _lint(path: Path) -> None:
-    from olp.checks.lint.settings import RuleChoice, rules_for
+    from olp.checks.lint.run import RuleChoice, rules_for
 
     rules_for(str(path.parent / "P.JBI"), RuleChoice())
 
@@ -146,13 +146,13 @@ def _signature(path: Path) -> None:
 
 
 def _baseline(path: Path) -> None:
-    from olp.checks.lint.baseline import read_baseline
+    from olp.checks.lint.run import read_baseline
 
     read_baseline(path)
 
 
 def _report(path: Path) -> None:
-    from olp.reports.page.page import _earlier
+    from olp.reports.page import _earlier
 
     _earlier(path.read_text(encoding="utf-8", errors="replace"))
 
@@ -172,16 +172,11 @@ _EDIT = 6  # bytes of one edit
 
 def editor(data: bytes, folder: Path) -> None:
     """What an editor does: opens a text, asks for everything, and types; edits stand behind two NULs."""
-    from olp.servers.language.actions import actions
-    from olp.servers.language.completion import completion
+    from olp.servers.language.actions import actions, formatting
     from olp.servers.language.document import OpenDocument, Place, TextChange
-    from olp.servers.language.findings import marks
-    from olp.servers.language.formatting import formatting
-    from olp.servers.language.hover import hover
     from olp.servers.language.lens import hints, lenses
-    from olp.servers.language.rules import rule_runs
-    from olp.servers.language.service import ProgramService
-    from olp.servers.language.symbols import names
+    from olp.servers.language.service import ProgramService, marks, rule_runs
+    from olp.servers.language.symbols import completion, hover, names
 
     head, text, typed = data[:1], *(data[1:].partition(b"\0\0")[::2])
     service, path = ProgramService(), f"p{_EDITED[(head or b' ')[0] % len(_EDITED)]}"

@@ -23,9 +23,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "bench")]
 from olp.contracts.terms import CYCLE, rich_case  # noqa: E402
 from olp.core.units import deg, mm, ms  # noqa: E402
 from olp.identification.diagnosis.model import DurationModel, ModelPart  # noqa: E402
-from olp.reports.plot.axes import Axes, room  # noqa: E402
-from olp.reports.plot.figure import Dot, Figure, TextLabel  # noqa: E402
-from olp.reports.plot.svg import svg  # noqa: E402
+from olp.reports.plot.figure import Axes, Dot, Figure, TextLabel, room  # noqa: E402  # noqa: E402
+from olp.reports.plot.output import svg  # noqa: E402
 from olp.timing.physics import MoveTerm, load_term, term_names  # noqa: E402
 from olp.timing.physics._case import MeasuredMoves  # noqa: E402
 

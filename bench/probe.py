@@ -26,7 +26,7 @@ from olp.identification.signature.domain import points, spread_out  # noqa: E402
 from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
 from olp.identification.signature.estimators.averaged_process import views_of  # noqa: E402
 from olp.identification.signature.mixture import average_covariance, ruler_of  # noqa: E402
-from olp.robots.library import load_robot  # noqa: E402
+from olp.robots.robot import load_robot  # noqa: E402
 
 ROBOT = load_robot("yaskawa/up20")
 METHODS = ("averaged_process", "terms_and_places", "axis_terms_gp", "axis_terms", "gaussian_process")

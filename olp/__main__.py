@@ -7,17 +7,35 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import TextIO
 
 from olp import cli
-from olp.cli._code_help import explained_code
 from olp.cli.command import Parser
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import from_os_error
 from olp.core.terminal import Screen
 from olp.core.version import __version__
+
+_CODE = re.compile(r"[A-Za-z]\d{3}")
+
+
+def explained_code(word: str) -> str:
+    """What a code of a diagnostic means; "" for a word that is not one. Case does not matter."""
+    if not _CODE.fullmatch(word):
+        return ""
+    from olp.core.resources import code_meanings
+
+    code = word.upper()
+    if meaning := code_meanings().get(code, ""):
+        return f"{code}: {meaning}"
+    from olp.checks.lint import all_rules
+
+    rules = (rule for rule in all_rules() if rule.code == code)
+    return next((rule.explained() for rule in rules), "")
+
 
 DONE, NO_ANSWER = 0, 2
 INTERRUPTED, CLOSED_PIPE = 130, 141  # as a shell reports SIGINT and SIGPIPE

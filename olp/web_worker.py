@@ -1,7 +1,7 @@
-"""A process of `olp serve`, started by its path: olp/servers/web/worker.py with the command line."""
+"""A process of `olp serve`, started by its path: olp/servers/web/answers.py with the command line."""
 
 from olp.__main__ import dispatch
-from olp.servers.web.worker import main
+from olp.servers.web.answers import main
 
 if __name__ == "__main__":
     main(dispatch)

@@ -147,7 +147,7 @@ def _kinds() -> Iterator[tuple[str, Sequence[str], Callable[[str], Any], str]]:
 
 def _codes() -> str:
     from olp.checks.lint.rule import all_rules
-    from olp.core.codes import code_meanings
+    from olp.core.resources import code_meanings
 
     rules = {rule.code: f"{rule.title}: {rule.why}" for rule in all_rules()}
     rows = sorted({**code_meanings(), **rules}.items())

@@ -27,8 +27,8 @@ from olp.identification.signature.joint_moves import (
 from olp.identification.signature.rows import predict_recording
 from olp.reports.batch import Job, plan_and_time
 from olp.robots.kinematics import forward
-from olp.robots.library import load_robot
 from olp.robots.model import Robot
+from olp.robots.robot import load_robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, gradient, solve
 from olp.timing.arm_moves import JointMoves, joint_moves, taken_of_drives

@@ -12,7 +12,7 @@ import pytest
 
 from olp.core.diagnostic import Diagnostic, Severity
 from olp.robots.backup import Backup, read_backup
-from olp.robots.backup.system_sys import model_name
+from olp.robots.backup.parameters import model_name
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "backup"
 CELLS = ("dx200", "yrc1000")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import olp
-from olp.core import garbage_collection
+from olp.core import memory_limit
 
 ROOT = Path(olp.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
@@ -118,12 +118,12 @@ def test_lines_that_were_seen_are_forgotten_when_there_are_too_many(folder, monk
 
 def test_garbage_in_cycles_is_collected_although_readers_build_without_looking_for_it(monkeypatch):
     """What a reader built counts as old, and Python looks at old objects only when it knows of enough of them."""
-    monkeypatch.setattr(garbage_collection, "_MOST", 200_000)
+    monkeypatch.setattr(memory_limit, "_MOST_ADDED", 200_000)
     gc.collect()
     before = len(gc.get_objects())
     most = max(200_000, before)
     for _ in range(4 * most // 20_000):
-        with garbage_collection.no_garbage_collection():
+        with memory_limit.no_garbage_collection():
             for _ in range(20_000):
                 one: list[object] = []
                 one.append(one)
@@ -132,9 +132,9 @@ def test_garbage_in_cycles_is_collected_although_readers_build_without_looking_f
 
 def test_collecting_is_left_as_it_was():
     assert gc.isenabled()
-    with garbage_collection.no_garbage_collection():
+    with memory_limit.no_garbage_collection():
         assert not gc.isenabled()
-        with garbage_collection.no_garbage_collection():
+        with memory_limit.no_garbage_collection():
             assert not gc.isenabled()
         assert not gc.isenabled()
     assert gc.isenabled()

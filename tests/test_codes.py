@@ -7,9 +7,8 @@ import re
 from functools import cache
 from pathlib import Path
 
-from olp.__main__ import main
-from olp.cli._code_help import explained_code
-from olp.core.codes import code_meanings
+from olp.__main__ import explained_code, main
+from olp.core.resources import code_meanings
 
 ROOT = Path(__file__).parent.parent
 CODE = re.compile(r"[A-Z]\d{3}")

@@ -21,7 +21,7 @@ from bench.concealed.programs import GRID
 from bench.concealed.tables import figures
 from olp.identification.recording import read_recording
 from olp.robots.kinematics import forward as library_forward
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 
 SAMPLE = [
     ("one", 4),

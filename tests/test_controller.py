@@ -15,7 +15,7 @@ from olp.robots.geometry import Pose, rotation_from_quaternion
 from olp.robots.kinematics import forward
 from olp.robots.robot import load_robot
 from olp.servers.controller import Controller, State, Step, Target
-from olp.servers.controller.queue import Go, Queue, Stay
+from olp.servers.controller.controller import Go, Queue, Stay
 from olp.timing.motion import model_names
 from olp.timing.timing import time_plan
 from olp.timing.track import states, track

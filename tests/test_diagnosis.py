@@ -22,7 +22,7 @@ from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis import diagnose
 from olp.identification.diagnosis.result import PHASES, VERDICTS
 from olp.identification.recording import read_recording
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 from olp.timing.physics import term_names
 
 ROOT = Path(__file__).parent.parent

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from interpreter_jobs import job_text, write_jobs
 
 from olp.__main__ import main
-from olp.checks.difference.model import Cause, ProgramDifference
+from olp.checks.difference.compare import Cause, ProgramDifference
 from olp.checks.difference.versions import open_versions
 from olp.reports.batch import Job, plan_and_time
 

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import olp
-from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds
-from olp.checks.touch_up import visits
+from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds, visits
 from olp.core.units import deg, mm
 from olp.ir.moves import Move, SetSpeed
 from olp.ir.points import PointKind

@@ -12,8 +12,7 @@ from olp.core.source import decode
 from olp.fluent import read
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Path
-from olp.reports.explain import explain
-from olp.reports.explanation import Explanation, as_text
+from olp.reports.explain import Explanation, as_text, explain
 from olp.reports.plot.figure import TextLabel
 from olp.reports.plot.motion import motion_figure
 from olp.robots.coordinate_systems import Cell, Mechanism

@@ -18,7 +18,7 @@ from olp.ir.expressions import Binary, FrameRef, Function, Named, Number, Positi
 from olp.ir.moves import Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.ir.program import Assign, Declare
 from olp.ir.transformer import expressions_of, note_names
-from olp.languages.decimals import all_trimmed, trimmed
+from olp.languages.literals import all_trimmed, trimmed
 
 
 @dataclass(frozen=True, slots=True)

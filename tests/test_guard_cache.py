@@ -260,8 +260,7 @@ def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def test_no_odd_value_anywhere_in_a_row_ends_a_run_or_turns_a_budget(tmp_path, monkeypatch):
-    from olp.checks.guard.cache import Cache
-    from olp.checks.guard.run import tasks
+    from olp.checks.guard.run import Cache, tasks
     from olp.cli.check import outcome_of
     from olp.reports.batch import Job
     from olp.reports.outcome import format_names, load_format

@@ -11,8 +11,8 @@ from inform_jobs import job, read_lines, told
 
 from olp.core.diagnostic import Severity
 from olp.ir.expressions import Store
-from olp.languages.vendors.inform.grammar import instruction_parser
-from olp.languages.vendors.inform.problems import WORDS
+from olp.languages.vendors.inform.instructions import WORDS
+from olp.languages.vendors.inform.statements import instruction_parser
 
 POINTS = ("C00000=11,2,3,4,5,6", "C00001=12,2,3,4,5,6")
 DOCS = Path(__file__).resolve().parent.parent / "docs"

@@ -12,8 +12,8 @@ from lark.exceptions import UnexpectedInput
 
 from olp.core.source import load
 from olp.languages.vendors.inform import instructions
-from olp.languages.vendors.inform.fast import InformMoveLines
-from olp.languages.vendors.inform.grammar import instruction_parser
+from olp.languages.vendors.inform.instructions import InformMoveLines
+from olp.languages.vendors.inform.statements import instruction_parser
 
 SAMPLES = sorted(
     path

@@ -18,7 +18,7 @@ from olp.core.source import decode, load
 from olp.fluent import read_source
 from olp.ir.expressions import FrameRef, Number, Store, Variable
 from olp.ir.program import Begin, Comment, ControlGroup, End, LineKind, Move, Program
-from olp.languages.vendors.inform.grammar import instruction_parser
+from olp.languages.vendors.inform.statements import instruction_parser
 
 SAMPLES = sorted(
     path

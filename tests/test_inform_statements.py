@@ -79,7 +79,7 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.languages.vendors.inform.grammar import instruction_parser
+from olp.languages.vendors.inform.statements import instruction_parser
 
 LINE = 9  # of the first instruction behind NOP and six aliases: see `at`
 

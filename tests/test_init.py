@@ -10,8 +10,8 @@ import pytest
 import olp
 from olp.__main__ import main
 from olp.checks.guard.budget import Budget, budgets_for
-from olp.runtime.arm_search import models_in
 from olp.runtime.assumptions import read_assumptions
+from olp.runtime.folder import models_in
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 

@@ -11,13 +11,10 @@ from olp.checks.lint.run import lint
 from olp.core.memory_limit import SupersededError
 from olp.core.source import decode
 from olp.reports.batch import Job, plan_and_time
-from olp.servers.language.analysis import Analysis
+from olp.servers.language.analysis import Analysis, settings_of
 from olp.servers.language.document import OpenDocument, Place, TextChange
-from olp.servers.language.findings import marks
 from olp.servers.language.lens import hints
-from olp.servers.language.rules import complete
-from olp.servers.language.service import ProgramService
-from olp.servers.language.settings import settings_of
+from olp.servers.language.service import ProgramService, complete, marks
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [

@@ -8,15 +8,11 @@ from pathlib import Path
 import pytest
 
 from olp.languages.tokens import TokenKind, spellings
-from olp.servers.language.actions import actions
-from olp.servers.language.completion import completion
+from olp.servers.language.actions import actions, equal, formatting
 from olp.servers.language.document import Place, TextChange
-from olp.servers.language.formatting import equal, formatting
-from olp.servers.language.hover import hover
 from olp.servers.language.lens import lenses
-from olp.servers.language.rules import complete
-from olp.servers.language.service import ProgramService
-from olp.servers.language.symbols import definitions, outline, references, words_of
+from olp.servers.language.service import ProgramService, complete
+from olp.servers.language.symbols import completion, definitions, hover, outline, references, words_of
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 INFORM, KRL, RAPID, TP, URSCRIPT = (

@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 
 from olp.core.memory_limit import TextCache, remembered, remembering
-from olp.servers.language.analysis import analyse
+from olp.servers.language.analysis import EditorSettings, analyse
 from olp.servers.language.document import OpenDocument, Place, TextChange
-from olp.servers.language.findings import marks
-from olp.servers.language.service import ProgramService
-from olp.servers.language.settings import EditorSettings
+from olp.servers.language.service import ProgramService, marks
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [

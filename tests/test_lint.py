@@ -14,8 +14,7 @@ from interpreter_jobs import job_text, write_jobs
 from bench import lint as bench
 from olp.__main__ import main
 from olp.checks.lint import all_rules
-from olp.checks.lint.run import lint, without_known
-from olp.checks.lint.settings import choice
+from olp.checks.lint.run import choice, lint, without_known
 from olp.reports.batch import Job
 from olp.reports.outcome import Level, OutcomeFinding
 

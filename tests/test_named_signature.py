@@ -398,7 +398,7 @@ def joint_job(path: Path, seed: int, count: int = 40) -> Path:
 
 def joint_recording(folder: Path, seed: int):
     """The plan of a job, and its moves as recorded: each exact stop of a joint move takes longer than simulated."""
-    from olp.robots.library import load_robot
+    from olp.robots.robot import load_robot
 
     folder.mkdir()
     robot, rng = load_robot(ROBOT), np.random.default_rng(4)

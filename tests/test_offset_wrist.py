@@ -11,7 +11,7 @@ from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices
 from olp.core.units import deg
 from olp.robots.geometry import rotation_angle
 from olp.robots.kinematics import forward, inverse, jacobian, nearest, within_limits
-from olp.robots.kinematics.offset_wrist import offset_wrist_of, solutions
+from olp.robots.kinematics.spherical import offset_wrist_of, solutions
 from olp.robots.model import Joint
 from olp.robots.robot import load_robot, robot_names
 

@@ -24,7 +24,7 @@ from olp.identification.signature.partial_programs import (
     stops_of,
 )
 from olp.reports.batch import Job, plan_and_time
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 
 UP20 = load_robot("yaskawa/up20")
 MEASURED = moves_of_recording(read_recording("samples/up20"))[0]

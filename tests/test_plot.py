@@ -21,8 +21,7 @@ from olp.core.diagnostic import OlpError
 from olp.fluent import read
 from olp.reports.explain import explain
 from olp.reports.plot import PICTURES, Figure, picture
-from olp.reports.plot.axes import Axes, room, thinned, ticks
-from olp.reports.plot.figure import TONES, Box, Dot, Polyline, TextLabel
+from olp.reports.plot.figure import TONES, Axes, Box, Dot, Polyline, TextLabel, room, thinned, ticks
 from olp.reports.plot.motion import motion_figure
 from olp.reports.plot.program import program_figure
 from olp.timing.timing import time_plan

@@ -10,8 +10,8 @@ from test_kinematics_oracles import assert_same_solutions, eaik_robot, matrices,
 import olp
 from olp.core.diagnostic import OlpError
 from olp.robots.kinematics import branches, forward, inverse
-from olp.robots.kinematics.readings import joints_of_readings, readings_of_joints, same_posture
-from olp.robots.kinematics.wrist_conversion import same_flange
+from olp.robots.kinematics.configuration import joints_of_readings, readings_of_joints, same_posture
+from olp.robots.kinematics.inverse import same_flange
 from olp.robots.robot import load_robot, read_robot
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans

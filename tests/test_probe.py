@@ -15,7 +15,7 @@ from olp.identification.probe.reach import look
 from olp.identification.recording import read_recording
 from olp.robots.geometry import Pose, rotation_from_angles
 from olp.robots.kinematics import inverse, singularities, within_limits
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 
 UP20 = load_robot("yaskawa/up20")
 BOX = np.array([[710.0, 1350.0], [0.0, 700.0], [100.0, 740.0]]) * mm

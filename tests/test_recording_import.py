@@ -10,7 +10,7 @@ import pytest
 from olp.__main__ import main
 from olp.core.units import deg, mm
 from olp.identification.recording import read_recording
-from olp.robots.library import library_name
+from olp.robots.robot import library_name
 
 TRACE = Path(__file__).resolve().parents[1] / "samples" / "recordings" / "trace"
 

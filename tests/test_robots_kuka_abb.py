@@ -14,7 +14,7 @@ import olp
 from olp.core.units import deg, mm
 from olp.robots.geometry import quaternion_from_rotation
 from olp.robots.kinematics import forward, within_limits
-from olp.robots.kinematics.readings import joints_of_readings, same_posture, turned_back
+from olp.robots.kinematics.configuration import joints_of_readings, same_posture, turned_back
 from olp.robots.robot import load_robot, robot_names
 from olp.transpile import Context
 from olp.transpile.convert import convert

@@ -12,7 +12,7 @@ import pytest
 from olp.core.units import deg, mm
 from olp.robots.geometry import rotation_from_angles
 from olp.robots.kinematics import forward, inverse, jacobian, within_limits
-from olp.robots.kinematics.readings import joints_of_readings, readings_of_joints
+from olp.robots.kinematics.configuration import joints_of_readings, readings_of_joints
 from olp.robots.robot import load_robot, robot_names
 
 FANUC = [name for name in robot_names() if name.startswith("fanuc/")]

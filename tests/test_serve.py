@@ -32,10 +32,8 @@ from olp.languages.read import read
 from olp.servers.confinement import captured
 from olp.servers.web import app as web
 from olp.servers.web.answers import diagnose
-from olp.servers.web.desk import Desk
-from olp.servers.web.dropped import plain_path, recording_of
-from olp.servers.web.messages import DROPPED, WorkerSetting
-from olp.servers.web.pool import WorkerPool
+from olp.servers.web.app import WorkerPool
+from olp.servers.web.desk import DROPPED, Desk, WorkerSetting, plain_path, recording_of
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "samples"

@@ -29,7 +29,7 @@ from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.folds import merit
 from olp.identification.signature.gp import Belief, KernelPart, _cost, _squares, answer, learn, minimise
 from olp.identification.signature.subsets import all_subsets, grouped_errors
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"
 HEADER = "move,type,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm,speed_mm_s,duration_s,pl\n"

@@ -16,7 +16,7 @@ from olp.identification.signature.estimator import learnt, load_estimator
 from olp.identification.signature.folds import HeldOut, Trial, by_directions, merit_doubt
 from olp.identification.signature.places import joint_ends
 from olp.robots.kinematics import configuration_of, inverse
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 
 MOVES = moves_of_recording(read_recording(Path(__file__).parent.parent / "samples" / "up20"))[0]
 ROBOT = load_robot("yaskawa/up20")

@@ -18,7 +18,7 @@ from olp.identification.signature.coefficients import choose, solve
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.motions import arc_length
 from olp.identification.signature.rows import predict_recording
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 from olp.timing.timing import time_plan
 
 ROBOT = load_robot("yaskawa/ma2010")

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from olp.robots.library import load_robot, robot_names
+from olp.robots.robot import load_robot, robot_names
 from olp.robots.times_to_speed import (
     WORST_CASE,
     WORST_CASE_DOUBT,

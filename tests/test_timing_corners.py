@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from test_timing import MM, PL_ZONES, plan_of
 
-from olp.reports.explain import explain
-from olp.reports.explanation import as_text
+from olp.reports.explain import as_text, explain
 from olp.runtime.plan import BlendCode
 from olp.timing.blending import Corners, load_law
 from olp.timing.motion import load_model

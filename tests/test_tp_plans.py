@@ -12,7 +12,7 @@ from tp_listings import listing, read
 
 from olp.fluent import read as read_file
 from olp.robots.kinematics import forward
-from olp.robots.library import load_robot
+from olp.robots.robot import load_robot
 from olp.runtime.assumptions import Assumptions
 from olp.runtime.plan import Plan
 

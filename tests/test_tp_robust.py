@@ -13,9 +13,9 @@ from tp_listings import HEAD, POSITION, listing, read
 
 from olp.core.source import decode
 from olp.fluent import read_source
-from olp.languages.vendors.tp import fast
-from olp.languages.vendors.tp.fast import TpMoveLines
+from olp.languages.vendors.tp import instructions
 from olp.languages.vendors.tp.grammar import instruction_parser
+from olp.languages.vendors.tp.instructions import TpMoveLines
 from olp.languages.vendors.tp.limits import LIMITS
 
 SAMPLES = sorted((Path(__file__).parent.parent / "samples" / "tp").glob("*.ls"))
@@ -155,7 +155,7 @@ def test_plain_moves_do_not_need_the_grammar() -> None:
         "L P[3] WELD_SPEED CNT100 COORD PTH",
         "L P[4] 250mm/sec CR12.5",
     ):
-        assert fast.MOVE_LINE.fullmatch(text)
+        assert instructions.MOVE_LINE.fullmatch(text)
 
 
 def test_lines_that_were_seen_before_have_the_same_meaning() -> None:

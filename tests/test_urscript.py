@@ -68,9 +68,9 @@ from olp.ir.program import (
     While,
 )
 from olp.languages.vendor import recognise
-from olp.languages.vendors.urscript.fast import quick
-from olp.languages.vendors.urscript.folding import angles_from_vector, vector_from_angles
 from olp.languages.vendors.urscript.grammar import instruction_parser
+from olp.languages.vendors.urscript.lines import quick
+from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
 from olp.robots.geometry import rotation_from_angles
 
 DEG = math.pi / 180.0

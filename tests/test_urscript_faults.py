@@ -24,7 +24,7 @@ from olp.ir.program import (
     Speed,
     SpeedUnit,
 )
-from olp.languages.vendors.urscript.folding import angles_from_vector, vector_from_angles
+from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
 from olp.transpile.export import export
 
 

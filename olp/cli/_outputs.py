@@ -1,4 +1,7 @@
-"""Where the commands that write programs put them: one file, one per input in a folder, or in place.
+"""Where commands put their results.
+
+Commands that write programs: one file, one per input in a folder, or in place. Commands that judge: one format on the
+terminal or in a file, others in files besides.
 
 Codes: C007 several outputs and nowhere to put them, C008 two inputs for one output.
 """
@@ -6,12 +9,18 @@ Codes: C007 several outputs and nowhere to put them, C008 two inputs for one out
 from __future__ import annotations
 
 import os
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
+from olp.cli.command import refuse_other_forms
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import expand_paths, from_os_error, write_output
+
+if TYPE_CHECKING:
+    from olp.reports.outcome import Outcome, OutcomeFormat
+
 
 # Bytes of the output, and what there is to tell besides.
 Work = Callable[[Path], tuple[bytes, Sequence[Diagnostic]]]
@@ -100,3 +109,62 @@ def _refuse_collisions(inputs: Sequence[Path], targets: Sequence[Path]) -> None:
             problems.append(error("C008", f"this output is {other}'s too", file=str(target)))
     if problems:
         raise OlpError(*problems)
+
+
+class OutcomeOutputs(NamedTuple):
+    """Formats, each with the file that it goes to; None: standard output."""
+
+    outputs: tuple[tuple[OutcomeFormat, str | None], ...]
+
+    def write(self, outcome: Outcome, inputs: Iterable[str]) -> None:
+        """Raises OlpError (C006) for an output that is an input, and OSError."""
+        from olp.cli.time import encode
+
+        texts = [(form.render(outcome), file) for form, file in self.outputs]
+        known = list(inputs)
+        for text, file in texts:
+            write_output(file, encode(text, file), inputs=known)
+
+
+def add_format_arguments(parser: ArgumentParser) -> None:
+    """--format, -o and --also."""
+    from olp.reports.outcome import format_names
+
+    parser.add_argument(
+        "--format",
+        metavar="F",
+        help=f"one of {', '.join(format_names())} (default: what the suffix of -o says, else text)",
+    )
+    parser.add_argument("-o", "--output", metavar="FILE", help="write there (default: standard output)")
+    parser.add_argument(
+        "--also",
+        action="append",
+        default=[],
+        type=_pair,
+        metavar="F=FILE",
+        help="write another format to a file of its own; may come several times",
+    )
+
+
+def outcome_outputs(args: Namespace) -> OutcomeOutputs:
+    """Where everything goes. Raises OlpError for an unknown format (C011) or a file that is named twice (C002)."""
+    from olp.reports.outcome import load_format
+
+    refuse_other_forms(args.output, _BY_SUFFIX, args.format)
+    suffix = os.path.splitext(args.output or "")[1].lower()
+    pairs = [(args.format or _BY_SUFFIX.get(suffix, "text"), args.output), *args.also]
+    files = [os.path.abspath(file) for _, file in pairs if file is not None]
+    for file in files:
+        if files.count(file) > 1:
+            raise OlpError(error("C002", "two formats would go to this file", file=file))
+    return OutcomeOutputs(tuple((load_format(name), file) for name, file in pairs))
+
+
+_BY_SUFFIX = {".json": "json", ".xml": "junit", ".md": "markdown", ".sarif": "sarif"}
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, sign, file = text.partition("=")
+    if not (name and sign and file):
+        raise ArgumentTypeError("a format and its file: junit=budgets.xml")
+    return name, file

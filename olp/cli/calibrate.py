@@ -32,7 +32,7 @@ def run(args: Namespace) -> int:
     from olp.identification.recording import read_recording
     from olp.identification.signature import calibrate, write_signature
     from olp.identification.signature.summary import summary
-    from olp.robots.library import load_robot
+    from olp.robots.robot import load_robot
 
     inputs = [args.recording, *Path(args.recording).glob("*")] if args.recording else []
     if args.output not in (None, "-"):

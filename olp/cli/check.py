@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.cli._telling import add_format_arguments, telling
+from olp.cli._outputs import add_format_arguments, outcome_outputs
 from olp.core.files import expand_paths
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def run(args: Namespace) -> int:
     from olp.cli.time import settings_of, with_progress
     from olp.languages.vendor import vendor_suffixes
 
-    told = telling(args)
+    told = outcome_outputs(args)
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     job = settings_of(args)
     work = tasks(paths, args.budgets)

@@ -47,7 +47,7 @@ def run(args: Namespace) -> int:
     from olp.core.files import refuse_inputs, write_output
     from olp.identification.diagnosis.diagnose import diagnose_recording
     from olp.identification.recording import read_recording
-    from olp.robots.library import load_robot
+    from olp.robots.robot import load_robot
 
     inputs = [args.recording, *Path(args.recording).glob("*"), *([args.job] if args.job else [])]
     for output in (args.json, args.html, args.next, args.signature):

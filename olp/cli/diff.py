@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from olp.cli._telling import add_format_arguments, telling
+from olp.cli._outputs import add_format_arguments, outcome_outputs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +41,7 @@ def run(args: Namespace) -> int:
     from olp.checks.difference.versions import open_versions
     from olp.cli.time import settings_of
 
-    told, job = telling(args), settings_of(args)
+    told, job = outcome_outputs(args), settings_of(args)
     with open_versions(args.old, args.new, args.paths) as versions:
         found = [versions.compare(pair, job) for pair in versions.pairs]
         outcome = outcome_of(found, args.allow, None if args.all else _SHOWN)

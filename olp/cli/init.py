@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from olp.runtime.arm_search import ArmSource
+    from olp.runtime.folder import ArmSource
     from olp.timing.timing import Timing
 
 SUMMARY = "write an olp.toml for a folder of programs"
@@ -33,7 +33,7 @@ def run(args: Namespace) -> int:
     from olp.reports.batch import Job, plan_and_time, shown, time_files
     from olp.reports.cell import started
     from olp.robots.robot import load_robot
-    from olp.runtime.arm_search import find_arms
+    from olp.runtime.folder import find_arms
 
     folder, target = Path(args.folder), Path(args.folder) / "olp.toml"
     if not folder.is_dir():
@@ -65,8 +65,8 @@ def run(args: Namespace) -> int:
 
 def _named_before(target: Path) -> list[ArmSource]:
     """The arm in the olp.toml that is replaced: somebody may have named it."""
-    from olp.runtime.arm_search import ArmSource
     from olp.runtime.assumptions import read_assumptions
+    from olp.runtime.folder import ArmSource
 
     name = read_assumptions(target).robot if target.exists() else ""
     if name.lower().endswith(".toml"):

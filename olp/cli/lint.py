@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.cli._telling import add_format_arguments, telling
+from olp.cli._outputs import add_format_arguments, outcome_outputs
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import expand_paths, write_output
 from olp.core.terminal import visible
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
     from olp.checks.lint.fix import Fixed
     from olp.checks.lint.rule import Rule
-    from olp.checks.lint.run import Linted
-    from olp.checks.lint.settings import RuleChoice
+    from olp.checks.lint.run import Linted, RuleChoice
     from olp.reports.batch import Job
     from olp.reports.outcome import JudgedItem, Outcome, OutcomeFinding
 
@@ -83,9 +82,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.checks.lint.baseline import baseline_text, read_baseline
-    from olp.checks.lint.run import without_known
-    from olp.checks.lint.settings import choice
+    from olp.checks.lint.run import baseline_text, choice, read_baseline, without_known
     from olp.cli.time import encode, settings_of, with_progress
     from olp.languages.vendor import vendor_suffixes
 
@@ -99,7 +96,7 @@ def run(args: Namespace) -> int:
     ):
         says = "--statistics and --quiet are text, and exclude each other"
         raise OlpError(error("C002", says, help="leave out --format, or the other one"))
-    told, job = telling(args), settings_of(args)
+    told, job = outcome_outputs(args), settings_of(args)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     asked = choice(_codes(args.select), _codes(args.ignore))

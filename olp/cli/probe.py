@@ -74,7 +74,7 @@ def _wanted(args: Namespace) -> Wanted:
     from olp.core.diagnostic import OlpError, error
     from olp.core.units import deg, mm
     from olp.identification.probe import Wanted
-    from olp.robots.library import load_robot
+    from olp.robots.robot import load_robot
 
     missing = [f"--{name}" for name in ("robot", "box") if getattr(args, name) is None]
     if missing:
@@ -92,7 +92,7 @@ def _wanted_further(args: Namespace, recording: Recording) -> Wanted:
 
     from olp.core.units import deg, mm
     from olp.identification.probe.experiment import wanted_of
-    from olp.robots.library import load_robot
+    from olp.robots.robot import load_robot
 
     robot = load_robot(args.robot) if args.robot else None
     box = None if args.box is None else np.array(_numbers(args.box, 6, "--box")).reshape(3, 2) * mm

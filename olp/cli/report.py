@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from olp.ir.program import Program
     from olp.reports.batch import Job
     from olp.reports.outcome import JudgedItem
-    from olp.reports.page.page import PageEntry
+    from olp.reports.page import PageEntry
 
 SUMMARY = "write one HTML page: Gantt, speed, path in 3D, text with times"
 
@@ -66,7 +66,7 @@ def _entry(path: str, job: Job, budgets: str | None) -> PageEntry:
     from olp.identification.timing_job import time_program
     from olp.languages.read import read
     from olp.reports.cell import CellLinks, links_of, with_run
-    from olp.reports.page.page import PageEntry
+    from olp.reports.page import PageEntry
 
     links = CellLinks()
     try:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from olp.servers.web.messages import WorkerSetting
+    from olp.servers.web.desk import WorkerSetting
 
 SUMMARY = "show a folder on a local page: times, what-if, versions, recordings"
 _NEEDED = ("starlette", "uvicorn", "python_multipart")
@@ -78,7 +78,7 @@ def _setting(args: Namespace, root: Path) -> WorkerSetting:
     from olp.cli.time import settings_of
     from olp.identification.timing_job import TimingJob
     from olp.runtime.assumptions import nearest_assumptions
-    from olp.servers.web.messages import WorkerSetting
+    from olp.servers.web.desk import WorkerSetting
 
     also = []
     for name in ("robot", "signature", "assumptions"):
@@ -135,8 +135,7 @@ def _serve(
 
     import uvicorn
 
-    from olp.servers.web.app import web_app
-    from olp.servers.web.pool import WorkerPool
+    from olp.servers.web.app import WorkerPool, web_app
 
     logging.basicConfig(level=logging.WARNING, format="olp serve: %(message)s")
     # Whatever goes wrong is told by the application; this one adds what it ended, and how.

@@ -301,8 +301,7 @@ def _shown(diagnostic: Diagnostic, colour: bool) -> str:
 def run_explain(args: Namespace) -> int:
     """The words go to standard output, the picture to `-o`. Raises OlpError for several programs, and E001 to E005."""
     from olp.reports.batch import plan_and_time
-    from olp.reports.explain import explain
-    from olp.reports.explanation import as_text
+    from olp.reports.explain import as_text, explain
 
     if len(args.jobs) != 1:
         raise OlpError(error("C002", "--explain takes one program", help="olp time JOB --explain LINE"))

@@ -30,7 +30,7 @@ DOCUMENTED: Final = {
     "olp.lint": "olp.checks.lint",
     "olp.motion": "olp.timing.motion",
     "olp.physics": "olp.timing.physics",
-    "olp.placing": "olp.checks.touch_up",
+    "olp.placing": "olp.checks.edit",
     "olp.plan": "olp.runtime.plan",
     "olp.program": "olp.ir.program",
     "olp.recording": "olp.identification.recording",

@@ -1,11 +1,15 @@
-"""Finds the files that are no Python: grammars, templates and robots.
+"""Finds the files that are no Python: grammars, templates, robots, and `codes.toml`, what each diagnostic's code means.
 
 A wheel carries the top-level folders inside the package, a checkout (also an editable install) beside it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING
+
+from olp.core.toml import parse_toml
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -29,3 +33,9 @@ def names(kind: str, suffix: str) -> list[str]:
 def read_text(kind: str, name: str) -> str:
     """The text of one file, UTF-8. Raises FileNotFoundError."""
     return (folder(kind) / name).read_text(encoding="utf-8")
+
+
+@cache
+def code_meanings() -> Mapping[str, str]:
+    """Code -> one line of Markdown. Rules of `olp lint` are not among them: they explain themselves."""
+    return parse_toml(read_text("core", "codes.toml"))

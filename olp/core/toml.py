@@ -1,15 +1,18 @@
 """The one reader of TOML: what the library parses, within bounds that no file of a person comes near.
 
 Every refusal is a `TOMLDecodeError`, so whoever reads a file has one thing to catch.
+
+The other way it writes values as a robot file has them.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import tomllib
 from tomllib import TOMLDecodeError
-from typing import Any
+from typing import Any, Final
 
 from olp.core.diagnostic import Diagnostic, error
 from olp.core.files import read_input
@@ -94,3 +97,21 @@ def _check_value(value: object) -> None:
 def _place(text: str, at: int) -> str:
     line = text.count("\n", 0, at) + 1
     return f"line {line}, column {at - text.rfind(chr(10), 0, at)}"
+
+
+ROBOT_NAME: Final = re.compile(r"[a-z0-9][a-z0-9._-]{0,40}/[a-z0-9][a-z0-9._-]{0,60}")
+
+
+def shown(value: float) -> str:
+    """A number without needless zeros: a TOML integer where it is whole."""
+    return f"{value + 0.0:.9f}".rstrip("0").rstrip(".")
+
+
+def quoted(text: str) -> str:
+    """A TOML basic string; JSON's escapes are among TOML's, and DEL is the one character that JSON leaves."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def plain(text: str) -> str:
+    """Text for a comment: TOML allows no control characters there."""
+    return "".join(c if c.isprintable() else "?" for c in text)

@@ -12,8 +12,7 @@ from olp.identification.signature.diff import domain_moves
 from olp.identification.signature.document import Signature
 from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.predict import predict
-from olp.reports.plot.axes import Axes, room
-from olp.reports.plot.figure import SERIES, Dot, Figure, Polyline, TextLabel
+from olp.reports.plot.figure import SERIES, Axes, Dot, Figure, Polyline, TextLabel, room
 
 _LEFT, _TOP, _WIDTH, _HEIGHT, _KEY = 76, 64, 620, 380, 210
 _MOST_SERIES = 16

@@ -167,7 +167,7 @@ class Cell:
                 return unknown
             axes = pulses_to_joints(robot, axes)
         else:
-            from olp.robots.kinematics.readings import joints_of_readings
+            from olp.robots.kinematics.configuration import joints_of_readings
 
             axes = joints_of_readings(robot, axes)
         if robot.geometry is None:

@@ -280,7 +280,7 @@ class PlannedArm:
 
     def _step_by_step(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """As `_along`, for an arm whose axes are found from those of the step before."""
-        from olp.robots.kinematics.numeric import newton
+        from olp.robots.kinematics.inverse import newton
 
         starts = np.broadcast_to(here, (len(targets), len(here)))
         joints, solved = newton(self.robot, *self._flange(targets), starts)

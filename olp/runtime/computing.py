@@ -17,8 +17,7 @@ from olp.robots.geometry import (
     rotation_from_quaternion,
     slerp,
 )
-from olp.runtime.arithmetic import finite, round_half_away
-from olp.runtime.evaluate import evaluate, number, whole
+from olp.runtime.evaluate import evaluate, finite, number, round_half_away, whole
 from olp.runtime.functions import FUNCTIONS, as_position
 from olp.runtime.memory import Array, PositionValue, Value
 from olp.runtime.poses import raw_pose, with_pose

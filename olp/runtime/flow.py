@@ -29,10 +29,9 @@ from olp.ir.program import (
 )
 from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
-from olp.runtime.jobs import RunnableRoutine
+from olp.runtime.jobs import Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
 from olp.runtime.memory import RANGES, Array, Record, Slot, Value
 from olp.runtime.plan import CallSpan
-from olp.runtime.regions import Read, Region, influences, is_literal, reads_of, region
 from olp.runtime.signals import flip
 from olp.runtime.spelling import spell
 from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError

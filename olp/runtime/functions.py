@@ -143,7 +143,7 @@ def _tool_data(m: Machine, arguments: Arguments) -> Value:
 
 def _step_position(m: Machine, arguments: Arguments) -> Value:
     """The position that the n-th move of this routine is taught at."""
-    from olp.runtime.targets import position_value
+    from olp.runtime.poses import position_value
 
     wanted = whole(m, arguments[0])
     moves = [s for s in m.frame.job.body if isinstance(s, Move)]

@@ -11,13 +11,13 @@ from olp.ir.expressions import Store
 from olp.ir.points import PointKind, PointState
 from olp.languages.vendor import find_vendor, part_of, vendor_names
 from olp.runtime.assumptions import Assumptions, WrittenPosition, load_assumptions, nearest_assumptions
+from olp.runtime.folder import build_world
 from olp.runtime.jobs import Jobs
 from olp.runtime.machine import OPERATIONS, execute
 from olp.runtime.memory import Memory, PositionValue
 from olp.runtime.recorder import Recorder
 from olp.runtime.robots import missing_robots
 from olp.runtime.state import STEPS, CallFrame, Machine
-from olp.runtime.world import build_world
 
 if TYPE_CHECKING:
     import os

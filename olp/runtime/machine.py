@@ -73,17 +73,17 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.runtime import data, flow, modal, moves, scope, speeds, triggers
+from olp.runtime import data, flow, modal, moves, scope, triggers
 from olp.runtime.assumptions import SignalKey, signal_name
-from olp.runtime.columns import NOWHERE
 from olp.runtime.computing import call_function
-from olp.runtime.elements import binary, read_element
+from olp.runtime.data import binary, read_element
 from olp.runtime.evaluate import PLAIN, evaluate, holds, quantity
 from olp.runtime.flow import test
 from olp.runtime.functions import frame_value
 from olp.runtime.memory import PositionValue, SystemPosition, Value
 from olp.runtime.plan import Event
 from olp.runtime.poses import as_pose, as_pulses, here
+from olp.runtime.recorder import NOWHERE
 from olp.runtime.scope import declare_all, literal, read_name
 from olp.runtime.signals import PERIPHERY, impose, key_of, read_signal, signals_of, write_signal
 from olp.runtime.spelling import spell
@@ -306,7 +306,7 @@ def _position(m: Machine, pulses: bool) -> SystemPosition:
 # Comments, disabled statements, reference points and block ends do nothing and have none.
 HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
     Move: moves.move,
-    SetSpeed: speeds.set_speed,
+    SetSpeed: modal.set_speed,
     SetAcceleration: modal.set_acceleration,
     SetBlend: modal.set_blend,
     SetTool: modal.set_tool,

@@ -16,17 +16,26 @@ from olp.ir.expressions import (
     Variable,
 )
 from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move
-from olp.runtime.columns import NO_EXTRA, NOWHERE, Extra
-from olp.runtime.evaluate import quantity, whole
+from olp.runtime.evaluate import quantity, read_variable, whole
 from olp.runtime.memory import SystemPosition
-from olp.runtime.modal import RATE_ABSOLUTE, RATE_FRACTION
+from olp.runtime.modal import (
+    FRACTION,
+    JOINT,
+    PATH_CODES,
+    RATE_ABSOLUTE,
+    RATE_FRACTION,
+    TIME,
+    move_speed,
+    part_speed,
+    share,
+    turn_rate,
+)
 from olp.runtime.places import place_of
 from olp.runtime.plan import BlendCode
-from olp.runtime.speeds import FRACTION, JOINT, PATH_CODES, TIME, move_speed, part_speed, share, turn_rate
+from olp.runtime.poses import place
+from olp.runtime.recorder import NO_EXTRA, NOWHERE, Extra
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError, role
-from olp.runtime.targets import place
-from olp.runtime.variables import read_variable
 
 _EXACT, _ZONE, _UNTAGGED, _RADIUS = (
     int(c) for c in (BlendCode.EXACT, BlendCode.ZONE, BlendCode.UNTAGGED, BlendCode.RADIUS)

@@ -13,12 +13,12 @@ from olp.ir.points import PointKind, PointState
 from olp.ir.program import Move, Path
 from olp.robots.coordinate_systems import EXTERNAL_AXES, in_frame
 from olp.robots.geometry import Pose
-from olp.runtime.columns import NOWHERE
 from olp.runtime.evaluate import evaluate
 from olp.runtime.functions import as_position
 from olp.runtime.memory import ACTIVE, PositionValue
 from olp.runtime.modal import frame_place, position_in, tool_number
 from olp.runtime.poses import current_frames, here, moved_by, pose_of, raw_pose
+from olp.runtime.recorder import NOWHERE
 from olp.runtime.scope import position_of
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
@@ -125,7 +125,7 @@ def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
             "the axes of the arm are not known here",
             "say which robot it is: --robot maker/model, or robot = … in olp.toml",
         )
-    from olp.robots.kinematics.readings import readings_of_joints
+    from olp.robots.kinematics.configuration import readings_of_joints
 
     return tuple(float(v) for v in (axes if robot is None else readings_of_joints(robot, axes[None])[0]))
 
@@ -181,7 +181,7 @@ def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = Non
 
     Raises StatementError (I212).
     """
-    from olp.robots.kinematics.readings import joints_of_readings, readings_of_joints
+    from olp.robots.kinematics.configuration import joints_of_readings, readings_of_joints
     from olp.runtime.state import role
 
     if value.state.kind is PointKind.JOINT:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, RecordLiteral, Variable
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
-from olp.runtime.arithmetic import round_half_away
+from olp.runtime.evaluate import round_half_away
 from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import Array, PositionValue, Record, Scope, Slot, Value
 from olp.runtime.state import Machine, StatementError

@@ -12,12 +12,11 @@ from olp.ir.expressions import Expression, FrameRef, Store
 from olp.ir.moves import BlendKind, Move
 from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
-from olp.runtime.columns import NOWHERE
+from olp.runtime.folder import KIND_PREFIX, World, group_names
 from olp.runtime.jobs import Jobs, RunnableRoutine
 from olp.runtime.memory import Key, Memory, PositionValue, Scope, Slot, Value
 from olp.runtime.plan import USUAL_LAW, CallSpan
-from olp.runtime.recorder import Recorder
-from olp.runtime.world import KIND_PREFIX, World, group_names
+from olp.runtime.recorder import NOWHERE, Recorder
 
 # Codes of findings that a value is not known: the statement is left out.
 VALUE_IS_UNKNOWN = frozenset({"I203", "I209"})

@@ -2,21 +2,28 @@
 
 What is asked for by name is checked before (`folder.py`). The guard holds for the rest: called jobs, `olp.toml`, robot
 files and recordings that a file of the folder names, links among them.
+
+Such a process imports no file of the served folder, and what it starts ends with it.
 """
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import errno
 import io
 import os
+import signal
 import stat
 import sys
 import sysconfig
+from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import olp
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.files import from_os_error
 
@@ -173,3 +180,38 @@ def close_in(root: Path, temporary: Path, write: bool, largest: int, also: Seque
     sys.dont_write_bytecode = True
     guard = Guard(root, temporary, write, largest, (*libraries, package, *parent, *also))
     sys.addaudithook(lambda event, arguments: guard(event, arguments))
+
+
+_PACKAGE = Path(olp.__file__).resolve().parent
+
+
+async def start_worker(script: str) -> Process:
+    """A Python that runs `script`, a file of the package olp, with pipes to its standard input and output."""
+    # -P and an absolute path: nothing that lies in the served folder is ever imported.
+    return await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-P",
+        str(_PACKAGE / script),
+        stdin=PIPE,
+        stdout=PIPE,
+        cwd=_PACKAGE / "servers",
+        env=_environment(),
+        start_new_session=os.name != "nt",
+    )
+
+
+async def end_worker(worker: Process) -> None:
+    """Also what the worker started, whether its work was done, late or taken back."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        if os.name == "nt":
+            worker.kill()
+        else:
+            os.killpg(worker.pid, signal.SIGKILL)
+    await worker.wait()
+
+
+def _environment() -> dict[str, str]:
+    """The server's, with this olp first on the path; relative folders would be looked for in another place."""
+    given = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    path = os.pathsep.join([str(_PACKAGE.parent), *(folder for folder in given if os.path.isabs(folder))])
+    return {**os.environ, "PYTHONPATH": path, "PYTHONUTF8": "1"}

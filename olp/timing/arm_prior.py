@@ -121,7 +121,7 @@ def _speeds(robot: Robot | None, count: int) -> tuple[Floats, Floats, list[str]]
 @cache
 def _library_speeds() -> tuple[Floats, Floats]:
     """Mean and covariance of the logarithms of the rated speeds [rad/s] of all six-axis arms."""
-    from olp.robots.library import load_robot, robot_names
+    from olp.robots.robot import load_robot, robot_names
 
     arms = [load_robot(name) for name in robot_names()]
     rows = [arm.speeds for arm in arms if arm.kind == "arm" and len(arm.axes) == 6]

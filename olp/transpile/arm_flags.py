@@ -14,8 +14,7 @@ from olp.ir.points import sectors_of_turns
 from olp.ir.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Program, Routine, Statement
 from olp.ir.transformer import edited, mapped
 from olp.languages.vendor import ArmFlags, maker_of
-from olp.robots.kinematics.configuration import TURN_AXES
-from olp.robots.kinematics.readings import same_posture
+from olp.robots.kinematics.configuration import TURN_AXES, same_posture
 from olp.robots.robot import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
@@ -228,7 +227,7 @@ def _has_flags(robot: Robot) -> bool:
 
 def _otherwise(robot: Robot, other: Robot, axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """How an arm that is built otherwise stands at axes (n, k) [rad], one after the other; nan where it cannot."""
-    from olp.robots.kinematics.wrist_conversion import same_flange
+    from olp.robots.kinematics.inverse import same_flange
 
     if robot.geometry is None or len(robot.axes) != _SIX:
         return np.full((len(axes), _SIX), np.nan)

@@ -12,7 +12,7 @@ from olp.ir.expressions import Number, Quantity
 from olp.ir.program import Blend, BlendKind, Move, Path, Program, Statement
 from olp.ir.transformer import edited
 from olp.languages.limits import range_text, within
-from olp.runtime.world import DEFAULT_ZONES
+from olp.runtime.folder import DEFAULT_ZONES
 from olp.transpile.context import Fate, TranslationContext, walk_through
 from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
 

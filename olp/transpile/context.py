@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from olp.robots.coordinate_systems import Cell
     from olp.robots.robot import Robot
     from olp.runtime.assumptions import SignalKey
+    from olp.runtime.folder import World
     from olp.runtime.plan import Plan
-    from olp.runtime.world import World
 
 MOST_AGAIN: Final = 20_000  # statements of a run with the inputs on, in which loops may have no end
 LOST: Final = (
@@ -438,7 +438,7 @@ def world_of(program: Program, robot: Robot | None) -> World:
     from pathlib import Path
 
     from olp.runtime.assumptions import Assumptions, load_assumptions, nearest_assumptions
-    from olp.runtime.world import build_world
+    from olp.runtime.folder import build_world
 
     folder = Path(program.path).parent if program.path and Path(program.path).is_file() else None
     path = nearest_assumptions(folder) if folder is not None else None

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from olp.core.diagnostic import Diagnostic, OlpError, raise_errors
-from olp.core.garbage_collection import no_garbage_collection
+from olp.core.memory_limit import no_garbage_collection
 from olp.ir.expressions import Store, Taught
 from olp.ir.points import PointBlock, PointTable
 from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement

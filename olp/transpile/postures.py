@@ -15,7 +15,7 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Function, Named, PositionLiteral
 from olp.ir.program import Declare, Move, Path, Program, Statement
 from olp.ir.transformer import edited, expressions_of, mapped
-from olp.robots.kinematics.readings import readings_of_joints, same_posture
+from olp.robots.kinematics.configuration import readings_of_joints, same_posture
 from olp.robots.robot import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
@@ -92,7 +92,7 @@ class _Postures:
         if not isinstance(e, PositionLiteral) or not _is_joints(e):
             return e
         from olp.robots.kinematics import forward
-        from olp.robots.kinematics.readings import turned_back
+        from olp.robots.kinematics.configuration import turned_back
 
         joints = self._joints(e)
         if joints is None:
@@ -120,21 +120,21 @@ class _Postures:
         return replace(e, values=tuple(_clean(v) for v in turned[0]))
 
     def _joints(self, e: PositionLiteral) -> Floats | None:
-        from olp.robots.kinematics.readings import joints_of_readings
+        from olp.robots.kinematics.configuration import joints_of_readings
 
         if len(e.values) != 6 or any(v != v for v in e.values):
             return None
         return joints_of_readings(self.robot, np.array([e.values]))
 
     def _there(self, joints: Floats) -> Floats:
-        from olp.robots.kinematics.readings import same_posture
+        from olp.robots.kinematics.configuration import same_posture
 
         found = same_posture(self.robot, self.other, joints)
         assert found is not None
         return found
 
     def _read(self, joints: Floats) -> Floats:
-        from olp.robots.kinematics.readings import readings_of_joints
+        from olp.robots.kinematics.configuration import readings_of_joints
 
         return readings_of_joints(self.other, joints)
 
@@ -187,7 +187,7 @@ class _Places(_Postures):
     def _change(self, e: Expression) -> Expression:
         if not isinstance(e, PositionLiteral) or not _is_joints(e):
             return e
-        from olp.robots.kinematics.wrist_conversion import same_flange
+        from olp.robots.kinematics.inverse import same_flange
 
         joints = self._joints(e)
         start = np.zeros(_SIX) if self.last is None else self.last

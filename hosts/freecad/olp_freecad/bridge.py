@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from olp.checks.edit import ChangeSpeed, PlacePoint, edited, speeds
-from olp.checks.touch_up import Visit, visits
+from olp.checks.edit import ChangeSpeed, PlacePoint, Visit, edited, speeds, visits
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.files import write_output
 from olp.core.units import deg, mm, percent

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from olp.checks.difference.compare import compare
-from olp.checks.difference.model import ProgramDifference
+from olp.checks.difference.compare import ProgramDifference, compare
 from olp.checks.guard.budget import budgets_for
 from olp.checks.guard.judge import judge
 from olp.core.diagnostic import OlpError, error

@@ -16,7 +16,7 @@ import numpy as np
 
 from olp.checks.edit import SpokenSpeed, speeds
 from olp.checks.fit.values import spoken_values
-from olp.checks.lint.case import LintCase
+from olp.checks.lint.rule import LintCase
 from olp.checks.lint.rules.exact_stop import ExactStop
 from olp.checks.lint.zones import freed, larger
 from olp.core.diagnostic import OlpError

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from olp.checks.fit.fit import Fit
 from olp.reports.plot import picture, refuse_unknown
-from olp.reports.plot.axes import Axes
-from olp.reports.plot.figure import Dot, Figure, TextLabel
+from olp.reports.plot.figure import Axes, Dot, Figure, TextLabel
 
 
 def as_text(fit: Fit) -> str:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import all_rules
+from olp.checks.lint.rule import LintCase, all_rules
 from olp.core.diagnostic import OlpError
 from olp.reports.outcome.model import OutcomeFinding
 

@@ -1,17 +1,148 @@
-"""The base of all rules, and the list of them, which is the listing of `rules/`."""
+"""The base of all rules, the list of them, which is the listing of `rules/`, and a program as they see it."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property, lru_cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
-from olp.checks.lint.case import LintCase
-from olp.ir.program import Program
+import numpy as np
+from numpy.typing import NDArray
+
+from olp.core.diagnostic import Diagnostic
+from olp.ir.expressions import Named, Taught
+from olp.ir.program import Path, Program, Routine, Statement
 from olp.reports.outcome.model import Level, OutcomeFinding
+from olp.runtime.plan import PATHS, Plan, StepKind
+from olp.timing.timing import Timing
+
+_JOINT = PATHS.index(Path.JOINT)
+_TURN_DEG = 5.0  # less is within what a slow line needs anyway
+_ONLY_TURNS_MM = 5.0  # a shorter move is meant to turn
+_SLOWED = 0.7
+_STEEP_DEG_PER_MM = 0.5
+
+
+@dataclass(frozen=True)
+class LintCase:
+    """`timing` is of the whole run; rules look at steps of this file only (`own`), called files are judged alone."""
+
+    program: Program
+    timing: Timing
+
+    @property
+    def plan(self) -> Plan:
+        return self.timing.plan
+
+    @property
+    def path(self) -> str:
+        return self.program.path
+
+    def text(self, line: int) -> str:
+        return self.program.source.line(line)
+
+    @cached_property
+    def steps(self) -> list[int]:
+        """Steps of MOVE kind that stand in this file, in order of execution."""
+        plan = self.plan
+        return np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0)).tolist()
+
+    def row(self, step: int) -> int:
+        """The leading row in `plan.moves` of a step."""
+        return int(self.plan.row[step])
+
+    def on_path(self, step: int) -> bool:
+        """Whether a step is a line, an arc or a spline."""
+        return self.plan.kind[step] == StepKind.MOVE and int(self.plan.moves.path[self.row(step)]) != _JOINT
+
+    @cached_property
+    def lines(self) -> dict[int, list[int]]:
+        """Line of this file -> its steps."""
+        found: dict[int, list[int]] = {}
+        for step in self.steps:
+            found.setdefault(int(self.plan.line[step]), []).append(step)
+        return found
+
+    @cached_property
+    def statements(self) -> dict[int, Statement]:
+        """Line -> the first statement that stands there."""
+        found: dict[int, Statement] = {}
+        for statement in self.program.statements():
+            found.setdefault(statement.line, statement)
+        return found
+
+    def turn(self, before: int, after: int) -> float:
+        """[rad] by which the tool's way turns from one step to the next, nan where one of them does not travel."""
+        first, second = self._way(before), self._way(after)
+        cosine = float(np.dot(first, second))
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0))) if np.isfinite(cosine) else float("nan")
+
+    def _way(self, step: int) -> NDArray[np.float64]:
+        moves, place = self.plan.moves, self.plan.positions.position
+        row = self.row(step)
+        way = place[int(moves.target[row])] - place[int(moves.start[row])]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            unit: NDArray[np.float64] = way / np.linalg.norm(way)
+        return unit
+
+    def turn_rules(self, step: int) -> bool:
+        """Whether a path move is slow because its tool turns: slower than its way alone would let it be.
+
+        From rest to rest the way s lets the tool reach sqrt(s a), or the programmed speed.
+        """
+        timing = self.timing
+        angle, way = float(timing.angle_deg[step]), float(timing.distance_mm[step])
+        if not (self.on_path(step) and angle >= _TURN_DEG and way > _ONLY_TURNS_MM):
+            return False
+        if timing.limited_by[step].startswith("orientation"):
+            return True
+        possible = min(float(timing.speed_mm_s[step]), float(np.sqrt(way * self.acceleration)))
+        slow = float(timing.reached_mm_s[step]) < _SLOWED * possible
+        return slow and angle > _STEEP_DEG_PER_MM * way
+
+    @cached_property
+    def acceleration(self) -> float:
+        """[mm/s²] The highest that a path move of the program has, nan where none travels."""
+        known = self.timing.accel_mm_s2[[step for step in self.steps if self.on_path(step)]]
+        return float(np.nanmax(known)) if np.isfinite(known).any() else float("nan")
+
+    def told(self, *codes: str) -> Iterator[Diagnostic]:
+        """What reading, running and timing have said of this file under these codes."""
+        for found in self.timing.diagnostics:
+            if found.code in codes and found.file in ("", self.path):
+                yield found
+
+
+def case_of(program: Program, timing: Timing) -> LintCase:
+    return LintCase(program, timing)
+
+
+def routines(case: LintCase) -> tuple[Routine, ...]:
+    return case.program.routines
+
+
+def mentioned(thing: Any) -> Iterator[Taught | Named]:
+    """Every taught point and every name in a statement or expression."""
+    left = [thing]
+    while left:
+        it = left.pop()
+        if isinstance(it, (Taught, Named)):
+            yield it
+        elif isinstance(it, tuple):
+            left.extend(reversed(it))
+        else:
+            left.extend([getattr(it, name) for name in _parts(type(it))])  # type: ignore[arg-type]
+
+
+@lru_cache(maxsize=1024)
+def _parts(kind: type) -> tuple[str, ...]:
+    """The fields of a class that may hold more, the last one first; none of what is no dataclass."""
+    return tuple(field.name for field in reversed(fields(kind))) if is_dataclass(kind) else ()
+
 
 # First line, last line, the lines that take their place ("": none), and what that does in a few words.
 Suggestion = tuple[int, int, str, str]

@@ -1,18 +1,96 @@
-"""The rules over files: what is asked for, less what the baseline and comments in the program excuse."""
+"""The rules over files: what is asked for, less what the baseline and comments in the program excuse.
+
+The command line asks for rules, the nearest olp.toml leaves some out:
+
+```toml
+[lint]
+select = ["W0"]        # codes or their beginnings; missing: all rules
+ignore = ["W012"]
+```
+
+A baseline is a file of findings that are known and excused, so that only new ones break the build.
+
+Codes: W901 a baseline that cannot be read, W902 rules that cannot be chosen so.
+"""
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
 
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import RunRule, all_rules
-from olp.checks.lint.settings import RuleChoice, rules_for
-from olp.core.diagnostic import OlpError, error
+from olp.checks.lint.rule import LintCase, Rule, RunRule, all_rules
+from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.files import parse_json, read_input
 from olp.core.source import Source
+from olp.core.toml import TOMLDecodeError, parse_toml, toml_text
 from olp.reports.batch import Job, time_program
 from olp.reports.outcome.model import OutcomeFinding, of_diagnostic
+from olp.runtime.assumptions import nearest_assumptions
+
+_KEYS = ("select", "ignore")
+
+
+class RuleChoice(NamedTuple):
+    """Codes or their beginnings. `select` empty: all."""
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+
+    def holds(self, rule: Rule) -> bool:
+        wanted = not self.select or rule.code.startswith(self.select)
+        return wanted and not rule.code.startswith(self.ignore)
+
+
+def choice(select: Sequence[str], ignore: Sequence[str], file: str = "") -> RuleChoice:
+    """Raises OlpError (W902) for a code that no rule begins with."""
+    found = RuleChoice(tuple(c.upper() for c in select), tuple(c.upper() for c in ignore))
+    codes = [rule.code for rule in all_rules()]
+    problems = [
+        error("W902", f"no rule is called {word[:40]!r}", file=file, help="olp lint --rules lists them")
+        for word in (*found.select, *found.ignore)
+        if not any(code.startswith(word) for code in codes)
+    ]
+    if problems:
+        raise OlpError(*problems)
+    return found
+
+
+def rules_for(path: str, asked: RuleChoice) -> list[Rule]:
+    """The rules for the file `path`; a selection that is asked for wins over that of its olp.toml.
+
+    Raises OlpError (W902).
+    """
+    nearest = nearest_assumptions(Path(path).resolve().parent)
+    own = _read(str(nearest), nearest.stat().st_mtime_ns) if nearest is not None else RuleChoice()
+    both = RuleChoice(asked.select or own.select, (*asked.ignore, *(() if asked.select else own.ignore)))
+    return [rule for rule in all_rules() if both.holds(rule)]
+
+
+@lru_cache(maxsize=64)
+def _read(path: str, _: int) -> RuleChoice:
+    try:
+        table = parse_toml(toml_text(path, "replace")).get("lint", {})
+    except (TOMLDecodeError, OSError):
+        return RuleChoice()  # told where the file is read for its assumptions
+    problems: list[Diagnostic] = []
+    if not isinstance(table, dict):
+        raise OlpError(error("W902", "lint is a table", file=path, help='[lint]\nignore = ["W012"]'))
+    for key, value in table.items():
+        if key not in _KEYS:
+            says, advice = f"[lint] knows no {key[:40]!r}", f"known: {', '.join(_KEYS)}"
+            problems.append(error("W902", says, file=path, help=advice))
+        elif not isinstance(value, list) or not all(isinstance(code, str) for code in value):
+            problems.append(error("W902", f"{key} is a list of codes", file=path, help=f'{key} = ["W012"]'))
+    if problems:
+        raise OlpError(*problems)
+    return choice(table.get("select", ()), table.get("ignore", ()), path)
+
 
 _EXCUSE = re.compile(r"olp:\s*ignore(?:\s+((?:[A-Z]\d{3}[\s,]*)+))?", re.IGNORECASE)
 _NUMBER = re.compile(r"^\s*\d*\s*:?\s*")  # of the line, which TP writes in front
@@ -124,3 +202,36 @@ def without_known(findings: Iterable[OutcomeFinding], known: dict[str, int]) -> 
         else:
             fresh.append(found)
     return fresh
+
+
+_VERSION = 1
+
+
+def read_baseline(path: Path) -> dict[str, int]:
+    """Fingerprint -> how many such findings are known. Raises OlpError (W901)."""
+    try:
+        whole = parse_json(read_input(path))
+        rows = whole["findings"] if whole["version"] == _VERSION else []
+        return {str(row["fingerprint"]): int(row["count"]) for row in rows}
+    except OSError as problem:
+        why = problem.strerror or "it cannot be read"
+    except (ValueError, KeyError, TypeError, OverflowError):
+        why = "it is not a baseline of olp lint"
+    raise OlpError(
+        error("W901", f"the baseline: {why}", file=str(path), help="olp lint --write-baseline FILE makes one")
+    )
+
+
+def baseline_text(findings: Iterable[OutcomeFinding]) -> str:
+    """The text of a baseline that excuses `findings`, sorted, so that versions of it can be compared."""
+    found = list(findings)
+    counts = Counter(f.fingerprint for f in found)
+    first = {f.fingerprint: f for f in reversed(found)}
+    order = sorted(counts, key=lambda mark: (first[mark].file, first[mark].code, mark))
+    rows = [{"fingerprint": mark, "count": counts[mark], **_told(first[mark])} for mark in order]
+    return json.dumps({"version": _VERSION, "findings": rows}, indent=1, ensure_ascii=False) + "\n"
+
+
+def _told(finding: OutcomeFinding) -> dict[str, str]:
+    """For people who read the file; it is not read back."""
+    return {"code": finding.code, "file": finding.file, "says": finding.message}

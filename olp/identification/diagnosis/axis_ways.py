@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from olp.robots.geometry import quaternion_from_rotation, rotation_from_quaternion, slerp
 from olp.robots.kinematics import branches, inverse, jacobian
 from olp.robots.kinematics.configuration import wrap
-from olp.robots.kinematics.numeric import newton
+from olp.robots.kinematics.inverse import newton
 from olp.robots.robot import Robot
 from olp.runtime.paths import circle, swept_angle
 

@@ -368,7 +368,7 @@ def _blends(recording: Recording, notes: list[str]) -> Floats:
         return blend
     zones = robot.blend_zones if robot is not None else None
     if zones is None:
-        from olp.robots.library import load_robot
+        from olp.robots.robot import load_robot
 
         zones = load_robot("yaskawa/ma2010").blend_zones or ()
         notes.append("position levels without a robot: the zones of a Yaskawa MA2010 are assumed")

@@ -30,7 +30,7 @@ from olp.languages.recorders import (
     controller_logs,
     recorders,
 )
-from olp.robots.library import library_name
+from olp.robots.robot import library_name
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot

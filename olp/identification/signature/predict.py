@@ -102,7 +102,7 @@ def robot_of(signature: Signature, robot: Robot | None) -> Robot | None:
         return robot
     if not signature.robot:
         return None
-    from olp.robots.library import load_robot
+    from olp.robots.robot import load_robot
 
     try:
         return load_robot(signature.robot)

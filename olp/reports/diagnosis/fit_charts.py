@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis import phrasing
 from olp.reports.diagnosis.rows import MoveRows
 from olp.reports.diagnosis.svg import STEPS, Chart, around, n, scale_limit, step_of, svg
-from olp.reports.plot.axes import room
+from olp.reports.plot.figure import room
 
 Floats = NDArray[np.float64]
 Ladder = Sequence[tuple[str, float, float]]  # term added, BIC, RMSE of unseen moves [s]; the first term is ""

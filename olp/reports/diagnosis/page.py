@@ -16,10 +16,19 @@ from olp.core import resources
 from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.result import PHASES, Diagnosis, Errors, Finding, NextMove
 from olp.identification.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS
-from olp.reports.diagnosis import fit_charts, ledger, program, svg
+from olp.reports.diagnosis import fit_charts, ledger, svg
 from olp.reports.diagnosis.fit_charts import Ladder
 from olp.reports.diagnosis.mathml import mathml
-from olp.reports.diagnosis.rows import Floats, MoveRows, groups_of, rows_of
+from olp.reports.diagnosis.rows import (
+    Floats,
+    MoveRows,
+    ProgramLine,
+    ProgramListing,
+    groups_of,
+    program_lines,
+    program_listings,
+    rows_of,
+)
 from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of
 
 if TYPE_CHECKING:
@@ -70,8 +79,8 @@ def diagnosis_page(
     term added ("" for none), BIC and RMSE of unseen moves [s], step by step.
     """
     rows = rows_of(diagnosis, case, recording)
-    lines = program.program_lines(rows)
-    listings = program.listings(rows, job_text, lines)
+    lines = program_lines(rows)
+    listings = program_listings(rows, job_text, lines)
     script, script_hash = script_of("diagnosis.js")
     values: dict[str, Any] = {
         "css": Markup(svg.variables() + resources.read_text(FOLDER, "diagnosis.css")),
@@ -326,9 +335,7 @@ def where(diagnosis: Diagnosis, rows: MoveRows, recording: Recording | None) -> 
     }
 
 
-def findings(
-    diagnosis: Diagnosis, case: MeasuredMoves | None, lines: list[program.ProgramLine]
-) -> dict[str, Any]:
+def findings(diagnosis: Diagnosis, case: MeasuredMoves | None, lines: list[ProgramLine]) -> dict[str, Any]:
     known = phrasing.places(diagnosis, case)
     anchors = {line.place: line.anchor for line in lines}
     labels = phrasing.labels(diagnosis.findings)
@@ -384,8 +391,8 @@ def _interval(low: float, high: float) -> str:
 def split(
     diagnosis: Diagnosis,
     rows: MoveRows,
-    lines: list[program.ProgramLine],
-    listings: list[program.ProgramListing],
+    lines: list[ProgramLine],
+    listings: list[ProgramListing],
     predicted: Floats | None,
 ) -> dict[str, Any]:
     anchors = {line.place: line.anchor for line in lines}

@@ -9,8 +9,7 @@ from markupsafe import Markup, escape
 from numpy.typing import ArrayLike, NDArray
 
 from olp.identification.diagnosis import phrasing
-from olp.reports.plot.axes import number, room, ticks
-from olp.reports.plot.figure import SERIES, TONES
+from olp.reports.plot.figure import SERIES, TONES, number, room, ticks
 
 Floats = NDArray[np.float64]
 Range = tuple[float, float]

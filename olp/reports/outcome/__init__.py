@@ -1,7 +1,15 @@
 """What a check, a comparison or the rules found, and the formats in which it is told. One file per format."""
 
-from olp.reports.outcome.format import OutcomeFormat, format_names, load_format
-from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
+from olp.reports.outcome.model import (
+    JudgedItem,
+    Level,
+    Outcome,
+    OutcomeFinding,
+    OutcomeFormat,
+    Status,
+    format_names,
+    load_format,
+)
 
 __all__ = [
     "JudgedItem",

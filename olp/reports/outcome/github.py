@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
+from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, OutcomeFormat, Status
 
 _WORDS = {Level.ERROR: "error", Level.WARNING: "warning", Level.NOTE: "notice"}
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 from typing import ClassVar
 
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Level, Outcome, OutcomeFinding
+from olp.reports.outcome.model import Level, Outcome, OutcomeFinding, OutcomeFormat
 
 _SEVERITIES = {Level.ERROR: "major", Level.WARNING: "minor", Level.NOTE: "info"}
 

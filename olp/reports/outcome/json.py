@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 from typing import ClassVar
 
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding
+from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding, OutcomeFormat
 
 
 class JsonFormat(OutcomeFormat):

@@ -6,8 +6,7 @@ import re
 from typing import ClassVar
 from xml.sax.saxutils import escape, quoteattr
 
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
+from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, OutcomeFormat, Status
 
 # XML 1.0 allows no other characters, escaped or not.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

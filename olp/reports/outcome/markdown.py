@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, Status
+from olp.reports.outcome.model import JudgedItem, Level, Outcome, OutcomeFinding, OutcomeFormat, Status
 
 _MARKS = {
     Status.HELD: "held",

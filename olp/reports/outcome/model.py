@@ -1,13 +1,19 @@
-"""The outcome of a command that judges: items that held or not, and findings at lines of programs."""
+"""The outcome of a command that judges: items that held or not, and findings at lines of programs.
+
+Its formats have one base; the list of them is the listing of this folder.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from hashlib import sha256
+from typing import ClassVar
 
 from olp.core.diagnostic import Diagnostic, Severity
+from olp.core.registry import file_names, load_from
 
 
 class Level(StrEnum):
@@ -134,3 +140,27 @@ def of_diagnostic(found: Diagnostic, file: str = "") -> OutcomeFinding:
         source_line=found.source_line,
         anchor="" if found.source_line.strip() else found.message,
     )
+
+
+_OTHERS = frozenset({"model"})
+
+
+class OutcomeFormat(ABC):
+    """A way to tell an outcome. `suffix`: of a file that holds it."""
+
+    summary: ClassVar[str]
+    suffix: ClassVar[str]
+
+    @abstractmethod
+    def render(self, outcome: Outcome) -> str:
+        """The whole outcome as text, the same for the same outcome."""
+
+
+def format_names() -> tuple[str, ...]:
+    """The names of all formats, sorted."""
+    return tuple(name for name in file_names(OutcomeFormat) if name not in _OTHERS)
+
+
+def load_format(name: str) -> OutcomeFormat:
+    """The format called `name`. Raises OlpError (C011) that lists the known ones."""
+    return load_from(OutcomeFormat, name, "format", "C011")

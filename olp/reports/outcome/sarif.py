@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 from urllib.parse import quote
 
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import Level, Outcome, OutcomeFinding
+from olp.reports.outcome.model import Level, Outcome, OutcomeFinding, OutcomeFormat
 
 _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 _LEVELS = {Level.ERROR: "error", Level.WARNING: "warning", Level.NOTE: "note"}

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from olp.core.terminal import visible
-from olp.reports.outcome.format import OutcomeFormat
-from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding, Status
+from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding, OutcomeFormat, Status
 
 _ORDER = (Status.UNKNOWN, Status.FAILED, Status.WARNED, Status.HELD)
 _SHOWN_HELD = 20  # items that held, of which nobody wants to read thousands

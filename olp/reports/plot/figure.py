@@ -1,11 +1,18 @@
-"""A figure is a list of shapes in pixels, y down. Colours are roles, so that one figure fits light and dark."""
+"""A figure is a list of shapes in pixels, y down. Colours are roles, so that one figure fits light and dark.
+
+A panel has two scaled axes: ticks at round numbers, grid, labels, and data put where they belong.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 Role = str
 Anchor = Literal["start", "middle", "end"]
@@ -96,3 +103,139 @@ class Figure:
 
     def add(self, *shapes: Shape) -> None:
         self.shapes.extend(shapes)
+
+
+Floats = NDArray[np.float64]
+_SMALL = 11.0  # [px] of tick numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """The panel's place in the figure [px] and the data at its edges."""
+
+    figure: Figure
+    left: float
+    top: float
+    width: float
+    height: float
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+
+    def x(self, value: float) -> float:
+        low, high = self.x_range
+        return self.left + (value - low) / (high - low) * self.width
+
+    def y(self, value: float) -> float:
+        low, high = self.y_range
+        return self.top + self.height - (value - low) / (high - low) * self.height
+
+    def frame(self, x_label: str, y_label: str, title: str = "", x_numbers: bool = True) -> None:
+        """Grid, ticks and labels; drawn before the data."""
+        bottom = self.top + self.height
+        for value in ticks(self.y_range, max(3, int(self.height / 34))):
+            y = self.y(value)
+            strong = value == 0.0 and self.y_range[0] < 0.0
+            self._line((self.left, y), (self.left + self.width, y), "frame" if strong else "grid")
+            self.figure.add(TextLabel(self.left - 7, y + 4, number(value), "muted", _SMALL, "end"))
+        for value in ticks(self.x_range, max(3, int(self.width / 85))):
+            x = self.x(value)
+            self._line((x, self.top), (x, bottom), "grid")
+            if x_numbers:
+                self.figure.add(TextLabel(x, bottom + 16, number(value), "muted", _SMALL, "middle"))
+        self._line((self.left, self.top), (self.left, bottom), "frame")
+        self._line((self.left, bottom), (self.left + self.width, bottom), "frame")
+        if x_label:
+            self.figure.add(
+                TextLabel(self.left + self.width / 2, bottom + 34, x_label, "muted", 12, "middle")
+            )
+        if y_label:
+            self.figure.add(
+                TextLabel(
+                    self.left - 52, self.top + self.height / 2, y_label, "muted", 12, "middle", upright=True
+                )
+            )
+        if title:
+            self.figure.add(TextLabel(self.left, self.top - 9, title, "ink", 12.5, bold=True))
+
+    def line(
+        self, x: ArrayLike, y: ArrayLike, colour: Role, width: float = 1.8, dash: tuple[float, ...] = ()
+    ) -> None:
+        """Data as a line, along the edge where they are beyond it; what is not known leaves a gap."""
+        xs = np.asarray(x, dtype=np.float64)
+        ys = np.clip(np.asarray(y, dtype=np.float64), *self.y_range)
+        known = np.isfinite(xs) & np.isfinite(ys)
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], known.astype(np.int8), [0]))))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            points = [
+                (self.x(a), self.y(b))
+                for a, b in zip(xs[begin:end].tolist(), ys[begin:end].tolist(), strict=True)
+            ]
+            self.figure.add(Polyline(tuple(thinned(points)), colour, width, dash))
+
+    def band(self, begin: float, end: float, colour: Role, opacity: float) -> None:
+        """A stretch of the x axis, shaded over the panel's height."""
+        low, high = (min(max(value, self.x_range[0]), self.x_range[1]) for value in (begin, end))
+        self.figure.add(Box(self.x(low), self.top, self.x(high) - self.x(low), self.height, colour, opacity))
+
+    def _line(self, start: tuple[float, float], end: tuple[float, float], colour: Role) -> None:
+        self.figure.add(Polyline((start, end), colour, 1.0))
+
+
+def ticks(span: tuple[float, float], most: int) -> list[float]:
+    """Round numbers (1, 2, 2.5, 5 times a power of ten) inside the span, at most `most` + 1."""
+    low, high = span
+    raw = (high - low) / max(most, 1)
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(power * factor for factor in (1, 2, 2.5, 5, 10) if power * factor >= raw * (1 - 1e-9))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [index * step for index in range(first, last + 1)]
+
+
+def number(value: float) -> str:
+    """A tick's number without rounding noise."""
+    text = f"{value:.6g}"
+    return "0" if text in ("-0", "0") else text.replace("-", "−")
+
+
+def room(values: ArrayLike, share: float = 0.08, zero: bool = True) -> tuple[float, float]:
+    """A range that holds all known values with some air; `zero`: and zero."""
+    known = np.asarray(values, dtype=np.float64).ravel()
+    known = known[np.isfinite(known)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    if zero:
+        low, high = min(low, 0.0), max(high, 0.0)
+    if high - low < 1e-9:
+        low, high = (low, low + 1.0) if zero else (low - 0.5, low + 0.5)
+    air = (high - low) * share
+    return (low - air if low < 0 or not zero else low), high + air
+
+
+def thinned(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The same line with the points left out that lie within a fifth of a pixel of the line between the others."""
+    if len(points) < 3:
+        return points
+    kept = [0]
+    xy = np.array(points)
+    stack = [(0, len(points) - 1)]
+    marks = np.zeros(len(points), dtype=bool)
+    while stack:
+        begin, end = stack.pop()
+        if end - begin < 2:
+            continue
+        chord = xy[end] - xy[begin]
+        offset = xy[begin + 1 : end] - xy[begin]
+        length = float(np.hypot(*chord))
+        if length < 1e-9:
+            apart = np.hypot(offset[:, 0], offset[:, 1])
+        else:
+            apart = np.abs(offset[:, 0] * chord[1] - offset[:, 1] * chord[0]) / length
+            # A line that turns back on itself leaves its chord along it, not beside it.
+            along = offset @ chord / length
+            apart = np.maximum(apart, np.maximum(-along, along - length))
+        far = int(np.argmax(apart))
+        if apart[far] > 0.2:
+            middle = begin + 1 + far
+            marks[middle] = True
+            stack += [(begin, middle), (middle, end)]
+    kept += np.flatnonzero(marks).tolist()
+    return [points[i] for i in [*kept, len(points) - 1]]

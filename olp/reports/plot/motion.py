@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.core.units import mm, percent
-from olp.reports.explanation import Explanation, Phase
-from olp.reports.plot.axes import Axes, room
-from olp.reports.plot.figure import SERIES, Box, Figure, Polyline, Role, TextLabel
+from olp.reports.explain import Explanation, Phase
+from olp.reports.plot.figure import SERIES, Axes, Box, Figure, Polyline, Role, TextLabel, room
 
 _WIDTH, _LEFT, _RIGHT = 940, 78, 122
 _SHADES: dict[str, tuple[Role, float]] = {

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.core.units import deg, mm
 from olp.ir.program import Path
-from olp.reports.plot.axes import Axes, room
-from olp.reports.plot.figure import Box, Dot, Figure, Polyline, Role, TextLabel
+from olp.reports.plot.figure import Axes, Box, Dot, Figure, Polyline, Role, TextLabel, room
 from olp.runtime.plan import PATHS, StepKind
 
 if TYPE_CHECKING:

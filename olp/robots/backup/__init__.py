@@ -1,12 +1,10 @@
 """Reading a Yaskawa controller's backup: tools, frames, variables, macros, parameters, system; KUKA's machine data."""
 
 from olp.robots.backup.backup import Backup, read_backup
+from olp.robots.backup.cnd_files import ToolData, UserFrame
 from olp.robots.backup.import_check import check_import
-from olp.robots.backup.parameters import GroupParameters, ParameterLayout
+from olp.robots.backup.parameters import BackupControlGroup, GroupParameters, ParameterLayout, SystemInfo
 from olp.robots.backup.robot_file import robot_toml
-from olp.robots.backup.system_sys import BackupControlGroup, SystemInfo
-from olp.robots.backup.tool_cnd import ToolData
-from olp.robots.backup.uframe_cnd import UserFrame
 from olp.robots.backup.var_dat import PositionVariable, Variables
 
 __all__ = [

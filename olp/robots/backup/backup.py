@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from olp.core.diagnostic import Diagnostic, error
+from olp.robots.backup.cnd_files import ToolData, UserFrame, read_tool_cnd, read_uframe_cnd
 from olp.robots.backup.controller_text import BackupFindings, BackupLine, blocks, read_rows, record
 from olp.robots.backup.parameters import (
     LAYOUTS,
     GroupParameters,
     ParameterFile,
     ParameterLayout,
+    SystemInfo,
     read_parameters,
+    read_system_sys,
 )
-from olp.robots.backup.system_sys import SystemInfo, read_system_sys
-from olp.robots.backup.tool_cnd import ToolData, read_tool_cnd
-from olp.robots.backup.uframe_cnd import UserFrame, read_uframe_cnd
 from olp.robots.backup.var_dat import Variables, read_var_dat
 
 T = TypeVar("T")

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Final
 
 from olp.core.diagnostic import OlpError, error, raise_errors
+from olp.core.toml import ROBOT_NAME, plain, quoted, shown
 from olp.robots.backup.controller_text import BackupFindings, BackupLine, read_rows
-from olp.robots.backup.toml_text import ROBOT_NAME, plain, quoted, shown
 
 FILE: Final = "$machine.dat"
 _FOLDERS: Final = ((), ("mada",), ("r1", "mada"), ("krc", "r1", "mada"))

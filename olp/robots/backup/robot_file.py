@@ -5,19 +5,22 @@ from __future__ import annotations
 from functools import lru_cache
 
 from olp.core.diagnostic import raise_errors
+from olp.core.toml import plain, quoted, shown
 from olp.core.units import deg, mm, ms
 from olp.robots.backup.backup import Backup
-from olp.robots.backup.frame_check import FrameAgreement, Stance
 from olp.robots.backup.import_check import (
+    FrameAgreement,
+    Stance,
+    axis_name,
     check_import,
     control_group,
+    has_links,
     maker_and_model,
     parameter_group,
+    shortest_degrees,
     stance_of,
 )
 from olp.robots.backup.parameters import LINK_SLOTS, ZONE_SLOTS, GroupParameters
-from olp.robots.backup.plausibility import axis_name, has_links, shortest_degrees
-from olp.robots.backup.toml_text import plain, quoted, shown
 
 
 @lru_cache(maxsize=16)

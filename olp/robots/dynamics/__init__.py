@@ -9,20 +9,18 @@ from olp.robots.dynamics.limits import (
     path_acceleration,
     path_torque,
 )
-from olp.robots.dynamics.model import (
+from olp.robots.dynamics.torques import (
     STANDARD_GRAVITY,
     DynamicModel,
     Mounting,
+    bias_forces,
     dynamic_model,
     gravity_of,
-    payload_of,
-)
-from olp.robots.dynamics.torques import (
-    bias_forces,
     gravity_torques,
     inertia_forces,
     inverse_dynamics,
     mass_matrix,
+    payload_of,
 )
 from olp.robots.model import Body
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.robots.dynamics.model import DynamicModel
-from olp.robots.dynamics.torques import drives_of, gravity_torques, inertia_forces, same_shape
+from olp.robots.dynamics.torques import DynamicModel, drives_of, gravity_torques, inertia_forces, same_shape
 from olp.robots.model import Body
 
 Array = NDArray[np.float64]

@@ -1,34 +1,258 @@
-"""Torques of motions and the parts of equation 5.1: t = M(q) q'' + h(q, q') + V q' + g(q)."""
+"""Torques of motions and the parts of equation 5.1: t = M(q) q'' + h(q, q') + V q' + g(q).
+
+The robot is a chain of rigid bodies under gravity, prepared once: what each link weighs, without what its own joint
+cannot move. Sums and products treat constants apart: a constant 0 or 1 costs nothing. In a robot most components are
+zero for ever: joints turn about coordinate axes, offsets lie along them, the base stands still. Python floats are the
+constants, arrays are values of many samples; the recursion is written for the general case, and what is constant
+falls out of it by itself.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.robots.dynamics.algebra import (
-    Matrix,
-    Term,
-    Triple,
-    add,
-    apply,
-    cross,
-    dot,
-    minus,
-    plus,
-    scale,
-    times,
-    turn,
-)
-from olp.robots.dynamics.links import Link, links_of
-from olp.robots.dynamics.model import DynamicModel
-from olp.robots.kinematics.chain import as_joints
+from olp.robots.kinematics.chain import as_joints, geometry_of
 from olp.robots.model import Body, Robot, Vector
+from olp.robots.reader import tensor
+
+if TYPE_CHECKING:
+    from olp.robots.coordinate_systems import Tool
+
+
+Mounting = Literal["floor", "wall", "ceiling"]
+STANDARD_GRAVITY: Final = 9.80665  # [m/s²] CGPM 1901
+_TILTS: Final[dict[str, float]] = {"floor": 0.0, "wall": math.pi / 2.0, "ceiling": math.pi}
+
+
+@dataclass(frozen=True, slots=True)
+class DynamicModel:
+    """A robot whose masses are known, and the gravity [m/s²] that acts on it, in its base frame."""
+
+    robot: Robot
+    gravity: Vector = (0.0, 0.0, -STANDARD_GRAVITY)
+
+    @property
+    def torque_limits(self) -> NDArray[np.float64]:
+        """(k,) [Nm | N] infinite where not known."""
+        assert self.robot.dynamics is not None
+        limits = [drive.limit for drive in self.robot.dynamics.drives]
+        return np.array([math.inf if limit is None else limit for limit in limits])
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the robot's file does not know and the model takes instead, in words."""
+        dynamics = self.robot.dynamics
+        assert dynamics is not None
+        points = ", ".join(dynamics.point_masses)
+        groups = (
+            (f"the inertias of {points} are not known: taken as point masses", not points),
+            ("the inertia of the rotors is not known: taken as zero", any(d.rotor for d in dynamics.drives)),
+            ("friction is not known: taken as zero", any(d.viscous or d.coulomb for d in dynamics.drives)),
+        )
+        return tuple(f"{self.robot.name}: {says}" for says, known in groups if not known)
+
+
+def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> DynamicModel:
+    """The model of `robot` on the floor, on a wall or under a ceiling, or under any gravity [m/s²] in its base frame.
+
+    On a wall the base frame's x points down; turn the gravity vector for anything else. Raises OlpError: K001 no
+    geometry, K006 no masses (the one who asks then uses a model that needs none).
+    """
+    geometry_of(robot)
+    if robot.dynamics is None:
+        advice = "add [dynamics] to its robot file, or use an acceleration that needs no masses"
+        raise OlpError(error("K006", f"the masses of {robot.name} are not known", help=advice))
+    if isinstance(mounting, str):
+        return DynamicModel(robot, gravity_of(_TILTS[mounting]))
+    return DynamicModel(robot, mounting)
+
+
+def gravity_of(tilt: float) -> Vector:
+    """[m/s²] in the base frame of a robot that stands turned by `tilt` [rad] about its base frame's y axis."""
+    # Quarter turns have exact zeros, which the recursion skips.
+    x, z = (round(value, 15) for value in (math.sin(tilt), -math.cos(tilt)))
+    return STANDARD_GRAVITY * x, 0.0, STANDARD_GRAVITY * z
+
+
+def payload_of(tool: Tool) -> tuple[Body | None, tuple[str, ...]]:
+    """The load that a tool is, seen from the flange, and in words what of it was assumed; None without a mass."""
+    name = f"tool {tool.name}" if tool.name else "the tool"
+    if tool.mass is None:
+        return None, (f"the mass of {name} is not known: taken as nothing",)
+    assumed = []
+    if tool.centre is None:
+        assumed.append(f"the centre of gravity of {name} is not known: taken in the flange")
+    if tool.inertia is None:
+        assumed.append(f"the inertia of {name} is not known: taken as a point mass")
+    inertia = (*(tool.inertia or (0.0, 0.0, 0.0)), 0.0, 0.0, 0.0)
+    return Body(tool.mass, tool.centre or (0.0, 0.0, 0.0), inertia), tuple(assumed)
+
+
+Rows = tuple[Vector, Vector, Vector]
+
+
+class Link(NamedTuple):
+    """One link in its own frame (origin at its joint, directions of the base at zero)."""
+
+    axis: int  # index into the robot's axes
+    linear: bool
+    direction: Vector
+    offset: Vector  # [m] of its joint in the frame of the link before
+    mass: float  # [kg]
+    first: Vector  # [kg m] mass times centre
+    second: Rows  # [kg m²] sum of mass times position times position transposed
+
+
+@lru_cache(maxsize=128)
+def links_of(robot: Robot, payload: Body | None) -> tuple[Link, ...]:
+    """From base to flange; the payload belongs to the last one. Needs geometry and dynamics of the robot.
+
+    A mass on the axis of a turning joint moves as if it belonged to the link before, and the second moments of a
+    sliding link do. They are counted there, so the recursion has less to do (base parameters; Khalil and Dombre,
+    Modeling, Identification and Control of Robots, 2002, section 9.4); the joint forces are the same.
+    """
+    assert robot.geometry is not None
+    assert robot.dynamics is not None
+    joints = robot.geometry.joints
+    moments = [_about_origin(robot.dynamics.bodies[joint.axis]) for joint in joints]
+    if payload is not None:
+        moments[-1] = moments[-1] + _about_origin(
+            payload, np.array(robot.geometry.flange_rotation), np.array(robot.geometry.flange_offset)
+        )
+    for i in reversed(range(len(joints))):
+        linear = robot.axes[joints[i].axis].linear
+        kept = _unmoved(moments[i], np.array(joints[i].direction), linear)
+        moments[i] = moments[i] - kept
+        if i:
+            moments[i - 1] = moments[i - 1] + _shifted(kept, np.array(joints[i].offset))
+    return tuple(
+        Link(joint.axis, robot.axes[joint.axis].linear, joint.direction, joint.offset, *_plain(moment))
+        for joint, moment in zip(joints, moments, strict=True)
+    )
+
+
+# All moments of a body in one symmetric matrix [[second, first], [first, mass]]: they add, and they move by M X Mᵀ.
+
+
+def _about_origin(body: Body, rotation: Array | None = None, offset: Array | None = None) -> Array:
+    """(4, 4) moments of a body about the origin of a link that it is turned and shifted in."""
+    centre, inertia = np.array(body.centre), tensor(body.inertia)
+    if rotation is not None and offset is not None:
+        centre, inertia = offset + rotation @ centre, rotation @ inertia @ rotation.T
+    moments = np.zeros((4, 4))
+    moments[:3, :3] = np.eye(3) * (np.trace(inertia) / 2.0) - inertia
+    place = np.append(centre, 1.0)
+    return moments + body.mass * np.outer(place, place)
+
+
+def _unmoved(moments: Array, direction: Array, linear: bool) -> Array:
+    """(4, 4) the part that acts on the joint's own link as it would on the link before it."""
+    kept = np.zeros((4, 4))
+    if linear:
+        kept[:3, :3] = moments[:3, :3]
+        return kept
+    kept[:3, :3] = np.outer(direction, direction) * (direction @ moments[:3, :3] @ direction)
+    kept[:3, 3] = kept[3, :3] = direction * (direction @ moments[:3, 3])
+    kept[3, 3] = moments[3, 3]
+    return kept
+
+
+def _shifted(moments: Array, offset: Array) -> Array:
+    move = np.eye(4)
+    move[:3, 3] = offset
+    return move @ moments @ move.T
+
+
+def _plain(moments: NDArray[np.float64]) -> tuple[float, Vector, Rows]:
+    """Python floats: only they count as constants."""
+    rows = moments.tolist()
+    first = (rows[0][3], rows[1][3], rows[2][3])
+    second: Rows = (tuple(rows[0][:3]), tuple(rows[1][:3]), tuple(rows[2][:3]))
+    return rows[3][3], first, second
+
 
 Array = NDArray[np.float64]
+Term: TypeAlias = float | Array  # exactly `float` for a constant: numpy's own scalars count as arrays
+Triple: TypeAlias = tuple[Term, Term, Term]
+Matrix: TypeAlias = tuple[Triple, Triple, Triple]
+
+
+def times(a: Term, b: Term) -> Term:
+    """a b"""
+    if type(a) is float:
+        a, b = b, a
+    if type(b) is float:
+        if b == 0.0:
+            return 0.0
+        if b == 1.0:
+            return a
+        if b == -1.0:
+            return -a
+    return a * b
+
+
+def plus(a: Term, b: Term) -> Term:
+    """a + b"""
+    if type(a) is float and a == 0.0:
+        return b
+    return a if type(b) is float and b == 0.0 else a + b
+
+
+def minus(a: Term, b: Term) -> Term:
+    """a - b"""
+    if type(a) is float and a == 0.0:
+        return -b
+    return a if type(b) is float and b == 0.0 else a - b
+
+
+def dot(a: Sequence[Term], b: Sequence[Term]) -> Term:
+    """a · b"""
+    return plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
+
+
+def cross(a: Triple, b: Triple) -> Triple:
+    """a × b"""
+    return (
+        minus(times(a[1], b[2]), times(a[2], b[1])),
+        minus(times(a[2], b[0]), times(a[0], b[2])),
+        minus(times(a[0], b[1]), times(a[1], b[0])),
+    )
+
+
+def add(a: Triple, b: Triple) -> Triple:
+    return plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])
+
+
+def scale(a: Triple, factor: Term) -> Triple:
+    return times(a[0], factor), times(a[1], factor), times(a[2], factor)
+
+
+def apply(matrix: Matrix, vector: Triple) -> Triple:
+    """matrix · vector"""
+    return dot(matrix[0], vector), dot(matrix[1], vector), dot(matrix[2], vector)
+
+
+def turn(vector: Triple, axis: tuple[float, float, float], sine: Term, cosine: Term) -> Triple:
+    """`vector` turned about the unit vector `axis` by the angle of that sine and cosine."""
+    for i in range(3):
+        if abs(axis[i]) == 1.0:
+            # A turn about a negative axis is one about the positive axis with u and v exchanged.
+            u, v = ((i + 1) % 3, (i + 2) % 3)[:: 1 if axis[i] > 0.0 else -1]
+            result = [vector[i]] * 3
+            result[u] = minus(times(vector[u], cosine), times(vector[v], sine))
+            result[v] = plus(times(vector[u], sine), times(vector[v], cosine))
+            return result[0], result[1], result[2]
+    along = times(dot(vector, axis), minus(1.0, cosine))
+    return add(add(scale(vector, cosine), scale(cross(axis, vector), sine)), scale(axis, along))
+
 
 # Samples per block: all intermediate arrays of a block together stay in the second-level cache.
 BLOCK: Final = 4096

@@ -10,11 +10,12 @@ from olp.robots.kinematics.configuration import (
     Singularity,
     clearance,
     configuration_of,
+    joints_to_pulses,
+    pulses_to_joints,
     singularities,
     within_limits,
 )
 from olp.robots.kinematics.inverse import branches, inverse, nearest
-from olp.robots.kinematics.readings import joints_to_pulses, pulses_to_joints
 from olp.robots.kinematics.tracking import track, track_branches, track_paths
 
 __all__ = [

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.robots.kinematics.chain import BLOCK, as_joints, geometry_of
 from olp.robots.kinematics.configuration import configuration_of, links_of, to_standard, turn_centres, wrap
-from olp.robots.kinematics.inverse import as_poses, columns, inverse
-from olp.robots.kinematics.numeric import solve_from
+from olp.robots.kinematics.inverse import as_poses, columns, inverse, solve_from
 from olp.robots.kinematics.spherical import STRAIGHT_WRIST, flipped, solve_arms
 from olp.robots.model import Links, Robot
 

@@ -20,8 +20,7 @@ from olp.ir.program import Path
 from olp.robots.controller_effects import SETTINGS
 from olp.robots.geometry import Pose
 from olp.robots.robot import Robot, load_robot, robot_names
-from olp.servers.controller.controller import DEFAULT_CYCLE, Controller
-from olp.servers.controller.step import State, Step
+from olp.servers.controller.controller import DEFAULT_CYCLE, Controller, State, Step
 from olp.servers.controller.target import Target
 
 HOST: Final = "127.0.0.1"  # never reachable from elsewhere: the protocol asks nobody who they are

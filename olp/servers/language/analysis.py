@@ -1,12 +1,17 @@
-"""What is known of one text: the program, what happens when it runs, how long that takes, what is wrong."""
+"""What is known of one text: the program, what happens when it runs, how long that takes, what is wrong.
+
+An editor may set the same words as the command line. What is left out stands in olp.toml.
+
+Code: C013.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +20,52 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.memory_limit import SupersededError, TextCache, check, remembering
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.reports.batch import time_plan_of
+from olp.reports.batch import Job, time_plan_of
 from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.interpreter import run
 from olp.runtime.machine import LIMIT
 from olp.servers.language.document import OpenDocument, read_document
-from olp.servers.language.settings import EditorSettings
 from olp.timing.timing import Timing
 
 if TYPE_CHECKING:
     from olp.checks.fit.fit import Fit
+
+
+_TEXTS = ("robot", "signature", "model")
+
+
+@dataclass(frozen=True, slots=True)
+class EditorSettings:
+    """`job`: how programs are timed. `diagnostics`: what of the settings cannot be used, and is left out."""
+
+    job: Job = Job()  # noqa: RUF009, a frozen one
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def settings_of(given: object) -> EditorSettings:
+    """From `{"robot": …, "signature": …, "override": …, "model": …}`, or that under the key `olp`; override in %."""
+    if isinstance(given, Mapping) and isinstance(given.get("olp"), Mapping):
+        given = given["olp"]
+    if not isinstance(given, Mapping):
+        return EditorSettings()
+    problems: list[Diagnostic] = []
+    values: dict[str, Any] = {}
+    for name in _TEXTS:
+        value = given.get(name)
+        if isinstance(value, str):
+            values[name] = value.strip() or None
+        elif value is not None:
+            problems.append(_wrong(name, value, f"olp.{name} is a text"))
+    override = given.get("override")
+    if isinstance(override, (int, float)) and not isinstance(override, bool) and 0 < override < float("inf"):
+        values["override"] = override / 100.0
+    elif override not in (None, 0, ""):
+        problems.append(_wrong("override", override, "olp.override is a number of % above zero"))
+    return EditorSettings(Job(**values), tuple(problems))
+
+
+def _wrong(name: str, value: object, says: str) -> Diagnostic:
+    return error("C013", f"the setting olp.{name} cannot be {str(value)[:40]!r}", help=says)
 
 
 class LineRuns(NamedTuple):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from olp.checks.guard.budget import Budget, budgets_for
-from olp.checks.guard.measure import measure
+from olp.checks.guard.judge import measure
 from olp.core.diagnostic import OlpError
 from olp.ir.program import Program, Routine
 from olp.runtime.plan import StepKind

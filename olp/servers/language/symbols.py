@@ -1,20 +1,36 @@
-"""Definitions, references and the outline of a text."""
+"""The names of a text: definitions, references, outline, completion and hover.
+
+Completion offers the language's words and the names of the text and its folder. Hover says what a line does and what a
+name means, in a few lines of Markdown.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from olp.core.diagnostic import OlpError
 from olp.core.source import Source, load
+from olp.core.units import deg, mm
 from olp.ir.program import Program, Routine
 from olp.languages.tokens import TokenKind, Word, Words
 from olp.languages.vendor import find_vendor, part_of
+from olp.robots.geometry import angles_from_rotation, rotation_from_quaternion
 from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
+from olp.runtime.plan import StepKind
 from olp.servers.language.analysis import Analysis
 from olp.servers.language.document import vendor_of
 from olp.servers.language.service import ProgramService
+
+if TYPE_CHECKING:
+    from olp.servers.language.service import ProgramService
+    from olp.timing.timing import Timing
+
 
 _MOST_LISTED = 2000  # names of a kind in an outline: nobody reads more
 
@@ -228,3 +244,176 @@ def scope_at(routines: Iterable[Routine], line: int) -> str:
         if begin < routine.line <= line <= (routine.last_line or line):
             found, begin = routine.name or f"line {routine.line}", routine.line
     return found
+
+
+_MOST = 500  # names of a kind: a list of 10,000 points helps nobody
+_TOKEN = re.compile(r"[^\s,;(){}=\[]*$")
+
+
+class Proposal(NamedTuple):
+    """`text` in place of what stands between `column` and the cursor. `kind` None: a word of the language."""
+
+    text: str
+    column: int
+    kind: TokenKind | None
+    detail: str = ""
+
+
+def completion(analysis: Analysis, line: str, number: int, column: int) -> list[Proposal]:
+    """Proposals for a cursor before `column` of `line` (number `number`), which may be newer than the analysis."""
+    before = line[: column - 1]
+    match = _TOKEN.search(before)
+    start = match.start() + 1 if match else column
+    typed = before[start - 1 :].casefold()
+    vendor = analysis.program.vendor if analysis.program is not None else vendor_of(analysis.source, "") or ""
+    words = words_of(vendor)
+    if words is None:
+        return []
+    found = [Proposal(word, start, None) for word in sorted(words.vocabulary())]
+    found += _names(analysis, number, start)
+    found += _jobs(analysis, vendor, before[: start - 1], start, typed)
+    return [one for one in found if one.text.casefold().startswith(typed)]
+
+
+def _names(analysis: Analysis, number: int, start: int) -> Iterator[Proposal]:
+    """Each name of the text once, spelt as where it comes into being, else as where it stands first."""
+    spelt: dict[tuple[str, str], Proposal] = {}
+    counts: dict[TokenKind, int] = {}
+    for name in sorted(names(analysis), key=lambda one: not one.defines):
+        key = (name.scope, name.key)
+        if key in spelt or name.line == number or counts.get(name.kind, 0) >= _MOST:
+            continue
+        counts[name.kind] = counts.get(name.kind, 0) + 1
+        text = analysis.source.line(name.line)
+        word = text[name.column - 1 : name.end_column - 1]
+        if not word[:1].isdigit():  # the number of a frame alone
+            spelt[key] = Proposal(word, start, name.kind, text.strip()[:80])
+    yield from spelt.values()
+
+
+def _jobs(analysis: Analysis, vendor: str, before: str, start: int, typed: str) -> Iterator[Proposal]:
+    """The other programs of the folder, where one can be called."""
+    path = Path(analysis.path)
+    if not path.is_absolute() or not path.parent.is_dir():
+        return
+    own = find_vendor(vendor)
+    mark = own.call_mark
+    if mark and not (typed.startswith(mark.casefold()) or re.search(own.call_words, before)):
+        return
+    files = files_by_stem(path.parent, path.suffix)
+    heads = files_by_name_record(path.parent, path.suffix) if mark else {}
+    for name in sorted({*files, *heads} - {path.stem.upper()}):
+        yield Proposal(f"{mark}{name}", start, TokenKind.ROUTINE, f"{name} in this folder")
+
+
+_MOST_RUNS = 5  # executions that are told one by one
+
+
+def hover(service: ProgramService, analysis: Analysis, line: int, column: int) -> str:
+    """Markdown for a place; empty where there is nothing to say."""
+    parts = [*_line(analysis, line)]
+    asked = name_at(names(analysis), line, column)
+    if asked is not None:
+        parts += _name(service, analysis, asked, line, column)
+    return "\n\n".join(parts)
+
+
+def _line(analysis: Analysis, line: int) -> Iterator[str]:
+    timing, steps = analysis.timing, analysis.steps(line)
+    if timing is None or not steps:
+        return
+    seconds = timing.duration_s[steps]
+    whole = float(seconds.sum())
+    often = f" in {len(steps)} executions" if len(steps) > 1 else ""
+    yield f"**{_seconds(whole)}**{often}" if not math.isnan(whole) else "**no time**: see the findings"
+    last = steps[min(len(steps), _MOST_RUNS) - 1]
+    for number, step in enumerate(steps[:_MOST_RUNS], 1):
+        told = _move(timing, step) if timing.plan.kind[step] == StepKind.MOVE else ""
+        head = f"{number}. " if len(steps) > 1 else "- "
+        yield f"{head}{_interval(timing, step)}{told}".rstrip()
+    if len(steps) > _MOST_RUNS:
+        yield f"… and {len(steps) - _MOST_RUNS} more"
+    if timing.plan.kind[last] == StepKind.MOVE:
+        yield from _pose(timing, steps[-1])
+
+
+def _interval(timing: Timing, step: int) -> str:
+    text = _seconds(float(timing.duration_s[step]))
+    if timing.interval is not None:
+        low, high = float(timing.interval.low[step]), float(timing.interval.high[step])
+        if not math.isnan(low):
+            text += f" (95 %: {low:.3f} to {high:.3f})"
+    return f"{text}, ends at {float(timing.end_s[step]):.3f} s"
+
+
+def _move(timing: Timing, step: int) -> str:
+    """Way, turn, speeds, acceleration and limit."""
+    columns = (
+        ("{:.1f} mm", timing.distance_mm),
+        ("turns {:.1f}°", timing.angle_deg),
+        ("programmed {:g} %", timing.speed_pct),
+        ("programmed {:.1f} mm/s", timing.speed_mm_s),
+        ("programmed {:g} °/s", timing.speed_deg_s),
+        ("reached {:.1f} mm/s", timing.reached_mm_s),
+        ("{:.0f} mm/s²", timing.accel_mm_s2),
+    )
+    found = [text.format(float(of[step])) for text, of in columns if not math.isnan(float(of[step]))]
+    if timing.limited_by[step]:
+        found.append(f"limited by {timing.limited_by[step]}")
+    return ": " + ", ".join(found)
+
+
+def _pose(timing: Timing, step: int) -> Iterator[str]:
+    """Where the move ends: the tool in the base, and the axes."""
+    plan = timing.plan
+    row = int(plan.row[step])
+    target, mechanism = int(plan.moves.target[row]), int(plan.moves.mechanism[row])
+    place, turn = plan.positions.position[target], plan.positions.quaternion[target]
+    if not np.isnan(place).any():
+        x, y, z = place / mm
+        rx, ry, rz = angles_from_rotation(rotation_from_quaternion(turn)) / deg
+        yield (
+            f"ends at X {x:.3f} Y {y:.3f} Z {z:.3f} mm, Rx {rx:.4f} Ry {ry:.4f} Rz {rz:.4f}° (tool in the base)"
+        )
+    robot = plan.robots[mechanism] if mechanism < len(plan.robots) else None
+    if robot is None:
+        return
+    axes = plan.positions.axes[target][: len(robot.axes)]
+    if not np.isnan(axes).any():
+        shown = " ".join(
+            f"{name} {value / (mm if axis.linear else deg):.3f}{' mm' if axis.linear else '°'}"
+            for name, axis, value in zip(robot.axis_names, robot.axes, axes.tolist(), strict=True)
+        )
+        yield f"axes {shown}"
+
+
+def _name(
+    service: ProgramService, analysis: Analysis, asked: PlacedName, line: int, column: int
+) -> Iterator[str]:
+    """The line where the name comes into being."""
+    for found in definitions(service, analysis, line, column)[:1]:
+        if found.line == asked.line and found.file == asked.file:
+            continue
+        where = f"line {found.line}" if found.file == analysis.path else f"{_base(found.file)}:{found.line}"
+        yield f"{asked.kind} of {where}: `{_text(service, analysis, found)}`"
+
+
+def _text(service: ProgramService, analysis: Analysis, name: PlacedName) -> str:
+    from olp.core.source import load
+
+    if name.file == analysis.path:
+        return analysis.source.line(name.line).strip()
+    if name.file in service.documents:
+        return service.documents[name.file].line(name.line).strip()
+    try:
+        return load(name.file).line(name.line).strip()
+    except OSError:
+        return ""
+
+
+def _base(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
+def _seconds(value: float) -> str:
+    return "no time" if math.isnan(value) else f"{value:.3f} s"

@@ -20,9 +20,9 @@ from pydantic import ValidationError
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.version import __version__
+from olp.servers.confinement import end_worker, start_worker
 from olp.servers.folder import ServerLimits
 from olp.servers.mcp.tool import AssistantTool, ToolArguments, load_tool, tool_names
-from olp.servers.worker_process import end_worker, start_worker
 
 log = logging.getLogger("olp.mcp")
 _AT_ONCE = 2  # workers

@@ -9,8 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.robots.dynamics.limits import PathTorque, acceleration_interval, move_acceleration, positive_speed
-from olp.robots.dynamics.model import Mounting, dynamic_model
-from olp.robots.dynamics.torques import drives_of, gravity_torques, mass_matrix, same_shape
+from olp.robots.dynamics.torques import (
+    Mounting,
+    drives_of,
+    dynamic_model,
+    gravity_torques,
+    mass_matrix,
+    same_shape,
+)
 from olp.robots.model import Body, Robot, Vector
 from olp.timing.acceleration.constant import Constant
 from olp.timing.acceleration.law import AccelerationLaw

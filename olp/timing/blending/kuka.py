@@ -17,4 +17,4 @@ class Approximation(ParabolicLaw):
 
     summary = "KUKA approximate positioning C_DIS, C_VEL, C_ORI, C_PTP: a parabola within the approximation distance"
     source = "KUKA mxAutomation and KSS manuals: APO structure (CPTP, CDIS, CORI, CVEL). Not measured"
-    amount = "approximation distance [m], see olp/runtime/columns.py"
+    amount = "approximation distance [m], see olp/runtime/recorder.py"

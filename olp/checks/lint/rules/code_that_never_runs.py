@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from itertools import dropwhile, takewhile
 
 from olp.checks.guard.budget import budgets_for, label_name
-from olp.checks.lint.case import LintCase, routines
-from olp.checks.lint.rule import Rule, Suggestion
+from olp.checks.lint.rule import LintCase, Rule, Suggestion, routines
 from olp.ir.program import (
     Call,
     Comment,

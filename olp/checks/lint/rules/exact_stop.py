@@ -7,8 +7,7 @@ from math import degrees, radians
 
 import numpy as np
 
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import Rule, Suggestion
+from olp.checks.lint.rule import LintCase, Rule, Suggestion
 from olp.checks.lint.zones import rounded
 from olp.ir.program import Program
 from olp.reports.outcome.model import OutcomeFinding

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from olp.checks.difference.rows import standing_of
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import Rule
+from olp.checks.difference.compare import standing_of
+from olp.checks.lint.rule import LintCase, Rule
 from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.plan import BlendCode
 

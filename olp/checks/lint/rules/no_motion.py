@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import Rule, Suggestion
+from olp.checks.lint.rule import LintCase, Rule, Suggestion
 from olp.core.units import mm
 from olp.ir.program import Path, Program
 from olp.reports.outcome.model import Level, OutcomeFinding

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import Rule
+from olp.checks.lint.rule import LintCase, Rule
 from olp.reports.outcome.model import OutcomeFinding
 
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from olp.checks.lint.case import LintCase, mentioned, routines
-from olp.checks.lint.rule import Rule
+from olp.checks.lint.rule import LintCase, Rule, mentioned, routines
 from olp.ir.expressions import Named, Store
 from olp.ir.points import PointKind
 from olp.ir.program import Declare, Routine

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil
 
-from olp.checks.lint.case import LintCase
-from olp.checks.lint.rule import Rule, Suggestion
+from olp.checks.lint.rule import LintCase, Rule, Suggestion
 from olp.core.units import mm
 from olp.ir.program import Program
 from olp.reports.outcome.model import Level, OutcomeFinding

@@ -1,15 +1,24 @@
-"""The lines between //INST and END: the fast path first, then lines seen before, then the grammar."""
+"""The lines between //INST and END: the fast path first, then lines seen before, then the grammar.
+
+The fast path reads plain move lines without the grammar: a CAM job has 100,000 of them. `InformMoveLines.read`
+understands literal MOVJ, MOVL, MOVC and SMOVx lines and gives exactly the statement that the grammar gives (a test
+compares the two); whatever else a line holds, it declines, and the grammar reads it.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from olp.core import memory_limit
 from olp.core.diagnostic import Severity, Span
-from olp.ir.expressions import Number, Store, Unknown, Variable
+from olp.core.memory_limit import CacheShelf
+from olp.ir.expressions import Number, Position, Store, Taught, Unknown, Variable
 from olp.ir.program import (
     Begin,
+    Blend,
+    BlendKind,
     Case,
     Comment,
     Default,
@@ -22,20 +31,137 @@ from olp.ir.program import (
     For,
     If,
     LineKind,
+    Move,
+    MovePart,
     Next,
     Opaque,
+    Path,
+    Speed,
     Statement,
     Switch,
     While,
 )
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, give_up, values_of
-from olp.languages.vendors.inform.fast import InformMoveLines
+from olp.languages.lark_host import (
+    MOST_BROKEN,
+    BrokenLineError,
+    column_of,
+    either,
+    expected,
+    give_up,
+    in_words,
+    shortened,
+    values_of,
+    word_at,
+)
+from olp.languages.vendors.inform import values
 from olp.languages.vendors.inform.positions import ROW
 
 if TYPE_CHECKING:
-    from olp.languages.vendors.inform.grammar import InformLine
-    from olp.languages.vendors.inform.problems import InformProblem
+    from lark.exceptions import UnexpectedInput
+
+    from olp.languages.vendors.inform.statements import InformLine
+
+
+_NUMBER = r"\d{1,9}(?:\.\d{0,9})?"
+_NOT_ZERO = r"(?!0+(?:\.0*)?(?![\d.]))"
+_POSITION = r"(?:BC|EC|C|L?BP|L?EX|L?P)\d{1,6}"
+MOVE_LINE: Final = re.compile(
+    rf"(MOV[JLC]|SMOV[LC]) ({_POSITION}(?: {_POSITION})?)"
+    rf"(?: (VJ?={_NOT_ZERO}{_NUMBER}))?(?: PL=([0-8]))?(?: {{1,2}}\+MOVJ ({_POSITION}(?: VJ={_NUMBER})?))?"
+    r"(?: *//(.*?))?\s*",
+    re.ASCII,
+)
+_PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR}
+
+
+class InformMoveLines:
+    """Reads plain move lines of one file; equal words share one object."""
+
+    def __init__(self) -> None:
+        self._targets: dict[str, tuple[Position, ...]] = {}
+        self._speeds: dict[str | None, Speed | None] = {None: None}
+        self._blends: dict[str | None, Blend | None] = {None: None}
+        self._parts: dict[str | None, tuple[MovePart, ...]] = {None: ()}
+
+    def read(self, line: str, number: int) -> Move | None:
+        """The move in `line`, or None when it is not plain."""
+        match = MOVE_LINE.fullmatch(line)
+        if match is None:
+            return None
+        word, where, spoken, level, second, comment = match.groups()
+        if where[0] == "C" and where.isalnum():
+            # Nearly every taught point is used once: sharing them would cost more than it saves.
+            targets: tuple[Position, ...] = (Taught(Store.ROBOT, int(where[1:])),)
+        else:
+            targets = self._targets.get(where) or self._find_targets(where)
+        try:
+            speed, blend, parts = self._speeds[spoken], self._blends[level], self._parts[second]
+        except KeyError:
+            speed, blend, parts = self._speed(spoken), self._blend(level), self._part(second)
+        path = _PATHS[word[-1]]
+        if word[0] == "S":
+            return Move(number, path, targets, speed, blend, parts, comment or "", coordinated=True)
+        return Move(number, path, targets, speed, blend, parts, comment or "")
+
+    def _find_targets(self, text: str) -> tuple[Position, ...]:
+        found = tuple(_position(word) for word in text.split(" "))
+        self._targets[text] = found
+        return found
+
+    def _speed(self, text: str | None) -> Speed | None:
+        if text not in self._speeds:
+            self._speeds[text] = values.literal_speed(text)
+        return self._speeds[text]
+
+    def _blend(self, text: str | None) -> Blend | None:
+        if text not in self._blends:
+            level = values.quantity(values.number(text), values.LEVEL)
+            self._blends[text] = Blend(BlendKind.LEVEL, level)
+        return self._blends[text]
+
+    def _part(self, text: str | None) -> tuple[MovePart, ...]:
+        if text is not None and text not in self._parts:
+            position, _, spoken = text.partition(" ")
+            speed = self._speed(spoken) if spoken else None
+            self._parts[text] = (MovePart(Path.JOINT, (_position(position),), speed),)
+        return self._parts[text]
+
+
+class RememberedLines(InformMoveLines):
+    """The same for a text that was read before: its lines are taken from memory."""
+
+    def __init__(self, shelf: CacheShelf) -> None:
+        super().__init__()
+        self._shelf = shelf
+
+    def read(self, line: str, number: int) -> Move | None:
+        known: Move | None = self._shelf.get(line)
+        if known is not None and known.line == number:
+            return known
+        found = super().read(line, number) if known is None else _on_line(known, number)
+        if found is not None:
+            self._shelf.put(line, found)
+        return found
+
+
+def _on_line(it: Move, number: int) -> Move:
+    """The same plain move on another line."""
+    same = (it.path, it.targets, it.speed, it.blend, it.parts, it.comment)
+    return Move(number, *same, coordinated=it.coordinated)
+
+
+def move_lines() -> InformMoveLines:
+    """The reader of plain lines for one file."""
+    shelf = memory_limit.shelf("inform moves")
+    return InformMoveLines() if shelf is None else RememberedLines(shelf)
+
+
+def _position(word: str) -> Position:
+    if word[0] == "C" or word[1] == "C":
+        kind = word.rstrip("0123456789")
+        return Taught(values.TAUGHT_STORES[kind], int(word[len(kind) :]))
+    return values.variable(word)
 
 
 _FIRST_WORD = re.compile(r"\s*([^\s*(=#\"']*)")
@@ -127,7 +253,7 @@ class InformInstructionReader:
         return True
 
     def _words(self) -> frozenset[str]:
-        from olp.languages.vendors.inform.grammar import instruction_parser
+        from olp.languages.vendors.inform.statements import instruction_parser
 
         return instruction_parser().words
 
@@ -164,8 +290,6 @@ class InformInstructionReader:
     def _parse(self, text: str, line: str, number: int) -> tuple[Statement, ...]:
         from lark.exceptions import UnexpectedInput
 
-        from olp.languages.vendors.inform.problems import InformProblem, explain
-
         if self._broken >= MOST_BROKEN:
             self._kinds[number - 1] = LineKind.ERROR
             give_up(self._findings, "P024", Span(number, 1, 2), "lines new to olp")
@@ -194,7 +318,7 @@ class InformInstructionReader:
         """Once with odd names of //ALIAS guarded; if the grammar refuses that, with all of them."""
         from lark.exceptions import UnexpectedInput
 
-        from olp.languages.vendors.inform.grammar import instruction_parser
+        from olp.languages.vendors.inform.statements import instruction_parser
 
         once = self._mangled(text, every=False)
         try:
@@ -288,3 +412,159 @@ MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
     "DEFAULT": lambda line: Default(line),
     "ENDSWITCH": lambda line: EndSwitch(line),
 }
+
+
+# Each terminal of the grammar in words. Those that share a sentence are told once.
+WORDS: Final = {
+    "NUMBER": "a number",
+    "UNSIGNED": "a number",
+    "STRING": 'a text such as "OK"',
+    "VARIABLE": "a variable such as B000, LD012 or P040",
+    "ARRAY": "a variable such as B000, LD012 or P040",
+    "NAME": "a name from //ALIAS",
+    "TAUGHT": "a position such as C00001",
+    "SPEED_TAG": "a speed such as V=300.0 or VJ=25.00",
+    "LEVEL_TAG": "a position level such as PL=1",
+    "RATE_TAG": "ACC= or DEC=",
+    "RADIUS_TAG": "CR=",
+    "OTHER_TAG": "CV=, VE= or SPDL=",
+    "TIME_TAG": "a time such as T=0.50",
+    "DISTANCE_TAG": "a distance such as DIS=20.0",
+    "KIND_TAG": "KIND=",
+    "NUMBER_TAG": "PRMNO=",
+    "COUNT_TAG": "SNUM=",
+    "TAG": "a value such as AMP=2.0",
+    "INDEXED": "a condition file such as ASF#(1)",
+    "SIGNAL": "a signal such as IN#(1) or OT#(1)",
+    "STATE": "ON or OFF",
+    "HALF": "LOW or HIGH",
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "LSQB": "'['",
+    "RSQB": "']'",
+    "COMMA": "','",
+    "EQUAL": "'='",
+    "COMPARE": "a comparison such as =, <> or <",
+    "PLUS": "'+'",
+    "MINUS": "'-'",
+    "TIMES": "'*'",
+    "DIVIDE": "'/'",
+    "COMMENT": "a comment such as //seam start",
+    "LABEL": "a label such as *START",
+    "JOB": "a job such as JOB:MAIN",
+    "ARGF": "an argument such as ARGF1",
+    "SUFFIX": "a condition such as IF IN#(1)=ON",
+    "JOINT": "ANDIF, ORIF, ANDEXP or OREXP",
+    "FOREXPRESS": "FOREXPRESS",
+    "FRAME": "a coordinate system such as UF#(1) or BF",
+    "USER_MARK": "a coordinate system such as UF#(1) or BF",
+    "TOOL_MARK": "a tool such as TL#(1)",
+    "MACRO_MARK": "a macro such as MJ#(1)",
+    "IARG": "an argument such as IARG#(1)",
+    "STEP_MARK": "a step such as STEP#(1)",
+    "EXPRESS": "EXPRESS with an expression",
+    "SRCH": "a search such as SRCH RIN#(1)=ON DIS=20.0",
+    "UNTIL": "UNTIL with a condition",
+    "CONTINUOUS": "CONT",
+    "END_OF_ARC": "FPT",
+    "NO_WAIT": "NWAIT",
+    "PASSES": "a pass such as T00001",
+    "MOVE": "MOVJ or MOVL",
+    "REFERENCE": "REFP",
+    "START": "START=",
+    "CASE": "CASE",
+    "TO": "TO",
+    "STEP": "STEP=",
+    "TASK": "a task such as SUB1",
+    "SYNC": "SYNC",
+    "ALL": "ALL",
+    "CLEAR_WORD": "STACK or MPF",
+    "MTOOL": "MTOOL",
+    "RETURNED": "$RV",
+    "SYSTEM_VALUE": "a system variable such as $PX000 or $B002",
+    "DISABLED": "an instruction",
+    "COMPUTED": "LABEL: with a variable",
+    "$END": "the end of the line",
+}
+# The end of a line and a comment fit nearly everywhere and help nobody who misses something else.
+_LAST = ("the end of the line", "a comment such as //seam start")
+_MOST = 6
+_NUMBER_BEFORE = re.compile(r"(?<![\w.])[\d.]+$")
+_NUMBER_GOES_ON = frozenset(".0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
+_BARE_TAG = re.compile(r"([A-Z]+=)(?:\s+[A-Z]+|\s*)$")
+_WORD_BEFORE = re.compile(r"[^\W\d]\w*$")
+_KNOWN_TAGS = frozenset({"V=", "VJ=", "VR=", "PL=", "ACC=", "DEC=", "CR=", "T=", "UF#", "SRCH="})
+
+
+class InformProblem(NamedTuple):
+    """`column`, `end_column`: 1-based, in the line."""
+
+    message: str
+    column: int
+    end_column: int
+    wanted: str
+
+
+def explain(problem: UnexpectedInput, line: str) -> InformProblem:
+    """The refused line in words: what stands there, and what could stand there."""
+    names, text = expected(problem), line.rstrip()
+    length, column = len(text), column_of(problem, text)
+    if column > length:
+        return InformProblem("the line ends too early", column, column + 1, sentence(names))
+    return _odd_word(line, column) or _unknown_tag(line, column, names) or _unexpected(line, column, names)
+
+
+def _unexpected(line: str, column: int, names: set[str]) -> InformProblem:
+    word = word_at(line, column)
+    return InformProblem(
+        f"'{_shown(word)}' is not expected here", column, column + len(word), sentence(names)
+    )
+
+
+def _odd_word(line: str, column: int) -> InformProblem | None:
+    """A text without its end, a number with two points, a tag without its value."""
+    if line[column - 1] == '"':
+        return InformProblem("a text that is never closed", column, len(line) + 1, 'a " at its end')
+    glued = _NUMBER_BEFORE.search(line[: column - 1])
+    if glued is not None and line[column - 1] in _NUMBER_GOES_ON:
+        start, word = glued.start() + 1, glued[0] + word_at(line, column)
+        return InformProblem(f"'{_shown(word)}' is no number", start, start + len(word), "a number")
+    bare = _BARE_TAG.search(line[: column - 1])
+    if bare is not None and not (bare.end() == column - 1 and line[column - 1] not in " \t="):
+        return InformProblem(
+            f"{bare[1]} has no value", bare.start(1) + 1, bare.end(1) + 1, "a number or a variable"
+        )
+    return None
+
+
+def _unknown_tag(line: str, column: int, names: set[str]) -> InformProblem | None:
+    """`VV=1`: the grammar takes VV for a name and stumbles over the `=` only."""
+    before = _WORD_BEFORE.search(line[: column - 1])
+    if before is None or line[column - 1] not in "=#" or "COMPARE" in names:
+        return None
+    start, word = before.start() + 1, before[0] + line[column - 1]
+    if word in _KNOWN_TAGS:
+        missing = WORDS["TAUGHT"] if "TAUGHT" in names else sentence(names)
+        return InformProblem(f"'{word}' is not expected here", start, start + len(word), missing)
+    wanted = sentence(names - {"NAME", "VARIABLE", "ARRAY", "TAUGHT"})
+    return InformProblem(f"'{_shown(word)}' is not known here", start, start + len(word), wanted)
+
+
+def sentence(terminals: Iterable[str]) -> str:
+    """`terminals` in words: the likely ones first, not more than six."""
+    names = set(terminals)
+    if "PLUS" in names:
+        names.discard("NUMBER")  # a number with a sign continues a sum
+    if "COMPARE" in names:
+        names.discard("EQUAL")
+    words = in_words(names, WORDS)
+    likely = [word for word in words if word not in _LAST] or words
+    if len(likely) > _MOST:
+        return ", ".join([*likely[:_MOST], "…"])
+    return either(likely) or "something else"
+
+
+def _shown(word: str) -> str:
+    from olp.languages.vendors.inform.expressions import unmangle
+
+    return shortened(unmangle(word))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.garbage_collection import no_garbage_collection
+from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
 from olp.ir.block_structure import pair
 from olp.ir.expressions import Element, FrameRef, Store, Taught, Variable
@@ -29,8 +29,7 @@ from olp.ir.program import (
     Statement,
 )
 from olp.languages.findings import Findings
-from olp.languages.vendors.inform.fast import InformMoveLines, move_lines
-from olp.languages.vendors.inform.instructions import InformInstructionReader
+from olp.languages.vendors.inform.instructions import InformInstructionReader, InformMoveLines, move_lines
 from olp.languages.vendors.inform.positions import KINDS, ROW, InformPositionReader
 from olp.languages.vendors.inform.values import STORES, number
 

@@ -1,14 +1,22 @@
-"""INFORM: C00001 and P001, *LABEL, JOB:NAME, B000, UF#(1)."""
+"""INFORM: C00001 and P001, *LABEL, JOB:NAME, B000, UF#(1).
+
+Layout: the controller writes the lines; only blanks at their ends go.
+"""
 
 from __future__ import annotations
 
-from olp.languages.tokens import Pattern, TokenKind, Words
-from olp.languages.vendors.inform.grammar import instruction_parser
+from olp.languages.tokens import Layout, Pattern, TokenKind, Words
+from olp.languages.vendors.inform.statements import instruction_parser
 
 _SIGNALS = "IN|OT|IGH|OGH|IG|OG|SIN|SOUT|RIN|MREG|AI|AO"
 
 
+class InformLayout(Layout):
+    """Indentation is the controller's: a blank and a tab per step."""
+
+
 class InformTokens(Words):
+    layout = InformLayout()
     case_sensitive = True
     # A comment of its own, one behind an instruction (records begin with // too), a text.
     passed_over = r"""^\s*'.*|(?<=\S)\s*//.*|"[^"]*\""""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from olp.core.diagnostic import Diagnostic, Severity
-from olp.core.garbage_collection import no_garbage_collection
+from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
 from olp.ir.points import PointTable
 from olp.ir.program import Declare, LineKind, Parameter, Program, Routine, Statement

@@ -1,11 +1,14 @@
-"""KRL: names that are declared, in the program or in its .dat."""
+"""KRL: names that are declared, in the program or in its .dat.
+
+Layout: blocks indented, the body of a routine not, as the controller's editor does.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 
-from olp.languages.tokens import Pattern, TokenKind, Words, listed
+from olp.languages.tokens import BlockLayout, Pattern, TokenKind, Words, listed
 
 _KINDS = {
     **dict.fromkeys(("POS", "E6POS", "AXIS", "E6AXIS"), TokenKind.POINT),
@@ -27,7 +30,18 @@ _OPENERS = listed(
 )
 
 
+class KrlLayout(BlockLayout):
+    opens = re.compile(
+        r"(?:IF\b.*\bTHEN\b|FOR\b|WHILE\b|LOOP\b|REPEAT\b|SWITCH\b|SPLINE\b|PTP_SPLINE\b)", re.IGNORECASE
+    )
+    closes = re.compile(r"(?:ENDIF|ENDFOR|ENDWHILE|ENDLOOP|UNTIL|ENDSWITCH|ENDSPLINE)\b", re.IGNORECASE)
+    between = re.compile(r"(?:ELSE|CASE|DEFAULT)\b", re.IGNORECASE)
+    kept = re.compile(r"[&;]")  # records, comments and folds, which the controller's forms look for
+    free_outside = True
+
+
 class KrlTokens(Words):
+    layout = KrlLayout()
     passed_over = r""";.*|^\s*&.*|"[^"]*\""""
     identifier = r"(?<![\w$#.])([A-Z_$][\w$]*)"
     keywords = _OPENERS | listed("TO STEP THEN DO IN OUT SEC AND OR NOT EXOR B_AND B_OR TRUE FALSE PUBLIC")

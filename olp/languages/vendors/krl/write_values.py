@@ -12,8 +12,8 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.languages.decimals import all_trimmed, trimmed
 from olp.languages.generator import CannotSayError, Generator, Spelled
+from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUES
 from olp.languages.vendors.krl.neighbours import CONFIG_MARK

@@ -1,11 +1,14 @@
-"""RAPID: names that are declared, in the routine, the module or another one."""
+"""RAPID: names that are declared, in the routine, the module or another one.
+
+Layout: modules, routines and blocks indented.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 
-from olp.languages.tokens import Pattern, TokenKind, Words, listed
+from olp.languages.tokens import BlockLayout, Pattern, TokenKind, Words, listed
 from olp.languages.vendors.rapid.instructions import RULES
 from olp.languages.vendors.rapid.moves import LAYOUTS
 from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, RECORDS, SPEEDS, TYPES, ZONES
@@ -25,7 +28,31 @@ _HEAD = re.compile(r"\s*(?:LOCAL\s+)?(?:PROC|FUNC\s+\w+)\s+\w+\s*\(", re.IGNOREC
 _PARAMETER = re.compile(r"[(,|]\s*\\?\s*(?:(?:INOUT|VAR|PERS)\s+)?(\w+)\s+(\w+)", re.IGNORECASE)
 
 
+_CODE = re.compile(r'(?:[^!"]|"(?:[^"]|"")*"?)*')
+
+
+class RapidLayout(BlockLayout):
+    opens = re.compile(
+        r"(?:MODULE\b|(?:LOCAL\s+)?(?:PROC|FUNC|TRAP|RECORD)\b|IF\b.*\bTHEN\s*(?:!.*)?$|FOR\b|WHILE\b|TEST\b)",
+        re.IGNORECASE,
+    )
+    closes = re.compile(r"END(?:MODULE|PROC|FUNC|TRAP|RECORD|IF|FOR|WHILE|TEST)\b", re.IGNORECASE)
+    between = re.compile(r"(?:ELSEIF|ELSE|CASE|DEFAULT|ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
+    # An instruction without its semicolon goes on, unless the line is the head or the end of a block.
+    open_end = re.compile(
+        r"^(?!(?:MODULE|(?:LOCAL\s+)?(?:PROC|FUNC|TRAP|RECORD)|END\w+|ELSE|ERROR|UNDO|BACKWARD)\b)"
+        r"(?!.*(?:;|:|\b(?:THEN|DO|FROM|TEST.*))\s*$).*\S\s*$",
+        re.IGNORECASE,
+    )
+    kept = re.compile(r"%%%|VERSION:|LANGUAGE:")
+
+    def bare(self, text: str) -> str:
+        match = _CODE.match(text)
+        return match[0].rstrip() if match else text
+
+
 class RapidTokens(Words):
+    layout = RapidLayout()
     passed_over = r"""!.*|"(?:[^"]|"")*\""""
     identifier = r"(?<![\w\\.])([A-Z_]\w*)"
     keywords = _TYPES | listed(

@@ -11,8 +11,8 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.languages.decimals import all_trimmed
 from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled
+from olp.languages.literals import all_trimmed
 from olp.languages.vendors.rapid.literals import confdata, quoted
 from olp.languages.vendors.rapid.names import RapidNames, signal_like
 from olp.languages.vendors.rapid.predefined_data import PREDEFINED_NAMES

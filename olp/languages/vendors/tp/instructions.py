@@ -1,15 +1,23 @@
-"""The instructions of /MN: the fast path first, then lines seen before, then the grammar."""
+"""The instructions of /MN: the fast path first, then lines seen before, then the grammar.
+
+Before, numbers and semicolons are taken off, continued lines joined, P-SPS blocks found. The fast path reads plain
+move lines without the grammar: a CAM program has 100,000 of them. `TpMoveLines.read` understands J, L and A moves
+with literal numbers and gives exactly the statement that the grammar gives (a test compares the two); whatever else a
+line holds, it declines, and the grammar reads it.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity, Span
-from olp.ir.expressions import Number, Store, Variable
+from olp.core.units import mm
+from olp.ir.expressions import Number, Quantity, Store, Taught, Variable
 from olp.ir.program import (
+    Blend,
     Call,
     Case,
     Comment,
@@ -23,7 +31,9 @@ from olp.ir.program import (
     LineKind,
     Move,
     Opaque,
+    Path,
     Process,
+    Speed,
     Statement,
     Switch,
 )
@@ -40,11 +50,234 @@ from olp.languages.lark_host import (
     values_of,
     word_at,
 )
-from olp.languages.vendors.tp.fast import TpMoveLines
-from olp.languages.vendors.tp.lines import NUMBERED, TpLine, in_english
+from olp.languages.vendors.tp import values
+from olp.languages.vendors.tp.moves import WELD_SPEED, kept
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput
+
+
+_NUMBER = r"(?!0+(?:\.0*)?(?![\d.]))\d{1,9}(?:\.\d{1,9})?"
+_CORNER = r"FINE|CNT\d{1,3}|C[RD]\d{1,4}(?:\.\d{1,6})?"
+MOVE_LINE: Final = re.compile(
+    r"([JLA]) {1,4}P\[(\d{1,6})(?::[^\]]*)?\] {1,4}"
+    rf"({_NUMBER}(?:%|mm/sec|cm/min|inch/min|deg/sec|msec|sec)|WELD_SPEED) {{1,4}}({_CORNER})"
+    r"(?: {1,4}ACC(\d{1,3}))?((?: {1,4}(?:COORD|PTH|RTCP|BREAK))*)\s*",
+    re.ASCII,
+)
+_SPEED: Final = re.compile(r"([\d.]+)(.*)")
+
+
+class TpMoveLines:
+    """Reads plain move lines of one file; equal words share one object."""
+
+    def __init__(self) -> None:
+        self._speeds: dict[str, Speed] = {}
+        self._blends: dict[str, Blend] = {"FINE": values.FINE}
+        self._rates: dict[str | None, Quantity | None] = {None: None}
+        self._others: dict[str, tuple[tuple[str, object], ...]] = {"": ()}
+
+    def read(self, text: str, number: int) -> Move | None:
+        """The move in `text`, or None when it is not plain."""
+        match = MOVE_LINE.fullmatch(text)
+        if match is None:
+            return None
+        letter, point, spoken, corner, rate, other = match.groups()
+        try:
+            speed, blend = self._speeds[spoken], self._blends[corner]
+        except KeyError:
+            speed, blend = self._speed(spoken), self._blend(corner)
+        targets = (Taught(Store.ROBOT, int(point)),)
+        path = values.PATHS[letter]
+        if rate is None and not other:
+            return Move(number, path, targets, speed, blend)
+        return self._with_options(number, path, targets, speed, blend, rate, other)
+
+    def _with_options(
+        self,
+        number: int,
+        path: Path,
+        targets: tuple[Taught],
+        speed: Speed,
+        blend: Blend,
+        rate: str | None,
+        other: str,
+    ) -> Move:
+        if rate not in self._rates:
+            self._rates[rate] = Quantity(Number(int(rate or 0)), values.PERCENT)
+        if other not in self._others:
+            self._others[other] = tuple(kept(word).value for word in other.split())
+        words = self._others[other]
+        return Move(number, path, targets, speed, blend, acceleration=self._rates[rate], other=words)  # type: ignore[arg-type]
+
+    def _speed(self, text: str) -> Speed:
+        if text not in self._speeds:
+            if text == "WELD_SPEED":
+                unit, scale = values.UNITS["mm/sec"]
+                self._speeds[text] = Speed(unit, Quantity(WELD_SPEED, mm), text)
+            else:
+                match = _SPEED.fullmatch(text)
+                assert match is not None
+                unit, scale = values.UNITS[match[2]]
+                self._speeds[text] = Speed(unit, Quantity(Number(values.number(match[1])), scale))
+        return self._speeds[text]
+
+    def _blend(self, text: str) -> Blend:
+        if text not in self._blends:
+            word = "CNT" if text[1] == "N" else text[:2]
+            kind, scale = values.CORNERS[word]
+            size = Quantity(Number(values.number(text[len(word) :])), scale)
+            self._blends[text] = Blend(kind, size, "" if word == "CNT" else word)
+        return self._blends[text]
+
+
+NUMBERED: Final = re.compile(r"\s*(\d*)\s*:(?!:)")
+_BLOCK_END = re.compile(r"\s*-{3,}\s*;?\s*")
+_MOST_JOINED = 60  # lines of one instruction
+
+
+class TpLine(NamedTuple):
+    """One instruction. `closed`: it ended with a semicolon. `lines`: source lines that it takes."""
+
+    number: int  # of its first source line
+    text: str
+    closed: bool = True
+    lines: int = 1
+    block_end: bool = False  # the ------ that ends a P-SPS block
+
+
+def instructions(lines: tuple[str, ...], first: int, stop: int) -> Iterator[TpLine]:
+    """The instructions in source lines `first` .. `stop` - 1 (from 1), blank lines left out."""
+    number = first
+    while number < stop:
+        text = lines[number - 1]
+        if not text.strip():
+            number += 1
+            continue
+        if _BLOCK_END.fullmatch(text):
+            yield TpLine(number, "", block_end=True)
+            number += 1
+            continue
+        body = _body(text)
+        if body.endswith(";"):
+            yield TpLine(number, body[:-1].rstrip())
+            number += 1
+            continue
+        line = _joined(lines, number, stop, body)
+        yield line
+        number += line.lines
+
+
+def _body(text: str) -> str:
+    """The text behind the line's number, without the blanks around it."""
+    match = NUMBERED.match(text)
+    return (text[match.end() :] if match else text).strip(" \t\x1a\x00")
+
+
+def _joined(lines: tuple[str, ...], number: int, stop: int, body: str) -> TpLine:
+    """An instruction that its first line does not close: what follows belongs to it, up to a semicolon."""
+    parts, count = [body], 1
+    while number + count < stop and count < _MOST_JOINED:
+        text = lines[number + count - 1]
+        match = NUMBERED.match(text)
+        if not text.strip() or _BLOCK_END.fullmatch(text) or (match is not None and match[1]):
+            break
+        parts.append(_body(text))
+        count += 1
+        if parts[-1].endswith(";"):
+            parts[-1] = parts[-1][:-1].rstrip()
+            return TpLine(number, " ".join(parts).strip(), lines=count)
+    if count == 1 or not body.startswith(("C ", "L ", "J ", "A ", "S ")):
+        return TpLine(number, body, closed=False)
+    return TpLine(number, " ".join(parts).strip(), closed=False, lines=count)
+
+
+# --- German keywords ---
+# Controllers set to German write German keywords: they are turned into the English ones, outside names and comments.
+#
+# Read from published listings of German controllers: other languages are not documented, and stay as they are.
+
+# /ATTR: German -> English.
+ATTRIBUTES: Final = {
+    "EIGN.": "OWNER",
+    "KOMMENTAR": "COMMENT",
+    "ERSTELL": "CREATE",
+    "DATEI_NAME": "FILE_NAME",
+    "ZEILEN": "LINE_COUNT",
+    "SPEICHERGR.": "MEMORY_SIZE",
+    "SCHUTZ": "PROTECT",
+    "DEFAULT_GRUP": "DEFAULT_GROUP",
+    "KONTROLLCODE": "CONTROL_CODE",
+}
+# The umlauts of these came through many code pages.
+_ATTRIBUTE_FORMS: Final = (
+    (re.compile(r"PROG_GR.{1,4}E"), "PROG_SIZE"),
+    (re.compile(r"GE.{1,2}NDERT"), "MODIFIED"),
+)
+_VALUES: Final = {"LESEN_SCHREIB": "READ_WRITE", "LESEN": "READ"}
+
+_ENGLISH: Final = {
+    "WENN": "IF",
+    "DANN": "THEN",
+    "SONST": "ELSE",
+    "AUFRUF": "CALL",
+    "SPRUNG": "JMP",
+    "WARTE": "WAIT",
+    "LABEL": "LBL",
+    "AN": "ON",
+    "AUS": "OFF",
+    "ENDE": "END",
+    "FEIN": "FINE",
+    "BENUTZER_NUM": "UFRAME_NUM",
+    "WKZ_NUM": "UTOOL_NUM",
+    "TRAGLST": "PAYLOAD",
+    "FB-PSPS": "TC_ONLINE",
+    "ZEIT VOR": "TB",
+    "ZEIT NACH": "TA",
+    "WEG VOR": "DB",
+    "Sek": "sec",
+    "sek": "sec",
+    "[&]": "AND",
+    "[+]": "OR",
+    "gA[": "GO[",
+    "gE[": "GI[",
+    "A[": "DO[",
+    "E[": "DI[",
+    "i[": "R[",
+}
+_GERMAN_HEAD: Final = re.compile(
+    r"^(?:EIGN\.|KOMMENTAR|ERSTELL|SCHUTZ|ZEILEN|KONTROLLCODE)\s*=", re.MULTILINE
+)
+_PLAIN = "|".join(re.escape(word) for word in sorted(_ENGLISH, key=len, reverse=True) if word[-1].isalnum())
+# Either something to leave alone (texts, comments in brackets, names of programs) or a word to replace.
+_TOKENS: Final = re.compile(
+    r"(\"[^\"]*\"|'[^']*'|:[^\]\[;]*\]|(?<=AUFRUF )\s*\w+|MESSAGE\[.*)"
+    rf"|(\[&\]|\[\+\]|(?<![A-Za-z0-9_$.])g?[AEi]\[|(?<![A-Za-z_$])(?:{_PLAIN})(?![A-Za-z0-9_]))"
+)
+
+
+def is_german(text: str) -> bool:
+    """Whether the header of a listing is in German."""
+    return _GERMAN_HEAD.search(text) is not None
+
+
+def in_english(text: str) -> str:
+    """One instruction with its German keywords replaced."""
+    return _TOKENS.sub(lambda match: match[1] or _ENGLISH[match[2]], text)
+
+
+def attribute(word: str) -> str:
+    """The English name of an attribute of the header."""
+    for form, name in _ATTRIBUTE_FORMS:
+        if form.fullmatch(word):
+            return name
+    return ATTRIBUTES.get(word, word)
+
+
+def attribute_value(text: str) -> str:
+    """The value of an attribute: dates and protection in English."""
+    text = _VALUES.get(text.strip(), text)
+    return re.sub(r"\bTAG (\d\d-\d\d-\d\d)(\s+)ZEIT ", r"DATE \1\2TIME ", text)
 
 
 BLOCK: Final = "P-SPS"  # the instructions that a controller runs beside a move

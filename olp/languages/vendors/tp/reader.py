@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeGuard
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.garbage_collection import no_garbage_collection
+from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
 from olp.ir.block_structure import pair
 from olp.ir.expressions import Expression, FrameRef, Number, Store, Taught
@@ -28,10 +28,15 @@ from olp.ir.program import (
 )
 from olp.languages.findings import Findings
 from olp.languages.vendors.tp import values
-from olp.languages.vendors.tp.fast import TpMoveLines
-from olp.languages.vendors.tp.instructions import TpInstructionReader
+from olp.languages.vendors.tp.instructions import (
+    TpInstructionReader,
+    TpMoveLines,
+    attribute,
+    attribute_value,
+    instructions,
+    is_german,
+)
 from olp.languages.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, ROUTINE_LENGTH
-from olp.languages.vendors.tp.lines import attribute, attribute_value, instructions, is_german
 from olp.languages.vendors.tp.positions import MODAL, TpPositionReader
 
 # Comments of signals and labels, which belong to the controller and stand wherever the signal does.

@@ -21,9 +21,8 @@ from olp.ir.moves import SetTool
 from olp.ir.program import Call, Dwell, Message, Pause, Process, SetOutput, Statement, Wait
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.expressions import Expressions, method_name
-from olp.languages.vendors.urscript.folding import fold
 from olp.languages.vendors.urscript.lines import UrscriptLine
-from olp.languages.vendors.urscript.outline import UrscriptPart
+from olp.languages.vendors.urscript.scopes import UrscriptPart
 from olp.languages.vendors.urscript.syntax import (
     Assignment,
     Closing,
@@ -35,6 +34,7 @@ from olp.languages.vendors.urscript.syntax import (
     UrscriptArgument,
     UrscriptName,
     UrscriptPair,
+    fold,
 )
 
 _POPUP: Final = ("s", "title", "warning", "error", "blocking")

@@ -33,9 +33,7 @@ from olp.ir.expressions import (
     Unary,
 )
 from olp.languages.vendors.urscript import builtins, helpers
-from olp.languages.vendors.urscript.folding import constants, fold, numbers, pose_literal, scaled
-from olp.languages.vendors.urscript.outline import UrscriptPart
-from olp.languages.vendors.urscript.scopes import UrscriptNames
+from olp.languages.vendors.urscript.scopes import UrscriptNames, UrscriptPart
 from olp.languages.vendors.urscript.syntax import (
     Invocation,
     ListOf,
@@ -50,6 +48,11 @@ from olp.languages.vendors.urscript.syntax import (
     UrscriptDot,
     UrscriptName,
     UrscriptPair,
+    constants,
+    fold,
+    numbers,
+    pose_literal,
+    scaled,
 )
 
 _COMPARE: Final = {"==": "=", "!=": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}

@@ -14,7 +14,6 @@ from olp.ir.expressions import Expression, FrameRef, Named, Number, Quantity, Si
 from olp.ir.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.languages.vendors.urscript import builtins
 from olp.languages.vendors.urscript.expressions import Expressions
-from olp.languages.vendors.urscript.folding import fold
 from olp.languages.vendors.urscript.syntax import (
     Invocation,
     Node,
@@ -22,6 +21,7 @@ from olp.languages.vendors.urscript.syntax import (
     PoseOf,
     UrscriptArgument,
     UrscriptName,
+    fold,
 )
 
 _PATHS: Final = {

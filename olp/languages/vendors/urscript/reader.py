@@ -10,7 +10,7 @@ from typing import Final
 from xml.etree import ElementTree
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
-from olp.core.garbage_collection import no_garbage_collection
+from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
 from olp.ir.expressions import (
     Binary,
@@ -56,11 +56,9 @@ from olp.languages.findings import Findings
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.calls import CallRules, Waits
 from olp.languages.vendors.urscript.expressions import Expressions
-from olp.languages.vendors.urscript.folding import fold, scaled
 from olp.languages.vendors.urscript.lines import Broken, Mark, UrscriptLine, UrscriptLineReader
 from olp.languages.vendors.urscript.moves import UrscriptMoveRules
-from olp.languages.vendors.urscript.outline import Outliner, UrscriptPart
-from olp.languages.vendors.urscript.scopes import UrscriptNames
+from olp.languages.vendors.urscript.scopes import Outliner, UrscriptNames, UrscriptPart
 from olp.languages.vendors.urscript.syntax import (
     Assignment,
     Closing,
@@ -74,6 +72,8 @@ from olp.languages.vendors.urscript.syntax import (
     Simple,
     UrscriptKeyword,
     UrscriptName,
+    fold,
+    scaled,
 )
 
 _GZIP = b"\x1f\x8b"

@@ -1,11 +1,14 @@
-"""URScript: a name comes into being where it is first assigned."""
+"""URScript: a name comes into being where it is first assigned.
+
+Layout: everything between a head and its `end` indented.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 
-from olp.languages.tokens import Pattern, TokenKind, Words, listed
+from olp.languages.tokens import BlockLayout, Pattern, TokenKind, Words, listed
 from olp.languages.vendors.urscript.builtins import KNOWN
 
 _ASSIGNED = re.compile(r"\s*(?:(?:global|local)\s+)?([A-Za-z_]\w*)\s*=(?!=)\s*(p?\[)?")
@@ -13,7 +16,19 @@ _HEAD = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\(")
 _PARAMETER = re.compile(r"[(,]\s*([A-Za-z_]\w*)")
 
 
+class UrscriptLayout(BlockLayout):
+    opens = re.compile(r"(?:def|thread|sec|if|while)\b.*:\s*(?:#.*)?$")
+    closes = re.compile(r"end\b")
+    between = re.compile(r"(?:elif|else)\b")
+    open_end = re.compile(r"[-+*/%=<>,(\[]\s*$")
+    kept = re.compile(r"\$|\{\{|\{%")
+
+    def bare(self, text: str) -> str:
+        return text.partition("#")[0].rstrip() if '"' not in text else text
+
+
 class UrscriptTokens(Words):
+    layout = UrscriptLayout()
     case_sensitive = True
     one_scope = True
     first_counts = True

@@ -10,10 +10,10 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.languages.decimals import all_trimmed, trimmed
 from olp.languages.generator import CannotSayError, Generator, Spelled
+from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.urscript import builtins, helpers
-from olp.languages.vendors.urscript.folding import angles_from_vector, scaled, vector_from_angles
+from olp.languages.vendors.urscript.syntax import angles_from_vector, scaled, vector_from_angles
 
 _SAME = 1e-12
 _LEAST = 1e-3  # smaller numbers than these may be written with an exponent

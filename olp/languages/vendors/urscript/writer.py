@@ -19,7 +19,7 @@ from olp.ir import terminology
 from olp.languages.generator import BRANCHES, CLOSES, OPENS, CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.calls import inverted
-from olp.languages.vendors.urscript.folding import scaled
+from olp.languages.vendors.urscript.syntax import scaled
 from olp.languages.vendors.urscript.write_values import PLACES, UrscriptValues
 
 # --- Write moves ---

@@ -9,8 +9,7 @@ from lsprotocol import types
 from olp.servers.language.actions import actions
 from olp.servers.language.document import Action, TextEdit
 from olp.servers.language.service import ProgramService
-from olp.servers.lsp.places import Json
-from olp.servers.lsp.server import OlpLanguageServer, Raw
+from olp.servers.lsp.server import Json, OlpLanguageServer, Raw
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:

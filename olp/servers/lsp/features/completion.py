@@ -5,10 +5,9 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.languages.tokens import TokenKind
-from olp.servers.language.completion import Proposal, completion
 from olp.servers.language.service import ProgramService
-from olp.servers.lsp.places import Json, path_of
-from olp.servers.lsp.server import OlpLanguageServer, Raw
+from olp.servers.language.symbols import Proposal, completion
+from olp.servers.lsp.server import Json, OlpLanguageServer, Raw, path_of
 
 _KINDS = {
     None: types.CompletionItemKind.Keyword,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from olp.servers.language.actions import formatting
 from olp.servers.language.analysis import Analysis
-from olp.servers.language.formatting import formatting
 from olp.servers.language.service import ProgramService
-from olp.servers.lsp.places import Json
-from olp.servers.lsp.server import OlpLanguageServer, Raw
+from olp.servers.lsp.server import Json, OlpLanguageServer, Raw
 
 _MOST = 16  # columns of one step
 

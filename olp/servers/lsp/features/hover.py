@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from olp.servers.language.hover import hover
 from olp.servers.language.service import ProgramService
+from olp.servers.language.symbols import hover
 from olp.servers.lsp.server import OlpLanguageServer
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.languages.vendor import vendor_suffixes
+from olp.servers.language.analysis import settings_of
 from olp.servers.language.service import ProgramService
-from olp.servers.language.settings import settings_of
-from olp.servers.lsp.places import Places
-from olp.servers.lsp.server import OlpLanguageServer
+from olp.servers.lsp.server import OlpLanguageServer, Places
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:

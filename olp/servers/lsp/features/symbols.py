@@ -8,8 +8,7 @@ from olp.core.source import load
 from olp.languages.tokens import TokenKind
 from olp.servers.language.service import ProgramService
 from olp.servers.language.symbols import OutlineSymbol, PlacedName, definitions, outline, references
-from olp.servers.lsp.places import Json, Line, uri_of
-from olp.servers.lsp.server import OlpLanguageServer, Raw
+from olp.servers.lsp.server import Json, Line, OlpLanguageServer, Raw, uri_of
 
 _KINDS = {
     TokenKind.ROUTINE: types.SymbolKind.Function,

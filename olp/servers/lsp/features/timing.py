@@ -1,25 +1,74 @@
-"""`olp/timing`: the object of `olp time --format json` for the open text, for hosts that draw."""
+"""Requests for hosts that draw: `olp/timing`, `olp/total` and `olp/view` of the open text.
+
+`olp/timing` is the object of `olp time --format json`, `olp/total` the same without its segments, for a status bar;
+`olp/view` is the page of `olp report`, and its data alone once a host has the page.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+from olp.servers.language.analysis import Analysis
 from olp.servers.language.service import ProgramService
-from olp.servers.lsp.places import path_of
-from olp.servers.lsp.server import OlpLanguageServer, Raw
+from olp.servers.lsp.server import OlpLanguageServer, Raw, uri_of
 
 
 def register(server: OlpLanguageServer, service: ProgramService) -> None:
     @server.feature("olp/timing")
     async def timing(params: Any) -> Raw:
-        from olp.reports.formats import Options
-        from olp.reports.formats.json import as_object
+        return _timed(await _analysis(server, params), segments=True)
 
-        uri = getattr(params, "uri", None)
-        if not isinstance(uri, str):
-            return Raw(None)
-        analysis = await server.work.current(uri)
+    @server.feature("olp/total")
+    async def total(params: Any) -> Raw:
+        return _timed(await _analysis(server, params), segments=False)
+
+    @server.feature("olp/view")
+    async def view(params: Any) -> Raw:
+        """{uri, page?} -> {title, files, data, html?} or null; `files`: the URI of each number in data.file."""
+        analysis = await _analysis(server, params)
         if analysis is None:
             return Raw(None)
-        file = path_of(uri)
-        return Raw(as_object(file, analysis.timing, analysis.diagnostics, Options()))
+        answer = {
+            "title": Path(analysis.path).name,
+            "files": _files(server, analysis),
+            "data": _data(analysis),
+        }
+        if getattr(params, "page", False) is True:
+            answer["html"] = _page(analysis)
+        return Raw(answer)
+
+
+async def _analysis(server: OlpLanguageServer, params: Any) -> Analysis | None:
+    """Of the text that `params.uri` names; None where no such text is open."""
+    uri = getattr(params, "uri", None)
+    return await server.work.current(uri) if isinstance(uri, str) else None
+
+
+def _timed(analysis: Analysis | None, segments: bool) -> Raw:
+    from olp.reports.formats import Options
+    from olp.reports.formats.json import as_object
+
+    if analysis is None:
+        return Raw(None)
+    return Raw(as_object(analysis.path, analysis.timing, analysis.diagnostics, Options(segments=segments)))
+
+
+def _files(server: OlpLanguageServer, analysis: Analysis) -> list[str]:
+    """Those that run by their numbers, then those that only say something about them, such as lists of data."""
+    run = [analysis.path] if analysis.timing is None else [s.path for s in analysis.timing.plan.sources]
+    paths = [*run, *(path for path in analysis.needs if path not in run)]
+    return [server.texts.uris.get(path) or uri_of(path) for path in paths]
+
+
+def _data(analysis: Analysis) -> dict[str, Any] | None:
+    from olp.reports.page import program_data
+
+    return None if analysis.timing is None else program_data(analysis.timing)
+
+
+def _page(analysis: Analysis) -> str:
+    from olp.reports.page import PageEntry, report_page
+
+    entry = PageEntry(Path(analysis.path).name, analysis.timing, analysis.diagnostics)
+    return report_page([entry], hosted=True)

@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import AnswerRow, JudgedAnswer
-from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolCall
+from olp.servers.mcp.tool import AnswerRow, AssistantTool, JudgedAnswer, ListedPrograms, ToolCall
 
 
 class CheckGiven(ListedPrograms):

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
-from olp.servers.mcp.rows import AnswerRow
-from olp.servers.mcp.tool import AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
+from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 from olp.transpile.export import writable
 
 *_FIRST, _LAST = writable()

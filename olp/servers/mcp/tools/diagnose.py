@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import AnswerRow
-from olp.servers.mcp.tool import AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
+from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 
 
 class DiagnoseGiven(ToolArguments):

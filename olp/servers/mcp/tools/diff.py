@@ -11,8 +11,7 @@ from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
 from olp.servers.folder import Folder
-from olp.servers.mcp.rows import AnswerRow, JudgedAnswer
-from olp.servers.mcp.tool import AssistantTool, Timed, ToolCall
+from olp.servers.mcp.tool import AnswerRow, AssistantTool, JudgedAnswer, Timed, ToolCall
 
 _REVISION = re.compile(r"[A-Za-z0-9@][\w./@{}^~-]*")
 _PATH = "a program or a folder below the server's folder, or a git revision such as HEAD~1"

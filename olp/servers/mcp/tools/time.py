@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from olp.servers.mcp.rows import ProgramRow
-from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolAnswer, ToolCall
+from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ProgramRow, ToolAnswer, ToolCall
 
 
 class TimeGiven(ListedPrograms):
