@@ -317,7 +317,7 @@ def test_formatting_lays_out_blocks_and_numbers(service) -> None:
 
 
 def test_a_text_that_a_new_layout_would_change_stays_as_it_is(service, monkeypatch) -> None:
-    from olp.languages.vendors.urscript import layout as urscript
+    from olp.languages.vendors.urscript import tokens as urscript
 
     monkeypatch.setattr(
         urscript.UrscriptLayout,

@@ -63,7 +63,7 @@ FAULTS: Final = (
         "return Jump(0, name, None, spelling",
         "JUMP … IF always jumps",
     ),
-    Fault("fast.py", 'parts, comment or "")', 'parts, "")', "comment behind a move lost"),
+    Fault("instructions.py", 'parts, comment or "")', 'parts, "")', "comment behind a move lost"),
     Fault("writer.py", '("VJ", 2)', '("VJ", 0)', "VJ= written without decimals"),
     Fault(
         "writer.py",

@@ -6,24 +6,24 @@ from fault_rows import Fault
 
 FAULTS: Final = (
     Fault(
-        "folding.py",
+        "syntax.py",
         "half * x * y + one * z, half * x * z - one * y, half * y * z + one * x",
         "half * x * y - one * z, half * x * z + one * y, half * y * z - one * x",
         "rotation vectors turn the other way",
     ),
     Fault(
-        "folding.py",
+        "syntax.py",
         "one = sin(angle) / angle\n        sine = sin(0.5 * angle) / angle",
         "one = sin(2.0 * angle) / angle\n        sine = sin(angle) / angle",
         "rotation vector scaled by two",
     ),
     Fault(
-        "folding.py",
+        "syntax.py",
         "factor = 2.0 * atan2(sine, w) / sine if sine > 1e-12 else 2.0",
         "factor = atan2(sine, w) / sine if sine > 1e-12 else 1.0",
         "rotation vector written half as long",
     ),
-    Fault("folding.py", "w, x, y, z = -w, -x, -y, -z", "w = -w", "long turns written the other way"),
+    Fault("syntax.py", "w, x, y, z = -w, -x, -y, -z", "w = -w", "long turns written the other way"),
     Fault(
         "builtins.py",
         "JOINT_DEFAULTS: Final = (1.4, 1.05)",
