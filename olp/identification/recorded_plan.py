@@ -17,9 +17,9 @@ from olp.identification.signature.stretches import stretches_of
 from olp.ir.program import Path
 from olp.languages.vendor import blending_of
 from olp.robots.controller_effects import generations_in
-from olp.runtime.columns import Extra, beyond_targets
 from olp.runtime.paths import shape_paths, turn_between
 from olp.runtime.plan import PATHS, USUAL_LAW, BlendCode, MoveConditions, Moves, Plan, Positions, StepKind
+from olp.runtime.recorder import Extra, beyond_targets
 from olp.timing.arm_prior import arm_prior
 from olp.timing.blending import load_law
 

@@ -133,7 +133,7 @@ def _library_speeds() -> tuple[Floats, Floats]:
 @cache
 def fastest_speed() -> float:
     """[rad/s] the highest rated speed of any turning axis of an arm of the library."""
-    from olp.robots.library import load_robot, robot_names
+    from olp.robots.robot import load_robot, robot_names
 
     arms = [robot for robot in map(load_robot, robot_names()) if robot.kind == "arm"]
     return float(max(axis.speed for arm in arms for axis in arm.axes if not axis.linear))
