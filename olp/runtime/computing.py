@@ -230,6 +230,20 @@ def _given(m: Machine, arguments: Arguments) -> Value:
     return is_given(m, name.name if isinstance(name, Named) else spell(name))
 
 
+_MOST_DIMENSIONS = 3  # of an array (RAPID overview)
+
+
+def _size(m: Machine, arguments: Arguments) -> Value:
+    """How many elements a dimension of an array has, which is counted from 1."""
+    value, dimension = evaluate(m, arguments[0]), whole(m, arguments[1])
+    for _ in range(dimension - 1 if dimension <= _MOST_DIMENSIONS else 0):
+        value = (value.items[0] or 0) if isinstance(value, Array) and value.items else 0
+    if not 1 <= dimension <= _MOST_DIMENSIONS or not isinstance(value, Array):
+        says = f"{spell(arguments[0])} has no dimension {dimension}"
+        raise StatementError("I223", says, "name an array and one of its dimensions")
+    return len(value.items)
+
+
 _FURTHER: Mapping[str, Computes] = {
     "abs": _plain(abs),
     "tan": _plain(lambda x: math.tan(x * deg)),
@@ -258,6 +272,7 @@ _FURTHER: Mapping[str, Computes] = {
     "forward": _forward,
     "inverse": _inverse,
     "given": _given,
+    "size-of-array": _size,
     "pose-interpolate": _interpolated,
     "pose-element": _element,
     "length": _length,
@@ -281,6 +296,7 @@ _LEAST_ARGUMENTS: Mapping[str, int] = {
     "part-of-text": 2,
     "position-in-text": 2,
     "match-in-text": 3,
+    "size-of-array": 2,
     "joined-text": 0,
     "parameter": 0,
 }

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Final
 
 from olp.ir.expressions import (
@@ -57,6 +58,31 @@ def _listed(symbol: Symbol) -> tuple[int, ...] | None:
     if isinstance(symbol.value, RecordLiteral) and all(not name for name, _ in symbol.value.members):
         return (len(symbol.value.members),)
     return None if symbol.sizes else ()
+
+
+def array_sizes(program: Program, work: TranslationContext) -> Program:
+    """Sizes that a program asks for (RAPID's Dim) as numbers, where the declaration tells them."""
+    if not any(_asks_size(e) for r in program.routines for e in work.look(r).expressions):
+        return program
+    symbols = work.symbols(program)
+
+    def change(routine: str, e: Expression) -> Expression:
+        if type(e) is not Function or not _asks_size(e):
+            return e
+        array, dimension = e.arguments
+        symbol = symbols.find(routine, array.name) if type(array) is Named else None
+        sizes = None if symbol is None or symbol.parameter is not None else sizes_of(symbols, symbol)
+        at = int(dimension.value) if type(dimension) is Number else 0
+        return Number(sizes[at - 1]) if sizes and 1 <= at <= len(sizes) else e
+
+    routines = [
+        replace(r, body=tuple([mapped(s, partial(change, r.name)) for s in r.body])) for r in program.routines
+    ]
+    return replace(program, routines=tuple(routines))
+
+
+def _asks_size(e: Expression) -> bool:
+    return type(e) is Function and e.name == "size-of-array"
 
 
 def largest_indices(program: Program, work: TranslationContext) -> dict[str, int]:

@@ -14,7 +14,7 @@ from olp.languages.vendor import language_of
 from olp.transpile.advance import continued, stopped_advance
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
-from olp.transpile.arrays import array_bounds, array_values, single_rows, sums, texts, vectors
+from olp.transpile.arrays import array_bounds, array_sizes, array_values, single_rows, sums, texts, vectors
 from olp.transpile.blends import blends
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
@@ -80,6 +80,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         at_ends,
         foreign_words,
         optional_parameters,
+        array_sizes,
         flat_records,
         enumerations,
         powers,

@@ -421,6 +421,11 @@ def _find(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression
     return _match(rules, given) if single else None
 
 
+def _size(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    values = rules.plain_arguments(given)
+    return Function("size-of-array", values) if len(values) == 2 else None
+
+
 def _timer(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
     value = given[0].value if given else None
     number = rules.names.clocks.get(value.name.lower()) if isinstance(value, Named) else None
@@ -449,6 +454,7 @@ SPECIAL: Final[Mapping[str, Special]] = {
     "valtostr": _text,
     "strmatch": _match,
     "strfind": _find,
+    "dim": _size,
     "clkread": _timer,
     "present": _present,
 }

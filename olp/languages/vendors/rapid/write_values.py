@@ -75,7 +75,7 @@ class RapidValues(Generator):
         "abs": "Abs", "sqrt": "Sqrt", "sin": "Sin", "cos": "Cos", "tan": "Tan", "asin": "ASin", "acos": "ACos",
         "atan": "ATan", "atan2": "ATan2", "exp": "Exp", "power": "Pow", "trunc": "Trunc", "max": "Max", "min": "Min",
         "length-of-text": "StrLen", "part-of-text": "StrPart",
-        "match-in-text": "StrMatch",
+        "match-in-text": "StrMatch", "size-of-array": "Dim",
     }  # fmt: skip
 
     def __init__(

@@ -1,0 +1,54 @@
+"""RAPID's Dim: how many elements a dimension has (technical reference manual, Dim); other languages get the number."""
+
+from __future__ import annotations
+
+import pytest
+
+from olp.core.source import decode
+from olp.fluent import Program, read_source
+from olp.runtime.plan import StepKind
+from olp.transpile import Context
+from olp.transpile.convert import convert
+
+_PROGRAM = """MODULE M
+CONST num rows:=3;
+VAR num table{rows,5};
+VAR num rest{2}:=[4,6];
+PROC main()
+  WaitTime Dim(table,1)/10;
+  IF Dim(table,2)=5 THEN
+    WaitTime Dim(rest,1)/10;
+  ENDIF
+  WaitTime total(rest)/10;
+ENDPROC
+FUNC num total(num values{*})
+  VAR num sum:=0;
+  FOR i FROM 1 TO Dim(values,1) DO
+    sum:=sum+values{i};
+  ENDFOR
+  RETURN sum;
+ENDFUNC
+ENDMODULE
+"""
+
+
+def waits(program: Program) -> list[float]:
+    plan = program.plan()
+    return [round(10 * float(plan.durations[row]), 6) for row in plan.row[plan.kind == StepKind.WAIT]]
+
+
+def test_sizes_in_the_run() -> None:
+    assert waits(read_source(decode(_PROGRAM.encode(), "M.mod"))) == [3, 2, 10]
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform"])
+def test_sizes_that_a_declaration_tells_are_numbers(target: str) -> None:
+    text = _PROGRAM.replace("  WaitTime total(rest)/10;\n", "").split("FUNC")[0] + "ENDMODULE\n"
+    made = convert(read_source(decode(text.encode(), "M.mod")), target, Context(on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    assert waits(read_source(decode(made.files[made.main], made.main), vendor=target)) == [3, 2]
+
+
+def test_the_size_of_a_parameter_is_asked_of_no_routine_that_does_not_exist() -> None:
+    made = convert(read_source(decode(_PROGRAM.encode(), "M.mod")), "krl", Context(on_loss="comment"))
+    assert {loss.line for loss in made.translated.losses if loss.leaves_out} >= {14}
