@@ -154,7 +154,7 @@ def _is_joined(fact: str, b: Counter[str], o: Counter[str], t: Counter[str], m: 
     """Whether a statement is part of one that both sides changed, and that now has the words of both changes."""
     news = [[fact] if fact in of - b else list(of - b) for of in (o, t, m)]
     words = {
-        one: Counter(re.split(r"[\s,()={}\[\];]+", one))
+        one: Counter(re.findall(r'"[^"]*"|[\w.]+|\S', one))
         for one in (*b, *(new for some in news for new in some))
     }
     for base, ours, theirs, came in itertools.product(list((b - o) & (b - t)), *news):

@@ -264,6 +264,7 @@ def test_one_side_slows_a_move_and_the_other_rounds_it(language, frame, base, ou
          "DECL PDAT PPDAT1={VEL 100.0,ACC 50.0,APO_DIST 10.0}"),
         ("krl", f"DEF a()\n{_FORM.format(' ', '0.2', '')}\nEND\n", _FORM.format(" CONT ", "0.2", "C_DIS"),
          _FORM.format(" ", "0.5", ""), _FORM.format(" CONT ", "0.5", "C_DIS")),
+        ("rapid", _MODULE.format('Open "A:" , dev;'), 'Open "B:" , dev;', 'Open "A:",dev;', 'Open "B:" , dev;'),
         ("rapid", _MODULE.format("Grip 1, 2, off;"), "Grip 3, 2, off;", "Grip 3, 2, on;", "Grip 3, 2, on;"),
     ],
 )  # fmt: skip
@@ -274,7 +275,7 @@ def test_both_changes_of_one_statement_stand_where_they_are_apart(language, base
         found = merge_bytes(language, texts[0], *sides)
         assert not found.hunks
         assert found.to_bytes() == texts[3]
-        assert len(found.shared) == 1
+        assert len(found.shared) == ('"' not in old)  # what one side only spells otherwise is no change
 
 
 @pytest.mark.parametrize(
@@ -295,6 +296,15 @@ def test_changes_of_a_move_that_are_not_apart_stay_a_conflict(ours, theirs):
 def test_a_number_that_both_changed_is_no_part_of_another():
     texts = [_MODULE.format(f"WaitTime {one};").encode() for one in ("10.0", "12.0", "12.5")]
     assert merged(*texts, "rapid")[0] == 1
+
+
+def test_a_number_beyond_all_lines_that_one_side_writes_stays():
+    base = _LISTING.format("   1:L P[1] 100mm/sec FINE ;\n   2:  DO[1]=ON ;\n")
+    theirs = base.replace("   2:  DO[1]=ON ;\n", "   2:  DO[1]=ON ;\n  100:\n  9999:\n")
+    ours = base.replace("   1:L", "   1:  WAIT .5(sec) ;\n   1:L")  # put in by hand
+    expected = theirs.replace("   1:L", "   1:  WAIT .5(sec) ;\n   2:L").replace("   2:  DO", "   3:  DO")
+    expected = expected.replace("LINE_COUNT = 2", "LINE_COUNT = 3")
+    assert merged(*(one.encode() for one in (base, ours, theirs)), "tp") == (0, expected)
 
 
 def test_numbers_of_lines_that_nobody_counts_stay():

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from olp.checks.merge.align import Words, align, likeness, words_of
 from olp.checks.merge.model import Hunk, MergedText, SharedStatement, TakenChanges, TextLine
 from olp.checks.merge.renames import with_new_names
-from olp.checks.merge.within import MORE, JoinedChange, by_arguments, containing
+from olp.checks.merge.within import MORE, JoinedChange, by_arguments, changes_words, containing
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
@@ -597,7 +597,8 @@ class _Merge:
         less, more = (ours, theirs) if side == 2 else (theirs, ours)
         if not side or less not in (base, more):
             return None
-        return JoinedChange(texts[side], (MORE,) if side == 1 else (), (MORE,) if side == 2 else (), side)
+        told = (MORE,) if changes_words(texts[0], texts[3 - side]) else ()  # else it is but spelled otherwise
+        return JoinedChange(texts[side], told if side == 1 else (), told if side == 2 else (), side)
 
     def _by_value(self, codes: tuple[str, str, str]) -> str | None:
         """A definition, how it is declared and what it says taken for themselves."""
@@ -909,7 +910,11 @@ class _MergeWriter:
         for one in settled:
             line += sum(1 if isinstance(part, TextLine) else part.height for part in parts[counted:])
             counted = len(parts)
-            if isinstance(one, MergeItem) and one.joined is not None:
+            if (
+                isinstance(one, MergeItem)
+                and one.joined is not None
+                and (one.joined.ours or one.joined.theirs)
+            ):
                 self.shared.append(SharedStatement(line, one.joined.ours, one.joined.theirs))
             if isinstance(one, TableHere):
                 parts += self._table(one.name, tables.get(one.name, {}))

@@ -77,6 +77,11 @@ def containing(base: str, ours: str, theirs: str) -> int:
     return 2 if mine < other else 1 if other < mine else 0
 
 
+def changes_words(old: str, new: str) -> bool:
+    """Whether anything but blanks changed."""
+    return _WORD.findall(old) != _WORD.findall(new)
+
+
 def _changes(old: list[str], new: list[str]) -> set[tuple[int, int, tuple[str, ...]]]:
     found = SequenceMatcher(None, old, new, autojunk=False).get_opcodes()
     return {(i, j, tuple(new[k:m])) for kind, i, j, k, m in found if kind != "equal"}

@@ -57,9 +57,14 @@ class TpMerging(MergeRules):
 
     def renamed(self, base: str, ours: str, theirs: str) -> tuple[str, str, str]:
         """What the base counts is counted anew; other numbers (… 41:, 100:, 9999:) stay as they stand."""
-        if _is_counted(base):
+        texts = (base, ours, theirs)
+        numbers = [_numbers(text) for text in texts]
+        most = max(map(len, numbers))
+        counted = numbers[0] == list(range(1, len(numbers[0]) + 1))
+        if counted and all(number <= most for some in numbers for number in some):
             return base, ours, theirs
-        return _with_counters(base), _with_counters(ours), _with_counters(theirs)
+        base, ours, theirs = (_with_counters(text, most if counted else 0) for text in texts)
+        return base, ours, theirs
 
     def cut(self, text: str, known: Known) -> Cut:
         lines = lines_of(text)
@@ -143,19 +148,18 @@ def _body(text: str) -> str:
     return text if match is None else COUNTER * (match.end() - 1) + text[match.end() :]
 
 
-def _is_counted(text: str) -> bool:
-    numbers = [int(one) for one in _ANY_NUMBER.findall(text.partition("\n/POS")[0])]
-    return numbers == list(range(1, len(numbers) + 1))
+def _numbers(text: str) -> list[int]:
+    return [int(one) for one in _ANY_NUMBER.findall(text.partition("\n/POS")[0])]
 
 
-def _with_counters(text: str) -> str:
-    """Counters for the numbers of its lines, up to the first that is not the next one."""
+def _with_counters(text: str, most: int) -> str:
+    """Counters for the numbers of its lines, up to the first that is beyond `most` and not the next one."""
     head, pos, rest = text.partition("\n/POS")
     count = 0
 
     def counter(match: re.Match[str]) -> str:
         nonlocal count
-        if int(match[1]) != count + 1:
+        if int(match[1]) > most and int(match[1]) != count + 1:
             count = -1
         if count < 0:
             return match[0]
