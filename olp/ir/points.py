@@ -12,7 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.fast_dataclass import fast_init
+from olp.core.units import deg, mm
 from olp.ir.expressions import Store
+
+Floats = NDArray[np.float64]
+_FLAGS = 24  # of an arm's posture, as a job has them
 
 
 class PointKind(StrEnum):
@@ -130,3 +134,18 @@ class PointTable:
         return Point(
             int(block.numbers[row]), values, self.states[int(block.state[row])], int(block.lines[row])
         )
+
+
+def written_poses(places: Floats, angles: Floats, tool: int, posture: tuple[int, ...]) -> PointTable:
+    """Robot positions 0, 1, … at `places` (n, 3) [m] with `angles` (n, 3) [rad], in the robot's base.
+
+    Rounded as jobs are written, to micrometres and a ten-thousandth of a degree, so that what is read again is the
+    same number. `posture`: the first flags of the arm; those after them are 0.
+    """
+    count = len(places)
+    values = np.concatenate([np.round(places / mm, 3) * mm, np.round(angles / deg, 4) * deg], axis=1)
+    nothing = np.zeros(count, dtype=np.int32)
+    state = PointState(PointKind.POSE, "robot", None, tool, posture + (0,) * (_FLAGS - len(posture)))
+    rows = {number: number for number in range(count)}
+    block = PointBlock(Store.ROBOT, True, np.arange(count), values, nothing, nothing, rows)
+    return PointTable((state,), {(Store.ROBOT, True): block})

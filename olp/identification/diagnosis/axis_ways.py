@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.robots.geometry import quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.robots.kinematics import branches, inverse, jacobian
+from olp.robots.kinematics import branches, inverse, joint_speeds
 from olp.robots.kinematics.configuration import wrap
 from olp.robots.kinematics.inverse import newton
 from olp.robots.robot import Robot
@@ -117,12 +117,9 @@ def rates_along(robot: Robot, ways: ToolPaths, share: Floats, joints: Floats) ->
     _, _, speed, spin = ways.at(share)
     count, places, axes = joints.shape
     known = np.isfinite(joints).all(axis=2).ravel()
-    matrix = jacobian(robot, joints.reshape(-1, axes)[known])
     both = np.concatenate([speed, np.broadcast_to(spin[:, None], speed.shape)], axis=2).reshape(-1, 6)[known]
-    turned = matrix.transpose(0, 2, 1)
-    square = turned @ matrix + _DAMPING**2 * np.eye(axes)
     rates = np.full((count * places, axes), np.nan)
-    rates[known] = np.linalg.solve(square, turned @ both[:, :, None])[:, :, 0]
+    rates[known] = joint_speeds(robot, joints.reshape(-1, axes)[known], both, _DAMPING)
     return rates.reshape(count, places, axes)
 
 

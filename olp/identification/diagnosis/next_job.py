@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, error, warning
 from olp.core.files import write_output
 from olp.core.source import decode
-from olp.core.units import deg, mm, percent
+from olp.core.units import mm, percent
 from olp.identification.diagnosis.result import NextExperiment, NextMove
 from olp.ir.expressions import Number, Quantity, Store, Taught
-from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.points import PointTable, written_poses
 from olp.ir.program import (
     Begin,
     Blend,
@@ -48,7 +48,6 @@ NAME = "NEXT"
 _FIRST = 5.0  # [%] of the axes' speed to the first point, from wherever the arm stands
 _REST = 0.5  # [s] before and behind each run: the arm stands still, and a joint log can be cut there
 _BETWEEN = 0.1  # [m/s] at most on the ways between runs, which nobody has measured
-_FLAGS = 24
 _MOST_TEXT = 32  # characters of a comment
 
 
@@ -215,16 +214,9 @@ def _zones(robot: Robot | None) -> tuple[float, ...]:
 def _points(writer: _Writer, recording: Recording, tool: int) -> PointTable:
     if not writer.places:
         return PointTable((), {})
-    # Rounded as they are written, so that what is read again is the same number.
-    place = np.round(np.array(writer.places) / mm, 3) * mm
-    angles, flags = _nearest_angles(recording, place)[writer.begins], _posture(recording)
-    values = np.concatenate([place, np.round(angles / deg, 4) * deg], axis=1)
-    numbers = np.arange(len(place), dtype=np.int64)
-    nothing = np.zeros(len(place), dtype=np.int32)
-    state = PointState(PointKind.POSE, "robot", None, tool, flags + (0,) * (_FLAGS - len(flags)))
-    rows = {int(n): int(n) for n in numbers.tolist()}
-    block = PointBlock(Store.ROBOT, True, numbers, values, nothing, nothing, rows)
-    return PointTable((state,), {(Store.ROBOT, True): block})
+    places = np.array(writer.places)
+    angles = _nearest_angles(recording, places)[writer.begins]
+    return written_poses(places, angles, tool, _posture(recording))
 
 
 def _nearest_angles(recording: Recording, place: Floats) -> Floats:

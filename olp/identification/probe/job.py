@@ -17,7 +17,7 @@ from olp.core.source import decode
 from olp.core.units import deg, mm, percent
 from olp.identification.probe.experiment import Experiment
 from olp.ir.expressions import Number, Quantity, Store, Taught
-from olp.ir.points import PointBlock, PointKind, PointState, PointTable
+from olp.ir.points import PointTable, written_poses
 from olp.ir.program import (
     Begin,
     Blend,
@@ -47,7 +47,6 @@ _FIRST = 5.0
 REST = 0.5
 # [m] A controller's own points are written to a thousandth of a millimetre.
 _SAME = 0.02 * mm
-_FLAGS = 24
 _STOP = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
 
 
@@ -97,19 +96,9 @@ def _move(path: Path, number: int, speed: Speed) -> Move:
 
 
 def _points(experiment: Experiment, used: NDArray[np.int64]) -> PointTable:
-    wanted, count = experiment.wanted, len(used)
-    # Rounded as they are written, so that what is read again is the same number.
-    places = np.round(experiment.points[used] / mm, 3) * mm
-    angles = np.round(np.array(wanted.angles) / deg, 4) * deg
-    values = np.concatenate([places, np.broadcast_to(angles, (count, 3))], axis=1)
-    numbers = np.arange(count, dtype=np.int64)
-    nothing = np.zeros(count, dtype=np.int32)
-    flags = experiment.posture + (0,) * (_FLAGS - len(experiment.posture))
-    state = PointState(PointKind.POSE, "robot", None, wanted.tool_number, flags)
-    block = PointBlock(
-        Store.ROBOT, True, numbers, values, nothing, nothing, {int(n): int(n) for n in numbers.tolist()}
-    )
-    return PointTable((state,), {(Store.ROBOT, True): block})
+    wanted = experiment.wanted
+    angles = np.broadcast_to(np.array(wanted.angles), (len(used), 3))
+    return written_poses(experiment.points[used], angles, wanted.tool_number, experiment.posture)
 
 
 # --- the proof ------------------------------------------------------------------------------------------------

@@ -49,19 +49,16 @@ def has_axes(robot: Robot | None) -> bool:
 
 
 def _at(moves: MoveSet, places: Floats, robot: Robot, end: int) -> tuple[Floats, Floats]:
-    from olp.robots.kinematics import jacobian
+    from olp.robots.kinematics import joint_speeds
 
     axes = len(robot.axes)
     angles, rates = _angles(moves, places, robot, end), np.full((len(moves), axes), np.nan)
     rows = np.nonzero(np.isfinite(angles).all(axis=1))[0]
     if not len(rows):
         return angles, rates
-    matrix = jacobian(robot, angles[rows])
     wanted = np.concatenate([moves.direction[rows], np.zeros((len(rows), 3))], axis=1)
     # The tool does not turn, so flange and tool centre point travel alike.
-    turned = matrix.transpose(0, 2, 1)
-    square = turned @ matrix + _DAMPING**2 * np.eye(axes)
-    rates[rows] = np.linalg.solve(square, turned @ wanted[:, :, None])[:, :, 0]
+    rates[rows] = joint_speeds(robot, angles[rows], wanted, _DAMPING)
     return angles, rates
 
 

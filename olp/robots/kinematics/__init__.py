@@ -4,7 +4,7 @@ Poses are those of the flange in the robot base frame: origin at the height of a
 (`Geometry.base_height`) not added. A tool is put on or taken off by `with_tool` and `without_tool`.
 """
 
-from olp.robots.kinematics.chain import forward, jacobian, with_tool, without_tool
+from olp.robots.kinematics.chain import forward, jacobian, joint_speeds, with_tool, without_tool
 from olp.robots.kinematics.configuration import (
     Clearance,
     Singularity,
@@ -27,6 +27,7 @@ __all__ = [
     "forward",
     "inverse",
     "jacobian",
+    "joint_speeds",
     "joints_to_pulses",
     "nearest",
     "pulses_to_joints",

@@ -68,6 +68,17 @@ def jacobian(robot: Robot, joints: ArrayLike) -> Array:
     return result
 
 
+def joint_speeds(robot: Robot, joints: ArrayLike, twist: ArrayLike, damping: float) -> Array:
+    """(n, k): joint speeds with which the flange does `twist` (n, 6) [m/s, rad/s], as `jacobian` has it.
+
+    `damping` [m/s per rad/s]: near a singularity the speeds stay finite, and the twist is missed a little instead.
+    """
+    matrix = jacobian(robot, joints)
+    turned = matrix.transpose(0, 2, 1)
+    square = turned @ matrix + damping**2 * np.eye(matrix.shape[2])
+    return np.asarray(np.linalg.solve(square, turned @ np.asarray(twist)[:, :, None])[:, :, 0])
+
+
 def as_joints(robot: Robot, joints: ArrayLike) -> Array:
     """`joints` as (n, k). Raises OlpError (K002) when k is not the robot's number of axes."""
     values = np.atleast_2d(np.asarray(joints, dtype=np.float64))
