@@ -41,7 +41,7 @@ def run(args: Namespace) -> int:
         raise OlpError(error("M005", says, file=args.store, help="name the program as olp check saw it"))
     points = points[-args.last :]
     text = {"text": _text, "csv": _csv, "json": _json}[args.format](points)
-    write_output(args.output, encode(text, args.output), inputs=[args.store])
+    write_output(args.output, encode(text, args.output), inputs=[args.store, args.job])
     return 0
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from olp.checks.difference.compare import ProgramDifference, compare
 from olp.checks.guard.budget import budgets_for
 from olp.checks.guard.judge import judge
-from olp.core.diagnostic import OlpError, error
+from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.git import asked_of_git, files_of, git, lay_out
 from olp.ir.program import Program
 from olp.reports.batch import Job
@@ -88,6 +88,9 @@ def open_versions(old: str, new: str, paths: Sequence[str] = ()) -> Iterator[Ver
         if a.exists() and b.exists() and not (_is_revision(old) and not a.is_file() and old != _WORKING_COPY):
             yield _of_paths(a, b)
             return
+        unknown = [w for w in (old, new) if not (Path(w).exists() or w == _WORKING_COPY or _is_revision(w))]
+        if unknown:
+            raise OlpError(*map(_no_version, unknown))
         first = _laid_out(old, Path(folder) / "old", paths)
         second = Path.cwd() if new == _WORKING_COPY else _laid_out(new, Path(folder) / "new", paths)
         yield _of_folders(first, second, paths)
@@ -161,13 +164,15 @@ def _is_revision(word: str) -> bool:
     return git("rev-parse", "--verify", "--quiet", f"{word}^{{commit}}") is not None
 
 
+def _no_version(word: str) -> Diagnostic:
+    says = f"{word[:60]!r} is not a file, a folder or a git revision"
+    return error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
+
+
 def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
     """The files of a revision in `folder`, and where there the current folder is. Raises OlpError (U001, U002)."""
     if revision.startswith("-") or not _is_revision(revision):
-        says = f"{revision[:60]!r} is not a file, a folder or a git revision"
-        raise OlpError(
-            error("U001", says, help="name two programs, two folders, or revisions such as HEAD~1 HEAD")
-        )
+        raise OlpError(_no_version(revision))
     folder.mkdir(parents=True)
     prefix = os.fsdecode(asked_of_git("rev-parse", "--show-prefix")).strip()
     # The whole repository, not the current folder: olp.toml may stand above.

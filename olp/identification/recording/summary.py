@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.core.units import mm, percent
 from olp.identification.recording.log import Log
@@ -139,6 +140,13 @@ def gaps(recording: Recording) -> list[tuple[str, str]]:
     return found
 
 
+def _range_of(measured: NDArray[np.float64]) -> dict[str, float] | None:
+    """[s] the least, the most and their sum; None where no move was measured."""
+    if not len(measured):
+        return None
+    return {"least": float(measured.min()), "most": float(measured.max()), "sum": float(measured.sum())}
+
+
 def as_dict(recording: Recording) -> dict[str, Any]:
     """The same for other programs."""
     moves, noise = recording.moves, recording.noise_floor()
@@ -149,6 +157,7 @@ def as_dict(recording: Recording) -> dict[str, Any]:
         "controller": recording.settings.controller or None,
         "moves": len(moves),
         "measured": int(moves.measured.sum()),
+        "duration_s": _range_of(moves.duration[moves.measured]),
         "simulated": int((~np.isnan(moves.sim)).sum()),
         "left_out": recording.left_out,
         "types": dict(Counter(moves.kinds)),
