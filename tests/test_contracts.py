@@ -86,7 +86,7 @@ def test_the_robots_of_a_maker_keep_their_contract(maker: str) -> None:
 
 @pytest.mark.parametrize("name", cli.names())
 def test_a_command_keeps_its_contract(name: str) -> None:
-    check_command(name)
+    check_command(name, options=2)
 
 
 @pytest.mark.parametrize("name", report_names())
@@ -258,3 +258,25 @@ def test_an_estimator_that_is_too_sure_of_its_number_breaks_its_contract(
     monkeypatch.setattr(type(estimator), "fit", sure)
     with pytest.raises(ContractError, match="differs from recording to recording by no more than it says"):
         check_estimator(estimator)
+
+
+@pytest.mark.parametrize(
+    ("name", "careless", "says"),
+    [
+        ("robots", lambda args, run: [setattr(args, "verbose", False), run(args)][1], "--verbose"),
+        (
+            "robots",
+            lambda args, run: min(run(args), 1) if args.robots != ["nobody/no-such-robot"] else 0,
+            "status 0",
+        ),
+        ("signature show", lambda args, run: print(id(args)) or run(args), "another answer the second time"),
+    ],
+)
+def test_a_careless_command_breaks_its_contract(
+    name: str, careless, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = cli.load(name)
+    run = module.run
+    monkeypatch.setattr(module, "run", lambda args: careless(args, run))
+    with pytest.raises(ContractError, match=says):
+        check_command(name)

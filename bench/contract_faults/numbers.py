@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import random
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -110,8 +113,27 @@ def command_faults(name: str) -> list[Planted]:
     def running(run: Callable[[Any], int]) -> Callable[[Any], Any]:
         return lambda whole: run
 
+    def around(change: Callable[[Any, Callable[[Any], int]], int]) -> Callable[[], Callable[[], bool]]:
+        return patched(run=lambda whole: lambda args: change(args, whole))
+
+    def ignored(dest: str, usual: Any) -> Callable[[], Callable[[], bool]]:
+        def run(args: Any, whole: Callable[[Any], int]) -> int:
+            setattr(args, dest, usual)
+            return whole(args)
+
+        return around(run)
+
     counts = iter(range(100))
     return [
+        *((f"{option} is ignored", ignored(dest, usual)) for option, dest, usual in _some_options(name)),
+        ("status 0 whatever is wrong", around(_forgiving)),
+        ("a finding is status 2", around(lambda args, whole: (0, 2, 2)[whole(args)])),
+        ("nothing is said", around(_silent)),
+        ("another answer each time", around(lambda args, whole: print(next(counts)) or whole(args))),
+        ("a file is left behind", around(lambda args, whole: _leave(Path("left.txt")) or whole(args))),
+        ("an input is touched", around(_touching)),
+        ("half of each output file", around(_halving)),
+        ("numbers of JSON a thousandth too large", around(_inexact)),
         ("a summary of two lines", patched(SUMMARY=lambda s: f"{s}\nand more")),
         ("a summary of three words", patched(SUMMARY=lambda s: "do it")),
         ("a summary that fills the screen", patched(SUMMARY=lambda s: s * 4)),
@@ -137,6 +159,78 @@ def command_faults(name: str) -> list[Planted]:
         ("status 3", patched(run=running(lambda args: 3))),
         ("status 2 in silence", patched(run=running(lambda args: 2))),
     ]
+
+
+_PER_COMMAND: Final = 6  # options that are ignored, one at a time
+
+
+def _some_options(name: str) -> list[tuple[str, str, Any]]:
+    """Option, destination and default of some options of a command, drawn at random."""
+    from olp import cli
+    from olp.cli.command import Parser
+
+    parser = Parser(name, "")
+    cli.load(name).add_arguments(parser)
+    options = [
+        a for a in parser._actions if a.option_strings and not a.required and a.dest not in ("help", "watch")
+    ]
+    chosen = random.Random(f"{SEED}{name}").sample(options, min(_PER_COMMAND, len(options)))
+    return [(a.option_strings[-1], a.dest, a.default) for a in chosen]
+
+
+def _forgiving(args: Any, whole: Callable[[Any], int]) -> int:
+    from olp.core.diagnostic import OlpError
+
+    try:
+        return min(whole(args), 1)
+    except OlpError as problem:
+        print(problem, file=sys.stderr)
+        return 0
+
+
+def _said(args: Any, whole: Callable[[Any], int]) -> tuple[int, bytes]:
+    out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+    with contextlib.redirect_stdout(out):
+        status = whole(args)
+    out.flush()
+    return status, out.buffer.getvalue()  # type: ignore[attr-defined]
+
+
+def _silent(args: Any, whole: Callable[[Any], int]) -> int:
+    return _said(args, whole)[0]
+
+
+def _inexact(args: Any, whole: Callable[[Any], int]) -> int:
+    status, out = _said(args, whole)
+    if out[:1] in (b"{", b"["):
+        out = re.sub(rb"\d+\.\d{3,}", lambda found: b"%.6f" % (1.001 * float(found.group())), out)
+    sys.stdout.buffer.write(out)
+    return status
+
+
+def _leave(path: Path) -> None:
+    path.write_text("left", encoding="utf-8")
+
+
+def _touching(args: Any, whole: Callable[[Any], int]) -> int:
+    status = whole(args)
+    words = [
+        word for value in vars(args).values() for word in (value if isinstance(value, list) else [value])
+    ]
+    for word in words:
+        if isinstance(word, str) and Path(word).is_file():
+            Path(word).write_bytes(Path(word).read_bytes() + b" ")
+            break
+    return status
+
+
+def _halving(args: Any, whole: Callable[[Any], int]) -> int:
+    status = whole(args)
+    output = getattr(args, "output", None)
+    if output and Path(output).is_file():
+        data = Path(output).read_bytes()
+        Path(output).write_bytes(data[: len(data) // 2])
+    return status
 
 
 # --- hosts --------------------------------------------------------------------------------------------------

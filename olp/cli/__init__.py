@@ -16,7 +16,10 @@ SHARED = "command"
 
 
 class Command(Protocol):
-    """What the module of a command offers. Heavy imports belong inside `run`: help imports every command."""
+    """What the module of a command offers. Heavy imports belong inside `run`: help imports every command.
+
+    One that runs until it is ended says `SERVES = True`.
+    """
 
     SUMMARY: str
     """One line for `olp --help`."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 SUMMARY = "serve a controller that a simulator can step through its motion"
+SERVES = True
 DEFAULT_PORT = 40115
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 SUMMARY = "serve an editor: times, findings and more while a program is written"
+SERVES = True
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from olp.core.diagnostic import OlpError, error
 
 SUMMARY = "serve one folder to an assistant (Model Context Protocol over stdio)"
+SERVES = True
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from olp.servers.web.desk import WorkerSetting
 
 SUMMARY = "show a folder on a local page: times, what-if, versions, recordings"
+SERVES = True
 _NEEDED = ("starlette", "uvicorn", "python_multipart")
 
 

@@ -10,8 +10,8 @@ SUMMARY = "compare two signatures in facts and in predicted times"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("old", metavar="OLD", help="made by olp calibrate")
-    parser.add_argument("new", metavar="NEW", help="made by olp calibrate")
+    parser.add_argument("old", metavar="OLD.json", help="made by olp calibrate")
+    parser.add_argument("new", metavar="NEW.json", help="made by olp calibrate")
     parser.add_argument(
         "--limit", type=positive, metavar="PCT", help="exit status 1 when the mean time changed by more"
     )

@@ -2,57 +2,42 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
+import json
 import os
 import re
 import subprocess
 import sys
 import tempfile
-from argparse import Action, ArgumentParser
-from collections.abc import Iterator
+import zlib
+from argparse import Action
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 from olp import cli
-from olp.__main__ import main
-from olp.cli.command import Parser
+from olp.contracts.arguments import given
+from olp.contracts.command_runs import CommandOutcome, CommandUnderTest
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError
 
 _HEAVY: Final = ("numpy", "pandas", "lark", "rich", "jinja2", "scipy", "pyarrow", "multiprocessing")
+EFFECTS: Final = Path(__file__).resolve().parents[2] / "tests" / "data" / "command_effects.json"
+_MANY: Final = 8  # commands that have an option: it is a shared one
 _GARBAGE: Final = b"\x00\xff??; {[(\r\n\x1b[31m" * 3
 
 
-class CommandUnderTest:
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.module: Any = cli.load(name)
-
-    def parser(self) -> Parser:
-        made = Parser(f"olp {self.name}", self.module.SUMMARY)
-        self.module.add_arguments(made)
-        return made
-
-    def run(self, *words: str) -> tuple[int, str, str]:
-        """Status, standard output and standard error."""
-        out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
-        told = io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(told):
-            status = main([*self.name.split(), *words])
-        out.flush()
-        return status, out.buffer.getvalue().decode("utf-8", "replace"), told.getvalue()
-
-
-def check_command(name: str, *, first: bool = False) -> None:
+def check_command(name: str, *, first: bool = False, options: int | None = None) -> None:
     """Raises ContractError with every promise of a command line that the command `name` ("robot import") breaks.
 
-    What it computes is not judged here.
+    Arguments are given what their names ask for (`olp.contracts.arguments`). What it computes is not judged here.
+    `options`: of its own, how many are tried (None: all).
 
         from olp.contracts import check_command
         check_command("time")
     """
-    hold(f"command {name}", CommandUnderTest(name), PROMISES, first=first)
+    hold(f"command {name}", CommandUnderTest(name, options), PROMISES, first=first)
 
 
 def is_explained(it: CommandUnderTest) -> Iterator[Difference]:
@@ -65,18 +50,14 @@ def is_explained(it: CommandUnderTest) -> Iterator[Difference]:
         yield "--help", f"status {status}, {out[:60]!r}"
     if summary.split()[0].lower() not in out.lower():
         yield "--help", "it does not say the summary"
-    for action in _actions(it.parser()):
+    for action in it.parser()._actions:
         if not action.help or not action.help.strip():
             yield str(action.option_strings or action.dest), "it has no help"
 
 
-def _actions(parser: ArgumentParser) -> list[Action]:
-    return list(parser._actions)
-
-
 def names_options_alike(it: CommandUnderTest) -> Iterator[Difference]:
     """Options are words with hyphens, short ones are one letter, and no option changes another's default"""
-    for action in _actions(it.parser()):
+    for action in it.parser()._actions:
         for option in action.option_strings:
             if not re.fullmatch(r"-[a-zA-Z0-9]|--[a-z][a-z0-9]*(-[a-z0-9]+)*", option):
                 yield option, "not a word with hyphens"
@@ -96,7 +77,7 @@ def _words(it: CommandUnderTest, path: str) -> list[str] | None:
     """Every argument that has to be given, with `path` for those that are free; None: there is none of these."""
     words: list[str] = []
     free = False
-    for action in _actions(it.parser()):
+    for action in it.parser()._actions:
         if action.option_strings and not action.required:
             continue
         if not action.option_strings and action.nargs in ("*", "?"):
@@ -148,13 +129,23 @@ def answers_bad_files(it: CommandUnderTest) -> Iterator[Difference]:
 
 def imports_late(it: CommandUnderTest) -> Iterator[Difference]:
     """Asking for help imports nothing that takes time"""
+    heavy = _imported().get(it.name, "[]")
+    if heavy != "[]":
+        yield f"import of {it.module.__name__}", heavy
+
+
+@lru_cache(maxsize=1)
+def _imported() -> Mapping[str, str]:
+    """What each command's module has imported that takes time, those before it left out."""
     code = (
-        f"import sys; from olp import cli; cli.load({it.name!r}); "
-        f"print([m for m in {_HEAVY!r} if m in sys.modules])"
+        "import sys; from olp import cli; seen = set()\n"
+        "for name in cli.names():\n"
+        "    cli.load(name)\n"
+        f"    print(name, [m for m in {_HEAVY!r} if m in sys.modules and m not in seen], sep='\\t')\n"
+        "    seen |= set(sys.modules)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    if done.stdout.strip() != "[]":
-        yield f"import of {it.module.__name__}", done.stdout.strip() or done.stderr[-200:]
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return {name: said for name, _, said in (line.partition("\t") for line in done.stdout.splitlines())}
 
 
 def runs_again(it: CommandUnderTest) -> Iterator[Difference]:
@@ -169,6 +160,207 @@ def runs_again(it: CommandUnderTest) -> Iterator[Difference]:
         pass
 
 
+# --- at work --------------------------------------------------------------------------------------------------
+
+
+def does_its_work(it: CommandUnderTest) -> Iterator[Difference]:
+    """On good words for all that it requires a command ends with 0 or 1, and says the same the second time"""
+    if getattr(it.module, "SERVES", False):
+        return
+    for action in it.actions:
+        if given(action) is None:
+            yield f"{action.dest} {action.metavar}", "olp/contracts/arguments.py knows no word for it"
+    if not it.first:
+        last = next(reversed(it.tried.values()), None)
+        yield it.name, f"no words do: {last.told[:200] if last else 'none were tried'}"
+        return
+    one = it.tried.pop(tuple(it.first[0]))
+    other = it.work(*it.first[0])
+    if not one.same(other):
+        yield " ".join(it.first[0]), "another answer the second time"
+
+
+def heeds_every_option(it: CommandUnderTest) -> Iterator[Difference]:
+    """Every option changes what is said or written where it was seen to, or is refused or at least asked for"""
+    known = effects().get(it.name, {})
+    for action in _judged(it) if it.first else ():
+        option = action.option_strings[-1]
+        if option in known and known[option][0] >= 0:
+            base, value = known[option]
+            words = it.first[base]
+            if it.work(*it.with_option(words, action, value)).same(it.work(*words)):
+                yield f"{' '.join(words)} {option} {value}", "nothing changes any more"
+        elif not _is_asked_for(it, action) and effect_of(it, action) is None:
+            yield option, "nothing changes, and nothing asks for it"
+
+
+def _judged(it: CommandUnderTest) -> list[Action]:
+    """Its own options, and one of those that many commands have: they go the same way."""
+    options = [action for action in it.options if action.dest != "watch"]
+    shared = [action for action in options if action.option_strings[-1] in _shared()]
+    drawn = shared[zlib.crc32(it.name.encode()) % len(shared) :][:1] if shared else []
+    own = sorted(
+        (action for action in options if action not in shared),
+        key=lambda action: zlib.crc32(f"{it.name} {action.dest}".encode()),
+    )
+    return [*own[: it.most], *drawn]
+
+
+@lru_cache(maxsize=1)
+def effects() -> Mapping[str, Mapping[str, tuple[int, str]]]:
+    """Which option of which command changes an answer, by which first words and value; none outside a checkout."""
+    return json.loads(EFFECTS.read_text(encoding="utf-8")) if EFFECTS.exists() else {}
+
+
+@lru_cache(maxsize=1)
+def _shared() -> frozenset[str]:
+    """Options that many commands have."""
+    names = Counter(
+        action.option_strings[-1] for name in cli.names() for action in CommandUnderTest(name).options
+    )
+    return frozenset(name for name, count in names.items() if count > _MANY) - {"--output"}
+
+
+def _is_asked_for(it: CommandUnderTest, action: Action) -> bool:
+    """Whether the command looks at what was said, before it says something else itself."""
+    known = given(action)
+    if known is None or not known.good:
+        return True
+    done = it.work(*it.with_option(it.first[0], action, known.good[0]))
+    return done.status == 2 or action.dest in done.read
+
+
+def effect_of(it: CommandUnderTest, action: Action) -> tuple[int, str] | None:
+    """The first words (their index) and the value that change an answer; None where none is known."""
+    known = given(action)
+    good = known.good if known else ()
+    for base, words in enumerate(it.first):
+        for value in good:
+            done = it.work(*it.with_option(words, action, value))
+            if done.status != 2 and not done.same(it.work(*words)):
+                return base, value
+    words, there = _writing(it)
+    if there and good:
+        again = it.work(*it.with_option(words, action, good[0]), beside=there)
+        if not again.same(it.work(*words, beside=there)):
+            return -1, good[0]
+    return None
+
+
+def _writing(it: CommandUnderTest) -> tuple[list[str], Mapping[str, bytes]]:
+    """Words with which it writes files, and those; none where it never does."""
+    ways = [it.first[0]]
+    for action in it.options:
+        known = given(action)
+        if action.dest == "output" and known is not None:
+            ways += [it.with_option(it.first[0], action, value) for value in known.good]
+    for words in ways:
+        done = it.work(*words)
+        if done.files and done.status != 2:
+            return words, done.files
+    return [], {}
+
+
+def refuses_bad_words(it: CommandUnderTest) -> Iterator[Difference]:
+    """A bad value of any argument ends with 2 and an error that names it, and nothing is written"""
+    for action in it.actions:
+        known = given(action)
+        for bad in known.bad if known and it.first else ():
+            put = it.with_option if action.option_strings else it.with_positional
+            words = put(it.first[-1], action, bad)
+            done = it.work(*words) if words else None
+            if done is None:
+                continue
+            if done.status != 2 or "error[" not in done.told + done.text:
+                yield " ".join(words), f"status {done.status}, {done.told[:80]!r}"
+            elif not _names(done, action, bad):
+                yield " ".join(words), f"the refusal names neither: {done.told[:80]!r}"
+            elif done.files.keys() - it.work(*it.first[-1]).files.keys():
+                yield " ".join(words), f"writes {', '.join(done.files)}"
+
+
+def _names(done: CommandOutcome, action: Action, bad: str) -> bool:
+    told = (done.told + done.text).lower()
+    words = [*re.split("[=,/]", bad.lower()), *action.option_strings[-1:], str(action.metavar).lower()]
+    return any(word and word in told for word in words)
+
+
+def ends_as_it_says(it: CommandUnderTest) -> Iterator[Difference]:
+    """Status 2 comes with an error, an error that is told comes with 2, and 0 and 1 are the other two"""
+    for words, done in list(it.tried.items()):
+        wrong = "error[" in done.told
+        if done.status not in (0, 1, 2) or (done.status == 2 and not (done.told or done.out).strip()):
+            yield " ".join(words), f"status {done.status}, {done.told[:80]!r}"
+        if wrong and done.status != 2:
+            yield " ".join(words), f"status {done.status} and {done.told[:80]!r}"
+        if "Traceback" in done.told + done.text or "\x1b[" in done.text:
+            yield " ".join(words), "a traceback, or colours in a file"
+        if any(name.endswith(".part") for name in done.files):
+            yield " ".join(words), "half a file is left"
+
+
+def says_the_same_as_data(it: CommandUnderTest) -> Iterator[Difference]:
+    """JSON is JSON, ends with the same status as text, and holds every number that the text says"""
+    for action in it.options:
+        known = given(action)
+        if not it.first or action.dest not in ("format", "json") or known is None:
+            continue
+        flag = action.nargs == 0
+        if not flag and "json" not in known.good:
+            continue
+        words, value = it.first[-1], "-" if action.dest == "json" else "json"
+        plain, done = it.work(*words), it.work(*it.with_option(words, action, value))
+        try:
+            values = [abs(x) for x in _numbers(json.loads(done.text))]
+        except ValueError:
+            yield action.option_strings[-1], f"no JSON: {done.text[:80]!r}"
+            continue
+        if done.status != plain.status:
+            yield action.option_strings[-1], f"status {done.status}, as text {plain.status}"
+        lost = [
+            text
+            for text in re.findall(r"(?<![\w.])\d+\.\d+(?![\w.])", plain.text)
+            if not _holds(values, text)
+        ]
+        if lost:
+            yield action.option_strings[-1], f"the text says {', '.join(lost[:6])}, the data do not"
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        for one in value:
+            yield from _numbers(one)
+    elif isinstance(value, str):
+        yield from (float(x) for x in re.findall(r"\d+(?:\.\d+)?", value))
+    elif isinstance(value, int | float):
+        yield float(value)
+
+
+def _holds(values: Sequence[float], text: str) -> bool:
+    number, least = float(text), 0.51 * 10.0 ** -len(text.partition(".")[2])
+    return any(abs(value * unit - number) <= least for value in values for unit in (1.0, 100.0, 1e3, 1e-3))
+
+
+def writes_what_it_says(it: CommandUnderTest) -> Iterator[Difference]:
+    """What -o writes is what standard output shows; a file is whole or absent, and never an input"""
+    output = next((action for action in it.options if action.dest == "output" and not action.required), None)
+    if output is None or not it.first or set(output.option_strings) & set(it.first[0]):
+        return
+    plain, words = it.work(*it.first[0]), it.with_option(it.first[0], output, "made.txt")
+    done = it.work(*words)
+    if done.status == 2 and done.files.keys() - plain.files.keys():
+        yield " ".join(words), f"refused, and {', '.join(done.files)} written"
+    elif done.status != 2 and done.files.get("made.txt") != plain.out:
+        yield " ".join(words), "the file is not there, or holds another text than standard output"
+    for word in it.first[0]:
+        if "." in word and not word.startswith("-"):
+            done = it.work(*it.with_option(it.first[0], output, word))
+            if done.status != 2 or word in done.files:
+                yield f"-o {word}, an input", f"status {done.status}"
+
+
 PROMISES: Final[tuple[Promise[CommandUnderTest], ...]] = (
     is_explained,
     names_options_alike,
@@ -176,4 +368,10 @@ PROMISES: Final[tuple[Promise[CommandUnderTest], ...]] = (
     answers_bad_files,
     runs_again,
     imports_late,
+    does_its_work,
+    heeds_every_option,
+    refuses_bad_words,
+    says_the_same_as_data,
+    writes_what_it_says,
+    ends_as_it_says,
 )

@@ -6,17 +6,20 @@ change with the code: they are kept beside the tests, where a change of any of t
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.timing.physics import Form, LogTerm, MoveTerm, Term, TermParameter
 from olp.timing.physics._case import MeasuredMoves
 
 _ROOT: Final = Path(__file__).resolve().parents[2]  # of a checkout
 PAGE: Final = _ROOT / "docs" / "physics.md"
+_ORDERS: Final = 3  # of the moves of a recording: how few tell a term hangs on which come first
 _FOLLOWS: Final = ("of", "at", "that", "above")  # a meaning that goes on after the name without a comma
 DETAILS: Final = _ROOT / "tests" / "data" / "physics_terms.txt"
 
@@ -113,7 +116,9 @@ def _elsewhere(
     forms = term.forms(case)
     fewest = next((n for n in range(1, len(case) + 1) if term.forms(case.take(np.arange(n)))), 0)
     if fewest:
-        yield f"- told from the first {fewest} of these moves on"
+        mixed = [np.random.default_rng(seed).permutation(len(case)) for seed in range(_ORDERS)]
+        others_first = ", ".join(str(_fewest(term, case, order)) for order in mixed)
+        yield f"- told from the first {fewest} of these moves on, in other orders from {others_first}"
     known = {_told(form) for form in forms}
     for name, other in others:
         there = term.forms(other)
@@ -132,6 +137,11 @@ def _elsewhere(
         new = [form for form in there if _told(form) not in known]
         known |= {_told(form) for form in there}
         yield from (f"    {line}" for line in _listed(term, tuple(new), other))
+
+
+def _fewest(term: MoveTerm, case: MeasuredMoves, order: NDArray[np.int64]) -> int:
+    """How many moves in this order tell the term: halving, as if more never told less."""
+    return bisect_left(range(1, len(order)), True, key=lambda n: bool(term.forms(case.take(order[:n])))) + 1
 
 
 def _told(form: Form) -> tuple[object, ...]:
