@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -69,7 +70,8 @@ def run(kinds: Sequence[str], only: str, count: int, seed: int, *, meant: bool =
         flush=True,
     )
     members = [(kind, one) for kind in kinds for one in KINDS[kind].members() if only.lower() in one.lower()]
-    rows = [_member(kind, member, count, seed, meant=meant) for kind, member in members]
+    with tempfile.TemporaryDirectory(prefix="olp-faults-") as tempfile.tempdir:  # a fault's process cleans up nothing
+        rows = [_member(kind, member, count, seed, meant=meant) for kind, member in members]
     print(table(rows))
     planted, caught = sum(row.planted for row in rows), sum(row.caught for row in rows)
     share = caught / planted if planted else 0.0

@@ -113,13 +113,28 @@ def command_faults(name: str) -> list[Planted]:
     def running(run: Callable[[Any], int]) -> Callable[[Any], Any]:
         return lambda whole: run
 
-    def around(change: Callable[[Any, Callable[[Any], int]], int]) -> Callable[[], Callable[[], bool]]:
-        return patched(run=lambda whole: lambda args: change(args, whole))
+    def around(change: Callable[[Any, _Whole], tuple[int, bool]]) -> Callable[[], Callable[[], bool]]:
+        """A run that does something else; whether it ever did is told at the end."""
+
+        def plant() -> Callable[[], bool]:
+            module, changed = cli.load(name), [False]
+            whole = module.run
+
+            def run(args: Any) -> int:
+                status, differs = change(args, whole)
+                changed[0] |= differs
+                return status
+
+            module.run = run  # type: ignore[method-assign]
+            return lambda: changed[0]
+
+        return plant
 
     def ignored(dest: str, usual: Any) -> Callable[[], Callable[[], bool]]:
-        def run(args: Any, whole: Callable[[Any], int]) -> int:
+        def run(args: Any, whole: _Whole) -> tuple[int, bool]:
+            differs = getattr(args, dest) != usual
             setattr(args, dest, usual)
-            return whole(args)
+            return whole(args), differs
 
         return around(run)
 
@@ -127,10 +142,10 @@ def command_faults(name: str) -> list[Planted]:
     return [
         *((f"{option} is ignored", ignored(dest, usual)) for option, dest, usual in _some_options(name)),
         ("status 0 whatever is wrong", around(_forgiving)),
-        ("a finding is status 2", around(lambda args, whole: (0, 2, 2)[whole(args)])),
+        ("a finding is status 2", around(_strict)),
         ("nothing is said", around(_silent)),
-        ("another answer each time", around(lambda args, whole: print(next(counts)) or whole(args))),
-        ("a file is left behind", around(lambda args, whole: _leave(Path("left.txt")) or whole(args))),
+        ("another answer each time", around(lambda args, whole: (print(next(counts)) or whole(args), True))),
+        ("a file is left behind", around(_leaving)),
         ("an input is touched", around(_touching)),
         ("half of each output file", around(_halving)),
         ("numbers of JSON a thousandth too large", around(_inexact)),
@@ -178,17 +193,26 @@ def _some_options(name: str) -> list[tuple[str, str, Any]]:
     return [(a.option_strings[-1], a.dest, a.default) for a in chosen]
 
 
-def _forgiving(args: Any, whole: Callable[[Any], int]) -> int:
+_Whole = Callable[[Any], int]  # the run of a command as it is
+
+
+def _forgiving(args: Any, whole: _Whole) -> tuple[int, bool]:
     from olp.core.diagnostic import OlpError
 
     try:
-        return min(whole(args), 1)
+        status = whole(args)
+        return min(status, 1), status == 2
     except OlpError as problem:
         print(problem, file=sys.stderr)
-        return 0
+        return 0, True
 
 
-def _said(args: Any, whole: Callable[[Any], int]) -> tuple[int, bytes]:
+def _strict(args: Any, whole: _Whole) -> tuple[int, bool]:
+    status = whole(args)
+    return 2 if status else 0, status == 1
+
+
+def _said(args: Any, whole: _Whole) -> tuple[int, bytes]:
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     with contextlib.redirect_stdout(out):
         status = whole(args)
@@ -196,23 +220,27 @@ def _said(args: Any, whole: Callable[[Any], int]) -> tuple[int, bytes]:
     return status, out.buffer.getvalue()  # type: ignore[attr-defined]
 
 
-def _silent(args: Any, whole: Callable[[Any], int]) -> int:
-    return _said(args, whole)[0]
+def _silent(args: Any, whole: _Whole) -> tuple[int, bool]:
+    status, out = _said(args, whole)
+    return status, bool(out)
 
 
-def _inexact(args: Any, whole: Callable[[Any], int]) -> int:
+def _inexact(args: Any, whole: _Whole) -> tuple[int, bool]:
     status, out = _said(args, whole)
     if out[:1] in (b"{", b"["):
-        out = re.sub(rb"\d+\.\d{3,}", lambda found: b"%.6f" % (1.001 * float(found.group())), out)
+        other = re.sub(rb"\d+\.\d{3,}", lambda found: b"%.6f" % (1.001 * float(found.group())), out)
+        sys.stdout.buffer.write(other)
+        return status, other != out
     sys.stdout.buffer.write(out)
-    return status
+    return status, False
 
 
-def _leave(path: Path) -> None:
-    path.write_text("left", encoding="utf-8")
+def _leaving(args: Any, whole: _Whole) -> tuple[int, bool]:
+    Path("left.txt").write_text("left", encoding="utf-8")
+    return whole(args), True
 
 
-def _touching(args: Any, whole: Callable[[Any], int]) -> int:
+def _touching(args: Any, whole: _Whole) -> tuple[int, bool]:
     status = whole(args)
     words = [
         word for value in vars(args).values() for word in (value if isinstance(value, list) else [value])
@@ -220,17 +248,18 @@ def _touching(args: Any, whole: Callable[[Any], int]) -> int:
     for word in words:
         if isinstance(word, str) and Path(word).is_file():
             Path(word).write_bytes(Path(word).read_bytes() + b" ")
-            break
-    return status
+            return status, True
+    return status, False
 
 
-def _halving(args: Any, whole: Callable[[Any], int]) -> int:
+def _halving(args: Any, whole: _Whole) -> tuple[int, bool]:
     status = whole(args)
     output = getattr(args, "output", None)
     if output and Path(output).is_file():
         data = Path(output).read_bytes()
         Path(output).write_bytes(data[: len(data) // 2])
-    return status
+        return status, len(data) > 1
+    return status, False
 
 
 # --- hosts --------------------------------------------------------------------------------------------------

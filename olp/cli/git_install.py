@@ -8,7 +8,9 @@ SUMMARY = "have git merge and show robot programs with olp, in this repository"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("--remove", action="store_true", help="take it out again")
+    parser.add_argument(
+        "--remove", action="store_true", help="take it out again, of .git/config and .gitattributes"
+    )
 
 
 def run(args: Namespace) -> int:

@@ -31,13 +31,17 @@ _PREPARED: Final = (
 
 
 class CommandOutcome(NamedTuple):
-    """What one run did. `files`: those that it made or changed. `read`: the arguments that it asked for."""
+    """What one run did. `files`: those that it made or changed. `changed`: those that were there.
+
+    `read`: the arguments that it asked for.
+    """
 
     status: int
     out: bytes
     told: str
     files: Mapping[str, bytes]
     read: frozenset[str] = frozenset()
+    changed: frozenset[str] = frozenset()
 
     @property
     def text(self) -> str:
@@ -140,7 +144,9 @@ class CommandUnderTest:
             finally:
                 self.module.run = whole
                 made = _put_back(folder, before)
-            done = CommandOutcome(status, out, told, made, frozenset(read))
+            done = CommandOutcome(
+                status, out, told, made, frozenset(read), frozenset(made.keys() & before.keys())
+            )
             if beside:
                 return done
             self.tried[words] = done

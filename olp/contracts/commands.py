@@ -174,6 +174,8 @@ def does_its_work(it: CommandUnderTest) -> Iterator[Difference]:
         last = next(reversed(it.tried.values()), None)
         yield it.name, f"no words do: {last.told[:200] if last else 'none were tried'}"
         return
+    for words in it.first:
+        yield from _leaves_alone(it, words)
     one = it.tried.pop(tuple(it.first[0]))
     other = it.work(*it.first[0])
     if not one.same(other):
@@ -210,6 +212,20 @@ def _judged(it: CommandUnderTest) -> list[Action]:
 def effects() -> Mapping[str, Mapping[str, tuple[int, str]]]:
     """Which option of which command changes an answer, by which first words and value; none outside a checkout."""
     return json.loads(EFFECTS.read_text(encoding="utf-8")) if EFFECTS.exists() else {}
+
+
+def _leaves_alone(it: CommandUnderTest, words: Sequence[str]) -> Iterator[Difference]:
+    done, (_, page, _) = it.work(*words), it.run("--help")
+    if not (done.out or done.told or done.files):
+        yield " ".join(words), "nothing is said and nothing written"
+    usual = [str(action.default) for action in it.options if action.default]
+    for name in done.files:
+        if name in usual or Path(name).name in page:
+            continue
+        if not any(name == word or name.startswith(f"{word}/") for word in words):
+            yield " ".join(words), f"writes {name}, which nothing names"
+        elif name in done.changed:
+            yield " ".join(words), f"changes {name}, an input"
 
 
 @lru_cache(maxsize=1)
