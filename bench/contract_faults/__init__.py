@@ -70,7 +70,8 @@ def run(kinds: Sequence[str], only: str, count: int, seed: int, *, meant: bool =
         flush=True,
     )
     members = [(kind, one) for kind in kinds for one in KINDS[kind].members() if only.lower() in one.lower()]
-    with tempfile.TemporaryDirectory(prefix="olp-faults-") as tempfile.tempdir:  # a fault's process cleans up nothing
+    # The process of a fault ends without cleaning up.
+    with tempfile.TemporaryDirectory(prefix="olp-faults-") as tempfile.tempdir:
         rows = [_member(kind, member, count, seed, meant=meant) for kind, member in members]
     print(table(rows))
     planted, caught = sum(row.planted for row in rows), sum(row.caught for row in rows)

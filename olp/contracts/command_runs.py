@@ -26,6 +26,7 @@ _PREPARED: Final = (
     "calibrate recording --method constant -o one.signature.json",
     "calibrate recording --method factors -o other.signature.json",
     "check cell --no-cache --store olp.db",
+    "check cell --no-cache --store olp.db",
     "lint cell --write-baseline known.json",
 )
 
