@@ -26,6 +26,7 @@ from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_rec
 from olp.identification.diagnosis.evidence import selection  # noqa: E402
 from olp.identification.diagnosis.fitting import Noise  # noqa: E402
 from olp.identification.diagnosis.folds import Folds  # noqa: E402
+from olp.identification.diagnosis.model import DurationModel  # noqa: E402
 from olp.identification.diagnosis.search import move_terms, shelf_of, swaps  # noqa: E402
 from olp.identification.recording import Recording, read_recording  # noqa: E402
 from olp.timing.physics._case import MeasuredMoves  # noqa: E402
@@ -67,7 +68,8 @@ def held_out(recording: Recording, outcome: DiagnosisOutcome) -> None:
     simulated = errors_of(case.residual, case.measured)
     table = [("the simulation as it is", *_errors(simulated), "nothing fitted")]
     for name, labels in ways.items():
-        chosen = selection(case, Noise(_CLOCK), Folds(name, labels), shelf_of(case, move_terms()))
+        shelf = shelf_of(case, move_terms())
+        chosen = selection(case, Noise(_CLOCK), Folds(name, labels), shelf, DurationModel())
         after = errors_of(case.measured - chosen.predicted, case.measured)
         counted = Counter(name for names in chosen.sets for name in names).most_common()
         names = ", ".join(f"{n} {count}" for n, count in counted)

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.diagnose import findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
-from olp.identification.diagnosis.fitting import Noise, evaluate
+from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, blocks
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.naming import name
@@ -201,3 +202,17 @@ def test_a_limit_is_named_where_other_moves_can_confirm_it(limit, named):
     found = name(real, Noise(NOISE / 2), Folds("block", blocks(MOVES)), {})
     told = findings_of(found, real, NOISE)
     assert ("speed-clamp" in {finding.term for finding in told.findings}) == named
+
+
+def test_groups_held_out_are_predicted_by_what_the_seen_moves_choose(monkeypatch):
+    """Also where the narrow search of a fold comes to nothing."""
+    made = case()
+    made = case(measured=made.simulated + 0.03 + scatter())
+    noise, labels = Noise(NOISE / 3), np.arange(MOVES) % 5
+    monkeypatch.setattr(evidence, "found_in", lambda train, noise, shelf: fit(DurationModel(), train, noise))
+    shelf = shelf_of(made, [load_term("settling")])
+    for time, error in ((0.02, NOISE), (0.0, 0.03)):
+        named = DurationModel((part("settling", made, time),) if time else ())
+        seen = evidence.selection(made, noise, Folds("", labels), shelf, named)
+        assert np.std(made.measured - seen.predicted) < 1.2 * NOISE
+        assert np.sqrt(np.mean((made.measured - seen.predicted) ** 2)) == pytest.approx(error, rel=0.2)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
 from olp.identification.diagnosis.folds import HALF, Folds, interleaved, rms
+from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import remains_of
 from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, price, search
 from olp.timing.physics._case import MeasuredMoves
@@ -169,8 +170,14 @@ def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]
     return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > _ACTS * fitted.scale)
 
 
-def selection(case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf) -> Selection:
-    """Search and fit without each fold, predict it."""
+def selection(
+    case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf, named: DurationModel
+) -> Selection:
+    """Search and fit without each fold, predict it.
+
+    The `named` terms of all moves are one candidate: a narrow search may not come to them, and the moves that are seen
+    choose.
+    """
     predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
@@ -178,7 +185,8 @@ def selection(case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf)
         if not len(seen):
             predicted[held] = test.simulated
             continue
-        best = found_in(train, noise, shelf.take(seen))
+        fits = (found_in(train, noise, shelf.take(seen)), fit(named, train, noise, 10))
+        best = min(fits, key=price)
         predicted[held] = best.model.seconds(test)
         sets.append(frozenset(best.names))
     return Selection(predicted, tuple(sets))

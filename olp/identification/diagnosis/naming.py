@@ -75,7 +75,7 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
     best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
-    seen = selection(clean, noise, clean_folds, shelf)
+    seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
     left = clean.measured - best.model.seconds(clean)
     remains = remains_of(whiten(left, _stamped(noise), clean), clean, clean_groups)
