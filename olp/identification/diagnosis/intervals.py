@@ -169,7 +169,12 @@ def _widen(
         if (key := (part.label, p.name, p.unit, p.meaning)) in of
     ]
     others = _ends(other, case, noise, floor, near, {at for _, at in shared})
+    terms = parameters_of(other.model)
     for k, at in shared:
+        null = terms[at][1].null
+        null = math.log(null) if terms[at][1].log and null > 0 else null
+        if other.names == fitted.names and others[0][at].at < null < others[1][at].at:
+            continue  # the term acts through the form's other parameters: this one tells nothing
         low[k], high[k] = min(low[k], others[0][at]), max(high[k], others[1][at])
 
 

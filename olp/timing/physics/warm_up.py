@@ -28,11 +28,12 @@ class WarmUp(MoveTerm):
         span = float(np.ptp(time))
         last = TermParameter("tau", "s", span / 40.0, _LONGEST * span, np.inf, True, "time constant")
         share = TermParameter("share", "1", -0.5, 0.5, 0.0, False, "of a duration, cold")
+        warm = TermParameter("share", "1", -0.5, 0.5, 0.0, False, "of a duration, warm")
         fixed = TermParameter("time", "s", -1.0, 1.0, 0.0, False, "per move, cold")
         return (
             Form("share", (share, last), r"T = T_0 (1 + A e^{-t/\tau})"),
             Form("seconds", (fixed, last), r"T = T_0 + A e^{-t/\tau}"),
-            Form("share, cold as simulated", (share, last), r"T = T_0 (1 + A (1 - e^{-t/\tau}))"),
+            Form("share, cold as simulated", (warm, last), r"T = T_0 (1 + A (1 - e^{-t/\tau}))"),
         )
 
     def lacks(self, case: MeasuredMoves) -> str:
