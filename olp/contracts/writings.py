@@ -18,6 +18,7 @@ from olp.contracts.readings import differences, load_declared, programs_of, read
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.ir.program import Program
+from olp.languages.limits import limits_of
 from olp.languages.vendor import Vendor
 from olp.transpile import Context
 from olp.transpile.convert import convert
@@ -52,9 +53,12 @@ def _path(folder: Path, stem: str) -> Path:
 def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """The parts of each `.written` file as olp writes them now, by the stem of the file."""
     program = contract_program(BRANCHES[0]).program
-    yield _CONTRACT, dict(_written(vendor, "program", program))
+    parts = dict(_written(vendor, "program", program))
+    if limits_of(vendor.name, forms=True).forms:
+        parts |= dict(_written(vendor, "program in forms", program, forms=True))
+    yield _CONTRACT, parts
     for path in readings_of(folder):
-        parts: dict[str, list[str]] = {}
+        parts = {}
         for name, program in programs_of(vendor, load_declared(path)):
             if program.routines and not any(found.is_error for found in program.diagnostics):
                 parts |= dict(_written(vendor, name, program))
@@ -62,10 +66,13 @@ def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[s
             yield path.stem, parts
 
 
-def _written(vendor: Vendor, source: str, program: Program) -> Iterator[tuple[str, list[str]]]:
-    """The files of a program: its name and theirs, and their lines."""
+def _written(
+    vendor: Vendor, source: str, program: Program, *, forms: bool = False
+) -> Iterator[tuple[str, list[str]]]:
+    """The files of a program: its name and theirs, and their lines. `forms`: moves as the pendant writes them."""
+    context = Context(robot=robot_of(), on_loss="comment", forms=forms)
     try:
-        made = convert(program, vendor.name, Context(robot=robot_of(), on_loss="comment"), date=_DATE)
+        made = convert(program, vendor.name, context, date=_DATE)
     except OlpError as refused:
         yield f"{source}: refused", [f"line {found.line}: {found.message}" for found in refused.diagnostics]
         return
