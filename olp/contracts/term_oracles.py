@@ -183,6 +183,8 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     about = straight(case)
     if case.rates is not None:
         about = about | (case.moving & case.joint & leads(case, 0))
+    if form.key == "any axis":
+        about = case.moving & np.isfinite(case.start[:, :2] + case.end[:, :2]).all(axis=1)
     unit = case.end - case.start
     unit = unit / np.maximum(np.linalg.norm(unit, axis=1), 1e-9)[:, None]
     factors = []
@@ -193,7 +195,7 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         if form.key == "across":
             tangent = np.stack([-place[:, 1], place[:, 0]], axis=1) / np.maximum(r, 1e-9)[:, None]
             grown = grown * (tangent * unit[:, :2]).sum(axis=1) ** 2
-        if form.key == "from a reach":
+        if form.key in ("from a reach", "any axis"):
             grown = grown - values[1] ** 2
         factors.append(np.where(about, 1.0 / np.maximum(1.0 + values[0] * np.nan_to_num(grown), 0.1), 1.0))
     return both(case, *factors)
