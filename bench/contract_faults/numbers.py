@@ -132,7 +132,7 @@ def command_faults(name: str) -> list[Planted]:
 
     def ignored(dest: str, usual: Any) -> Callable[[], Callable[[], bool]]:
         def run(args: Any, whole: _Whole) -> tuple[int, bool]:
-            differs = getattr(args, dest) != usual
+            differs = vars(args)[dest] != usual  # unseen: the suite notes what a run asks for
             setattr(args, dest, usual)
             return whole(args), differs
 
