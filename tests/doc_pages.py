@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import yaml
+from olp_process import run_olp
 
 from olp import cli
 from olp.cli.command import Parser
@@ -116,8 +117,9 @@ def run(command: str, folder: Path) -> tuple[str, int]:
     """What a command prints, both streams in one, and its status."""
     words = shlex.split(command, comments=True)
     if words[0] in ("olp", "scripts/olp"):
-        words = [sys.executable, "-m", "olp", *words[1:]]
-    elif words[0] not in OTHERS:
+        ran = run_olp(words[1:], folder, _environment(), merged=True)
+        return ran.stdout.decode("utf-8"), ran.returncode
+    if words[0] not in OTHERS:
         return f"a page may run olp, {', '.join(OTHERS)}, not {words[0]}\n", 2
     return _execute(words, folder)
 

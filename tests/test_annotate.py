@@ -31,9 +31,15 @@ def timing_of(program):
 
 
 @cache
-def timed():
-    """The samples that can be read and timed without an error."""
-    return [path for path in JOBS if not any(found.is_error for found in timing_of(read(path)).diagnostics)]
+def samples():
+    """The samples that can be read and timed without an error, each with its annotated source."""
+    found = []
+    for path in JOBS:
+        program = read(path)
+        timing = timing_of(program)
+        if not any(one.is_error for one in timing.diagnostics):
+            found.append((program, annotate(program, timing).source))
+    return found
 
 
 def job(lines, end="\r\n", last=True, path="made.jbi"):
@@ -142,14 +148,12 @@ def test_a_line_that_is_never_executed_has_no_comment():
 
 
 def test_there_are_samples_to_try():
-    assert len(timed()) > 20
+    assert len(samples()) > 20
 
 
 def test_an_annotated_sample_is_valid_for_the_controller():
-    for path in timed():
-        program = read(path)
-        source = annotated(program)
-        before, after = program.source, source
+    for program, after in samples():
+        before = program.source
         comments = comments_of(after)
         assert comments
         assert all(len(line) <= find_vendor("inform").comment_length and line.isascii() for line in comments)
@@ -166,17 +170,16 @@ def test_an_annotated_sample_is_valid_for_the_controller():
 
 
 def test_a_sample_annotated_and_cleaned_has_its_own_bytes():
-    for path in timed():
-        program = read(path)
-        result = remove(annotated(program), "inform")
+    for program, source in samples():
+        result = remove(source, "inform")
         assert result.source.raw == program.to_bytes()
         assert result.removed > 0
 
 
 def test_annotating_twice_is_annotating_once():
-    for path in timed():
-        once = annotated(read(path))
-        twice = annotate(read_source(once), timing_of(read_source(once)))
+    for _, once in samples():
+        again = read_source(once)
+        twice = annotate(again, timing_of(again))
         assert twice.source.raw == once.raw
         assert twice.written == twice.removed
 
@@ -228,7 +231,7 @@ def is_sealed(line):
     return line.startswith("'olp ") and len(text) > 4 and text[-5:-3] == " ~" and seal(text[:-5]) == text[-3:]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     bodies,
     st.lists(ends, min_size=40, max_size=40),

@@ -14,6 +14,7 @@ import anyio
 import jsonschema
 import pytest
 from mcp import ClientSession, StdioServerParameters, stdio_client
+from olp_process import run_olp
 
 from olp.core.diagnostic import OlpError
 from olp.servers.folder import Folder, ServerLimits
@@ -59,14 +60,7 @@ def words(result: Any) -> str:
 
 
 def command_line(root: Path, *arguments: str) -> Any:
-    done = subprocess.run(
-        [sys.executable, "-m", "olp", *arguments],
-        cwd=root,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        check=False,
-    )
-    return json.loads(done.stdout)
+    return json.loads(run_olp(arguments, root, {**os.environ, "PYTHONPATH": str(ROOT)}).stdout)
 
 
 @pytest.fixture(scope="module")
