@@ -23,13 +23,12 @@ from numpy.typing import NDArray
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import Span, error, warning
 from olp.core.source import Source
-from olp.identification.signature.correction_interval import CorrectionInterval
 from olp.identification.timing_job import TimingJob, plan_and_time
 from olp.reports.batch import Job, time_files
 from olp.reports.cell import CellLinks
 from olp.reports.formats import Options, Report, ReportPart, load_report, report_names
 from olp.runtime.plan import Assumption, StepKind
-from olp.timing.result import Timing
+from olp.timing.result import CorrectionInterval, Timing
 
 FILES: Final = tuple(
     Path(__file__).resolve().parents[2] / "samples" / "up20" / f"{name}.JBI" for name in ("APPR-1", "DEPT-2")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,6 @@ from olp.timing.motion import Profile
 if TYPE_CHECKING:
     import pandas
 
-    from olp.identification.signature.correction_interval import CorrectionInterval
-
 
 Floats = NDArray[np.float64]
 
@@ -30,6 +28,15 @@ COLUMNS: tuple[str, ...] = (
     "line", "statement", "kind", "distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2",
     "limited_by", "duration_s", "end_s", "speed_pct", "speed_deg_s", "angle_deg", "file",
 )  # fmt: skip
+
+
+class CorrectionInterval(NamedTuple):
+    """95 %: `low`, `high` (n,) [s] per step, nan where nothing is known; of the whole program [s]."""
+
+    low: Floats
+    high: Floats
+    total_low: float
+    total_high: float
 
 
 @dataclass(frozen=True, slots=True)

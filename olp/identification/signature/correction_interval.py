@@ -13,19 +13,11 @@ from olp.ir.program import Path
 from olp.runtime.plan import PATHS, Plan, StepKind
 from olp.timing.chain import Chain
 from olp.timing.demand import Demand
+from olp.timing.result import CorrectionInterval
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _STRAIGHT, _JOINT = PATHS.index(Path.LINEAR), PATHS.index(Path.JOINT)
-
-
-class CorrectionInterval(NamedTuple):
-    """95 %: `low`, `high` (n,) [s] per step, nan where nothing is known; of the whole program [s]."""
-
-    low: Floats
-    high: Floats
-    total_low: float
-    total_high: float
 
 
 class _Rows(NamedTuple):
