@@ -42,6 +42,24 @@ def test_a_number_stands_where_the_text_names_it():
     assert 'TPWrite "parts: "\\Num:=N;' in translated(text, "krl", "rapid")
 
 
+@pytest.mark.parametrize("target", SHOWS)
+def test_a_state_is_shown_until_its_handle_is_cleared(target):
+    rows = (
+        "DECL INT H",
+        "DECL BOOL B",
+        "H=0",
+        'MsgState(H,"busy","Cell")',
+        "IF H>0 THEN",
+        "B=Clear_KrlMsg(H)",
+        "ENDIF",
+    )
+    text = krl(*rows, "WAIT FOR Clear_KrlMsg(H)", "IF B THEN", "$OUT[3]=TRUE", "ENDIF")
+    assert SHOWS[target].format("busy") in translated(text, "krl", target)
+    assert left_out(text, target) == []
+    here, there = run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", target)
+    assert here.kind.tolist() == there.kind.tolist() == [StepKind.SIGNAL] * 4
+
+
 def test_a_routine_of_the_programs_own_is_called_whatever_its_name(tmp_path):
     (tmp_path / "part.src").write_text(
         'DEF PART ( )\nMsgQuit("x")\nEND\nDEF MsgQuit(T[]:IN)\nDECL CHAR T[]\nEND\n'

@@ -1,6 +1,7 @@
 """What calls of KUKA's own message library do (`MsgLib.src` of the controller's System folder), and its message window.
 
-MsgNotify shows a message. MsgQuit shows one and waits until the operator has acknowledged it: its loop asks
+MsgNotify shows a message, and so does MsgLoop. MsgState shows one until Clear_KrlMsg takes its handle, a number above
+zero, and returns TRUE. MsgQuit shows one and waits until the operator has acknowledged it: its loop asks
 `Exists_KrlMsg`. What is assigned to $LOOP_MSG[] is shown while the program goes on. Texts may be keys of the
 controller's message database; `%1` stands for the number, else the text, that is handed over.
 """
@@ -10,12 +11,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from olp.ir.expressions import CallValue, Expression, Function, Item, Named, Text, Unknown
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    Function,
+    Item,
+    Named,
+    Number,
+    SignalState,
+    Text,
+    Unknown,
+)
 from olp.ir.program import Routine
 from olp.ir.statements import Assign, Call, Message, Pause, Statement, Wait
 from olp.languages.vendor import ACKNOWLEDGED
 
-_SHOWS: Final = frozenset({"msgnotify", "msgquit"})
+_SHOWS: Final = frozenset({"msgnotify", "msgquit", "msgloop", "msgstate"})
+_CLEARS: Final = "clear_krlmsg"
 _WINDOW: Final = "$LOOP_MSG"
 _PLACE: Final = "%1"
 _OMITTED: Final = Unknown("")
@@ -34,12 +46,19 @@ def without_library(
 
 def _plain(s: Statement, find: Callable[[str], Routine | None]) -> tuple[Statement, ...]:
     if type(s) is Call and s.routine.casefold() in _SHOWS and s.condition is None and find(s.routine) is None:
-        text = _shown(s.arguments)
+        word = s.routine.casefold()
+        handle = s.arguments[0] if word == "msgstate" and s.arguments else None
+        text = _shown(s.arguments[1:] if word == "msgstate" else s.arguments)
         if text is None:
             return (s,)
-        if s.routine.casefold() == "msgnotify":
-            return (Message(s.line, text, s.comment),)
-        return (Message(s.line, text, s.comment), Pause(s.line, spelling=ACKNOWLEDGED))
+        shown = Message(s.line, text, s.comment)
+        if word == "msgquit":
+            return (shown, Pause(s.line, spelling=ACKNOWLEDGED))
+        return (shown,) if handle is None else (shown, Assign(s.line, handle, Number(1)))
+    if type(s) is Assign and _takes_handle(s.value) and find(_CLEARS) is None:
+        return (Message(s.line, _NOTHING, s.comment), Assign(s.line, s.target, SignalState(True)))
+    if type(s) is Wait and _takes_handle(s.condition) and find(_CLEARS) is None:
+        return (Message(s.line, _NOTHING, s.comment),)
     if type(s) is Assign and _is_window(s.target):
         return (Message(s.line, s.value, s.comment),)
     if type(s) is Wait and _clears(s.condition):
@@ -63,6 +82,11 @@ def _shown(arguments: tuple[Expression, ...]) -> Expression | None:
 def _is_window(e: Expression) -> bool:
     """`$LOOP_MSG[]`"""
     return type(e) is Item and type(e.base) is Named and e.base.name.upper() == _WINDOW
+
+
+def _takes_handle(e: Expression) -> bool:
+    """`Clear_KrlMsg(handle)`"""
+    return type(e) is CallValue and e.routine.casefold() == _CLEARS and len(e.arguments) == 1
 
 
 def _clears(condition: Expression) -> bool:
