@@ -32,7 +32,7 @@ _LETTERS: Final = str.maketrans(
 
 def names(program: Program, work: TranslationContext) -> Program:
     """Every routine, variable and label with a name that the target takes; what changed is in the mapping."""
-    own = _Names(work)
+    own = _Names(work, frozenset(p.name.casefold() for r in program.routines for p in r.parameters))
     for routine in program.routines:
         own.name("routine", routine.name)
     if not work.limits.numbered:
@@ -85,6 +85,7 @@ def _note_all(program: Program, own: _Names) -> None:
 @dataclass(slots=True)
 class _Names:
     work: TranslationContext
+    parameters: frozenset[str] = frozenset()  # of the program's routines, case folded
     known: dict[tuple[str, str], str] = field(default_factory=dict)
     taken: dict[str, set[str]] = field(default_factory=dict)
     same: set[str] = field(default_factory=set)  # variables that are called as they were
@@ -186,6 +187,6 @@ class _Names:
             return e
         if type(e) is CallValue:
             return replace(e, routine=self.name("routine", e.routine))
-        if type(e) is NamedArgument:
+        if type(e) is NamedArgument and e.name.rstrip("?").casefold() in self.parameters:
             return replace(e, name=self.name("variable", e.name))
         return e

@@ -7,9 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import CallValue, Expression, Function, Item, Member, Named, Number, PositionLiteral
+from olp.core.units import deg, mm
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+    SystemValue,
+)
 from olp.ir.program import Assign, Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
-from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
+from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, mapped
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
@@ -27,7 +38,7 @@ def partial(program: Program, work: TranslationContext) -> Program:
         return _whole_data(program, work)
     own = _Partial(work, symbols_of(program))
     routines = tuple(replace(r, body=tuple(own.rows(r))) for r in program.routines)
-    return _whole_data(replace(program, routines=routines), work)
+    return _whole_data(replace(program, routines=routines, data=(*program.data, *own.declared)), work)
 
 
 @dataclass(slots=True)
@@ -35,6 +46,7 @@ class _Partial:
     work: TranslationContext
     symbols: Symbols
     last: PositionLiteral | None = None  # where the move before went, as the text tells
+    declared: list[Declare] = field(default_factory=list)  # positions that are put together
     _axes: dict[int, list[Sequence[float]]] | None = field(default=None)
 
     def rows(self, routine: Routine) -> list[Statement]:
@@ -42,7 +54,7 @@ class _Partial:
         rows: list[Statement] = []
         for s in routine.body:
             if isinstance(s, Move):
-                rows.append(self._move(s, routine.name))
+                rows += self._move(s, routine.name)
             else:
                 self.last = self.last if isinstance(s, _STEADY) else None
                 if _has_gaps(s):
@@ -50,14 +62,34 @@ class _Partial:
                 rows.append(s)
         return rows
 
-    def _move(self, s: Move, routine: str) -> Move:
+    def _move(self, s: Move, routine: str) -> list[Statement]:
+        before: list[Statement] = []
         if _has_gaps(s):
             s = edited(s, {"targets": tuple(self._filled(t, s) for t in s.targets)})
-            if _has_gaps(s):
+            if _has_gaps(s) and is_usual(s) and len(s.targets) == 1:
+                s = self._put_together(s, before)
+            elif _has_gaps(s):
                 self.work.lose(s, Fate.REFUSED, "position", _SAYS)
         target = self.symbols.fixed_value(routine, s.targets[-1])
         self.last = target if isinstance(target, PositionLiteral) and not s.relative else None
-        return s
+        return [*before, s]
+
+    def _put_together(self, s: Move, before: list[Statement]) -> Move:
+        """A move to where the arm stands, with the components that are written."""
+        target = s.targets[0]
+        assert isinstance(target, PositionLiteral)
+        if target.kind != "pose":
+            self.work.lose(s, Fate.REFUSED, "position", _SAYS)
+            return s
+        name = Named(self.work.helper("target"))
+        self.declared.append(Declare(0, name.name, "position", shared=True))
+        before.append(Assign(s.line, name, SystemValue("current-pose")))
+        for component, value in zip((*_PLACE, *_ANGLES), target.values[:6], strict=True):
+            if not math.isnan(value):
+                number = round(value / (mm if component in _PLACE else deg), 9)
+                written = Number(int(number) if number.is_integer() else number)
+                before.append(Assign(s.line, Member(name, component), written))
+        return edited(s, {"targets": (name,)})
 
     def _filled(self, e: Expression, s: Move) -> Expression:
         if not isinstance(e, PositionLiteral) or not _is_partial(e):
