@@ -86,7 +86,7 @@ def test_the_robots_of_a_maker_keep_their_contract(maker: str) -> None:
 
 @pytest.mark.parametrize("name", cli.names())
 def test_a_command_keeps_its_contract(name: str) -> None:
-    check_command(name, options=2)
+    check_command(name, options=1)
 
 
 @pytest.mark.parametrize("name", report_names())
