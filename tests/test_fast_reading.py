@@ -35,10 +35,8 @@ ROBOT = load_robot("yaskawa/gp25")
 def read_by_the_grammar_alone(path: Path, patch: pytest.MonkeyPatch, vendor: str | None = None) -> Program:
     """The program as it is read when every fast way declines."""
     with patch.context() as patched:
-        for name in ("inform", "tp", "krl"):
-            patched.setattr(
-                f"olp.languages.vendors.{name}.fast.{name.capitalize()}MoveLines.read", lambda *_: None
-            )
+        for reader in ("inform.instructions.Inform", "tp.instructions.Tp", "krl.fast.Krl"):
+            patched.setattr(f"olp.languages.vendors.{reader}MoveLines.read", lambda *_: None)
         patched.setattr("olp.languages.vendors.krl.fast.literal", lambda *_: None)
         patched.setattr(PlainClauses, "move", lambda *_: None)
         patched.setattr(PlainClauses, "point", lambda *_: None)

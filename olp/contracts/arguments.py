@@ -12,6 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from olp.languages.vendor import vendor_names
+
 SAMPLES: Final = Path(__file__).resolve().parents[2] / "samples"  # of a checkout
 ROBOT: Final = "yaskawa/up20"
 _MOVES: Final = 8  # of the recording: enough for every command, and quick
@@ -75,12 +77,12 @@ _TABLE: Final[Mapping[str, Given]] = {
     "BACKUP": Given(("backup",), _GONE),
     "LOG": Given(("log/log.csv",), _GONE),
     "TOTALS.csv": Given(("totals.csv",), (*_GONE, "other.toml")),
-    "VENDOR": Given(("krl", "rapid"), ("no-such-language",)),
+    "VENDOR": Given(vendor_names(), ("no-such-language",)),
     "WHAT=N": Given(("position=900",), ("position", "taste=3", "position=far")),
     "LINE": Given(("19",), ("99999", "where")),
     "LINES": Given(("20", "19-22"), ("where",)),
     "GROUPS": Given(("20,21",), ("where",)),
-    "CODES": Given(("W003", "W"), ("no-such-code",)),
+    "CODES": Given(("W",), ("no-such-code",)),
     "C": Given(("krc4-8.5",), ("no-such-controller",)),
     "NAME=COLUMN": Given(("t_ms=Time",), ("Time",)),
     "A,B,…": Given(("a,b",)),

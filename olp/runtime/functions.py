@@ -28,6 +28,7 @@ from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
 Arguments = Sequence[Expression]
+_MOST_DECIMALS = 1_100  # no number has more
 
 
 def frame_value(m: Machine, frame: FrameRef) -> Value:
@@ -206,11 +207,13 @@ def _shown(m: Machine, arguments: Arguments) -> Value:
     if len(arguments) < 2:
         return _text(m, arguments[0])
     value = evaluate(m, arguments[0])
-    return (
-        f"{value:.{max(0, whole(m, arguments[1]))}f}"
-        if isinstance(value, (int, float))
-        else _text(m, arguments[0])
-    )
+    if not isinstance(value, (int, float)):
+        return _text(m, arguments[0])
+    decimals = whole(m, arguments[1])
+    if decimals > _MOST_DECIMALS:
+        says = f"{decimals} decimals are more than any number has"
+        raise StatementError("I202", says, f"write at most {_MOST_DECIMALS}")
+    return f"{value:.{max(0, decimals)}f}"
 
 
 def _code(m: Machine, arguments: Arguments) -> Value:

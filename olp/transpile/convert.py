@@ -181,6 +181,7 @@ def rerun(
 
     from olp.languages.read import read
     from olp.languages.vendor import find_vendor
+    from olp.runtime.end_actions import shown_at_ends
     from olp.runtime.interpreter import run
     from olp.transpile.receipt import origins_of
 
@@ -198,7 +199,7 @@ def rerun(
         for given, steps in [({}, _MOST_STEPS), *((one, _MOST_AGAIN) for one in inputs)]:
             around = None if source is None else _surroundings(source, converted, robot, given)
             plans.append(run(program, robot=robot, folder=folder, assumptions=around, max_steps=steps))
-        return Rerun(tuple(plans), origins_of(converted.translated.program, written))
+        return Rerun(tuple(plans), origins_of(converted.translated.program, map(shown_at_ends, written)))
 
 
 def _surroundings(
