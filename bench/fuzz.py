@@ -398,7 +398,7 @@ def changed(name: str, seconds: float, seed: int) -> Run:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         warm(name, folder)
-        while time.process_time() - began < seconds:
+        while not count or time.process_time() - began < seconds:
             data = drawn.choice(inputs)
             for _ in range(drawn.randint(1, 4)):
                 data = _change(data, drawn.choice(inputs), drawn)
