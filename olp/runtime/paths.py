@@ -52,7 +52,8 @@ def shape_paths(
     """(via, before, length): the third point that shapes each curved move (-1: straight), whether it lies before
     the start, and every path's length [m]. `whole`: rows that are arcs of their own -> a point beyond their target."""
     start, target = positions.position[moves.start], positions.position[moves.target]
-    length: Floats = np.linalg.norm(target - start, axis=1)
+    with np.errstate(over="ignore"):  # a place of 1e200 m is infinitely far
+        length: Floats = np.linalg.norm(target - start, axis=1)
     via, earlier = np.full(len(moves), -1, dtype=np.int32), np.zeros(len(moves), dtype=bool)
     for code, measure in ((_CIRCULAR, _arc_length), (_SPLINE, _parabola_length)):
         own = [row for row in whole or () if moves.path[row] == code]

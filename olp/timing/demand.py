@@ -172,7 +172,7 @@ def _axes(
     length = np.nan_to_num(moves.length[rows])
     turned = distance[pick]
     metric = (length > _NOTHING) & (turned > _NOTHING)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         scale = np.where(metric, length / turned, 1.0)
     out.metric[rows] = metric
     out.length[rows] = np.where(metric, length, turned)
