@@ -14,8 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from olp import cli
-from olp.contracts.command_runs import CommandUnderTest
-from olp.contracts.commands import EFFECTS, effect_of
+from olp.contracts.commands import EFFECTS, CommandUnderTest, effect_of
 
 
 def effects_of(name: str) -> dict[str, tuple[int, str]]:

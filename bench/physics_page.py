@@ -15,8 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.contracts.term_page import DETAILS, PAGE, details, section  # noqa: E402
-from olp.contracts.terms import other_cases, rich_case  # noqa: E402
+from olp.contracts.terms import DETAILS, PAGE, details, other_cases, rich_case, section  # noqa: E402  # noqa: E402
 from olp.timing.physics import Term, load_term, term_names  # noqa: E402
 
 # --- the page ---------------------------------------------------------------------------------------------------------

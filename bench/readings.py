@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from olp.contracts.readings import declare, readings_of  # noqa: E402
-from olp.contracts.writings import declare_texts  # noqa: E402
+from olp.contracts.writers import declare_texts  # noqa: E402
 from olp.languages.vendor import find_vendor  # noqa: E402
 from olp.transpile.export import writable  # noqa: E402
 

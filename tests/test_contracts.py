@@ -26,7 +26,7 @@ from olp.contracts import (
 )
 from olp.contracts.handling import samples_folder
 from olp.contracts.readings import readings_of, unlike
-from olp.contracts.writings import other_texts
+from olp.contracts.writers import other_texts
 from olp.core.diagnostic import error
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path

@@ -12,8 +12,8 @@ from olp.core.diagnostic import OlpError
 from olp.core.units import deg
 from olp.identification.recording import read_recording
 from olp.identification.recording.column_naming import parse_naming
+from olp.identification.recording.importing import motions_between_rests
 from olp.identification.recording.log import Log
-from olp.identification.recording.logged import motions_between_rests
 from samples.recordings.make_logs import (
     DURATIONS,
     PERIOD,

@@ -25,10 +25,10 @@ from olp.identification.signature.calibrate import fit_moves
 from olp.identification.signature.domain import domain_of
 from olp.identification.signature.errors import spread_of
 from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator
+from olp.identification.signature.estimators.axis_terms import all_subsets, grouped_errors
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.folds import merit
 from olp.identification.signature.gp import Belief, KernelPart, _cost, _squares, answer, learn, minimise
-from olp.identification.signature.subsets import all_subsets, grouped_errors
 from olp.robots.robot import load_robot
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"

@@ -11,13 +11,13 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from olp.contracts import handling, writings
+from olp.contracts import handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.oracle import PoseSpelling, is_written, numbers_of, spelling_of
 from olp.contracts.programs import BRANCHES, COMMENT, POINTS, Contract, contract_program, literal
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError, Severity
-from olp.core.source import load
+from olp.core.source import decode, load
 from olp.ir.expressions import Number, Signal, SignalState
 from olp.ir.program import Comment, Declare, Opaque, Program, SetOutput
 from olp.languages.limits import limits_of
@@ -198,7 +198,7 @@ def _text(made: Converted) -> str:
 
 def writes_as_declared(it: WriterUnderTest) -> Iterator[Difference]:
     """The contract program, and the programs whose readings are declared, are written as their author declared"""
-    yield from writings.other_texts(it.vendor, it.folder)
+    yield from other_texts(it.vendor, it.folder)
 
 
 def keeps_words(it: WriterUnderTest) -> Iterator[Difference]:
@@ -411,3 +411,65 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     refuses_what_it_cannot_say,
     translates_there_and_back,
 )
+
+
+# --- Declared texts: what a writer makes of programs, for the vendor's author to check once ---
+# `samples/NAME/readings/*.written` holds parts as a declared reading does, each a file that olp wrote: of the contract
+# program, and of the programs with declared readings that have no error, which are written in their own language again.
+# What cannot be said stands as a comment in it.
+
+
+_WRITTEN: Final = ".written"
+_CONTRACT: Final = "contract"
+
+
+def declare_texts(vendor: Vendor, folder: Path) -> None:
+    """Writes what olp writes now into the `.written` files of a vendor's samples, for their author to check."""
+    for stem, parts in _texts(vendor, folder):
+        readings.save(_path(folder, stem), parts)
+
+
+def other_texts(vendor: Vendor, folder: Path) -> Iterator[Difference]:
+    """Where a declared text and what is written differ."""
+    for stem, found in _texts(vendor, folder):
+        path = _path(folder, stem)
+        declared = readings.load_declared(path) if path.exists() else {}
+        if list(declared) != list(found):
+            yield path.name, f"declared: {', '.join(declared)}; written: {', '.join(found)}"
+        for name in declared.keys() & found.keys():
+            for at, one, other in readings.differences(declared[name], found[name]):
+                yield f"{path.name}, {name}, line {at}", f"declared: {one}; written: {other}"
+
+
+def _path(folder: Path, stem: str) -> Path:
+    return folder / "readings" / f"{stem}{_WRITTEN}"
+
+
+def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[str]]]]:
+    """The parts of each `.written` file as olp writes them now, by the stem of the file."""
+    program = contract_program(BRANCHES[0]).program
+    parts = dict(_written(vendor, "program", program))
+    if limits_of(vendor.name, forms=True).forms:
+        parts |= dict(_written(vendor, "program in forms", program, forms=True))
+    yield _CONTRACT, parts
+    for path in readings.readings_of(folder):
+        parts = {}
+        for name, program in readings.programs_of(vendor, readings.load_declared(path)):
+            if program.routines and not any(found.is_error for found in program.diagnostics):
+                parts |= dict(_written(vendor, name, program))
+        if parts:
+            yield path.stem, parts
+
+
+def _written(
+    vendor: Vendor, source: str, program: Program, *, forms: bool = False
+) -> Iterator[tuple[str, list[str]]]:
+    """The files of a program: its name and theirs, and their lines. `forms`: moves as the pendant writes them."""
+    context = Context(robot=robot_of(), on_loss="comment", forms=forms)
+    try:
+        made = convert(program, vendor.name, context, date=_DATE)
+    except OlpError as refused:
+        yield f"{source}: refused", [f"line {found.line}: {found.message}" for found in refused.diagnostics]
+        return
+    for name, data in made.files.items():
+        yield f"{source}: {name}", [line.rstrip() for line in decode(data, name).lines]

@@ -73,7 +73,7 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.runtime import data, flow, modal, moves, scope, triggers
+from olp.runtime import data, flow, modal, moves, scope
 from olp.runtime.assumptions import SignalKey, signal_name
 from olp.runtime.computing import call_function
 from olp.runtime.data import binary, read_element
@@ -188,7 +188,7 @@ def set_output(m: Machine, s: SetOutput) -> None:
 
 def act(m: Machine, s: Move, at_start: bool) -> None:
     """Sets the outputs that a move switches on its way, near its start or near its end."""
-    for output in triggers.outputs_of(m, s, at_start):
+    for output in moves.outputs_on_the_way(m, s, at_start):
         set_output(m, output)
 
 
@@ -223,7 +223,7 @@ def process(m: Machine, s: Process) -> None:
         return
     if s.name == "stop-handler":
         return  # it acts when the arm has been stopped
-    if triggers.define(m, s):
+    if moves.define_trigger(m, s):
         return
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from olp.core.diagnostic import Severity
 from olp.ir.expressions import (
     POSITION_STORES,
     Expression,
+    Named,
+    Number,
     Position,
+    Signal,
+    SignalState,
     Store,
     SystemValue,
     Taught,
+    Text,
     Unknown,
     Variable,
 )
-from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move
-from olp.runtime.evaluate import quantity, read_variable, whole
-from olp.runtime.memory import SystemPosition
+from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, Process, SetOutput
+from olp.runtime.evaluate import evaluate, quantity, read_variable, whole
+from olp.runtime.memory import Record, SystemPosition, Value
 from olp.runtime.modal import (
     FRACTION,
     JOINT,
@@ -34,6 +40,7 @@ from olp.runtime.places import place_of
 from olp.runtime.plan import BlendCode
 from olp.runtime.poses import place
 from olp.runtime.recorder import NO_EXTRA, NOWHERE, Extra
+from olp.runtime.scope import find_slot, write_name
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError, role
 
@@ -280,3 +287,59 @@ def _report_unknowables(m: Machine, s: Move) -> None:
         m.assume_once("passes", "the tags of multi-pass welding are not followed: every pass runs as written")
     if s.no_wait:
         m.assume("the statements after this move are taken to run behind it, not beside it")
+
+
+# --- Triggers ---
+# Outputs that RAPID's TriggL, TriggJ and TriggC switch on the way, as TriggIO or TriggEquip has said before. A trigger
+# is data: what it switches, to what, and how far from the end of the move, or from its start (\Start), it acts (ABB,
+# technical reference manual, TriggIO). A plan has steps and no places within them: what acts near the start is a step
+# before the move, everything else one behind it.
+
+
+# The type of a trigger, and the argument of a process instruction that names it.
+_TRIGGER: Final = "triggdata"
+_TRIGG: Final = "trigg"
+_AT_START: Final = "start"
+
+
+def define_trigger(m: Machine, s: Process) -> bool:
+    """Keeps what a TriggIO or TriggEquip says in its variable; False for any other instruction."""
+    given = dict(s.arguments)
+    name, signal = given.get(_TRIGGER), given.get("signal")
+    if not isinstance(name, Named) or not isinstance(signal, Signal) or not isinstance(signal.index, Text):
+        return False
+    members: dict[str, Value] = {
+        "bus": signal.bus,
+        "signal": signal.index.value,
+        "value": evaluate(m, given["value"]),
+        _AT_START: given[_AT_START] == SignalState(True),
+    }
+    write_name(m, name.name, Record(_TRIGGER, members))
+    return True
+
+
+def outputs_on_the_way(m: Machine, s: Move, at_start: bool) -> list[SetOutput]:
+    """What a move's triggers switch near its start, or near its end, in the order in which they are named."""
+    if not s.other or not s.other[0][0].casefold().startswith(_TRIGG):
+        return []
+    found = []
+    for _, value in s.other[1:]:
+        slot = find_slot(m, value.name) if isinstance(value, Named) else None
+        trigger = None if slot is None else slot.value
+        if (
+            not isinstance(trigger, Record)
+            or trigger.type != _TRIGGER
+            or trigger.members[_AT_START] != at_start
+        ):
+            continue
+        signal = Signal(str(trigger.members["bus"]), Text(str(trigger.members["signal"])))
+        set_to = trigger.members["value"]
+        if not isinstance(set_to, (bool, int, float)):
+            continue
+        state = SignalState(set_to) if isinstance(set_to, bool) else Number(set_to)
+        found.append(SetOutput(s.line, signal, state))
+    if found:
+        m.assume_once(
+            _TRIGGER, "outputs that switch on the way of a move are shown at the nearer of its ends"
+        )
+    return found

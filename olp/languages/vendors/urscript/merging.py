@@ -37,7 +37,7 @@ class UrScriptMerging(MergeRules):
         """Of PolyScope's own files."""
         if not data.startswith((b"\x1f\x8b", b"<URProgram")):
             return None
-        from olp.languages.vendors.urscript.polyscope_merging import PolyscopeMerging
+        from olp.languages.vendors.urscript.polyscope_text import PolyscopeMerging
 
         return PolyscopeMerging(data)
 

@@ -1,0 +1,90 @@
+"""Figures of the layout: modules, those that one neighbour alone imports, floors, long functions.
+
+    python bench/structure.py
+
+A floor is one more than the highest floor among a module's imports; imports in functions and for types count too.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import olp
+
+OLP = Path(olp.__file__).resolve().parent
+LONG = 80
+"""A function of more lines than these is listed."""
+
+Imports = dict[str, set[str]]
+
+
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(OLP.parent).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports_of(tree: ast.Module, known: set[str]) -> set[str]:
+    """The modules that a module imports, wherever in it."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            paths = (f"{node.module}.{alias.name}" for alias in node.names)
+            found |= {path if path in known else node.module for path in paths}
+    return found & known
+
+
+def floors(imports: Imports) -> dict[str, int]:
+    """The floor of each module; one that imports nothing of olp is on floor 1."""
+    found: dict[str, int] = {}
+    for name in TopologicalSorter(imports).static_order():
+        found[name] = 1 + max((found[other] for other in imports[name]), default=0)
+    return found
+
+
+def highest_path(imports: Imports) -> list[str]:
+    """The modules of one longest chain of imports, from the top."""
+    levels = floors(imports)
+    path = [max(levels, key=levels.__getitem__)]
+    while imports[path[-1]]:
+        path.append(max(sorted(imports[path[-1]]), key=levels.__getitem__))
+    return path
+
+
+def one_neighbour(imports: Imports) -> list[tuple[str, str]]:
+    """Modules that one other module alone imports, with it. A folder's listing finds others: commands, vendors."""
+    users = defaultdict(set)
+    for name, others in imports.items():
+        for other in others:
+            users[other].add(name)
+    return sorted((name, next(iter(found))) for name, found in users.items() if len(found) == 1)
+
+
+def long_functions(trees: dict[str, ast.Module]) -> list[str]:
+    """Functions of more than `LONG` lines, as lines and place."""
+    return [
+        f"{(node.end_lineno or 0) - node.lineno + 1} {name}.{node.name}"
+        for name, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and (node.end_lineno or 0) - node.lineno >= LONG
+    ]
+
+
+def main() -> None:
+    texts = {module_name(path): path.read_text(encoding="utf-8") for path in sorted(OLP.rglob("*.py"))}
+    trees = {name: ast.parse(text) for name, text in texts.items()}
+    imports = {name: imports_of(tree, set(trees)) - {name} for name, tree in trees.items()}
+    alone = one_neighbour(imports)
+    sizes = {name: text.count("\n") for name, text in texts.items()}
+    print(*(f"{sizes[name]:5} {name} <- {sizes[user]} {user}" for name, user in alone), sep="\n")
+    print("longest chain:", *highest_path(imports), sep="\n  ")
+    print(*long_functions(trees), sep="\n")
+    print(f"{len(texts)} modules, {sum(sizes.values())} lines, {len(alone)} with one neighbour")
+    print(f"{max(floors(imports).values())} floors")
+
+
+if __name__ == "__main__":
+    main()
