@@ -58,6 +58,7 @@ def both(monkeypatch: pytest.MonkeyPatch, *texts: str, dat: list[str] | None = N
     with monkeypatch.context() as patch:
         patch.setattr(body.KrlMoveLines, "read", lambda *_: None)
         patch.setattr(body, "ACTUAL", Declines())
+        patch.setattr(body, "NUMBER_ROW", Declines())
         patch.setattr(body, "declared", lambda *_: None)
         patch.setattr(lists.fast, "ROW", Declines())
         patch.setattr(lists.fast, "RECORD_ROW", Declines())
@@ -72,6 +73,19 @@ def both(monkeypatch: pytest.MonkeyPatch, *texts: str, dat: list[str] | None = N
 def test_the_fast_path_reads_moves_as_the_grammar_does(line: str) -> None:
     with pytest.MonkeyPatch.context() as monkeypatch:
         both(monkeypatch, "SIGNAL grip $OUT[1]", line, f"{line} ; said")
+
+
+NAMES = st.sampled_from(
+    ["$VEL.CP", "$vel_axis[1]", "$OUT[3]", "grip", "$TIMER[2]", "COUNT", "if", "I[2].X", "TRUE", "$OV_PRO"]
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(NAMES, NUMBERS), min_size=2, max_size=5))
+def test_numbers_are_given_as_the_grammar_reads_it(rows: list[tuple[str, str]]) -> None:
+    texts = [f"{name}={number}" for name, _ in rows for _, number in rows]
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        both(monkeypatch, "SIGNAL grip $OUT[1]", *texts, "PTP XP1", "LIN XP1 C_DIS")
 
 
 @settings(max_examples=100, deadline=None)

@@ -18,6 +18,7 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Quantity,
+    RecordLiteral,
     SignalState,
     SystemValue,
     Taught,
@@ -30,6 +31,7 @@ T = TypeVar("T")
 _changed_move: Final = changer(Move)
 _changed_declare: Final = changer(Declare)
 Change = Callable[[Expression], Expression]
+Members = tuple[tuple[str, Expression], ...]
 
 EXPRESSIONS: Final = frozenset(get_args(Expression))
 _LEAVES: Final = frozenset({Number, SignalState, Taught, Text, Named, PositionLiteral, SystemValue})
@@ -61,6 +63,9 @@ def _mapped(node: Any, change: Change) -> Any:
     if kind is Function:
         arguments = _sequence(node.arguments, change)
         return change(node if arguments is node.arguments else Function(node.name, arguments))
+    if kind is RecordLiteral:  # nearly all speeds and zones of a program's data
+        members = _members(node.members, change)
+        return change(node if members is node.members else RecordLiteral(node.type, members))
     if kind is FrameRef and (node.number is None or type(node.number) is Number):
         return change(node)
     if (kind is SetSpeed or kind is SetBlend) and sets_numbers(node):
@@ -176,6 +181,15 @@ def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
         if new is not item:
             return (*node[:at], new, *[_mapped(later, change) for later in node[at + 1 :]])
     return node
+
+
+def _members(members: Members, change: Change) -> Members:
+    for at, (name, value) in enumerate(members):
+        new: Expression = change(value) if type(value) in _LEAVES else _mapped(value, change)
+        if new is not value:
+            later = ((name, _mapped(value, change)) for name, value in members[at + 1 :])
+            return (*members[:at], (name, new), *later)
+    return members
 
 
 def replaced(node: Any, changed: dict[str, Any]) -> Any:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from olp.core.diagnostic import Severity
 from olp.ir.expressions import Expression, FrameRef, Item, Named, Number, Quantity
@@ -221,7 +224,7 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
         number = int(value)
         return ("user", m.user_now.get(number, number)) if number else ("base", None)
     pose = _work_pose(value)
-    if pose == Pose.identity():
+    if _told(pose)[1]:
         return "base", None
     return "user", _number_of(m, "user", pose, m.world.cell.user_frames)
 
@@ -258,7 +261,7 @@ def _member(value: Value, names: tuple[str, ...]) -> Value:
 
 def _number_of(m: Machine, kind: str, pose: Pose, known: Mapping[int, object]) -> int:
     """A number that stands for this pose from now on."""
-    values = tuple(float(v) for v in pose.xyz_angles())
+    values = _told(pose)[0]
     number = m.placed.get((kind, values))
     if number is None:
         number = m.placed[(kind, values)] = max(FIRST_FRESH, max(known, default=0) + 1)
@@ -267,6 +270,17 @@ def _number_of(m: Machine, kind: str, pose: Pose, known: Mapping[int, object]) -
         else:
             m.world.cell.user_frames[number] = pose
     return number
+
+
+def _told(pose: Pose) -> tuple[tuple[float, ...], bool]:
+    """The six numbers of a frame or tool, and whether it is none; worked out once, for moves have few of them."""
+    return _told_of(pose.position.tobytes(), pose.rotation.tobytes())
+
+
+@lru_cache(maxsize=1024)
+def _told_of(position: bytes, rotation: bytes) -> tuple[tuple[float, ...], bool]:
+    pose = Pose(np.frombuffer(position), np.frombuffer(rotation).reshape(3, 3))
+    return tuple(pose.xyz_angles().tolist()), pose == Pose.identity()
 
 
 def position_in(value: PositionValue, place: tuple[str, int | None], tool: int) -> PositionValue:

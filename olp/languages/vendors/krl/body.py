@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity
-from olp.ir.expressions import Named, Text
+from olp.ir.expressions import Expression, Named, Number, Text
 from olp.ir.moves import Move
 from olp.ir.program import (
     Assign,
@@ -39,11 +39,12 @@ from olp.languages.findings import Findings
 from olp.languages.lark_host import values_of
 from olp.languages.vendors.krl import parsing, texts, triggers
 from olp.languages.vendors.krl.declarations import Head, Tail
-from olp.languages.vendors.krl.fast import ACTUAL, KrlMoveLines, declared
+from olp.languages.vendors.krl.fast import ACTUAL, NUMBER_ROW, KrlMoveLines, declared
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import Scope
 from olp.languages.vendors.krl.system import Modal
+from olp.languages.vendors.krl.values import number as number_of
 
 FORGETS = (Label, Else, ElseIf, EndIf, While, EndWhile, Repeat, Until, For, Next, Case, Default, EndSwitch)
 # Blocks that a broken line opens or closes all the same, for the check of blocks.
@@ -81,6 +82,7 @@ class BodyReader:
         self._moves = KrlMoveLines(scope)
         self._modal = Modal(scope)
         self._seen: dict[str, _Template] = {}
+        self._set_to_numbers: dict[str, Expression] = {}  # by their text: what lines give a number to
         self._block: SplineBlock | None = None
         self.body: list[Statement] = []
         self.markers: list[Statement] = []
@@ -132,7 +134,7 @@ class BodyReader:
         kept = parsing.kept(code)
         if isinstance(kept, Process) and kept.name == triggers.NAME:
             kept = triggers.read_trigger(code, self._scope)
-        result = self._reader.parse(code, number) if kept is None else kept
+        result = self._reads_number(code, number) if kept is None else kept
         if result is None:
             word = _WORD.match(code)
             if word is not None and word[0].upper() in _MARKERS:
@@ -154,6 +156,23 @@ class BodyReader:
             self._seen[code] = (type(result), values_of(result), modal, plain)
         self._add(parsing.placed(result, number), comment, number, modal)
         return None
+
+    def _reads_number(self, code: str, number: int) -> Any:
+        """What the grammar makes of a line; what it made of `$VEL.CP=0.1` says what `$VEL.CP=0.2` is."""
+        match = NUMBER_ROW.fullmatch(code)
+        if match is None:
+            return self._reader.parse(code, number)
+        known = self._set_to_numbers.get(match[1])
+        if known is not None:
+            return Assign(0, known, number_of(match[2]))
+        result = self._reader.parse(code, number)
+        if (
+            type(result) is Assign
+            and type(result.value) is Number
+            and len(self._set_to_numbers) < _MOST_CACHED
+        ):
+            self._set_to_numbers[match[1]] = result.target
+        return result
 
     def _several(self, found: tuple[Statement, ...], comment: str, number: int) -> None:
         """The statements that one of KRL stands for."""

@@ -38,6 +38,10 @@ RECORD_ROW: Final = re.compile(
     r"(?:DECL\s+)?(GLOBAL\s+)?(?:DECL\s+)?(FDAT|PDAT|LDAT)\s+([A-Z_]\w*)\s*=\s*(\{[^{}]*\})",
     re.IGNORECASE | re.ASCII,
 )
+NUMBER_ROW: Final = re.compile(
+    r"([A-Z_$][\w$]*(?:\[\d{1,4}\])?(?:\.[A-Z_]\w*)?)\s*=\s*(\d{1,9}(?:\.\d{0,15})?)",
+    re.IGNORECASE | re.ASCII,
+)  # a number to a variable
 ACTUAL: Final = re.compile(r"([PLF]DAT_ACT)\s*=\s*([A-Z_]\w*)", re.IGNORECASE | re.ASCII)
 _PAIR = re.compile(rf"([A-Za-z]\d?)\s+({_NUMBER})")
 _POSE = re.compile(
