@@ -9,7 +9,7 @@ import pytest
 
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
-from olp.identification.diagnosis.evidence import Gain, drifts_on, fallen, matters
+from olp.identification.diagnosis.evidence import CUT, Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
@@ -282,11 +282,15 @@ def test_another_load_inertia_and_slower_axes_are_named_beside_each_other(tmp_pa
 
 
 def test_names_are_kept_by_the_likelihood_of_unseen_moves_with_the_number_of_names_counted():
-    strong, weak, worse = Gain(40.0, 5.0, 0.02, 0.01), Gain(4.0, 1.0, 0.02, 0.01), Gain(40.0, 5.0, 0.01, 0.02)
+    strong, weak, worse = (
+        Gain(40.0, 5.0, 0.02, 0.01, 9.0),
+        Gain(4.0, 1.0, 0.02, 0.01, 9.0),
+        Gain(40.0, 5.0, 0.01, 0.02, 0.0),
+    )
     assert fallen([strong, weak], 20) == [1]
     assert fallen([strong, weak], 1) == []  # with nothing else to choose from, less will do
     assert fallen([worse], 20) == [0]  # the error goes up
-    assert fallen([Gain(40.0, 35.0, 0.02, 0.01)], 20) == [0]  # one move alone
+    assert fallen([Gain(40.0, 35.0, 0.02, 0.01, 9.0)], 20) == [0]  # one move alone
 
 
 def test_three_moves_are_no_comparison(tmp_path):
@@ -321,10 +325,13 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
         real = real * (1.0 + 0.03 * np.exp(-at / 40.0))
     elif way_of == "late":
         real = real + np.where(rng.random(COUNT) < 0.06, 0.4, 0.0) + 0.03 * (end[:, 0] > 1.0)
-    found = diagnose_recording(record(tmp_path / "r", real, 20)).diagnosis
+    outcome = diagnose_recording(record(tmp_path / "r", real, 20))
+    found = outcome.diagnosis
     left, floor = found.remainder.rmse, found.noise_floor
     assert found.verdict != "no-mismatch" or left <= AGREES * floor
-    assert found.verdict != "explained" or left <= EXPLAINED * floor * 1.001
+    assert found.verdict != "explained" or max(left, found.heldout_after.rmse) <= EXPLAINED * floor * 1.001
+    assert outcome.named is not None
+    assert all(gain.cut >= CUT for gain in outcome.named.gains)
     assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
     assert not found.findings or found.heldout_after.rmse <= found.heldout_before.rmse
     for finding in found.findings:

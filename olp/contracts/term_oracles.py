@@ -380,9 +380,12 @@ def _swept(case: MeasuredMoves, k: int, limit: Array) -> float:
 
 def jerk(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Every ramp builds up at j, of joint moves beside straight ones at as many times their acceleration; filtered: the
-    speed passes a moving average of that length."""
+    speed passes a moving average of that length; each axis: the simulated acceleration builds up in that time."""
     if form.key == "filtered":
         return {"filtered": case.base.filtered + values[0]}
+    if form.key == "each axis":
+        built = case.base.accelerate / max(values[0], 1e-9)
+        return {"jerk": np.where(case.base.jerk > built, built, case.base.jerk)}
     return {"jerk": np.where(case.base.jerk > values[0] * case.ratio, values[0] * case.ratio, case.base.jerk)}
 
 

@@ -319,7 +319,6 @@ AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
 _LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
-_MOST = 0.5  # of the mean square: names that leave more, and a pattern in it, are not the cause
 _ROUGH, _DIGITS = (
     0.03,
     8.0,
@@ -346,13 +345,11 @@ def verdict_of(named: NamingResult) -> str:
     if not named.fit.model.parts and not named.late.any():
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
-    unseen = rms(named.clean.measured - named.selection.predicted)  # by the whole search, without these moves
-    if named.fit.model.parts and unseen > raw:
+    unseen = named.clean.measured - named.selection.predicted  # by the whole search, without these moves
+    if named.fit.model.parts and evidence.clipped_cut(named.clean.residual, unseen, sigma) < evidence.CUT:
         return "unexplained"
-    if left <= EXPLAINED * sigma and not (pattern and left**2 > _LITTLE * raw**2):
+    if max(left, rms(unseen)) <= EXPLAINED * sigma and not (pattern and left**2 > _LITTLE * raw**2):
         return "explained"
-    if pattern and left**2 > _MOST * raw**2 and not named.late.any():
-        return "unexplained"
     return "partly-explained"
 
 

@@ -4,7 +4,8 @@ Of each name, all others fitted along: by how much groups of moves that the fit 
 without it. The exponential of that is the split likelihood ratio, which without an effect is one on average, however
 the names were chosen (L. Wasserman, A. Ramdas, S. Balakrishnan, PNAS 117, 2020); a step-up rule over such ratios holds
 the share of false names at `FALSE_DISCOVERIES` (R. Wang, A. Ramdas, J. R. Statist. Soc. B 84, 2022). A name also has to
-matter: form for form a robot's law is never quite the term's, and what that leaves is no second name.
+take away as much as it leaves: form for form a robot's law is never quite the term's, and what makes up for that is no
+second name.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
 _ACTS = 0.5  # of the scatter
 _SURE_DRIFT = 3.0  # standard errors
+_NOTICED = 1.05  # times the error with a name: without it, it is more
+CUT = 2.0  # times the mean square beyond the noise: a name takes away as much of it as it leaves, at least
 
 
 class Gain(NamedTuple):
@@ -48,6 +51,7 @@ class Gain(NamedTuple):
     error: float  # its standard error
     before: float  # [s] RMSE without it
     after: float  # [s] RMSE with it
+    cut: float  # [1] mean square beyond the noise without it, over that with it
 
 
 class Selection(NamedTuple):
@@ -101,10 +105,12 @@ def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) 
     )
 
 
-def gain_of(fitted: ModelFit, index: int, case: MeasuredMoves, noise: Noise, folds: Folds) -> Gain:
-    """Adding part `index` to the others, held out by the folds."""
+def gain_of(
+    fitted: ModelFit, index: int, case: MeasuredMoves, noise: Noise, folds: Folds, floor: float
+) -> Gain:
+    """Adding part `index` to the others, held out by the folds; `floor` [s]: the noise."""
     labels = _labels_for(fitted, index, case, folds)
-    with_it, without = (np.full(len(case), np.nan) for _ in range(2))
+    without, with_it = (np.full(len(case), np.nan) for _ in range(2))
     difference = np.zeros(len(case))
     for label in np.unique(labels).tolist():
         seen, held = _parts(labels, label)
@@ -115,7 +121,24 @@ def gain_of(fitted: ModelFit, index: int, case: MeasuredMoves, noise: Noise, fol
         losses = [_loss(whiten(left[held], noise, test), fitted.scale) for left in (without, with_it)]
         difference[held] = losses[0] - losses[1]
     error = float(difference.std() * np.sqrt(len(difference)))
-    return Gain(float(difference.sum()), error, rms(without), rms(with_it))
+    return Gain(
+        float(difference.sum()), error, rms(without), rms(with_it), clipped_cut(without, with_it, floor)
+    )
+
+
+def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
+    """`cut`, where what is far off counts as no more than far: no single move decides."""
+    far = _CLIP * 1.4826 * float(np.median(np.abs(without)))
+    return cut(np.clip(without, -far, far), np.clip(with_it, -far, far), floor)
+
+
+def cut(without: Floats, with_it: Floats, floor: float) -> float:
+    """[1] How many times the mean square beyond the noise `floor` [s] is larger in `without` (k,) [s] than in `with_it`
+    (m,) [s]; 0 where the whole error hardly differs."""
+    before, after = rms(without), rms(with_it)
+    if before < _NOTICED * after:
+        return 0.0
+    return (before**2 - floor**2) / (after**2 - floor**2) if after > floor else math.inf
 
 
 def fallen(gains: Sequence[Gain], tried: int) -> list[int]:
@@ -130,8 +153,8 @@ def fallen(gains: Sequence[Gain], tried: int) -> list[int]:
 
 
 def _sure(gain: Gain) -> bool:
-    """Whether the gain is not that of a few moves alone, and the error goes down too."""
-    return gain.loglik > _DEVIATIONS * gain.error and gain.after < gain.before
+    """Whether the gain is not that of a few moves alone, and the error beyond the noise is clearly cut."""
+    return gain.loglik > _DEVIATIONS * gain.error and gain.after < gain.before and gain.cut >= CUT
 
 
 def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
@@ -193,11 +216,8 @@ def selection(
 
 
 def found_in(case: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
-    """What a narrow search comes to."""
-    from olp.identification.diagnosis.conditions import conditioned
-
-    best = chosen(search(case, noise, shelf, NARROW), case, noise, 1, 10)
-    return conditioned(best, case, noise, shelf, NARROW.additions)
+    """What a narrow search comes to, without conditions."""
+    return chosen(search(case, noise, shelf, NARROW), case, noise, 1, 10)
 
 
 def placebo(

@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 FREEDOM = 6.0  # of Student's t
 _STEP = 1e-5  # of a parameter's span, for differences
 _ROUNDS = 4  # of the scale's fixed point
+_QUICK = 10  # steps: who asks for no more compares many fits
+_ENOUGH, _LAST = 0.02, 1e-4  # of a step's gain in log-likelihood, for those and for others: less ends the fit
 
 
 class Noise(NamedTuple):
@@ -150,7 +152,7 @@ def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10
                 damping = max(damping / 10.0, 1e-9)
                 break
             damping *= 10.0
-        if gained < 1e-4:
+        if gained < (_ENOUGH if steps <= _QUICK else _LAST):
             break
     return best
 

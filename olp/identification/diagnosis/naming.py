@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.conditions import conditioned
 from olp.identification.diagnosis.evidence import (
-    SMALL,
+    CUT,
     Gain,
     Selection,
     chosen,
+    cut,
     drifts_on,
     fallen,
     gain_of,
-    matters,
     selection,
     worth,
 )
@@ -24,6 +24,7 @@ from olp.identification.diagnosis.fitting import ModelFit, Noise, fit, whiten
 from olp.identification.diagnosis.folds import Folds
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
+from olp.identification.diagnosis.scatter import digits_of, scatter_of
 from olp.identification.diagnosis.search import (
     TELLING,
     WIDE,
@@ -69,12 +70,17 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         noise = noise._replace(order=_order(best, clean))
         if noise.order:
             best = _found(clean, noise, shelf)
-        again = late_moves(best, case, noise.least)
+        again = _waits(best, case, noise)
         if last or np.array_equal(again, late):
             break
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
     best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+    if late.any() and not _waits(best, case, noise).any():
+        # Beside the names that hold, these moves are late no longer.
+        late, clean, clean_folds = np.zeros(len(case), dtype=bool), case, folds
+        shelf = shelf_of(clean, move_terms())
+        best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
     seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
     left = clean.measured - best.model.seconds(clean)
@@ -117,7 +123,8 @@ def _confirmed(
     """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew."""
     tried = len({part.label for part in shelf.parts})
     while best.model.parts:
-        gains = [gain_of(best, k, case, noise, folds) for k in range(len(best.model.parts))]
+        floor = _floor(best, case, noise)
+        gains = [gain_of(best, k, case, noise, folds, floor) for k in range(len(best.model.parts))]
         weak = fallen(gains, tried)
         weak += [k for k in range(len(gains)) if k not in weak and _dispensable(best, k, case, noise)]
         weak = [k for k in range(len(gains)) if drifts_on(best, k, case)] or weak
@@ -128,7 +135,22 @@ def _confirmed(
     return best, ()
 
 
+def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:
+    """(n,) the late moves, or none where that takes away less than it leaves: waits are a name, too."""
+    late = late_moves(best, case, noise.least)
+    rest = np.nonzero(~late)[0].astype(np.int64)
+    left = case.measured - best.model.seconds(case)
+    floor = _floor(best, case.take(rest), noise)
+    return late if late.any() and cut(left, left[rest], floor) >= CUT else np.zeros_like(late)
+
+
+def _floor(best: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
+    """[s] noise, as far as what a fit leaves tells it."""
+    left = case.measured - best.model.seconds(case)
+    structured = remains_of(whiten(left, _stamped(noise), case), case, {}).structured
+    return scatter_of(left, case, max(digits_of(case), noise.least), structured).value
+
+
 def _dispensable(best: ModelFit, index: int, case: MeasuredMoves, noise: Noise) -> bool:
-    """Whether the others do as well without part `index`: by BIC, or because it does not matter."""
-    others = fit(best.model.without(index), case, noise, 15)
-    return worth(others, best) < TELLING or not matters(others, best, case, SMALL)
+    """Whether the others do as well without part `index`, by BIC."""
+    return worth(fit(best.model.without(index), case, noise, 15), best) < TELLING

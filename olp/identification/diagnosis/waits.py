@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import ModelFit
-from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import ranks
 from olp.timing.physics._case import MeasuredMoves
@@ -33,7 +32,6 @@ _ROUNDS, _LEAST = (
     12,
     2.0,
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
-_LOWER = 1.1  # times what is left without them: waits that hardly lower the error are none
 _ONE_SIDED = 5  # times as many late moves as early ones
 
 
@@ -54,11 +52,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    if (
-        excess < _SURE
-        or rms(residual) < _LOWER * rms(residual[~late])
-        or _chosen_by_the_motion(late, corrected, case)
-    ):
+    if excess < _SURE or _chosen_by_the_motion(late, corrected, case):
         return nothing
     if _sized_by_the_motion(residual[late], case.simulated[late]):
         return nothing

@@ -92,7 +92,7 @@ class Gravity(MoveTerm):
             )
         if form.key == "any arm":
             start, end = (case.once(f"work {k}", lambda k=k: _works(case, k)) for k in (0, 1))  # type: ignore[misc]
-            pulls = [at.reshape(len(case), -1, len(values)) @ values for at in (start, end)]
+            pulls = [(at.reshape(-1, len(values)) @ values).reshape(len(case), -1) for at in (start, end)]
             return motion.with_(
                 accelerate=motion.accelerate / longer(np.maximum(1.0 - pulls[0], _LEAST)),
                 decelerate=motion.decelerate / longer(np.maximum(1.0 + pulls[1], _LEAST)),

@@ -10,6 +10,9 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FILTERED = "filtered"  # every ramp passes a moving average: one time for all, not one jerk
 _LONGEST = 1.0  # [s] of such an average
+_OWN = "each axis"  # a jerk for each axis that leads a joint move: as much more as its acceleration is
+_SHORTEST = 1e-9  # [s] below which a ramp is built up at once
+_ALIKE = 1e-3  # of the accelerations: what differs by no more is one
 
 
 class Jerk(MoveTerm):
@@ -30,25 +33,36 @@ class Jerk(MoveTerm):
         time = TermParameter(
             "ramp_time", "s", 0.0, _LONGEST, 0.0, False, "time in which acceleration builds up"
         )
+        each = case.base.accelerate[case.moving] / case.ratio[case.moving]
+        differ = bool(case.joint.any()) and float(np.ptp(each)) > _ALIKE * float(each.max())
+        own = (Form(_OWN, (time,), r"T = L/v + v/a + \tau,\; j = a/\tau"),)
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
+            *(own if differ else ()),
         )
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
-        if form.key == _FILTERED:
+        if form.key in (_FILTERED, _OWN):
             return np.array([[0.02], [0.1]])
         return np.array([[2.0], [6.0], [20.0], [70.0]]) * case.pace
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == _FILTERED:
             return motion.with_(filtered=motion.filtered + values[0])
+        if form.key == _OWN:
+            return motion.with_(
+                jerk=np.minimum(motion.jerk, case.base.accelerate / max(values[0], _SHORTEST))
+            )
         return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == _FILTERED:
             time = f"{values[0] * 1000:.0f} ms"
             return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer"
+        if form.key == _OWN:
+            time = f"{values[0] * 1000:.0f} ms"
+            return f"each axis builds up its acceleration at a jerk of its own, the simulated one in {time}"
         ramp, unit = case.pace / values[0], form.parameters[0].unit
         return (
             f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
