@@ -27,7 +27,7 @@ from olp.robots.robot import load_robot
 from olp.servers.controller import Controller, State, Step, Target
 from olp.servers.controller.server import ControllerServer
 from olp.timing.motion import model_names
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 from olp.timing.track import states
 
 ROOT = File(__file__).parent.parent

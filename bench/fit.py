@@ -35,7 +35,7 @@ from olp.ir.program import Program
 from olp.languages.read import read, read_source
 from olp.reports.batch import Job, time_program
 from olp.runtime.plan import StepKind
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 from olp.timing.track import tool_position
 
 ROBOTS = {

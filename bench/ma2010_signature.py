@@ -31,6 +31,7 @@ import olp  # noqa: E402
 from olp.core.units import deg, mm  # noqa: E402
 from olp.identification.recording import Recording, read_recording  # noqa: E402
 from olp.identification.signature import Signature, calibrate  # noqa: E402
+from olp.identification.signature.correction import SignatureCorrection  # noqa: E402
 from olp.identification.signature.rows import predict_recording  # noqa: E402
 from olp.robots.geometry import angles_from_rotation  # noqa: E402
 from olp.robots.kinematics import forward  # noqa: E402
@@ -136,7 +137,7 @@ def by_job(test: Test, signature: Signature, tool: Floats, work: Path) -> tuple[
     (work / "TOOL.CND").write_text(tool_text(tool), encoding="ascii")
     (work / "RUN.JBI").write_text(test.job, encoding="ascii", newline="")
     plan = olp.read(work / "RUN.JBI").plan("yaskawa/ma2010")
-    timing = time_plan(plan, signature=signature)
+    timing = time_plan(plan, learnt=SignatureCorrection(signature))
     assert timing.interval is not None
     return timing.total_s, timing.interval.total_low, timing.interval.total_high, time_plan(plan).total_s
 

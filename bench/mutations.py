@@ -25,7 +25,8 @@ import olp
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.ir.program import Comment, LineKind, Opaque, Program
-from olp.timing.timing import Timing, time_plan
+from olp.timing.result import Timing
+from olp.timing.timing import time_plan
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 SUFFIXES = (".jbi",)

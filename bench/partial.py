@@ -24,6 +24,7 @@ from olp.identification.recording import Log, read_recording  # noqa: E402
 from olp.identification.recording.from_log import moves_from_log  # noqa: E402
 from olp.identification.signature import MoveSet, calibrate, moves_of_recording, predict  # noqa: E402
 from olp.identification.signature.calibrate import average_cycles  # noqa: E402
+from olp.identification.signature.correction import SignatureCorrection  # noqa: E402
 from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
 from olp.identification.signature.partial_programs import (  # noqa: E402  # noqa: E402
     METHOD,
@@ -104,7 +105,7 @@ def logs() -> None:
         write_experiment(experiment, folder)
         path = str(Path(folder) / "PROBE.JBI")
         plan = olp.read(path).plan(ROBOT)
-        truth = time_plan(plan, signature=true)
+        truth = time_plan(plan, learnt=SignatureCorrection(true))
         seen = track(truth, 0.004)
         planned = plan_and_time(path, Job(robot=ROBOT.name))
         made = moves_from_log(Log(seen.time, seen.axes, (False,) * 6), planned)

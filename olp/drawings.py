@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from olp.identification.diagnosis.diagnose import DiagnosisOutcome
-    from olp.identification.recording import Recording
-    from olp.identification.signature import Signature
-    from olp.timing.timing import Timing
+    from olp.identification.recording.recording import Recording
+    from olp.identification.signature.document import Signature
+    from olp.timing.result import Timing
 
 _MOST_SAMPLES = 5_000  # of a log: a screen shows no more
 

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from olp.core.diagnostic import Diagnostic
-    from olp.identification.signature import Signature
+    from olp.identification.signature.document import Signature
     from olp.robots.robot import Robot
     from olp.runtime.assumptions import Assumptions
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Arguments = ParamSpec("Arguments")
 
@@ -74,11 +74,15 @@ class Plan(runtime.Plan):
     ) -> Timing:
         from olp.timing.timing import time_plan
 
-        if isinstance(signature, str | os.PathLike):
-            from olp.identification.signature import read_signature
+        learnt = None
+        if signature is not None:
+            from olp.identification.signature.correction import SignatureCorrection
+            from olp.identification.signature.file import read_signature
 
-            signature = read_signature(os.fspath(signature))
-        return time_plan(self, model, acceleration, override, law, signature, **parameters)
+            if isinstance(signature, str | os.PathLike):
+                signature = read_signature(os.fspath(signature))
+            learnt = SignatureCorrection(signature)
+        return time_plan(self, model, acceleration, override, law, learnt, **parameters)
 
     def __repr__(self) -> str:
         robot = self.robot.name if self.robot else "robot not known"

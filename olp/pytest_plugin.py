@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
     from olp.checks.guard.judge import JudgedFile
     from olp.reports.outcome import JudgedItem
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -21,7 +21,8 @@ from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode
 from olp.runtime.recorder import Recorder
 from olp.timing.motion import model_names
-from olp.timing.timing import Timing, time_plan
+from olp.timing.result import Timing
+from olp.timing.timing import time_plan
 
 SEAM = "samples/inform/welding/SEAM-LH.JBI"
 WELD = "samples/inform/welding/WELD-MAIN.JBI"

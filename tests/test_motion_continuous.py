@@ -18,7 +18,8 @@ from olp.ir.program import Path as Kind
 from olp.languages.vendor import vendor_suffixes
 from olp.runtime.plan import PATHS, BlendCode, StepKind
 from olp.timing.motion import model_names
-from olp.timing.timing import Timing, time_plan
+from olp.timing.result import Timing
+from olp.timing.timing import time_plan
 from olp.timing.track import states, tool_position, track
 
 SAMPLES = [

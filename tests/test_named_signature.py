@@ -162,15 +162,16 @@ def test_nineteen_of_twenty_moves_of_another_recording_are_inside_their_interval
 
 def test_the_interval_of_the_total_holds_the_sum_and_knows_that_repeats_err_alike(signature, tmp_path):
     made, _ = moves()
+    from olp.identification.signature.correction import SignatureCorrection
     from olp.timing.timing import time_plan
 
     plan = olp.read(job_of(made, tmp_path / "T.JBI")).plan(robot=ROBOT)
-    timing = time_plan(plan, signature=signature)
+    timing = time_plan(plan, learnt=SignatureCorrection(signature))
     assert timing.low_s < hidden(made).sum() < timing.high_s
     lines = (tmp_path / "T.JBI").read_text("ascii").splitlines()
     again = [*lines[:-1], *(line for line in lines if line.startswith("MOVL")), "END", ""]
     (tmp_path / "W.JBI").write_text("\r\n".join(again), encoding="ascii", newline="")
-    twice = time_plan(olp.read(tmp_path / "W.JBI").plan(robot=ROBOT), signature=signature)
+    twice = time_plan(olp.read(tmp_path / "W.JBI").plan(robot=ROBOT), learnt=SignatureCorrection(signature))
     once, both = timing.high_s - timing.total_s, twice.high_s - twice.total_s
     assert both > 1.5 * once
 

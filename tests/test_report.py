@@ -15,7 +15,7 @@ import olp
 from olp.core.diagnostic import OlpError
 from olp.reports.batch import Job, time_file, time_files
 from olp.reports.formats import Options, load_report, report_names
-from olp.timing.timing import COLUMNS
+from olp.timing.result import COLUMNS
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 JOBS = sorted((SAMPLES / "up20").glob("*.JBI"))

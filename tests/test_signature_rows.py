@@ -15,6 +15,7 @@ from olp.core.diagnostic import OlpError
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, moves_of_recording, read_signature, write_signature
 from olp.identification.signature.coefficients import choose, solve
+from olp.identification.signature.correction import SignatureCorrection
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.motions import arc_length
 from olp.identification.signature.rows import predict_recording
@@ -183,12 +184,12 @@ def test_olp_time_uses_the_learnt_joint_moves(tmp_path):
     job.write_text(joint_job(), encoding="ascii", newline="")
     plan = olp.read(job).plan(ROBOT.name)
     axes = np.degrees(plan.positions.axes[plan.moves.target])
-    timing = time_plan(plan, signature=made)
+    timing = time_plan(plan, learnt=SignatureCorrection(made))
     wanted = [joint_time(axes[0], axes[1], 50), joint_time(axes[1], axes[2], 10)]
     assert timing.duration_s[1:] == pytest.approx(wanted, rel=0.03)
     assert timing.interval.low[1] < wanted[0] < timing.interval.high[1]
     assert timing.interval.total_high - timing.interval.total_low < 0.3
-    unlearnt = time_plan(plan, signature=replace(made, arm=None))
+    unlearnt = time_plan(plan, learnt=SignatureCorrection(replace(made, arm=None)))
     assert unlearnt.interval.total_high - unlearnt.interval.total_low > 0.3
 
 
@@ -236,7 +237,7 @@ def test_olp_time_and_olp_predict_say_the_same_of_a_corner(tmp_path):
     ]
     lines += [f"MOVL C00003 V={speed}.0 PL=0", "END", ""]
     (tmp_path / "C.JBI").write_text("\r\n".join(lines), encoding="ascii", newline="")
-    timing = time_plan(olp.read(tmp_path / "C.JBI").plan(ROBOT.name), signature=made)
+    timing = time_plan(olp.read(tmp_path / "C.JBI").plan(ROBOT.name), learnt=SignatureCorrection(made))
     assert timing.duration_s[1:] == pytest.approx(said.predicted, abs=1e-6)
     assert timing.interval.low[1:] == pytest.approx(said.low, abs=1e-6)
     assert timing.interval.high[1:] == pytest.approx(said.high, abs=1e-6)
@@ -424,8 +425,8 @@ def test_what_a_controller_adds_to_a_stop_is_not_added_to_a_measured_time(tmp_pa
     plan = olp.read(job).plan(ROBOT.name)
     settings = {"servo_lag_s": 0.5, "dispatch_s": 0.3, "cycle_s": 0.7}
     slow = replace(plan, settings={**plan.settings, **settings})
-    assert time_plan(slow, signature=made).duration_s[1:] == pytest.approx(
-        time_plan(plan, signature=made).duration_s[1:], abs=1e-9
+    assert time_plan(slow, learnt=SignatureCorrection(made)).duration_s[1:] == pytest.approx(
+        time_plan(plan, learnt=SignatureCorrection(made)).duration_s[1:], abs=1e-9
     )
     assert time_plan(slow).total_s > time_plan(plan).total_s + 1
 
@@ -464,7 +465,7 @@ def test_a_total_of_joint_moves_is_as_unsure_as_their_held_out_errors_add_up(tmp
             "MOVJ C00002 VJ=10.00 PL=0", "\r\n".join([back, *[there, back] * (times - 1)])
         )
         job.write_text(text, encoding="ascii", newline="")
-        found = time_plan(olp.read(job).plan(ROBOT.name), signature=made).interval
+        found = time_plan(olp.read(job).plan(ROBOT.name), learnt=SignatureCorrection(made)).interval
         halves.append((found.total_high - found.total_low) / 2)
     # Two moves, each with an error of its own; run four times, both errors come four times.
     assert 0.5 * 0.05 < halves[0] < 6 * 0.05

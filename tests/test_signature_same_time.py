@@ -17,6 +17,7 @@ from olp.identification.diagnosis.judged import case_of
 from olp.identification.recorded_plan import unlearnt_times
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate
+from olp.identification.signature.correction import SignatureCorrection
 from olp.identification.signature.document import Signature
 from olp.identification.signature.rows import predict_recording
 from olp.ir import program as ir
@@ -179,7 +180,7 @@ def says_the_same(tmp_path: Path, learnt: str, asked: str, language: str) -> Non
     told, _ = predict_recording(
         signature, read_recording(recorded(tmp_path, "p", rows, LANGUAGES[language][2]))
     )
-    timing = time_plan(new, signature=signature)
+    timing = time_plan(new, learnt=SignatureCorrection(signature))
     steps = np.flatnonzero(new.kind == StepKind.MOVE)[1:]
     assert np.isfinite(told.predicted).all()
     # Where a stretch with corners is parted is a convention of the recorder until corners were learnt.
@@ -236,7 +237,7 @@ def test_kinds_of_moves_that_no_signature_learnt_take_the_same_everywhere(
     )
     told, _ = predict_recording(signature, recording)
     steps = np.flatnonzero(plan.kind == StepKind.MOVE)[1:]
-    for timing in (time_plan(plan), time_plan(plan, signature=signature)):
+    for timing in (time_plan(plan), time_plan(plan, learnt=SignatureCorrection(signature))):
         assert timing.duration_s[steps] == pytest.approx(told.predicted, rel=1e-9)
     assert unlearnt_times(recording).duration == pytest.approx(told.predicted, rel=1e-9)
     assert (told.low < told.predicted).all()

@@ -7,7 +7,8 @@ import pytest
 from interpreter_jobs import job_text, plan_of
 
 from olp.core.diagnostic import Severity
-from olp.timing.timing import Timing, time_plan
+from olp.timing.result import Timing
+from olp.timing.timing import time_plan
 
 ARM = "yaskawa/ma2010"
 # Corners of a square of 40 mm within reach, the middle of its first side, and a point far out of reach.

@@ -25,7 +25,7 @@ from olp.runtime.plan import StepKind
 if TYPE_CHECKING:
     from olp.core.source import Source
     from olp.ir.program import Program
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 # What a person reads and writes: the size of one in SI, and its name.
 SPEED_UNITS: Mapping[SpeedUnit, tuple[float, str]] = {

@@ -29,8 +29,9 @@ def run(args: Namespace) -> int:
 
     from olp.cli.time import print_diagnostics
     from olp.core.files import refuse_inputs
-    from olp.identification.recording import read_recording
-    from olp.identification.signature import calibrate, write_signature
+    from olp.identification.recording.reader import read_recording
+    from olp.identification.signature.file import write_signature
+    from olp.identification.signature.learn import calibrate
     from olp.identification.signature.summary import summary
     from olp.robots.robot import load_robot
 

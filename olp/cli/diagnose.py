@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
 
 SUMMARY = "name the physics that a simulation left out, from a recording of the robot"
 
@@ -46,7 +46,7 @@ def run(args: Namespace) -> int:
     from olp.cli.time import print_diagnostics
     from olp.core.files import refuse_inputs, write_output
     from olp.identification.diagnosis.diagnose import diagnose_recording
-    from olp.identification.recording import read_recording
+    from olp.identification.recording.reader import read_recording
     from olp.robots.robot import load_robot
 
     inputs = [args.recording, *Path(args.recording).glob("*"), *([args.job] if args.job else [])]
@@ -74,7 +74,7 @@ def run(args: Namespace) -> int:
 
         print_diagnostics(write_experiment_job(outcome.diagnosis.next_experiment, recording, args.next))
     if args.signature:
-        from olp.identification.signature import write_signature
+        from olp.identification.signature.file import write_signature
         from olp.identification.signature.from_diagnosis import signature_of
 
         own = recording if robot is None else replace(recording, robot=robot)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from olp.runtime.folder import ArmSource
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 SUMMARY = "write an olp.toml for a folder of programs"
 _ROOM = 1.05  # [1] of today's time that a budget leaves

@@ -20,8 +20,8 @@ def run(args: Namespace) -> int:
 
     from olp.cli.time import print_diagnostics
     from olp.core.files import write_output
-    from olp.identification.recording import read_recording
-    from olp.identification.signature import read_signature
+    from olp.identification.recording.reader import read_recording
+    from olp.identification.signature.file import read_signature
     from olp.identification.signature.rows import predict_recording
 
     signature = read_signature(args.signature)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from olp.identification.probe import Wanted
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.geometry import Pose
 
 SUMMARY = "design the moves that reveal most about a robot's timing, as a job"
@@ -45,7 +45,7 @@ def run(args: Namespace) -> int:
     from olp.cli.time import print_diagnostics
     from olp.core.diagnostic import OlpError, error
     from olp.identification.probe import design_experiment, further_experiment, write_experiment
-    from olp.identification.recording import read_recording
+    from olp.identification.recording.reader import read_recording
 
     folder = Path(args.output)
     if args.next is None:

@@ -16,7 +16,7 @@ def run(args: Namespace) -> int:
     import json
 
     from olp.cli.time import print_diagnostics
-    from olp.identification.recording import read_recording
+    from olp.identification.recording.reader import read_recording
     from olp.identification.recording.summary import as_dict, describe
 
     recording = read_recording(args.path)

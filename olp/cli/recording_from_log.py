@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from olp.identification.recording.log import Log
     from olp.identification.recording.moves import Floats, RecordedMoves
     from olp.identification.recording.settings import RecordingSettings
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 SUMMARY = "make moves.csv out of a joint log and the program that ran"
 

@@ -18,8 +18,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.identification.signature import read_signature
     from olp.identification.signature.diff import difference
+    from olp.identification.signature.file import read_signature
 
     found = difference(read_signature(args.old), read_signature(args.new))
     for name, old, new in found.facts:

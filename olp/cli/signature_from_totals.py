@@ -20,7 +20,7 @@ def run(args: Namespace) -> int:
 
     from olp.cli.time import print_diagnostics
     from olp.core.files import refuse_inputs
-    from olp.identification.signature import write_signature
+    from olp.identification.signature.file import write_signature
     from olp.identification.signature.partial_programs import programs_of, read_totals, signature_of_totals
     from olp.identification.signature.summary import summary
 

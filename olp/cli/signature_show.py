@@ -12,7 +12,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.identification.signature import read_signature
+    from olp.identification.signature.file import read_signature
     from olp.identification.signature.summary import describe
 
     print("\n".join(describe(read_signature(args.signature))))

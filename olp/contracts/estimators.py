@@ -18,8 +18,7 @@ from olp.contracts.models import trapezoid
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg
-from olp.identification.recording import read_recording
-from olp.identification.signature import MoveSet, moves_of_recording
+from olp.identification.recording.reader import read_recording
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
@@ -29,6 +28,7 @@ from olp.identification.signature.estimator import (
     estimator_names,
     load_estimator,
 )
+from olp.identification.signature.moveset import MoveSet, moves_of_recording
 from olp.robots.geometry import rotation_from_angles
 from olp.robots.kinematics import inverse
 from olp.robots.robot import Robot, load_robot

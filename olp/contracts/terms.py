@@ -20,7 +20,7 @@ from olp.core.units import deg, mm
 from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import PHASES
-from olp.identification.recording import read_recording
+from olp.identification.recording.reader import read_recording
 from olp.reports.diagnosis.mathml import mathml
 from olp.robots.geometry import angles_from_rotation, rotation_from_angles
 from olp.robots.kinematics import inverse

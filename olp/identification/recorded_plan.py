@@ -24,7 +24,7 @@ from olp.timing.arm_prior import arm_prior
 from olp.timing.blending import load_law
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from olp.core.diagnostic import OlpError
 
 if TYPE_CHECKING:
-    from olp.identification.signature import Signature
     from olp.ir.program import Program
     from olp.runtime.assumptions import Assumptions
     from olp.runtime.plan import Plan
-    from olp.timing.timing import Timing
+    from olp.timing.correction import Correction
+    from olp.timing.result import Timing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,8 +62,8 @@ def time_plan_of(plan: Plan, job: TimingJob) -> Timing:
     """Times a plan as `job` says. Raises OlpError like `time_plan`."""
     from olp.timing.timing import time_plan
 
-    signature = _signature(job.signature)
-    return time_plan(plan, job.model, job.acceleration, job.override, job.acceleration_law, signature)
+    learnt = _learnt(job.signature)
+    return time_plan(plan, job.model, job.acceleration, job.override, job.acceleration_law, learnt)
 
 
 def check_job(job: TimingJob) -> None:
@@ -76,7 +76,7 @@ def check_job(job: TimingJob) -> None:
         from olp.timing.motion import load_model
 
         load_model(job.model)
-    _signature(job.signature)
+    _learnt(job.signature)
     if job.acceleration_law is not None:
         from olp.timing.acceleration import load_law
 
@@ -91,12 +91,13 @@ def check_job(job: TimingJob) -> None:
 
 
 @lru_cache(maxsize=4)
-def _signature(path: str | None) -> Signature | None:
+def _learnt(path: str | None) -> Correction | None:
     if path is None:
         return None
-    from olp.identification.signature import read_signature
+    from olp.identification.signature.correction import SignatureCorrection
+    from olp.identification.signature.file import read_signature
 
-    return read_signature(path)
+    return SignatureCorrection(read_signature(path))
 
 
 def _assumptions(job: TimingJob) -> Assumptions | None:

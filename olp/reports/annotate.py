@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from olp.languages.templating import Renderer
     from olp.languages.vendor import Vendor
     from olp.runtime.plan import CallSpan
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 MARK: Final = "olp "

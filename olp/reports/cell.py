@@ -24,7 +24,7 @@ from olp.timing.causes import CAUSES, seconds_by_cause
 if TYPE_CHECKING:
     from olp.identification.timing_job import TimingJob
     from olp.runtime.plan import Plan
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 _SPEED, _RAMP, _STOP, _WAIT, _IO = range(len(CAUSES))
 

@@ -19,7 +19,7 @@ from olp.timing.track import states, tool_speed
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 Floats = NDArray[np.float64]

@@ -43,7 +43,7 @@ from olp.reports.webpage import FOLDER, json_in_page, packed_in_page, printable,
 from olp.robots.model import Vector
 from olp.runtime.plan import PATHS, StepKind
 from olp.timing.causes import CAUSES
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 from olp.timing.track import states, tool_position, tool_speed
 
 Floats = NDArray[np.float64]

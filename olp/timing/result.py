@@ -115,9 +115,7 @@ class Timing:
     expected: tuple[float, float] | None = (
         None  # [s] ends of the total's 95 % interval before anything was recorded
     )
-    interval: CorrectionInterval | None = (
-        None  # with a signature: see olp/identification/signature/correction.py
-    )
+    interval: CorrectionInterval | None = None  # with a signature: see olp/timing/correction.py
     unseen: int = 0  # paths outside what the signature learnt
 
     @property

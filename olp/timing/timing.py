@@ -4,44 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.units import deg, mm, percent
-from olp.identification.signature.correction import (
-    Signed,
-    axis_scale,
-    measured_stops,
-    settled,
-    sign,
-    turn_corners,
-)
-from olp.identification.signature.correction_interval import interval
-from olp.identification.signature.correction_terms import by_paths, by_terms
 from olp.ir.program import Path
 from olp.robots.controller_effects import Effects, effects_of, generation_of, settling_of
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind
 from olp.runtime.robots import of_rows
 from olp.timing.acceleration import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
-from olp.timing.arm_moves import JointLaw
-from olp.timing.arm_prior import unlearnt_law
 from olp.timing.blending import load_law as load_corners
 from olp.timing.chain import Caps, Chain, chain
+from olp.timing.correction import NOTHING_LEARNT, Correction, PlanCorrection
 from olp.timing.demand import Demand, demand
-from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, time_joints
 from olp.timing.motion import MotionModel, Problem, Profile, load_model
-from olp.timing.result import COLUMNS, RowTimes, Timing
+from olp.timing.result import RowTimes, Timing
 from olp.timing.warnings import oddities
-
-if TYPE_CHECKING:
-    from olp.identification.signature.document import Signature
-
-
-__all__ = ["COLUMNS", "DEFAULT_MODEL", "Timing", "time_plan"]
 
 DEFAULT_MODEL = "constant"
 DEFAULT_LAW = "constant"
@@ -54,7 +36,7 @@ def time_plan(
     acceleration: float | None = None,
     override: float | None = None,
     acceleration_law: str | None = None,
-    signature: Signature | None = None,
+    learnt: Correction | None = None,
     **parameters: float,
 ) -> Timing:
     """Times every step of `plan`.
@@ -62,78 +44,78 @@ def time_plan(
     `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
     which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
     diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
-    `signature`: corrects straight moves and what else it learnt, settling included, and gives an interval.
+    `learnt`: corrects straight moves and what else it learnt, settling included, and gives an interval.
     It holds for constant acceleration only (H013).
     """
-    settings = plan.settings
-    if signature is not None:
-        model = _model_of_signature(model)
-    chosen = load_model(model or str(settings.get("model", DEFAULT_MODEL)))
-    if acceleration is None and "accel_mm_s2" in settings:
-        acceleration = float(settings["accel_mm_s2"]) * mm
+    chosen = _model(plan, model, learnt)
+    learnt = learnt or NOTHING_LEARNT
     assumed: dict[str, Assumption] = {}
-    law = load_law(acceleration_law or str(settings.get("acceleration_law", DEFAULT_LAW)))
-    limits = MotionLimits(
-        acceleration,
-        lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
-        law,
-        axis_scale(signature),
-        None if signature is None or signature.arm is None else plan.robot,
-    )
-    effects = effects_of(settings, override)
+    limits = _limits(plan, acceleration, acceleration_law, learnt, assumed)
+    effects = effects_of(plan.settings, override)
     for says in effects.told:
         limits.report(says)
-    if law.name != DEFAULT_LAW:
-        limits.report(f"{law.name} acceleration law: {law.summary}")
+    by_axes = limits.law is None or limits.law.name == DEFAULT_LAW
+    if limits.law is not None and not by_axes:
+        limits.report(f"{limits.law.name} acceleration law: {limits.law.summary}")
     overrides = plan.overrides(effects.override)
     wanted = demand(_at_override(plan, overrides), limits)
     _stretch(plan, wanted, overrides)
     able = wanted.acceleration.copy(), wanted.deceleration.copy()
-    signed = None if signature is None else sign(plan, wanted, signature, limits.report)
-    arm: JointLaw | None = None if signature is None else signature.arm
-    learnt = arm is not None
-    if arm is None and law.name == DEFAULT_LAW and plan.robot is not None:
-        arm = unlearnt_law(plan.robot, "" if signature is None else signature.controller)
-    timed = None
-    if arm is not None:
-        timed = time_joints(plan, wanted, arm, overrides, None if signature is None else signature.payload)
-        if signed is not None:
-            signed = signed._replace(timed=timed)
-    prior = timed if signed is None else None
+    correction = learnt.of_plan(plan, wanted, overrides, by_axes, limits.report)
     turning = wanted
-    if signed is not None and load_corners(plan.zone_law).runs_at_once:
-        turning = _turning(wanted, signed.rows, *able)
-    joined = _feasible(plan, chosen, wanted, turning, parameters)
-    if signed is not None:
-        joined = turn_corners(plan, signed, joined)
-        signed = by_terms(plan, wanted, joined, signed, overrides, limits.report)
-        signed = by_paths(plan, wanted, joined, signed, overrides)
+    if len(correction.rows) and load_corners(plan.zone_law).runs_at_once:
+        turning = _turning(wanted, correction.rows, *able)
+    joined = correction.corners(_feasible(plan, chosen, wanted, turning, parameters))
+    correction = correction.follow(wanted, joined, overrides, limits.report)
     profile = _profile(chosen, wanted, joined, parameters)
     report_inferred(plan, wanted.length > 0, limits.report)
-    settling = _settling(plan, joined, limits, effects, signed, prior)
+    settling = _settling(plan, joined, limits, effects, correction)
     durations = np.where(wanted.unknown, np.nan, np.maximum(_moving(profile, joined) + settling, 0.0))
     if not np.isnan(plan.moves.duration).all():
         least = _moving(_profile(chosen, _at_limits(plan, wanted), joined, parameters), joined)
         durations = _programmed(plan.moves.duration / overrides, durations, least)
-    if timed is not None and not learnt:
-        for says in doubt_of(plan, timed):
-            limits.report(says)
-    if signed is not None and signed.told is not None:
-        durations[signed.told.rows] = signed.told.duration
-    timing = _gather(plan, chosen.name, wanted, profile, durations, settling, joined, effects, signed)
-    if signed is not None:
-        seen = interval(plan, signed, wanted, joined, settling, timing.duration_s, limits.report)
-        unseen = 0 if signed.said is None else sum(map(bool, signed.said.reasons))
-        timing = replace(timing, interval=seen, unseen=unseen)
-    else:
-        given = limits.linear_acceleration or (plan.robot and plan.robot.linear_acceleration)
-        ends = expected_total(plan, wanted, durations, timing.total_s, prior, given is not None)
-        timing = replace(timing, expected=ends)
+    for says in correction.doubts():
+        limits.report(says)
+    durations = correction.with_whole_times(durations)
+    timing = _gather(plan, chosen.name, wanted, profile, durations, settling, joined, effects, correction)
+    given = limits.linear_acceleration or (plan.robot and plan.robot.linear_acceleration)
+    known = given is not None
+    timing = correction.with_interval(timing, wanted, joined, (durations, settling), known, limits.report)
     problems = [*_problems(plan, wanted, durations), *oddities(plan, wanted)]
     return replace(
         timing,
         assumptions=(*plan.assumptions, *assumed.values()),
         diagnostics=(*plan.diagnostics, *wanted.diagnostics, *problems),
+    )
+
+
+def _model(plan: Plan, name: str | None, learnt: Correction | None) -> MotionModel:
+    """The motion model that is asked for. Raises OlpError: H013 one that what was `learnt` does not hold for."""
+    if learnt is None:
+        return load_model(name or str(plan.settings.get("model", DEFAULT_MODEL)))
+    if name not in (None, DEFAULT_MODEL):
+        says = f"a signature holds for the constant acceleration model, not for {name}"
+        raise OlpError(error("H013", says, help="leave out --model, or --signature"))
+    return load_model(DEFAULT_MODEL)
+
+
+def _limits(
+    plan: Plan,
+    acceleration: float | None,
+    law: str | None,
+    learnt: Correction,
+    assumed: dict[str, Assumption],
+) -> MotionLimits:
+    """What is asked for, else what olp.toml says. `assumed` gets what is reported, each sentence once."""
+    settings = plan.settings
+    if acceleration is None and "accel_mm_s2" in settings:
+        acceleration = float(settings["accel_mm_s2"]) * mm
+    return MotionLimits(
+        acceleration,
+        lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
+        load_law(law or str(settings.get("acceleration_law", DEFAULT_LAW))),
+        learnt.axis_scale,
+        plan.robot if learnt.knows_joint_moves else None,
     )
 
 
@@ -209,14 +191,6 @@ def _left(length: Floats) -> Floats:
 _ROUNDING = 1e-12  # [m]
 
 
-def _model_of_signature(model: str | None) -> str:
-    """The motion model that 1/a of equation 6.1 belongs to. Raises OlpError (H013) when another one was asked for."""
-    if model not in (None, DEFAULT_MODEL):
-        says = f"a signature holds for the constant acceleration model, not for {model}"
-        raise OlpError(error("H013", says, help="leave out --model, or --signature"))
-    return DEFAULT_MODEL
-
-
 def _at_override(plan: Plan, override: Floats) -> Plan:
     """The plan with its programmed speeds as overrides (m,) [1] of its rows make them; VJ ends at rated speed."""
     if np.all(override == 1.0):
@@ -246,28 +220,14 @@ def _stretch(plan: Plan, wanted: Demand, overrides: Floats) -> None:
 
 
 def _settling(
-    plan: Plan,
-    joined: Chain,
-    limits: MotionLimits,
-    effects: Effects,
-    signed: Signed | None,
-    prior: TimedJoints | None,
+    plan: Plan, joined: Chain, limits: MotionLimits, effects: Effects, correction: PlanCorrection
 ) -> Floats:
     """[s] per row of Moves that its stop takes beyond the motion."""
     settling, assumed = settling_of(effects, plan.robot)
-    told = np.zeros(len(joined.exact_stop), dtype=bool) if signed is None else measured_stops(signed)
-    if prior is not None:
-        told[prior.rows] = True
-    if assumed and (joined.exact_stop & ~told).any():
+    if assumed and (joined.exact_stop & ~correction.knows_stops).any():
         limits.report(assumed)
     # What an exact stop was measured to cost holds the filter's time, which the law has counted already.
-    settling = max(0.0, settling - filter_time(plan, limits))
-    if signed is not None:
-        return settled(plan, signed, joined.exact_stop, settling)
-    result = np.where(joined.exact_stop, settling, 0.0)
-    if prior is not None:
-        result[prior.rows] = np.where(joined.exact_stop[prior.rows], prior.stop, 0.0)
-    return result
+    return correction.settled(joined.exact_stop, max(0.0, settling - filter_time(plan, limits)))
 
 
 def _gather(
@@ -279,7 +239,7 @@ def _gather(
     settling: Floats,
     joined: Chain,
     effects: Effects,
-    signed: Signed | None,
+    correction: PlanCorrection,
 ) -> Timing:
     """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
     count = len(plan)
@@ -291,8 +251,7 @@ def _gather(
         stop[is_move] = np.maximum.reduceat(settling, first)
     timed = ~is_move
     duration[timed] = plan.durations[plan.row[timed]]
-    measured = None if signed is None else measured_stops(signed)
-    added = additions(plan, joined.end_speed, duration, effects, measured)
+    added = additions(plan, joined.end_speed, duration, effects, correction.measured_stops)
     moves = plan.moves
 
     def column(values: Floats) -> Floats:

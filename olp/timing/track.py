@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pandas
 
     from olp.runtime.plan import Plan
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Floats = NDArray[np.float64]
 _JOINT, _CIRCULAR, _SPLINE = (PATHS.index(p) for p in (Path.JOINT, Path.CIRCULAR, Path.SPLINE))

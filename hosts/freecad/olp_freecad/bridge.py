@@ -26,7 +26,7 @@ from olp.reports.batch import Job, plan_and_time, time_program
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion
 from olp.robots.kinematics import forward
 from olp.runtime.plan import PATHS, StepKind
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 from olp.timing.track import states
 
 _ON_LINE, _ON_CURVE = 10, 20  # pieces of a move that are drawn with a colour each

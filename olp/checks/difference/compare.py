@@ -19,7 +19,7 @@ from olp.ir.program import Move, Program
 from olp.reports.outcome.model import JudgedItem
 from olp.runtime.plan import BlendCode, Plan, StepKind
 from olp.runtime.spelling import spell
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 
 Floats = NDArray[np.float64]
 _COMMENT = re.compile(r"\s*(//|;;|![^=]|#\s).*$")

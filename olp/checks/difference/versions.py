@@ -21,7 +21,7 @@ from olp.core.git import asked_of_git, files_of, git, lay_out
 from olp.ir.program import Program
 from olp.reports.batch import Job
 from olp.reports.outcome.model import JudgedItem, Status
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 
 _WORKING_COPY = "."
 

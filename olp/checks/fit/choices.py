@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from olp.core.source import Source
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 KEPT = re.compile(r"\bolp:\s*keep\b", re.IGNORECASE)

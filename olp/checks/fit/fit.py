@@ -44,7 +44,7 @@ from olp.timing.track import tool_position, tool_speed
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Run = Callable[[Program], "Timing"]
 Place = tuple[object, ...]

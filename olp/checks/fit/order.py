@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from olp.ir.program import Program
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Order = tuple[int, ...]
 Groups = tuple[range, ...]

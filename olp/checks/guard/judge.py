@@ -21,7 +21,7 @@ from olp.reports.batch import Job, time_program
 from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import Plan, StepKind
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 
 Bools = NDArray[np.bool_]
 _HEADS = (Label, For, While, Repeat)  # a run may come back to these

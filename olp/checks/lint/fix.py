@@ -22,7 +22,7 @@ from olp.reports.outcome.model import OutcomeFinding
 if TYPE_CHECKING:
     from olp.ir.program import Program
     from olp.runtime.plan import Positions
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Run = Callable[["Program"], "Timing"]  # may raise OlpError
 

@@ -18,7 +18,7 @@ from olp.ir.expressions import Named, Taught
 from olp.ir.program import Path, Program, Routine, Statement
 from olp.reports.outcome.model import Level, OutcomeFinding
 from olp.runtime.plan import PATHS, Plan, StepKind
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 
 _JOINT = PATHS.index(Path.JOINT)
 _TURN_DEG = 5.0  # less is within what a slow line needs anyway

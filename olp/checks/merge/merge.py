@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from olp.ir.program import Program
     from olp.reports.batch import Job
     from olp.reports.outcome.model import JudgedItem
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 _MARKER = re.compile(rb"^(?:<{7,} |>{7,} )", re.MULTILINE)
 _NAMES = ("base", "ours", "theirs")

@@ -23,7 +23,7 @@ from olp.runtime.paths import circle, swept_angle
 from olp.timing.physics._case import Floats, Mask, Rates
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.robot import Robot
 
 

@@ -20,7 +20,7 @@ from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import EACH, Motion, MoveCorners
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
 
 
 Floats = NDArray[np.float64]

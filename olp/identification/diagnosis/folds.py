@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis.result import Errors
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
 
 
 Labels = NDArray[np.int64]

@@ -10,7 +10,7 @@ from olp.identification.diagnosis.case_making import JudgedTimes, Making, case_b
 from olp.identification.recorded_plan import unlearnt_times
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
 
 
 def case_of(recording: Recording) -> Making:

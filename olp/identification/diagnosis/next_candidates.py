@@ -24,7 +24,7 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import MoveTerm
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
 
 
 Labels = NDArray[np.int64]

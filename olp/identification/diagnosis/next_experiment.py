@@ -25,7 +25,7 @@ from olp.identification.diagnosis.result import NextExperiment, NextMove, NextTi
 from olp.timing.physics._case import Floats, MeasuredMoves
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
 
 
 __all__ = ["design_experiment", "write_experiment_job"]

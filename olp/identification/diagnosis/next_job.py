@@ -39,7 +39,7 @@ from olp.ir.program import (
 from olp.languages.vendor import find_vendor, maker_of, probe_language, vendor_names
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]

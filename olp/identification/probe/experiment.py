@@ -22,7 +22,7 @@ from olp.identification.signature.moveset import MoveSet, moves_of_recording
 from olp.robots.geometry import angles_from_rotation, rotation_from_angles
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot
 

@@ -24,7 +24,7 @@ from olp.robots.geometry import angles_from_rotation, rotation_from_quaternion
 from olp.runtime.plan import PATHS, BlendCode
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 Floats = NDArray[np.float64]

@@ -19,7 +19,7 @@ from olp.runtime.plan import BlendCode, StepKind
 if TYPE_CHECKING:
     from olp.identification.recording.log import Log
     from olp.robots.robot import Robot
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Floats = NDArray[np.float64]
 _TURN = 0.3  # [m/rad] a turn of 1 deg weighs as 5 mm of travel

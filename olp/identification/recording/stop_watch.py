@@ -33,7 +33,7 @@ from olp.identification.recording.table import Floats, RecordingTable
 from olp.runtime.plan import Plan, StepKind
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 _REQUIRED = ("line", "duration_s")
 _OWN = (*_REQUIRED, "job", "cycle", "move")

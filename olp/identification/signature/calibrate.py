@@ -28,7 +28,7 @@ from olp.identification.signature.folds import Trial, merit, merit_doubt, residu
 from olp.identification.signature.moveset import MoveSet, moves_of_recording
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.robot import Robot
 
 

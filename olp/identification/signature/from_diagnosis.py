@@ -31,7 +31,7 @@ from olp.identification.signature.term_model import (
 if TYPE_CHECKING:
     from olp.identification.diagnosis.diagnose import DiagnosisOutcome
     from olp.identification.diagnosis.naming import NamingResult as Search
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]

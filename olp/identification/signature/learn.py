@@ -55,7 +55,7 @@ from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
 from olp.timing.arm_prior import arm_prior
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]

@@ -29,8 +29,8 @@ from olp.timing.arm import solve
 from olp.timing.arm_prior import unlearnt_law
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
     from olp.identification.recording.moves import RecordedMoves
+    from olp.identification.recording.recording import Recording
     from olp.identification.signature.path_moves import LearntPaths
     from olp.identification.signature.stretches import Stretches
     from olp.identification.signature.term_model import PredictedRows

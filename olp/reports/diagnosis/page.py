@@ -34,7 +34,7 @@ from olp.reports.webpage import FOLDER, json_in_page, render_page, script_of
 
 if TYPE_CHECKING:
     from olp.identification.diagnosis.diagnose import DiagnosisOutcome
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.timing.physics._case import MeasuredMoves
 
 

@@ -17,7 +17,7 @@ from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.result import Diagnosis
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.timing.physics._case import MeasuredMoves
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 HEADER = ("line", "statement", "mm", "V mm/s", "top mm/s", "mm/s²", "limited by", "time s", "end s")
 LEFT = {1, 6}  # columns of text; all others are numbers and stand right

@@ -10,7 +10,7 @@ from olp.core.terminal import csv_text
 from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 _TOTALS = ("file", "robot", "total_s", "motion_s", "wait_s", "io_s", "untimed")
 
@@ -38,7 +38,7 @@ class Csv(Report):
 
 
 def _header(options: Options) -> tuple[str, ...]:
-    from olp.timing.timing import COLUMNS
+    from olp.timing.result import COLUMNS
 
     return (*COLUMNS, "low_s", "high_s") if options.interval else COLUMNS
 

@@ -11,7 +11,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 _TOTALS = (

@@ -10,7 +10,7 @@ from olp.reports.formats import _table
 from olp.reports.formats.report import Options, Report, ReportPart
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 class Markdown(Report):

@@ -18,7 +18,7 @@ from olp.runtime.state import leaves_open
 
 if TYPE_CHECKING:
     from olp.reports.cell import BranchTime, CellLinks, ProgramCost
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 def _no_links() -> CellLinks:

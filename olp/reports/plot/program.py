@@ -16,7 +16,7 @@ from olp.reports.plot.figure import Axes, Box, Dot, Figure, Polyline, Role, Text
 from olp.runtime.plan import PATHS, StepKind
 
 if TYPE_CHECKING:
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 Floats = NDArray[np.float64]
 _WIDTH, _HEIGHT = 1080, 760

@@ -35,7 +35,8 @@ from olp.runtime.recorder import Recorder
 from olp.servers.controller.target import Target, reach
 from olp.timing.corners import CornerPieces
 from olp.timing.motion import Profile, load_model
-from olp.timing.timing import Timing, time_plan
+from olp.timing.result import Timing
+from olp.timing.timing import time_plan
 from olp.timing.track import states, tool_speed
 
 if TYPE_CHECKING:

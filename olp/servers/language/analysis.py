@@ -25,7 +25,7 @@ from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.interpreter import run
 from olp.runtime.machine import LIMIT
 from olp.servers.language.document import OpenDocument, read_document
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 
 if TYPE_CHECKING:
     from olp.checks.fit.fit import Fit

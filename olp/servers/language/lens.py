@@ -16,7 +16,7 @@ from olp.core.diagnostic import OlpError
 from olp.ir.program import Program, Routine
 from olp.runtime.plan import StepKind
 from olp.servers.language.analysis import Analysis
-from olp.timing.timing import Timing
+from olp.timing.result import Timing
 
 
 class Lens(NamedTuple):

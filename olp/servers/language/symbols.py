@@ -29,7 +29,7 @@ from olp.servers.language.service import ProgramService
 
 if TYPE_CHECKING:
     from olp.servers.language.service import ProgramService
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 _MOST_LISTED = 2000  # names of a kind in an outline: nobody reads more

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from olp.identification.timing_job import TimingJob
     from olp.ir.program import Program
     from olp.reports.formats import ReportPart
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 _COSTLIEST = 10  # lines of the cell, as `olp time FOLDER` lists

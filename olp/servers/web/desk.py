@@ -26,7 +26,7 @@ from olp.servers.folder import Folder, too_large
 
 if TYPE_CHECKING:
     from olp.ir.program import Program
-    from olp.timing.timing import Timing
+    from olp.timing.result import Timing
 
 
 HEAD = 8  # [bytes] that say how long a message is

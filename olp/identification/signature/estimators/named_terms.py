@@ -12,7 +12,7 @@ from olp.identification.signature.estimator import Estimate, Estimator, Paramete
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
-    from olp.identification.recording import Recording
+    from olp.identification.recording.recording import Recording
     from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]
