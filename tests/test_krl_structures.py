@@ -44,7 +44,14 @@ def test_a_type_with_an_array_within_is_told(tmp_path):
 
 
 def test_more_numbers_than_the_controller_has_fall_alone(tmp_path):
-    data = "DECL PART_T P[120]\n"
+    data = "DECL PART_T P[900]\n"
     _, found = made(tmp_path, "tp", ("P[2].N.A=3", "P[2].N.B=1", "WAIT SEC 1"), data)
     assert {loss.line for loss in found.translated.losses if loss.leaves_out} == {3}
-    assert "more than 200" in next(loss.says for loss in found.translated.losses if loss.leaves_out)
+    assert "more than 1500" in next(loss.says for loss in found.translated.losses if loss.leaves_out)
+
+
+def test_more_numbers_than_delivered_ask_for_a_larger_controller(tmp_path):
+    _, found = made(tmp_path, "tp", ("P[2].N.A=3", "P[2].N.B=1"), "DECL PART_T P[120]\n")
+    assert not [loss for loss in found.translated.losses if loss.leaves_out]
+    says = "set the controller up for more variables than it is delivered with"
+    assert [one.split()[0] for one in found.translated.asks[says]] == ["R[240]"]

@@ -34,8 +34,9 @@ LIMITS: Final = Limits(
     tool_and_frame="modal",
     names=r"[A-Za-z][A-Za-z0-9_]*",
     numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
-    # Position registers: up to 2000 at controlled start (Program Limits Setup) for one group; texts: no bound told.
-    enlarged={Store.ROBOT: 2000, Store.STRING: 1000},
+    # At controlled start (Program Limits Setup): position registers up to 2000 for one group, numbers up to 1500 of an
+    # R-30iB; texts: no bound told.
+    enlarged={Store.REAL: 1500, Store.ROBOT: 2000, Store.STRING: 1000},
     has_goto=True,
     has_if=True,
     has_while=False,
