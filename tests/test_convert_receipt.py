@@ -16,7 +16,7 @@ from olp.ir.expressions import Store
 from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
 from olp.ir.terminology import ACCELERATIONS, BLENDS, FUNCTIONS, SIGNALS, SPEEDS, STATEMENTS, STORES, VALUES
 from olp.robots.robot import load_robot
-from olp.transpile.context import Context, Fate
+from olp.transpile.context import Context, Fate, Mapping
 from olp.transpile.convert import convert
 from olp.transpile.export import writable
 from olp.transpile.support import kinds
@@ -227,8 +227,12 @@ def test_where_signals_have_names_those_of_the_robot_have_some_too(tmp_path, cap
 
 def test_a_signal_with_a_computed_number_is_no_variable_where_signals_have_names(tmp_path):
     listing = written(tmp_path, "GRIP.LS", ROBOTS_OWN.replace("RI[2]", "RI[R[1]]"))
+    made = convert(read(listing), "rapid")
+    assert b'AliasIO "ri" + NumToStr(' in made.files["GRIP.mod"]
+    assert made.translated.mapping["signal", "robot-in *"] == "ri*"
+    beside = Context(mapping=Mapping(signals={"robot-in 2": "diShut"}))
     with pytest.raises(OlpError, match="a signal with a computed number"):
-        convert(read(listing), "rapid")
+        convert(read(listing), "rapid", beside)
 
 
 def messages(text: str, name: str, folder: Path) -> Iterator[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, RecordLiteral, Variable
+from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, RecordLiteral, Signal, Variable
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
 from olp.runtime.evaluate import round_half_away
@@ -215,6 +215,8 @@ def bind(
             continue
         slot = find_slot(m, given.name) if parameter.by_reference and isinstance(given, Named) else None
         if slot is None:
+            if parameter.type == "signal" and isinstance(given, Signal):
+                given = given.index  # the signal itself, by its name, and not its state
             slot = Slot(fitted(parameter.type, copied(evaluate(m, given))), parameter.type)
             if parameter.by_reference and isinstance(given, _STORABLE):
                 outs.append((key, given))

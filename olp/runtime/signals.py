@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from olp.ir.expressions import Binary, Compare, Expression, Logic, Signal, SignalState, Text, Unary
+from olp.ir.expressions import Binary, Compare, Expression, Logic, Number, Signal, SignalState, Text, Unary
 from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_name
 from olp.runtime.evaluate import evaluate, whole
 from olp.runtime.memory import Value
@@ -20,6 +20,8 @@ PERIPHERY = frozenset({"in", "out", "analog-in", "analog-out", "in-group", "out-
 def key_of(m: Machine, signal: Signal) -> SignalKey:
     if type(signal.index) is Text:
         return SignalKey(NAMED_SIGNAL, signal.index.value.casefold())
+    if type(signal.index) is not Number and isinstance(called := evaluate(m, signal.index), str):
+        return SignalKey(NAMED_SIGNAL, called.casefold())  # a variable that stands for a signal of that name
     return SignalKey(signal.bus, whole(m, signal.index))
 
 

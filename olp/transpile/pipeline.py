@@ -39,6 +39,8 @@ from olp.transpile.postures import configurations, postures
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
 from olp.transpile.schedules import schedules, tasks
+from olp.transpile.signal_aliases import signal_aliases
+from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, pulses, signals
 from olp.transpile.source_only import comment_texts, foreign_words
 from olp.transpile.speeds import accelerations, speeds
@@ -79,6 +81,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         stopped_advance,
         at_ends,
         foreign_words,
+        signal_variables,
         optional_parameters,
         array_sizes,
         flat_records,
@@ -141,6 +144,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         flow,
         whole_numbers,
         begun,
+        signal_aliases,
         signals,
         names,
         continued,

@@ -20,6 +20,7 @@ from olp.transpile.pipeline import Translated
 
 _SYSTEMS: Final = {"tool": "tool", "user": "frame"}
 _MOST = 12  # of a kind that are named
+_COMPUTED: Final = "(computed)"  # the number of a signal
 
 System = tuple[str, int]  # "tool" or "user", its number
 
@@ -177,7 +178,8 @@ def _signals(translated: Translated, target: str) -> Iterator[str]:
         if not isinstance(s, Move) or s.until is not None or s.search is not None:
             kept |= {_signal(e): None for e in expressions_of(s) if isinstance(e, Signal)}
     if conventions_of(target).controller_names:
-        kept = {name: None for name in kept if name.partition(" ")[2] not in renamed.values()}
+        made = {*renamed.values(), _COMPUTED}
+        kept = {name: None for name in kept if name.partition(" ")[2] not in made}
     if same := [name for name in kept if name not in new]:
         yield f"see that these signals are wired as in the source, or map them under [signals]: {some(same)}"
 
@@ -185,7 +187,7 @@ def _signals(translated: Translated, target: str) -> Iterator[str]:
 def _signal(e: Signal) -> str:
     if isinstance(e.index, Number):
         return f"{e.bus} {int(e.index.value)}"
-    return f"{e.bus} {e.index.value if isinstance(e.index, Text) else '(computed)'}"
+    return f"{e.bus} {e.index.value if isinstance(e.index, Text) else _COMPUTED}"
 
 
 def _arm(linked: Linked, translated: Translated) -> Iterator[str]:

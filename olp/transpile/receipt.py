@@ -493,15 +493,23 @@ def _next_pair(
 # --- signals ------------------------------------------------------------------------------------------------
 
 
+_ANY: Final = "*"  # a computed number
+_LAST_NUMBER: Final = 8192  # more than the controllers' signals of a kind
+
+
 def signals_there(mapping: Mapping[tuple[str, str], str]) -> dict[SignalKey, SignalKey]:
     """Signals of the source -> what they are in the target, those that are called otherwise there."""
-    found = {}
+    found: dict[SignalKey, SignalKey] = {}
     for (kind, name), to in mapping.items():
         if kind != _SIGNAL:
             continue
         bus, _, shown = name.rpartition(" ")
         there, _, index = to.rpartition(" ")
-        found[_key(bus, shown)] = _key(there or bus, index)
+        if shown == _ANY:
+            numbers = range(1, _LAST_NUMBER + 1)
+            found |= {_key(bus, str(n)): _key(bus, index.replace(_ANY, str(n))) for n in numbers}
+        else:
+            found[_key(bus, shown)] = _key(there or bus, index)
     return found
 
 

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import Expression, Number, Quantity, Signal, Text
+from olp.ir.expressions import Expression, Function, Number, Quantity, Signal, Text
 from olp.ir.program import Move, Program, PulseOutput, Statement
 from olp.ir.transformer import expressions_of, mapped
 from olp.languages.limits import limits_of
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.signal_variables import NUMBER
 
 # How signals that have only a number are called where they have names.
 _STEMS: Final[Mapping[str, str]] = {
@@ -32,7 +33,12 @@ _STEMS: Final[Mapping[str, str]] = {
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 
 
-def _plain(bus: str) -> str:
+def stem_of(bus: str) -> str:
+    """What the names of signals that have only a number begin with, where signals have names."""
+    return _STEMS.get(bus, re.sub(r"[^a-z]", "_", bus))
+
+
+def plain_bus(bus: str) -> str:
     """What a signal is where it has a name: whose it is (the robot's, the tool's, the system's) makes no difference."""
     if bus == "tool-analog-in":
         return "analog-in"
@@ -92,6 +98,9 @@ class _Signals:
         return mapped(s, self.change)
 
     def change(self, e: Expression) -> Expression:
+        if type(e) is Function and e.name == NUMBER:
+            held = e.arguments[0]
+            return held.index if isinstance(held, Signal) else held
         if type(e) is not Signal:
             return e
         shown = self._shown(e)
@@ -103,9 +112,9 @@ class _Signals:
                 e, bus=bus or e.bus, index=Number(int(index)) if index.isdecimal() else Text(index)
             )
         if self.work.target_conventions.controller_names and isinstance(e.index, Number):
-            name = f"{_STEMS.get(e.bus, re.sub(r'[^a-z]', '_', e.bus))}{int(e.index.value)}"
+            name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
-            return replace(e, bus=_plain(e.bus), index=Text(name))
+            return replace(e, bus=plain_bus(e.bus), index=Text(name))
         if self.work.limits.first_signal and isinstance(e.index, Number) and e.index.value < 1:
             return replace(e, index=Number(self._number(e.bus, shown)))
         if not self.work.target_conventions.controller_names and isinstance(e.index, Text):

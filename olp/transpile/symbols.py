@@ -240,6 +240,7 @@ _WHOLE = (
     "code-of-character",
     "position-in-text",
     "match-in-text",
+    "signal-number",
     "size-of-array",
 )
 _FLAGS = ("group", "analog", "register")

@@ -32,7 +32,7 @@ from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
 from olp.languages.vendors.rapid.literals import RapidAggregate, ShapeError, coerced, unquoted
 from olp.languages.vendors.rapid.names import RapidNames
-from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, SIGNAL_USERS
+from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, SIGNAL_TYPES, SIGNAL_USERS
 from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
 _CONSTANTS: Final = {"pi": Number(math.pi), "high": Number(1), "low": Number(0)}
@@ -149,6 +149,9 @@ class RapidExpressionRules(Transformer[Token, Any]):
     def named(self, name: str) -> Expression:
         """A name alone: data, a constant of the controller, or a signal."""
         key = name.lower()
+        variable = self.names.signal_variable(name)
+        if variable is not None:
+            return Signal(variable, Named(self.names.spelled(name)))
         if not self.names.knows(key):
             if key in _CONSTANTS:
                 return _CONSTANTS[key]
@@ -256,13 +259,20 @@ class RapidExpressionRules(Transformer[Token, Any]):
         count = 0
         for one in given:
             if one.value is not None:
-                found.append(self.coerce(one.value, required[count] if count < len(required) else ""))
+                found.append(self._handed(one.value, required[count] if count < len(required) else ""))
                 count += 1
             for option in one.options:
                 kind = optional.get(option.name.lower(), "")
-                value = None if option.value is None else self.coerce(option.value, kind)
+                value = None if option.value is None else self._handed(option.value, kind)
                 found.append(NamedArgument(option.name, value))
         return tuple(found)
+
+    def _handed(self, value: Expression | RapidAggregate, kind: str) -> Expression:
+        """What a parameter of a type gets: a signal itself where the type is one."""
+        bus = SIGNAL_TYPES.get(self.names.resolved(kind))
+        if bus is not None and isinstance(value, (Named, Signal)):
+            return self.signal(value, bus)
+        return self.coerce(value, kind)
 
     def _signal_value(self, key: str, given: list[RapidArgument]) -> Expression:
         signal = self.signal(given[0].value if given else None, SIGNAL_USERS[key])

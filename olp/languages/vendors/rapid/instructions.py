@@ -15,6 +15,7 @@ from olp.ir.expressions import (
     Named,
     Number,
     Quantity,
+    Signal,
     SignalState,
     SystemValue,
     Text,
@@ -77,6 +78,16 @@ def _output(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) 
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
     return [SetOutput(0, signal, as_state(signal, value))]
+
+
+def _alias(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
+    """AliasIO: the variable stands for the signal of that name from here on."""
+    called, variable = values_of(rules, name, given, 2)[:2]
+    if not isinstance(variable, Signal) or not isinstance(variable.index, Named):
+        return None
+    if isinstance(called, (Named, Signal)):
+        called = rules.signal(called, variable.bus).index
+    return [Assign(0, variable.index, called)]
 
 
 def _switch(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
@@ -223,6 +234,7 @@ RULES: Final[dict[str, Rule]] = {
     "setdo": _output,
     "setgo": _output,
     "setao": _output,
+    "aliasio": _alias,
     "set": _switch,
     "reset": _switch,
     "invertdo": _invert,

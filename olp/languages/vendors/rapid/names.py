@@ -31,6 +31,7 @@ _USED: Final = re.compile(
     r"\s*(?:\(\s*)?(?:\\\w+\s*(?::=\s*[\w.]+\s*)?(?:,\s*)?)*(\w+)",
     re.IGNORECASE,
 )
+_ALIASED: Final = re.compile(r"\bAliasIO\b[^;]*,\s*(\w+)\s*;?\s*\Z", re.IGNORECASE)
 _NUMBERS: Final = re.compile(r"\[\s*([^\[\]\"]*)\]\Z")
 _COMPONENT: Final = re.compile(r"(\w+)\s+(\w+)\s*;?\Z")
 _SIGNAL_LIKE: Final = re.compile(r"(?:di|do|gi|go|ai|ao)(?=[_0-9A-Z])|(?:DI|DO|GI|GO|AI|AO)(?=[_0-9])")
@@ -63,6 +64,7 @@ class RapidNames:
     constants: dict[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)  # type, numbers
     assigned: set[str] = field(default_factory=set)
     signals: dict[str, str] = field(default_factory=dict)  # name -> bus
+    aliased: set[str] = field(default_factory=set)  # what AliasIO connects to a signal
     clocks: dict[str, int] = field(default_factory=dict)  # name -> number from 1
     local: dict[str, str] = field(default_factory=dict)  # types of the routine that is read
     arrays: dict[str, int] = field(default_factory=dict)  # name -> number of dimensions
@@ -101,6 +103,13 @@ class RapidNames:
         if key in self.signals:
             return self.signals[key]
         return None if key in self.routines else signal_like(name)
+
+    def signal_variable(self, name: str) -> str | None:
+        """The bus of a parameter, or of data that AliasIO connects, which stands for a signal; None for others."""
+        key = name.lower()
+        if key not in self.local and key not in self.aliased:
+            return None
+        return SIGNAL_TYPES.get(self.type_of(name))
 
     def steady(self, name: str, kind: str) -> tuple[str, ...] | None:
         """The written numbers of a speed or zone that nobody assigns; None for all others."""
@@ -142,7 +151,7 @@ def gather(clauses: Sequence[object]) -> RapidNames:
             inside = None
         elif word == "RECORD":
             record = (text.split()[-1], [])
-        elif text[:5].upper() == "ALIAS":
+        elif text[:5].upper() == "ALIAS" and text[5:7].upper() != "IO":
             _alias(names, text)
         else:
             _other(names, text, inside)
@@ -162,6 +171,8 @@ def _other(names: RapidNames, text: str, inside: dict[str, str] | None) -> None:
             inside.setdefault(name.lower(), "num")
     if ":=" in text:
         names.assigned.update(name.lower() for name in _ASSIGNED.findall(text))
+    if (alias := _ALIASED.search(text)) is not None:
+        names.aliased.add(alias[1].lower())
     for user, name in _USED.findall(text):
         names.signals.setdefault(name.lower(), SIGNAL_USERS[user.lower()])
 

@@ -14,6 +14,7 @@ from olp.ir.transformer import changed_by
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
 from olp.languages.vendors.rapid.literals import quoted, zero
 from olp.languages.vendors.rapid.names import RapidNames
+from olp.languages.vendors.rapid.predefined_data import SIGNAL_TYPES
 from olp.languages.vendors.rapid.statements import COMPACT
 from olp.languages.vendors.rapid.write_moves import RapidMoves
 from olp.languages.vendors.rapid.write_values import FRAMES, TIMED_OUT
@@ -21,7 +22,7 @@ from olp.languages.vendors.rapid.write_values import FRAMES, TIMED_OUT
 _NATIVE: Final = {
     "real": "num", "integer": "num", "boolean": "bool", "string": "string", "character": "string",
     "position": "robtarget", "joints": "jointtarget", "tool": "tooldata", "frame": "wobjdata", "speed": "speeddata",
-    "zone": "zonedata", "signal": "signaldo",
+    "zone": "zonedata", "signal": "signaldo", **{f"signal {bus}": word for word, bus in SIGNAL_TYPES.items()},
 }  # fmt: skip
 _STORAGE: Final = {"constant": "CONST", "persistent": "PERS", "variable": "VAR"}
 _SWITCHING: Final = ("MoveL", "MoveJ", "MoveC")  # and then DO
@@ -148,6 +149,8 @@ class RapidStatements(RapidMoves):
         if isinstance(target, ex.Signal):
             raise CannotSayError("a signal that is assigned to")
         kind = self.type_of(target)
+        if kind.startswith("signal"):
+            return f"AliasIO {self.value(value)},{self.value(target)};"
         partly = self._partly(target, value, kind)
         if partly is not None:
             return partly
@@ -215,10 +218,16 @@ class RapidStatements(RapidMoves):
                 pass
             case ex.Named(name) if self.types.get(name.lower()) == "bool":
                 pass
+            case ex.CallValue(name) if not self.own and self._is_boolean(name):
+                pass
             case _:
                 return f"SetDO {signal},{self.value(s.value)};"
         condition = self.condition(s.value)
         return [f"IF {condition} THEN", f"SetDO {signal},1;", "ELSE", f"SetDO {signal},0;", "ENDIF"]
+
+    def _is_boolean(self, name: str) -> bool:
+        """Whether a routine of the program returns TRUE or FALSE."""
+        return any(r.returns == "boolean" and r.name.lower() == name.lower() for r in self.program.routines)
 
     def write_pulse_output(self, s: st.PulseOutput) -> Lines:
         high = "\\High" if s.spelling == "High" or not self.own else ""

@@ -1,0 +1,73 @@
+"""Signals that are computed, handed to routines or given another name: the same signals switch in both runs."""
+
+from __future__ import annotations
+
+import pytest
+
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.robots.robot import load_robot
+from olp.transpile.context import Context
+from olp.transpile.convert import convert, run_converted
+
+HANDED = """MODULE M
+VAR signaldo soNow;
+PROC main()
+  AliasIO "do5",soNow;
+  SetDO soNow,1;
+  grip do7,1;
+  grip do9,0;
+  IF shut(di4) WaitTime 1;
+ENDPROC
+PROC grip(VAR signaldo s,num v)
+  SetDO s,v;
+  WaitDO s,v;
+ENDPROC
+FUNC bool shut(VAR signaldi s)
+  RETURN DInput(s)=0;
+ENDFUNC
+ENDMODULE
+"""
+COMPUTED = """DEF B()
+INT I
+FOR I=1 TO 3
+$OUT[I]=TRUE
+$OUT[I+10]=NOT $IN[I]
+ENDFOR
+IF $IN[I] OR $OUT[I+9] THEN
+WAIT FOR $OUT[I+9]
+ENDIF
+PULSE($OUT[I],TRUE,0.5)
+END
+"""
+SWITCHED = (("do5", 1), ("do7", 1), ("do9", 0))
+PULSED = (("1", 1), ("11", 1), ("2", 1), ("12", 1), ("3", 1), ("13", 1), ("4", 0.5))
+
+
+def switched(plan) -> tuple[tuple[str, float], ...]:
+    """The outputs that a run sets or pulses, in order, by their numbers or names."""
+    events = [e for _, e in sorted(plan.events.items()) if e.kind in ("set", "pulse")]
+    return tuple((e.signals[0].partition("(")[2].rstrip(")"), e.value) for e in events)
+
+
+def test_a_routine_switches_the_signal_that_it_is_handed():
+    assert switched(read_source(decode(HANDED.encode(), "M.mod")).plan()) == SWITCHED
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+def test_signals_that_are_handed_become_their_numbers(target):
+    robot = load_robot("abb/irb140-6-0.81")
+    made = convert(read_source(decode(HANDED.encode(), "M.mod")), target, Context(robot))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    plan = run_converted(made, target, robot)
+    assert switched(plan) == tuple((name[2:], value) for name, value in SWITCHED)
+    assert sum(plan.durations) == pytest.approx(1.0)  # the input is off: the last condition holds
+
+
+def test_signals_with_computed_numbers_have_the_names_of_these_numbers_in_rapid():
+    robot = load_robot("kuka/kr16-2")
+    program = read_source(decode(COMPUTED.encode(), "B.src"))
+    assert switched(program.plan()) == PULSED
+    made = convert(program, "rapid", Context(robot))
+    assert not made.translated.losses
+    assert switched(run_converted(made, "rapid", robot)) == tuple((f"do{n}", v) for n, v in PULSED)
