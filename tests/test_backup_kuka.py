@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.units import mm
-from olp.robots.backup.machine_dat import find_machine_data, kuka_toml, read_machine_data
+from olp.robots.backup.machine_dat import find_machine_data, machine_data_toml, read_machine_data
 from olp.robots.kinematics import forward
 from olp.robots.robot import Robot, load_robot
 
@@ -69,7 +69,7 @@ def imported(folder: Path, rows: list[str] = ROWS) -> Robot:
     machine = find_machine_data(archive(folder, rows))
     assert machine is not None
     file = folder / "robot.toml"
-    file.write_text(kuka_toml(read_machine_data(machine)), encoding="utf-8")
+    file.write_text(machine_data_toml(read_machine_data(machine)), encoding="utf-8")
     return load_robot(file)
 
 
@@ -174,7 +174,7 @@ def test_what_is_no_machine_data_is_refused(tmp_path: Path, content: bytes) -> N
     file = tmp_path / "$MACHINE.DAT"
     file.write_bytes(content)
     with pytest.raises(OlpError):
-        kuka_toml(read_machine_data(file))
+        machine_data_toml(read_machine_data(file))
 
 
 def test_an_arm_that_does_not_stand_at_the_worlds_origin_is_told(tmp_path: Path) -> None:
@@ -182,7 +182,7 @@ def test_an_arm_that_does_not_stand_at_the_worlds_origin_is_told(tmp_path: Path)
         machine = find_machine_data(archive(tmp_path, [f"FRAME $ROBROOT={{X 0.0,{root},A 0.0}}", *ROWS]))
         assert machine is not None
         data = read_machine_data(machine)
-        assert kuka_toml(data)
+        assert machine_data_toml(data)
         assert [d.code for d in data.findings.all()] == told
 
 
@@ -190,5 +190,5 @@ def test_a_name_that_is_none_is_refused(tmp_path: Path) -> None:
     machine = find_machine_data(archive(tmp_path))
     assert machine is not None
     with pytest.raises(OlpError) as caught:
-        kuka_toml(read_machine_data(machine), "cell 4")
+        machine_data_toml(read_machine_data(machine), "cell 4")
     assert [d.code for d in caught.value.diagnostics] == ["B010"]

@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plain",
         action="store_true",
-        help="write moves as plain statements, not as the forms of the pendant (KRL)",
+        help="write moves as plain statements, not as the forms of the pendant",
     )
     parser.add_argument(
         "--accept",

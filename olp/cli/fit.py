@@ -102,7 +102,7 @@ def _lines(text: str) -> frozenset[int]:
 def run(args: Namespace) -> int:
     from olp.checks.fit.choices import Allowed
     from olp.checks.fit.fit import fit
-    from olp.checks.fit.told import as_json, as_text, front_file, refuse_front
+    from olp.checks.fit.report import as_json, as_text, front_file, refuse_front
     from olp.cli.time import settings_of
     from olp.core.units import mm
     from olp.languages.read import read

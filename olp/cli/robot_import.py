@@ -1,4 +1,4 @@
-"""`olp robot import`: a robot file from a controller's backup, Yaskawa's or KUKA's."""
+"""`olp robot import`: a robot file from a controller's backup."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run(args: Namespace) -> int:
         help_text = "name another file with -o, or say --force to replace this one"
         findings.append(error("C009", "this file exists and was not changed", file=output, help=help_text))
     machine = find_machine_data(Path(args.backup))
-    text, inputs, found = _of_kuka(machine, args) if machine is not None else _of_yaskawa(args)
+    text, inputs, found = _of_machine_data(machine, args) if machine is not None else _of_parameters(args)
     findings += found
     if any(finding.is_error for finding in findings):
         raise OlpError(*findings)
@@ -50,15 +50,15 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _of_kuka(machine: Path, args: Namespace) -> Made:
-    from olp.robots.backup.machine_dat import kuka_toml, read_machine_data
+def _of_machine_data(machine: Path, args: Namespace) -> Made:
+    from olp.robots.backup.machine_dat import machine_data_toml, read_machine_data
 
     data = read_machine_data(machine)
-    text = kuka_toml(data, args.name)
+    text = machine_data_toml(data, args.name)
     return lambda: text, [machine], list(data.findings.all())
 
 
-def _of_yaskawa(args: Namespace) -> Made:
+def _of_parameters(args: Namespace) -> Made:
     from olp.robots.backup.backup import read_backup
     from olp.robots.backup.import_check import check_import
     from olp.robots.backup.robot_file import robot_toml

@@ -23,10 +23,10 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import olp
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.files import from_os_error
 
+_PACKAGE = Path(__file__).resolve().parents[1]
 CommandLine = Callable[[list[str]], int]  # runs `olp WORD…` and gives its exit status
 
 
@@ -169,9 +169,7 @@ class Guard(NamedTuple):
 
 def close_in(root: Path, temporary: Path, write: bool, largest: int, also: Sequence[Path] = ()) -> None:
     """For the rest of this process. `largest`: bytes of a file; `also`: files outside that are read, absolute."""
-    import olp
-
-    package = Path(olp.__file__).resolve().parent
+    package = _PACKAGE
     known = [sys.prefix, sys.base_prefix, sys.exec_prefix, *sysconfig.get_paths().values(), *sys.path]
     folders = [Path(os.path.realpath(folder)) for folder in known if folder]
     # A checkout has its grammars and templates beside the package; what else is there is no library.
@@ -180,9 +178,6 @@ def close_in(root: Path, temporary: Path, write: bool, largest: int, also: Seque
     sys.dont_write_bytecode = True
     guard = Guard(root, temporary, write, largest, (*libraries, package, *parent, *also))
     sys.addaudithook(lambda event, arguments: guard(event, arguments))
-
-
-_PACKAGE = Path(olp.__file__).resolve().parent
 
 
 async def start_worker(script: str) -> Process:

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Set
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Set
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from olp.ir import terminology
-from olp.ir.expressions import Expression, Function, Member, Named, SignalState, Store, SystemValue, Text
+from olp.ir.expressions import (
+    Expression,
+    Function,
+    Member,
+    Named,
+    Number,
+    SignalState,
+    Store,
+    SystemValue,
+    Text,
+)
 from olp.ir.program import (
     Assign,
+    Begin,
     Call,
     Case,
     Comment,
+    Declare,
     Disabled,
     Dwell,
     ElseIf,
@@ -46,7 +58,6 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, language_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.set_elsewhere import set_elsewhere
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
 _RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
@@ -102,97 +113,129 @@ _READING = (
 
 def foreign_words(program: Program, work: TranslationContext) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
-    comments = work.context.on_loss == "comment"
-    started = {s.task for s in program.statements() if isinstance(s, StartTask)}
-    shifts = any(isinstance(s, ShiftOn) for s in program.statements())
-    manner = _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER
-    defined = {routine.name.casefold() for routine in program.routines}
-    settings = _idle_settings(program, work)
-    lost: list[Statement] = []
+    words = _ForeignWords.of(program, work)
+    folds = work.conventions.folds
     routines = []
     for routine in program.routines:
+        unresolved = _read_records(routine) if folds else set[str]()
         rows: list[Statement] = []
-        unresolved = _read_records(routine) if work.conventions.folds else set()
-        for s in without_folds(routine.body) if work.conventions.folds else routine.body:
+        for s in without_folds(routine.body) if folds else routine.body:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
-                continue
-            if isinstance(s, Assign) and _is_resolved(s.target, unresolved):
-                continue
-            if isinstance(s, ObeyFlags) and not work.limits.watches_flags:
-                continue  # the flags that its moves end with are written
-            elif isinstance(s, Disabled):
-                if s.handler:
-                    work.lose(s, Fate.COMMENTED if comments else Fate.REFUSED, "statement", _HANDLER)
-                rows.append(Comment(s.line, s.text.strip()))
-            elif isinstance(s, Wait) and s.timeout is not None and work.limits.wait_poll:
-                poll = work.limits.wait_poll
-                says = f"{language_of(work.target)} has no wait with a limit: a loop asks every {poll * 1000:g} ms"
-                work.lose(s, Fate.APPROXIMATED, "wait", says, poll, "s")
-                rows.append(s)
-            elif isinstance(s, Move) and s.other:
-                rows.append(_without_options(s, work, manner))
-            elif isinstance(s, _READING) and any(map(_is_clock, expressions_of(s))):
-                work.lose(s, Fate.REFUSED, "statement", _CLOCK)
-                rows.append(s)
-            elif (
-                isinstance(s, Process)
-                and s.name == _WINDOW
-                and not any(tag == "blocking" for tag, _ in s.arguments)
-            ):
-                work.note_at(s, "the title and the look of the message's window are left out")
-            elif (
-                isinstance(s, Call)
-                and s.routine.casefold() in work.conventions.idle_routines
-                and s.routine.casefold() not in defined
-            ):
-                idle = work.conventions.idle_routines[s.routine.casefold()]
-                rows.append(_idle(s, f"{idle} takes no time and moves nothing", program, work))
-            elif isinstance(s, Process) and s.name in _SILENT:
-                idle = work.conventions.idle_processes.get(s.name, s.name)
-                why = dict(s.arguments).get(ON_THE_WAY)
-                if isinstance(why, Text):
-                    work.lose(s, Fate.APPROXIMATED, "order", why.value)
-                else:
-                    says = f"{idle} means nothing to another controller: it is left out"
-                    work.lose(s, Fate.EXACT, "statement", says)
-                rows += [Comment(s.line, s.comment)] if s.comment else []
-            elif isinstance(s, Process) and s.name in work.conventions.idle_processes:
-                rows.append(
-                    _idle(
-                        s,
-                        f"{work.conventions.idle_processes[s.name]} takes no time and moves nothing",
-                        program,
-                        work,
-                    )
-                )
-            elif isinstance(s, Pause) and s.spelling == ACKNOWLEDGED:
-                work.lose(s, Fate.APPROXIMATED, "option", _ACKNOWLEDGES)
-                rows.append(s)
-            elif isinstance(s, Assign) and (what := settings.get(s.line)) is not None:
-                rows.append(_idle(s, f"{what} moves nothing", program, work))
-            elif (
-                isinstance(s, Opaque)
-                and (s.text.split() or [""])[0].casefold() in work.conventions.idle_words
-            ):
-                rows.append(_idle(s, "a declaration of what is elsewhere does nothing", program, work))
-            elif isinstance(s, ShiftOff) and not shifts:
-                rows.append(_idle(s, "no shift is on that could end here", program, work))
-            elif isinstance(s, WaitTask) and s.task not in started:
-                work.lose(
-                    s, Fate.REFUSED, "statement", f"the end of a task that nothing here starts: {s.task}"
-                )
-                rows.append(s)
-            elif isinstance(s, _FOREIGN):
-                fate = Fate.COMMENTED if comments else Fate.REFUSED
-                says = f"a word of {language_of(program.vendor)} that means nothing in {language_of(work.target)}"
-                work.lose(s, fate, "statement", says)
-                rows.append(Comment(s.line, untranslated(program, s)))
-                lost.append(s)
-            else:
-                rows.append(s)
+            elif not (isinstance(s, Assign) and _is_resolved(s.target, unresolved)):
+                rows += words.translated(s)
         routines.append(replace(routine, body=tuple(rows)))
-    return set_elsewhere(replace(program, routines=tuple(routines)), lost, work)
+    return set_elsewhere(replace(program, routines=tuple(routines)), words.lost, work)
+
+
+@dataclass(frozen=True, slots=True)
+class _ForeignWords:
+    """What becomes of the statements of one program. `lost` gets those of which no more is known than their text."""
+
+    program: Program
+    work: TranslationContext
+    started: Set[str]  # tasks
+    shifts: bool  # whether any shift is switched on
+    manner: Set[str]  # options of moves that change how a move is made
+    defined: Set[str]  # routines
+    settings: Mapping[int, str]  # lines that set what moves nothing, and what that is
+    lost: list[Statement] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, program: Program, work: TranslationContext) -> _ForeignWords:
+        return cls(
+            program,
+            work,
+            {s.task for s in program.statements() if isinstance(s, StartTask)},
+            any(isinstance(s, ShiftOn) for s in program.statements()),
+            _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER,
+            {routine.name.casefold() for routine in program.routines},
+            _idle_settings(program, work),
+        )
+
+    @property
+    def _fate(self) -> Fate:
+        return Fate.COMMENTED if self.work.context.on_loss == "comment" else Fate.REFUSED
+
+    def translated(self, s: Statement) -> list[Statement]:
+        """The rows that stand for a statement."""
+        work = self.work
+        if isinstance(s, ObeyFlags) and not work.limits.watches_flags:
+            return []  # the flags that its moves end with are written
+        if isinstance(s, Disabled):
+            if s.handler:
+                work.lose(s, self._fate, "statement", _HANDLER)
+            return [Comment(s.line, s.text.strip())]
+        if isinstance(s, Wait) and s.timeout is not None and work.limits.wait_poll:
+            poll = work.limits.wait_poll
+            says = (
+                f"{language_of(work.target)} has no wait with a limit: a loop asks every {poll * 1000:g} ms"
+            )
+            work.lose(s, Fate.APPROXIMATED, "wait", says, poll, "s")
+            return [s]
+        if isinstance(s, Move) and s.other:
+            return [_without_options(s, work, self.manner)]
+        if isinstance(s, _READING) and any(map(_is_clock, expressions_of(s))):
+            work.lose(s, Fate.REFUSED, "statement", _CLOCK)
+            return [s]
+        if isinstance(s, Pause) and s.spelling == ACKNOWLEDGED:
+            work.lose(s, Fate.APPROXIMATED, "option", _ACKNOWLEDGES)
+            return [s]
+        if isinstance(s, WaitTask) and s.task not in self.started:
+            says = f"the end of a task that nothing here starts: {s.task}"
+            work.lose(s, Fate.REFUSED, "statement", says)
+            return [s]
+        if isinstance(s, Process) and (rows := self._process(s)) is not None:
+            return rows
+        if (why := self._idle_because(s)) is not None:
+            return [_idle(s, why, self.program, work)]
+        return [self._foreign(s)] if isinstance(s, _FOREIGN) else [s]
+
+    def _process(self, s: Process) -> list[Statement] | None:
+        """Of an instruction that leaves nothing behind; None for any other."""
+        if s.name == _WINDOW and not any(tag == "blocking" for tag, _ in s.arguments):
+            self.work.note_at(s, "the title and the look of the message's window are left out")
+            return []
+        if s.name not in _SILENT:
+            return None
+        why = dict(s.arguments).get(ON_THE_WAY)
+        if isinstance(why, Text):
+            self.work.lose(s, Fate.APPROXIMATED, "order", why.value)
+        else:
+            idle = self.work.conventions.idle_processes.get(s.name, s.name)
+            says = f"{idle} means nothing to another controller: it is left out"
+            self.work.lose(s, Fate.EXACT, "statement", says)
+        return [Comment(s.line, s.comment)] if s.comment else []
+
+    def _idle_because(self, s: Statement) -> str | None:
+        """Why a statement does nothing; None where it does something, or nobody knows."""
+        known = self.work.conventions
+        if isinstance(s, Call):
+            name = s.routine.casefold()
+            idle = known.idle_routines.get(name) if name not in self.defined else None
+        elif isinstance(s, Process):
+            idle = known.idle_processes.get(s.name)
+        else:
+            return self._idle_setting(s)
+        return None if idle is None else f"{idle} takes no time and moves nothing"
+
+    def _idle_setting(self, s: Statement) -> str | None:
+        if isinstance(s, Assign) and (what := self.settings.get(s.line)) is not None:
+            return f"{what} moves nothing"
+        if (
+            isinstance(s, Opaque)
+            and (s.text.split() or [""])[0].casefold() in self.work.conventions.idle_words
+        ):
+            return "a declaration of what is elsewhere does nothing"
+        if isinstance(s, ShiftOff) and not self.shifts:
+            return "no shift is on that could end here"
+        return None
+
+    def _foreign(self, s: Statement) -> Comment:
+        source, target = language_of(self.program.vendor), language_of(self.work.target)
+        self.work.lose(s, self._fate, "statement", f"a word of {source} that means nothing in {target}")
+        self.lost.append(s)
+        return Comment(s.line, untranslated(self.program, s))
 
 
 def _is_resolved(target: Expression, unresolved: Set[str]) -> bool:
@@ -421,3 +464,67 @@ def _is_told(fold: re.Match[str]) -> bool:
 def _is_noise(text: str) -> bool:
     end = text[:7].upper() == "ENDFOLD" and not text[7:8].isalnum()
     return end or _PARAMETERS.match(text) is not None or text.casefold() == _PLACEHOLDER
+
+
+# --- Variables that an instruction sets which olp keeps as written ---
+# RAPID's `TPReadNum answer,"Which row?"`. No more is known of it than its text. Where it becomes a comment, what it
+# names is no constant all the same: the person who puts another instruction in its place sets it.
+
+
+_QUOTED: Final = re.compile(r'"[^"]*"')
+_WORD: Final = re.compile(r"[A-Za-z_]\w*")
+
+
+def set_elsewhere(program: Program, lost: Iterable[Statement], work: TranslationContext) -> Program:
+    """The program that has lost these instructions: what they name begins by an assignment, its users are told."""
+    lines: dict[str, int] = {}
+    for s in lost:
+        for word in _words(s) if isinstance(s, Process) else ():
+            lines.setdefault(word, s.line)
+    if not lines:
+        return program
+    main = program.main or program.routines[0].name
+    shared = {d.name: d for d in program.data}
+    routines = []
+    for r in program.routines:
+        local = {s.name: s for s in r.body if isinstance(s, Declare)}
+        given = _given({**shared, **local}, lines)
+        _tell(program, r, given, work)
+        begun = [d for d in given if d.name in local or r.name == main]
+        routines.append(_begun(r, begun) if begun else r)
+    return replace(program, routines=tuple(routines))
+
+
+def _words(s: Process) -> set[str]:
+    texts = [value.value for _, value in s.arguments if isinstance(value, Text)]
+    return {word.casefold() for text in texts for word in _WORD.findall(_QUOTED.sub("", text))}
+
+
+def _given(declared: Mapping[str, Declare], lines: Mapping[str, int]) -> dict[Declare, int]:
+    """The variables that lost instructions name, each with the line of the first one."""
+    return {
+        d: lines[name.casefold()]
+        for name, d in declared.items()
+        if name.casefold() in lines
+        and d.storage == "variable"
+        and isinstance(d.value, (Number, SignalState, Text))
+    }
+
+
+def _begun(r: Routine, given: Iterable[Declare]) -> Routine:
+    at = next((n for n, s in enumerate(r.body) if not isinstance(s, (Begin, Declare))), len(r.body))
+    rows = [Assign(d.line, Named(d.name), d.value) for d in given if d.value is not None]
+    return replace(r, body=(*r.body[:at], *rows, *r.body[at:]))
+
+
+def _tell(program: Program, r: Routine, given: Mapping[Declare, int], work: TranslationContext) -> None:
+    lines = {d.name: line for d, line in given.items()}
+    for s in r.body if lines else ():
+        if calls_nothing(s) or isinstance(s, Declare):
+            continue
+        names: set[str] = set()
+        note_names(s, names)
+        for name in sorted(names & lines.keys()):
+            setting = program.source.line(lines[name]).strip()
+            says = f"it needs {name}, which '{setting}' sets in a way that the target cannot"
+            work.lose(s, Fate.APPROXIMATED, "value", says)

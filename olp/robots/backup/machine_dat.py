@@ -73,7 +73,7 @@ def read_machine_data(path: Path) -> MachineData:
     return MachineData(str(path), rows, findings)
 
 
-def kuka_toml(data: MachineData, name: str = "") -> str:
+def machine_data_toml(data: MachineData, name: str = "") -> str:
     """The robot file, called `name` (maker/model) or after `$TRAFONAME`. Raises OlpError (B001, B006, B009, B010)."""
     _check_kind(data)
     maker, model = _identity(data, name)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
+from olp.languages.vendor import find_vendor
 from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 from olp.transpile.export import writable
 
@@ -65,10 +66,10 @@ class Convert(AssistantTool[ConvertGiven]):
 
     title: ClassVar[str] = "A robot program in another robot's language"
     description: ClassVar[str] = (
-        "Translates a robot program between INFORM, KRL, RAPID, FANUC TP and URScript. Answers with the "
-        "text of the new program and a receipt: every statement exact, approximated, commented or refused "
-        "and why, and how far the moves of both programs differ when they are run. Show the losses to the "
-        "user: robots move by this text."
+        f"Translates a robot program between {', '.join(find_vendor(name).title for name in writable())}. "
+        "Answers with the text of the new program and a receipt: every statement exact, approximated, "
+        "commented or refused and why, and how far the moves of both programs differ when they are run. "
+        "Show the losses to the user: robots move by this text."
     )
     given = ConvertGiven
     answer = ConvertAnswer

@@ -7,7 +7,10 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
+from olp.languages.vendor import find_vendor, vendor_names
 from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ProgramRow, ToolAnswer, ToolCall
+
+_LANGUAGES = ", ".join(f"{one.title} {one.suffixes[0]}" for one in map(find_vendor, vendor_names()))
 
 
 class TimeGiven(ListedPrograms):
@@ -27,9 +30,8 @@ class Time(AssistantTool[TimeGiven]):
 
     title: ClassVar[str] = "Cycle time of robot programs"
     description: ClassVar[str] = (
-        "Predicts how long robot programs take (Yaskawa INFORM .jbi, KUKA KRL .src, ABB RAPID .mod, FANUC "
-        "TP .ls, Universal Robots .script, …): total, motion, waiting and I/O in seconds, and for every "
-        "executed line its distance in mm, speeds in mm/s, duration in s and what limits it. What the "
+        f"Predicts how long robot programs take ({_LANGUAGES}): total, motion, waiting and I/O in seconds, and for "
+        "every executed line its distance in mm, speeds in mm/s, duration in s and what limits it. What the "
         "program does not say is listed under assumptions. Ask with summary=true first when there are many "
         "programs."
     )

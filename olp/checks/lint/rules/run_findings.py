@@ -1,4 +1,4 @@
-"""W003, W005, W006, W009, W011: what running and timing have found already, as rules with a page of their own."""
+"""W003, W005, W006, W009, W011: what running and timing find, as rules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was fitted, for people and scripts, and the picture of what more and fewer edits can do."""
+"""The report of a fit, as text and as data, and the picture of what more and fewer edits can do."""
 
 from __future__ import annotations
 
