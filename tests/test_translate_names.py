@@ -255,11 +255,11 @@ def test_doubt_goes_along_through_several_variables():
 
 
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
-def test_a_routine_that_no_file_has_is_told_once(target):
+def test_a_routine_that_no_file_has_is_told_at_each_call(target):
     text = krl("  doOther(1)", "  doOther(2)", "  WAIT SEC 1")
-    says = [says for _, says in loss_lines(converted(text, "krl", target), "call")]
-    assert len(says) == 1
-    assert says[0].startswith("doOther is in no file here")
+    told = loss_lines(converted(text, "krl", target), "call")
+    assert [line for line, _ in told] == [2, 3]
+    assert all(says.startswith("doOther is in no file here") for _, says in told)
 
 
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])

@@ -186,6 +186,7 @@ class Limits:
     )  # SI per unit of a literal -> of a variable
     ordered_arguments: bool = False  # arguments have their place and nothing else: all must be there
     reference_parameters: bool = False  # a routine may change what it is handed
+    text_decimals: bool = True  # a number becomes a text with as many decimals as the program says
     returned_parameters: bool = False  # what a routine changes can come back as its value
     conditional_statements: bool = False  # jumps and calls may have a condition of their own
     tasks: int = 0  # how many parallel tasks there are where they have fixed names; 0: any name

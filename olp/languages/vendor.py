@@ -92,6 +92,7 @@ class Conventions:
     )
     waits_before_reading: bool = False  # the controller ends all motion before it reads the position
     # Control flow
+    arguments_are_values: bool = False  # no routine can change a variable that it is handed
     surplus_arguments: bool = False  # a call may hand over more than the routine takes
     returns_by_register: bool = False  # what a routine returns is in a variable that it names itself
     for_declares: bool = False  # FOR declares its variable, which ends with the loop

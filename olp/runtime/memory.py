@@ -30,10 +30,11 @@ class SystemPosition(NamedTuple):
 
 @dataclass(slots=True)
 class Record:
-    """A structure's value. Copied when it is assigned."""
+    """A structure's value. Copied when it is assigned. `partial`: members that are missing have no value yet."""
 
     type: str
     members: dict[str, Value]
+    partial: bool = False
 
 
 @dataclass(slots=True)

@@ -96,7 +96,7 @@ def copied(value: Value) -> Value:
     if isinstance(value, Array):
         return Array([None if item is None else copied(item) for item in value.items])
     if isinstance(value, Record):
-        return Record(value.type, {name: copied(item) for name, item in value.members.items()})
+        return Record(value.type, {name: copied(item) for name, item in value.members.items()}, value.partial)
     return value
 
 

@@ -18,6 +18,9 @@ from olp.runtime.state import Machine, StatementError
 _JOINT = PointState(PointKind.JOINT, "joint")
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _SCALES = (mm, mm, mm, deg, deg, deg)
+# Types that are no structure, or one whose missing members a run may not leave open.
+_NUMBERS_AND_TEXTS = ("", "integer", "real", "boolean", "string", "character", "signal", "clock")
+_NO_STRUCTURES = frozenset((*_NUMBERS_AND_TEXTS, "position", "joints", "tool", "frame", "speed", "zone"))
 _TURNS = ("q1", "q2", "q3", "q4", "rotation1", "rotation2", "rotation3")
 
 
@@ -89,6 +92,8 @@ def read_member(m: Machine, e: Member) -> Value:
         for name, member in value.members.items():
             if name.casefold() == e.name.casefold():
                 return member
+        if value.partial:
+            raise StatementError("I203", f"{spell(e)} has no value yet", "give it one before it is used")
     if isinstance(value, PositionValue):
         return _component(value, e)
     raise StatementError("I224", f"{spell(e.base)} has no member {e.name}", "check the name")
@@ -180,10 +185,13 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
     name = target.name.lower()
     try:
         old = evaluate(m, target.base)
-    except StatementError:
-        if name not in _COMPONENTS:
+    except StatementError as found:
+        if _is_structure(m, target.base) and found.code == "I203":
+            old = Record("", {}, partial=True)
+        elif name in _COMPONENTS:
+            old = PositionValue(PointState(PointKind.POSE, ACTIVE), (0.0,) * 6)
+        else:
             raise
-        old = PositionValue(PointState(PointKind.POSE, ACTIVE), (0.0,) * 6)
     if isinstance(old, Record):
         known = next((key for key in old.members if key.casefold() == name), target.name)
         old.members[known] = copied(value)
@@ -192,6 +200,15 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
     if not isinstance(old, PositionValue) or not isinstance(value, (int, float)):
         raise StatementError("I224", f"{spell(target.base)} has no member {target.name}", "check the name")
     _store(m, target.base, _with_component(old, target, _name(old, target), float(value)))
+
+
+def _is_structure(m: Machine, e: Expression) -> bool:
+    """Whether a variable, or its elements, are of a type of the program's own."""
+    from olp.runtime.scope import find_slot
+
+    base = e.base if isinstance(e, Item) else e
+    slot = find_slot(m, base.name) if isinstance(base, Named) else None
+    return slot is not None and slot.type not in _NO_STRUCTURES
 
 
 def _with_component(old: PositionValue, target: Member, name: str, value: float) -> PositionValue:

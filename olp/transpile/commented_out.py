@@ -8,14 +8,17 @@ from typing import Any
 
 from olp.ir.block_structure import Block, Node, flat, parse
 from olp.ir.expressions import (
+    CallValue,
     Expression,
     FrameRef,
     Function,
     Item,
     Member,
     Named,
+    NamedArgument,
     Number,
     Store,
+    SystemValue,
     Variable,
 )
 from olp.ir.program import (
@@ -36,6 +39,7 @@ from olp.ir.program import (
     Update,
 )
 from olp.ir.transformer import expressions_of, note_names
+from olp.languages.vendor import conventions_of
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 
@@ -95,7 +99,8 @@ def _declared(
             kept.append(one)
         elif one.value is not None and one.line not in out.gone:
             says = f"the first value of {one.name} is left out: {out.lines[one.line]}"
-            work.lose(one, Fate.APPROXIMATED, "value", says)
+            asked = any(isinstance(e, CallValue | Function | SystemValue) for e in expressions_of(one))
+            work.lose(one, Fate.COMMENTED if asked else Fate.APPROXIMATED, "value", says)
             kept.append(replace(one, value=None))
         else:
             says = out.gone.get(one.line, out.lines[one.line])
@@ -136,6 +141,8 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
 def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationContext) -> None:
     """Statements that stay, but need what one that goes would have set, at first or second hand."""
     unset = _unset(program, lines)
+    surely = set(unset)
+    unset = {**_handed(program, lines), **unset}
     before = -1
     while unset and len(unset) != before:
         before = len(unset)
@@ -143,8 +150,9 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
             target = _set_by(s)
             if target is not None and s.line not in lines:
                 line = next((unset[name] for name in _read_by(s) if name in unset), None)
-                if line is not None:
-                    unset.setdefault(target, line)
+                if line is not None and target not in unset:
+                    unset[target] = line
+                    surely.add(target)
     for s in program.statements() if unset else ():
         if s.line in lines or isinstance(s, Declare):
             continue
@@ -152,7 +160,8 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
             if name not in unset:
                 continue
             setting = program.source.line(unset[name]).strip()
-            says = f"it needs {spelled}, which '{setting}' sets in a way that the target cannot"
+            how = "sets in a way that the target cannot" if name in surely else "may set, which is left out"
+            says = f"it needs {spelled}, which '{setting}' {how}"
             work.lose(s, Fate.APPROXIMATED, "value", says)
 
 
@@ -163,6 +172,24 @@ def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
         name = _set_by(s) if s.line in lines else None
         if name is not None:
             found.setdefault(name, s.line)
+    return found
+
+
+def _handed(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
+    """The same of variables that a call which goes may change."""
+    found: dict[str, int] = {}
+    if conventions_of(program.vendor).arguments_are_values:
+        return found
+    fixed = {d.name.casefold() for d in program.data if d.storage == "constant"}
+    for s in program.statements():
+        if s.line not in lines:
+            continue
+        calls = [s, *expressions_of(s)]
+        given = [a for one in calls if isinstance(one, (Call, CallValue)) for a in one.arguments]
+        for one in given:
+            name = _key(one.value if isinstance(one, NamedArgument) else one)
+            if name is not None and name not in fixed:
+                found.setdefault(name, s.line)
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from olp.ir.expressions import (
 )
 from olp.ir.program import Assign, Call, Move, Parameter, Path, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped
+from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
 from olp.transpile.constant_folding import paired
@@ -30,6 +32,7 @@ from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols, kind_of_value
 from olp.transpile.typed_values import whole_decimals
 
+_AS_TEXT: Final = "text-of-value"
 _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
 
 
@@ -41,9 +44,12 @@ def functions(program: Program, work: TranslationContext) -> Program:
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
+        at: list[Statement] = []  # the statement that is changed
 
-        def change(e: Expression, name: str = routine.name) -> Expression:
+        def change(e: Expression, name: str = routine.name, at: list[Statement] = at) -> Expression:
             e = _shorter(e, symbols, name)
+            if not work.limits.text_decimals and type(e) is Function and e.name == _AS_TEXT:
+                e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)
             return e if work.limits.pose_functions else _plain(e)
@@ -58,10 +64,20 @@ def functions(program: Program, work: TranslationContext) -> Program:
                 s = _rounded(s, symbols, routine.name)
             elif not work.limits.has_integers:
                 s = _whole(s, symbols, routine)
+            at[:] = [s]
             plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
             rows.append(s if plain else mapped(s, change))
         routines.append(with_rows(routine, rows))
     return with_routines(program, routines)
+
+
+def _as_text(e: Function, s: Statement, work: TranslationContext) -> Function:
+    """A number as a text, rounded where the target cannot say with how many decimals it is written."""
+    if len(e.arguments) != 2:
+        return e
+    says = f"{language_of(work.target)} decides with how many decimals a number is written as a text"
+    work.lose(s, Fate.APPROXIMATED, "text", says)
+    return replace(e, arguments=(whole_decimals(Function("round", e.arguments)),))
 
 
 def _shorter(e: Expression, symbols: Symbols, routine: str) -> Expression:

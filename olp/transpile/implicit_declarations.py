@@ -5,7 +5,7 @@ What moves there, or runs with a tool or in a frame that only such a name tells,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -55,7 +55,7 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
-from olp.languages.vendor import conventions_of, language_of
+from olp.languages.vendor import conventions_of, language_of, part_of
 from olp.transpile.constant_folding import called_in, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
@@ -144,15 +144,30 @@ def _refuse_own(program: Program, names: set[str], work: TranslationContext) -> 
 
 
 def _tell_calls(program: Program, work: TranslationContext) -> None:
-    """Routines that no file at hand has, one line for each: the translation calls what nobody has translated."""
+    """Calls of routines that no file at hand has; those that only the source's own controllers have are refused."""
     known = {routine.name.casefold() for routine in program.routines}
     known |= {name.casefold() for name in work.context.mapping.routines}
+    own: Mapping[str, str] = part_of(program.vendor, "known_routines") or {}
+    other = language_of(work.target)
     called = [(s, name) for r in program.routines for _, s in work.look(r).rare for name in called_in(s)]
     for s, name in called:
-        if name and name.casefold() not in known:
-            known.add(name.casefold())
-            says = f"{name} is in no file here: {language_of(work.target)} needs a routine of its own for it"
+        if not name or name.casefold() in known:
+            continue
+        what = own.get(name.casefold())
+        if what is None:
+            says = f"{name} is in no file here: {other} needs a routine of its own for it{_kept(s, work)}"
             work.lose(s, Fate.APPROXIMATED, "call", says)
+        else:
+            help = f'write one for {other} and name it in the mapping file: [routines] {name} = "…"'
+            work.lose(s, Fate.REFUSED, "call", f"{name}, {what}, is unknown to {other}", help=help)
+
+
+def _kept(s: Statement, work: TranslationContext) -> str:
+    """What a routine may do with the variables of a call in the source and cannot in the target."""
+    named = isinstance(s, Call) and any(base_of(one) is not None for one in s.arguments)
+    if not named or work.conventions.arguments_are_values or not work.target_conventions.arguments_are_values:
+        return ""
+    return ", which cannot change its arguments"
 
 
 def _declaration(use: Use) -> Declare:

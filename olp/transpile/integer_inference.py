@@ -17,6 +17,7 @@ from olp.ir.expressions import (
     Function,
     Item,
     Named,
+    NamedArgument,
     Number,
     RecordLiteral,
     Signal,
@@ -129,7 +130,9 @@ class _Held:
 
     def _hand(self, caller: str, name: str, arguments: tuple[Expression, ...]) -> None:
         called = self.symbols.routines.get(name)
-        if called is None:
+        if called is None:  # nobody knows what it does with its arguments
+            for given in arguments:
+                self._set(caller, given.value if isinstance(given, NamedArgument) else given, None)
             return
         by_name = {p.name: p for p in called.parameters}
         for parameter, value in paired(called.parameters, arguments):

@@ -37,6 +37,7 @@ from olp.ir.program import (
     Update,
 )
 from olp.ir.transformer import expressions_of
+from olp.languages.vendor import conventions_of
 
 
 @dataclass(slots=True)
@@ -69,6 +70,7 @@ class Symbols:
     table: dict[tuple[str, str], Symbol] = field(default_factory=dict)
     routines: dict[str, Routine] = field(default_factory=dict)
     declared: dict[str, Declare] = field(default_factory=dict)  # of the whole program; not asked for so far
+    values_alone: bool = False  # no routine can change what it is handed
 
     def find(self, routine: str, name: str) -> Symbol | None:
         found = self.table.get((routine, name)) if routine else None
@@ -131,6 +133,7 @@ LITERALS = (Number, Text, SignalState, PositionLiteral, RecordLiteral)
 def symbols_of(program: Program) -> Symbols:
     """The names of `program`. Names that are used and nowhere declared come into being where they are assigned."""
     found = Symbols({}, {routine.name: routine for routine in program.routines})
+    found.values_alone = conventions_of(program.vendor).arguments_are_values
     names = [declare.name for declare in program.data]
     if len(set(names)) == len(names):
         found.declared.update(zip(names, program.data, strict=True))
@@ -186,7 +189,10 @@ def base_of(target: Expression | None) -> Named | None:
 def _note_changes(found: Symbols, routine: Routine, s: Statement) -> None:
     match s:
         case Assign(target=target) | Update(target=target) | Clear(target=target) | ReadInput(target=target):
-            _changed(found, routine, target, getattr(s, "value", None))
+            value = getattr(s, "value", None)
+            _changed(found, routine, target, value)
+            if type(value) is CallValue and value.routine not in found.routines:
+                _note_unknown(found, routine, value.arguments)
         case For(variable=variable):
             _changed(found, routine, variable, Number(0))
         case Call():
@@ -204,6 +210,7 @@ def _note_called(found: Symbols, routine: Routine, s: Statement) -> None:
 def _note_arguments(found: Symbols, caller: Routine, name: str, arguments: tuple[Expression, ...]) -> None:
     called = found.routines.get(name)
     if called is None:
+        _note_unknown(found, caller, arguments)
         return
     by_name = {p.name: p for p in called.parameters}
     positional = iter([p for p in called.parameters if not p.optional and not p.switch])
@@ -214,6 +221,15 @@ def _note_arguments(found: Symbols, caller: Routine, name: str, arguments: tuple
             parameter, value = next(positional, None), argument
         if parameter is not None and parameter.by_reference:
             _changed(found, caller, value, None)
+
+
+def _note_unknown(found: Symbols, caller: Routine, arguments: tuple[Expression, ...]) -> None:
+    """What a routine that is not at hand may change, where its language lets it."""
+    for argument in () if found.values_alone else arguments:
+        name = base_of(argument.value if isinstance(argument, NamedArgument) else argument)
+        symbol = found.find(caller.name, name.name) if name is not None else None
+        if symbol is not None and symbol.storage != "constant":
+            symbol.assigned += 1
 
 
 def _changed(found: Symbols, routine: Routine, target: Expression | None, value: Expression | None) -> None:

@@ -25,6 +25,7 @@ class Inform(Vendor):
     blending = "yaskawa"
     written_suffix = ".JBI"
     conventions = Conventions(
+        arguments_are_values=True,
         arm_flags=ArmFlags.FLAGS,
         frame_spelling={"tool": "TL#({})", "user": "UF#({})"},
         first_variable=0,

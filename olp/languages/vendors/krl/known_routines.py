@@ -22,7 +22,20 @@ _CONTROLLER: Final = """
     eki_getframe eki_setint eki_setreal eki_setbool eki_setstring eki_setframe eki_checkbuffer rsi_create rsi_on
     rsi_off rsi_movecorr rsi_delete
 """
+# Functions and commands of the language itself: "KRL Syntax", "CREAD/CWRITE" (KSS 8).
+_LANGUAGE: Final = """
+    abs acos asin atan atan2 bas check_pidoncpc cioctl clear_krlmsg cos cread cwrite delete_backward_buffer
+    emi_actpos emi_endpos emi_startpos err_clear err_raise exists_krldlg exists_krlmsg forward frame_conv
+    get_decl_place get_msgbuffer get_sig_inf inv_pos inverse m_comment mastergrav mbx_rec md_asgn md_getstate
+    md_setstate mod on_error_proceed pulse reset_torque_limits round sacc_cp sacc_joint sapo sapo_ptp sbase
+    set_brake_delay set_cd_params set_krldlg set_krldlganswer set_krlmsg set_system_data set_torque_limits
+    sgear_jerk sin sipo_mode sjerk sload sori_typ sqrt sread stool2 stradd strclear strcomp strcopy strdeclen
+    strfind strlen strtoaxis strtobool strtoe6axis strtoe6pos strtofram strtoint strtopos strtoreal
+    strtostring svel_cp svel_joint swrite tan trunc use_cm_pro_values usecm varstate
+"""
+FUNCTIONS: Final = frozenset(_LANGUAGE.split())
 KNOWN_ROUTINES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(FUNCTIONS, "a function of KRL"),
     **dict.fromkeys(("user_grp", "grp", "h50"), _GRIPPER),
     **dict.fromkeys(("userspot", "spot"), _SPOT),
     **dict.fromkeys(("arc10", "arc20", "a10_ini", "a20_ini", "a10", "a20", "h70"), _ARC),

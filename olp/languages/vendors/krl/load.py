@@ -12,7 +12,7 @@ from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading
 from olp.languages.vendors.krl import parsing
-from olp.languages.vendors.krl.known_routines import KNOWN_ROUTINES
+from olp.languages.vendors.krl.known_routines import FUNCTIONS, KNOWN_ROUTINES
 from olp.languages.vendors.krl.neighbours import stem
 
 _TOKEN: Final = re.compile(
@@ -39,18 +39,6 @@ _TEXT_WORDS: Final = """
     with
 """
 _WORDS: Final = frozenset(_TEXT_WORDS.split())
-_TEXT_FUNCTIONS: Final = """
-    abs acos asin atan atan2 bas   check_pidoncpc cioctl clear_krlmsg cos cread cwrite
-    delete_backward_buffer emi_actpos emi_endpos emi_startpos err_clear err_raise exists_krldlg exists_krlmsg
-    forward frame_conv get_decl_place get_msgbuffer get_sig_inf inv_pos inverse   m_comment mastergrav
-    mbx_rec md_asgn md_getstate md_setstate mod  on_error_proceed   pulse
-    reset_torque_limits   round sacc_cp sacc_joint sapo sapo_ptp sbase set_brake_delay
-    set_cd_params set_krldlg set_krldlganswer set_krlmsg  set_system_data set_torque_limits
-    sgear_jerk sin sipo_mode sjerk sload sori_typ sqrt sread stool2 stradd strclear strcomp strcopy strdeclen
-    strfind strlen strtoaxis strtobool strtoe6axis strtoe6pos strtofram strtoint strtopos strtoreal strtostring
-     svel_cp svel_joint swrite  tan  trunc use_cm_pro_values usecm varstate
-"""
-_FUNCTIONS: Final = frozenset(_TEXT_FUNCTIONS.split())
 # Names of motion data and structures that stand in every $config.dat, and inline forms' prefixes of a program's own.
 _TEXT_CONFIG: Final = """
     act_base act_tool base_data base_name base_type basis_suggest_t cpdat_act cpdefault def_acc_cp def_acc_jt
@@ -350,7 +338,7 @@ def _line(
             continue
         if after == "(":
             _call(found, number, tokens, i, routines, local, shared)
-        elif key in local or key in shared or key in _CONFIG or key in _FUNCTIONS:
+        elif key in local or key in shared or key in _CONFIG or key in FUNCTIONS:
             found.known.add(key)
         elif i == 0 and after == "=" and len(tokens) > 1:
             found.unknown.append((text, _at(number, token), "the variable"))
@@ -403,7 +391,7 @@ def _call(
     key = tokens[at][1].casefold()
     routine = routines.get(key)
     if routine is None:
-        if key not in _FUNCTIONS and key not in KNOWN_ROUTINES and key not in local and key not in shared:
+        if key not in KNOWN_ROUTINES and key not in local and key not in shared:
             found.unknown.append((tokens[at][1], _at(number, tokens[at]), "the routine"))
         return
     found.known.add(key)

@@ -244,7 +244,7 @@ def _typed(
         one.name.upper(): one for one in body if isinstance(one, Declare) and one.name.upper() in names
     }
     typed = tuple(
-        replace(one, type=found.type, native=found.native + one.native)
+        replace(one, type=found.type, native=found.native + (one.native or ("[]" if found.sizes else "")))
         if (found := declared.get(one.name.upper())) is not None
         else one
         for one in parameters

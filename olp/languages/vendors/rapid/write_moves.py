@@ -51,7 +51,7 @@ class RapidMoves(RapidValues):
 
     def _word(self, s: st.Move, target: ex.Expression) -> str:
         _refuse_what_is_not_said(s)
-        if s.path is st.Path.JOINT and self._is_joints(target):
+        if s.path is st.Path.JOINT and (self._is_joints(target) or self._was_joints(s, target)):
             return "MoveAbsJ"
         if s.path not in _WORDS or (s.path is st.Path.CIRCULAR) != (s.via is not None):
             raise CannotSayError(f"a {s.path.value} move of this shape")
@@ -59,6 +59,12 @@ class RapidMoves(RapidValues):
 
     def _is_joints(self, target: ex.Expression) -> bool:
         return self.type_of(target) == "jointtarget"
+
+    def _was_joints(self, s: st.Move, target: ex.Expression) -> bool:
+        """Whether the instruction itself says it, of data that another file declares."""
+        if not self.own or self.type_of(target):
+            return False
+        return "moveabsj" in self.program.source.line(s.line).casefold()
 
     def _position(self, it: ex.Expression) -> str:
         if isinstance(it, ex.Named):

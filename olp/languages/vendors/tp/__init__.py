@@ -29,6 +29,7 @@ class Tp(Vendor):
     comment_length = 32
     blending = "fanuc"
     conventions = Conventions(
+        arguments_are_values=True,
         sums_of_positions=True,
         arm_flags=ArmFlags.COUNTED,
         frame_spelling={"tool": "UTOOL[{}]", "user": "UFRAME[{}]"},

@@ -43,7 +43,9 @@ class UrScript(Vendor):
     newline = "\n"
     blending = "ur"
     conventions = Conventions(
-        pose_lists=True, idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller")
+        pose_lists=True,
+        arguments_are_values=True,
+        idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
     )
     joint_moves = (  # at the speed and acceleration that movej has by itself
         (r"^(\s*)movel\((.*?),\s*a\s*=\s*[\d.]+\s*,\s*v\s*=\s*[\d.]+", r"\1movej(\2, a=1.4, v=1.05"),

@@ -16,6 +16,7 @@ _WORDS: Final = frozenset((
 ))  # fmt: skip
 # A name that the controller has for a function of its own would hide that function.
 LIMITS: Final = Limits(
+    text_decimals=False,
     dimensions="numbers",
     speeds_needed=True,
     angles_together=True,

@@ -1,0 +1,89 @@
+"""Routines that nobody has translated: those of the source's own controllers, and those of files that are not here."""
+
+from __future__ import annotations
+
+import pytest
+from translated_texts import ROBOT, converted, krl, module, read, script, translated
+
+import olp
+from olp.runtime.interpreter import run
+from olp.transpile import Context
+from olp.transpile.context import Fate
+from olp.transpile.convert import convert
+from olp.transpile.link import link
+
+# The first call sets n, the second decides what runs.
+OWN = {
+    "rapid": module('ok:=StrToVal("12",n);', "IF IsSyncMoveOn() THEN", "WaitTime 1;", "ENDIF", "WaitTime n;",
+                    data=("VAR num n;", "VAR bool ok;")),
+    "krl": krl("DECL INT n", "DECL CHAR t[9]", "n=StrToInt(t[],n)", "IF MBX_REC(n)>0 THEN", "WAIT SEC 1",
+               "ENDIF", "WAIT SEC n"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp", "urscript"])
+@pytest.mark.parametrize("vendor", OWN)
+def test_what_only_the_sources_controllers_have_is_left_out(vendor, target):
+    if vendor == target:
+        return
+    losses = converted(OWN[vendor], vendor, target).translated.losses
+    first = next(i for i, text in enumerate(OWN[vendor].splitlines(), 1) if "StrTo" in text)
+    gone = {loss.line for loss in losses if loss.fate is Fate.COMMENTED}
+    assert gone >= {first, first + 1, first + 2, first + 3}
+    assert any(loss.line == first + 4 for loss in losses)  # n is not what it was
+
+
+def test_a_routine_of_the_mapping_file_takes_their_place():
+    from olp.transpile.context import Mapping
+
+    mapping = Mapping(routines={"issyncmoveon": "MY_SYNC", "strtoval": "MY_VALUE"})
+    context = Context(robot=ROBOT, mapping=mapping, on_loss="comment")
+    made = convert(read(OWN["rapid"], "rapid"), "krl", context)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+
+
+def test_what_a_routine_elsewhere_is_handed_need_not_stay_whole():
+    rows = ("FOR i FROM 1 TO 3 DO", "n:=n+1;", "{}", "list{{n}}:=1;", "ENDFOR")
+    data = ("VAR num n:=1;", "VAR num list{9};")
+    text = module(*(row.format("other n;") for row in rows), data=data)
+    assert "DECL REAL n" in translated(text, "rapid", "krl")
+    assert "DECL INT n" in translated(module(*(row.format("") for row in rows), data=data), "rapid", "krl")
+
+
+@pytest.mark.parametrize(
+    ("call", "storage"), [("other(XP)", "VAR"), ("m=other(XP)", "VAR"), ("m=2", "CONST")]
+)
+def test_what_a_routine_elsewhere_is_handed_may_change(tmp_path, call, storage):
+    """KRL hands variables over by reference unless a routine says otherwise."""
+    (tmp_path / "m.src").write_text(f"DEF m( )\nDECL INT m\n{call}\nPTP XP\nEND\n")
+    (tmp_path / "m.dat").write_text("DEFDAT m\nDECL E6POS XP={X 900,Y 0,Z 400,A 0,B 90,C 0}\nENDDAT\n")
+    made = convert(link(olp.read(tmp_path / "m.src")).program, "rapid", Context(ROBOT, on_loss="comment"))
+    assert f"{storage} robtarget XP:=" in made.files[made.main].decode()
+
+
+def test_a_first_value_that_is_asked_for_is_left_out_not_nearly_right():
+    losses = converted(
+        script("t = socket_read_string()", "textmsg(t)"), "urscript", "rapid"
+    ).translated.losses
+    assert {loss.fate for loss in losses if "first value" in loss.says} == {Fate.COMMENTED}
+
+
+def test_decimals_of_a_text_are_rounded_where_they_cannot_be_said():
+    text = module("s:=NumToStr(n,2);", "Incr n;", data=("VAR string s;", "VAR num n:=1.2345;"))
+    told = [
+        loss.part
+        for loss in converted(text, "rapid", "urscript").translated.losses
+        if "decimals" in loss.says
+    ]
+    assert told == ["text"]
+    assert "to_str(olp_round(n * 100) / 100)" in translated(text, "rapid", "urscript")
+
+
+def test_a_member_of_a_structure_without_a_value_is_set(tmp_path):
+    (tmp_path / "s.src").write_text(
+        "DEF s( )\nSTRUC part_t INT id, REAL h\nDECL part_t p\nDECL part_t q[3]\nDECL INT i\np.id=3\ni=p.id\n"
+        "WAIT SEC i\nq[2].id=7\ni=q[2].id\nWAIT SEC i\ni=p.h\nEND\n"
+    )
+    plan = run(olp.read(tmp_path / "s.src"))
+    assert [float(s) for s in plan.durations] == [3, 7]
+    assert [d.line for d in plan.diagnostics if d.code == "I203"] == [12]
