@@ -54,8 +54,20 @@ def signal_aliases(program: Program, work: TranslationContext) -> Program:
     if not own.variables and not own.readers:
         return program
     readers = [own.reader(bus, name) for bus, name in own.readers.items()]
-    declares = [Declare(0, name, f"signal {plain_bus(bus)}") for (bus, _), name in own.variables.items()]
+    declares = [Declare(0, name, f"signal {_kind(bus)}") for (bus, _), name in own.variables.items()]
     return replace(program, routines=(*routines, *readers), data=(*program.data, *declares))
+
+
+def _kind(bus: str) -> str:
+    """What a variable for a signal is declared as: registers are groups of outputs."""
+    plain = plain_bus(bus)
+    return (
+        plain
+        if "in" in plain.split("-") or "out" in plain.split("-")
+        else "out-group"
+        if is_number(bus)
+        else "out"
+    )
 
 
 def _is_computed(e: Expression) -> bool:
