@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plain",
         action="store_true",
-        help="write moves as plain statements, not as the forms of the pendant",
+        help="write moves as plain statements where the target's pendant has forms",
     )
     parser.add_argument(
         "--accept",

@@ -8,6 +8,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_format_arguments, outcome_outputs
+from olp.core.source import file_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +94,7 @@ def _findings(d: ProgramDifference, allow: float | None, shown: int | None) -> I
 
     order = sorted(d.changes, key=lambda c: -abs(c.change_s))[:shown]
     for change in order:
-        own = not change.file or change.file == d.file.replace("\\", "/").rpartition("/")[2]
+        own = not change.file or change.file == file_name(d.file)
         file = d.file if own else str(PurePath(d.file).with_name(change.file))
         details = f" ({change.details})" if change.details else ""
         yield OutcomeFinding(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
+from olp.core.source import file_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -119,7 +120,7 @@ def table_of_moves(moves: RecordedMoves, planned: Floats, timing: Timing, by: st
     rows = [
         f"{'move':>5} {'line':>5}  {'type':<9}{'plan s':>9}{'measured s':>12}{'differs s':>11}  statement"
     ]
-    text = {s.path.replace("\\", "/").rsplit("/", 1)[-1]: s for s in timing.plan.sources}
+    text = {file_name(s.path): s for s in timing.plan.sources}
     for i, expected in enumerate(planned.tolist()):
         lasts = float(moves.duration[i])
         says = text[moves.job[i]].line(int(moves.line[i])).strip() if moves.job[i] in text else ""

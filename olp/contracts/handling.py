@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -123,6 +124,20 @@ def main_of(vendor: Vendor, folder: Path) -> Path | None:
         if named:
             return min(named, key=lambda path: vendor.suffixes.index(path.suffix.lower()))
     return None
+
+
+class HandlingSample:
+    """A vendor and its handling program, found once."""
+
+    def __init__(self, vendor: Vendor, samples: Path | None) -> None:
+        self.vendor = vendor
+        self.folder = samples_folder(vendor, samples)
+
+    @cached_property
+    def main(self) -> Path:
+        found = main_of(self.vendor, self.folder)
+        assert found is not None, f"{self.folder} has no handling program (handling{self.vendor.suffixes[0]})"
+        return found
 
 
 def text_of(vendor: Vendor, folder: Path) -> str:

@@ -32,18 +32,8 @@ _SECONDS: Final = 6.0  # of CPU for all bad texts of a language
 _PAUSE: Final = 0.35  # [s] that the handling sample waits, for the line that a comment is put behind
 
 
-class VendorUnderTest:
+class VendorUnderTest(handling.HandlingSample):
     """A vendor and its handling sample, read once."""
-
-    def __init__(self, vendor: Vendor, samples: Path | None) -> None:
-        self.vendor = vendor
-        self.folder = handling.samples_folder(vendor, samples)
-
-    @cached_property
-    def main(self) -> Path:
-        found = handling.main_of(self.vendor, self.folder)
-        assert found is not None, f"{self.folder} has no handling program (handling{self.vendor.suffixes[0]})"
-        return found
 
     @cached_property
     def source(self) -> Source:

@@ -54,18 +54,8 @@ def handling_sample(name: str) -> Sample | None:
     return Sample(program, handling.joint_speeds_of(found), length)
 
 
-class WriterUnderTest:
+class WriterUnderTest(handling.HandlingSample):
     """A vendor whose language is written, with what its suite makes once."""
-
-    def __init__(self, vendor: Vendor, samples: Path | None) -> None:
-        self.vendor = vendor
-        self.folder = handling.samples_folder(vendor, samples)
-
-    @cached_property
-    def main(self) -> Path:
-        found = handling.main_of(self.vendor, self.folder)
-        assert found is not None, f"{self.folder} has no handling program (handling{self.vendor.suffixes[0]})"
-        return found
 
     @cached_property
     def spelling(self) -> tuple[str, PoseSpelling]:

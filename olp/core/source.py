@@ -104,6 +104,17 @@ def decode(raw: bytes, path: str = "", encoding: str | None = None) -> Source:
     return Source(path, raw, encoding, _split(text))
 
 
+def file_name(path: str) -> str:
+    """The last part of a path, whichever system wrote it."""
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
+def file_stem(path: str) -> str:
+    """The same without its suffix; a name of a suffix alone stays."""
+    name = file_name(path)
+    return name.rpartition(".")[0] or name
+
+
 def _split(text: str) -> tuple[str, ...]:
     returns = text.count("\r")
     if not returns:

@@ -8,16 +8,17 @@ The other way it writes values as a robot file has them.
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import tomllib
 from tomllib import TOMLDecodeError
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 from olp.core.diagnostic import Diagnostic, error
 from olp.core.files import read_input
 
-__all__ = ["TOMLDecodeError", "is_told_enough", "parse_toml", "toml_text"]
+__all__ = ["TOMLDecodeError", "is_number", "is_told_enough", "parse_toml", "toml_text"]
 
 _MOST_BYTES = 2_000_000  # of a file; the largest of the library's robots has 20 kB
 _MOST_VALUES = 20_000
@@ -54,6 +55,11 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise TOMLDecodeError(str(problem).partition(";")[0]) from None
     _check(document)
     return document
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether a value of a document is a finite number."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def is_told_enough(problems: list[Diagnostic], code: str, file: str) -> bool:

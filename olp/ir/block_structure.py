@@ -32,7 +32,7 @@ from olp.ir.program import (
 
 _OPENERS = {If: "IFTHEN", While: "WHILE", For: "FOR", Switch: "SWITCH", Repeat: "REPEAT"}
 _CLOSERS = {EndIf: If, EndWhile: While, Next: For, EndSwitch: Switch, Until: Repeat}
-_LOOPS = (While, For, Repeat)
+LOOPS: Final = (While, For, Repeat)
 _BRANCHES = {ElseIf: If, Else: If, Case: Switch, Default: Switch}
 _CLOSER_WORD = {If: "ENDIF", While: "ENDWHILE", For: "NEXT", Switch: "ENDSWITCH", Repeat: "UNTIL"}
 
@@ -104,7 +104,7 @@ def _add_label(flow: ControlFlow, body: Sequence[Statement], index: int) -> None
 
 
 def _add_exit(flow: ControlFlow, body: Sequence[Statement], index: int, open_blocks: list[list[int]]) -> None:
-    loops = [markers[0] for markers in open_blocks if type(body[markers[0]]) in _LOOPS]
+    loops = [markers[0] for markers in open_blocks if type(body[markers[0]]) in LOOPS]
     if loops:
         flow.loop[index] = loops[-1]
         return
@@ -180,10 +180,8 @@ def _missing_labels(jumps: list[Jump], flow: ControlFlow) -> list[Diagnostic]:
 # --- Tree ---
 # A routine's statements as nested blocks, and back.
 
-LOOPS: Final = (While, For, Repeat)
 _TREE_CLOSERS: Final = {If: EndIf, While: EndWhile, For: Next, Repeat: Until, Switch: EndSwitch}
 _OPENER_OF: Final = {closer: opener for opener, closer in _TREE_CLOSERS.items()}
-_TREE_BRANCHES: Final = {ElseIf: If, Else: If, Case: Switch, Default: Switch}
 _NEGATED: Final = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 
 
@@ -222,8 +220,8 @@ def parse(body: Sequence[Statement]) -> list[Node] | None:
             block = _Open([(statement, [])])
             stack.append(block)
             here = block.branches[0][1]
-        elif kind in _TREE_BRANCHES:
-            if not stack or type(stack[-1].branches[0][0]) is not _TREE_BRANCHES[kind]:
+        elif kind in _BRANCHES:
+            if not stack or type(stack[-1].branches[0][0]) is not _BRANCHES[kind]:
                 return None
             stack[-1].branches.append((statement, []))
             here = stack[-1].branches[-1][1]

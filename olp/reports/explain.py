@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
+from olp.core.source import file_stem
 from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
 from olp.robots.controller_effects import effects_of
@@ -196,7 +197,7 @@ def _steps_at(timing: Timing, place: str) -> list[int]:
             {int(n) for n in plan.line[np.isin(plan.source, sources)]}, key=lambda n: abs(n - line)
         )[:5]
         others = [
-            _stem(s.path) for i, s in enumerate(plan.sources) if i not in sources and _runs(plan, i, line)
+            file_stem(s.path) for i, s in enumerate(plan.sources) if i not in sources and _runs(plan, i, line)
         ]
         told = f"lines that do: {', '.join(map(str, sorted(near))) or 'none'}"
         told += "".join(f"; {name}:{line}" for name in others[:5])
@@ -211,18 +212,13 @@ def _runs(plan: Plan, source: int, line: int) -> bool:
 def _sources(plan: Plan, job: str | None) -> list[int]:
     if job is None:
         return [0]
-    names = [_stem(source.path) for source in plan.sources]
-    found = [i for i, name in enumerate(names) if _stem(job).lower() == name.lower()]
+    names = [file_stem(source.path) for source in plan.sources]
+    found = [i for i, name in enumerate(names) if file_stem(job).lower() == name.lower()]
     if not found:
         raise OlpError(
             error("E001", f"the program has no job {job[:60]!r}", help=f"it has: {', '.join(names)}")
         )
     return found
-
-
-def _stem(path: str) -> str:
-    name = path.replace("\\", "/").rpartition("/")[2]
-    return name.rpartition(".")[0] or name
 
 
 def _refuse_untimed(timing: Timing, step: int) -> None:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.files import parse_json
+from olp.core.source import file_name
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.reports.cell import (
@@ -229,7 +230,7 @@ def _files(timing: Timing, share: PageShare) -> list[dict[str, Any]]:
         files.append(
             {
                 "index": index,
-                "name": source.path.replace("\\", "/").rpartition("/")[2],
+                "name": file_name(source.path),
                 "lines": [printable(lines[n - 1].rstrip())[:200] for n in numbers],
                 "numbers": numbers if len(numbers) != len(lines) else None,
             }
@@ -347,7 +348,7 @@ def _program(
     return {
         "index": index,
         "path": entry.path,
-        "name": entry.path.replace("\\", "/").rpartition("/")[2],
+        "name": file_name(entry.path),
         "total_s": None if total is None else round(total, 6),
         "total": "unknown" if total is None else f"{total:.3f}",
         "partial": entry.is_partial,

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal, TypeVar, cast
 import numpy as np
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
-from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
+from olp.core.toml import TOMLDecodeError, is_number, is_told_enough, parse_toml, toml_text
 from olp.core.units import deg, mm, ms
 from olp.robots.model import (
     FLANGE_AT_ZERO,
@@ -522,7 +522,7 @@ class RobotDocument:
             return None
         value = table[key]
         good = isinstance(value, list) and len(value) == count
-        if not good or not all(_is_finite(v) for v in value):
+        if not good or not all(is_number(v) for v in value):
             self.report("R005", f"{key} must be {count} numbers in brackets, not {value!r}", key, after)
             return None
         return tuple(float(v) for v in value)
@@ -576,7 +576,3 @@ class RobotDocument:
         words = message[: place.start()]
         span = Span(line, column, column + 1)
         return error("R002", f"not TOML: {words}", span, file=self.file, source_line=self._row(line))
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -7,18 +7,17 @@ interpreter assumes in one documented way and reports.
 from __future__ import annotations
 
 import difflib
-import math
 import os
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple, TypeGuard, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from olp.core.diagnostic import Diagnostic, Span, error
 from olp.core.registry import member_names
-from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
+from olp.core.toml import TOMLDecodeError, is_number, is_told_enough, parse_toml, toml_text
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import POSITION_STORES, Store
 from olp.ir.points import PointKind, PointState
@@ -346,7 +345,7 @@ class _AssumptionsReader:
         return None
 
     def _seconds(self, key: str, value: Any) -> float | None:
-        if _is_number(value) and value >= 0:
+        if is_number(value) and value >= 0:
             return float(value)
         self._report("V004", f"{key} must be a time in seconds, zero or more", key, f'"{key}" = 0.8')
         return None
@@ -395,7 +394,7 @@ class _AssumptionsReader:
             if key in _MOTION_WORDS and isinstance(value, str):
                 if self._is_there(key, value):
                     found[key] = value
-            elif key not in _MOTION_WORDS and _is_number(value) and _in_range(key, value):
+            elif key not in _MOTION_WORDS and is_number(value) and _in_range(key, value):
                 found[key] = float(value)
             elif value is not None:
                 example = _MOTION_EXAMPLES.get(key, f"{key} = 0.004")
@@ -427,7 +426,7 @@ class _AssumptionsReader:
             return self._position(key, value)
         if store is Store.STRING and isinstance(value, str):
             return value
-        if store is Store.REAL and _is_number(value):
+        if store is Store.REAL and is_number(value):
             return float(value)
         if store in _RANGES and isinstance(value, int):
             low, high = _RANGES[store]
@@ -441,14 +440,14 @@ class _AssumptionsReader:
     def _named(self, key: str, value: Any) -> Given | None:
         if isinstance(value, dict):
             return self._position(key, value)
-        if isinstance(value, (bool, str)) or _is_number(value):
+        if isinstance(value, (bool, str)) or is_number(value):
             return value
         self._report("V004", f"{key} must be a number, a text or a position", key, f"{key} = 250.0")
         return None
 
     def _pose(self, key: str, value: Any) -> tuple[float, ...] | None:
         """x y z [m], rx ry rz [rad] from mm and deg."""
-        if isinstance(value, list) and len(value) == 6 and all(map(_is_number, value)):
+        if isinstance(value, list) and len(value) == 6 and all(map(is_number, value)):
             return tuple(float(n) * (mm if i < 3 else deg) for i, n in enumerate(value))
         self._report(
             "V004",
@@ -473,7 +472,7 @@ class _AssumptionsReader:
             not isinstance(numbers, list)
             or not numbers
             or len(numbers) > 8
-            or not all(map(_is_number, numbers))
+            or not all(map(is_number, numbers))
         ):
             self._report("V004", f"{kinds[0]} must be up to 8 numbers in brackets", key, example)
             return None
@@ -551,7 +550,3 @@ def _plain_name(text: str) -> str | None:
 
 def _frame_number(text: str) -> int | None:
     return int(text) if text.strip().isdecimal() and int(text) <= _MOST_FRAMES else None
-
-
-def _is_number(value: Any) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

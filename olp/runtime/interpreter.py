@@ -57,7 +57,7 @@ def _folder_of(program: Program) -> Path | None:
     return path.parent if path.is_file() else None
 
 
-# --- Start ---
+# --- A run ---
 # Sets a machine up, runs it and makes the plan.
 
 
@@ -124,7 +124,7 @@ def _is_told(finding: Diagnostic, told: set[tuple[str, int]], broken: set[str]) 
     return (finding.file, finding.line) in told or (finding.code == "I206" and finding.file in broken)
 
 
-# --- Initial ---
+# --- Initial values ---
 # What the variables hold, and where the arms stand, when a run begins: VAR.DAT, then olp.toml, which wins.
 
 NUMBERS = {Store.BYTE: "B", Store.INTEGER: "I", Store.DOUBLE: "D", Store.REAL: "R", Store.STRING: "S"}

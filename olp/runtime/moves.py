@@ -11,7 +11,6 @@ from olp.ir.expressions import (
     Expression,
     Named,
     Number,
-    Position,
     Signal,
     SignalState,
     Store,
@@ -38,7 +37,7 @@ from olp.runtime.modal import (
 )
 from olp.runtime.places import place_of
 from olp.runtime.plan import BlendCode
-from olp.runtime.poses import place
+from olp.runtime.poses import missing, place
 from olp.runtime.recorder import NO_EXTRA, NOWHERE, Extra
 from olp.runtime.scope import find_slot, write_name
 from olp.runtime.spelling import spell
@@ -81,7 +80,7 @@ def move(m: Machine, s: Move) -> None:
         recorder = m.recorder
         target = recorder.taught(mechanism, job.key, job.points, store, taught.number)
         if target is None:
-            raise _missing(taught)
+            raise missing(taught)
         path = PATH_CODES[s.path]
         unit, speed = move_speed(m, s.speed, path)
         code, zone = (_UNTAGGED, _NAN) if s.blend is None else _blend(m, s.blend, mechanism)
@@ -109,12 +108,6 @@ def _is_simple(s: Move) -> bool:
         and s.turn is None
         and s.offset is None
         and s.tool_offset is None
-    )
-
-
-def _missing(position: Position) -> StatementError:
-    return StatementError(
-        "I206", f"the routine teaches no {spell(position)}", "add the point, or correct its number"
     )
 
 

@@ -237,7 +237,7 @@ _NUMBERS = (
 )  # fmt: skip
 
 
-# --- Assumed ---
+# --- Assumptions as findings ---
 # What was taken for granted, as findings: for whoever shows it nowhere else. Code: A004.
 
 

@@ -394,7 +394,7 @@ def _why(plan: Plan, wanted: Demand, row: int) -> tuple[str, str]:
     )
 
 
-# --- Inferred ---
+# --- Inferred numbers ---
 # Which numbers of the robots nobody published: a time that rests on them is one that rests on an assumption.
 
 # Groups of a robot file's `inferred`, as its reader would say them, and what makes a time depend on them.

@@ -96,7 +96,7 @@ class _Arcs:
         if before.relative is not None or before.offset is not None or before.tool_offset is not None:
             return None
         same = before.tool == s.tool and before.frame == s.frame
-        literal = self._literal(target)
+        literal = self.symbols.fixed_position(self.name, target)
         if literal is not None and literal.kind == "joint":
             return None
         if same:
@@ -108,14 +108,10 @@ class _Arcs:
         seen = new_frame.inverse() @ frame @ pose_of_literal(literal) @ tool.inverse() @ new_tool
         return self._declared("arc_start", literal_of(seen))
 
-    def _literal(self, e: Expression | None) -> PositionLiteral | None:
-        value = self.symbols.fixed_value(self.name, e)
-        return value if isinstance(value, PositionLiteral) else None
-
     def _pose(self, e: Expression | None) -> Pose | None:
         if e is None or (isinstance(e, FrameRef) and (e.kind == "base" or e.number == Number(0))):
             return Pose.identity()
-        literal = self._literal(e)
+        literal = self.symbols.fixed_position(self.name, e)
         return None if literal is None else pose_of_literal(literal)
 
     def _declared(self, stem: str, literal: PositionLiteral) -> Named:
@@ -205,7 +201,7 @@ class _Arcs:
 
     def _middle(self, start: Any, end: Any, third: Any, s: Move) -> Expression:
         """A point half-way on the arc from `start` to `end` of the circle through `third`, which lies beyond it."""
-        literals = [self._literal(e) for e in (start, end, third)]
+        literals = [self.symbols.fixed_position(self.name, e) for e in (start, end, third)]
         if any(literal is None or literal.kind == "joint" for literal in literals):
             self.work.lose(s, Fate.REFUSED, "arc", "a chain of arcs over positions that are computed")
             return end  # type: ignore[no-any-return]

@@ -242,7 +242,7 @@ def _surroundings(
     return replace(given, tools=tools, frames=frames, names=names, inputs=inputs, waits=waits)
 
 
-# --- Split ---
+# --- Files of the target ---
 # Programs in the files that the target takes: one routine each, and no more statements or points than it holds.
 
 _STRAIGHT = frozenset(

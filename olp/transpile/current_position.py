@@ -243,7 +243,7 @@ class _Relative:
 
     def _from_here(self, s: Move) -> Move:
         assert s.relative is not None
-        by = self._literal(s.targets[0])
+        by = self.symbols.fixed_position(self.name, s.targets[0])
         if by is None or by.kind == "joint":
             self.work.lose(
                 s, Fate.REFUSED, "relative", "a move by an offset that is computed or in joint values"
@@ -308,8 +308,8 @@ class _Relative:
     def _offset_value(self, offset: Expression) -> PositionLiteral | None:
         """What an offset always is; None for a register that only others set: a camera, or another program."""
         if not isinstance(offset, Named) or offset.name not in self.work.registers:
-            return self._literal(offset)
-        by = self._literal(offset)
+            return self.symbols.fixed_position(self.name, offset)
+        by = self.symbols.fixed_position(self.name, offset)
         if by is not None and not any(v == v and v for v in by.values):
             says = f"the values of {offset.name} are not in the program: zeros are written"
             self.work.lose(0, Fate.APPROXIMATED, "variable", says)
@@ -333,14 +333,10 @@ class _Relative:
             if s.target == Member(name, member) and s.value not in _ZEROS:
                 return False
             if s.target == name:
-                value = self._literal(s.value)
+                value = self.symbols.fixed_position(self.name, s.value)
                 if value is None or any(value.values[3:6]):
                     return False
         return True
-
-    def _literal(self, e: Expression) -> PositionLiteral | None:
-        value = self.symbols.fixed_value(self.name, e)
-        return value if isinstance(value, PositionLiteral) else None
 
 
 def _written(by: PositionLiteral) -> list[Number]:

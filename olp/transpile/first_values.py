@@ -120,7 +120,7 @@ def _computed(operator: str, left: float, right: float) -> Number | None:
     return None
 
 
-# --- Begun ---
+# --- Variables without a first value ---
 # Where a variable of the target has no value until it is set, what begins with zero in the source begins so there.
 
 _ZEROS: Final[Mapping[str, Expression]] = {
@@ -254,7 +254,7 @@ def _behind_declarations(body: tuple[Statement, ...], rows: list[Assign]) -> tup
     return (*body[: last + 1], *rows, *body[last + 1 :])
 
 
-# --- Saved ---
+# --- Saved values ---
 # What numbered variables hold before a program sets them: the values of VAR.DAT and olp.toml beside it.
 #
 # A controller's variables live on when a program ends. Positions among them are taught like points; numbers

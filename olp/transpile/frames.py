@@ -256,7 +256,11 @@ def _place(rows: list[Statement]) -> int:
 #
 # olp.toml beside the program may give their values under [names]; then they are declared with these.
 
-_FIELDS = {Move: ("tool", "frame"), SetTool: ("tool",), SetFrame: ("frame",)}
+_FIELDS: Final[dict[type, tuple[str, ...]]] = {
+    Move: ("tool", "frame"),
+    SetTool: ("tool",),
+    SetFrame: ("frame",),
+}
 _KINDS = {"tool": "tool", "frame": "user"}
 
 
@@ -387,11 +391,6 @@ class _Elsewhere:
 # A whole one is set in the target by its number. All else is refused: it is no variable like others.
 
 _ARRAYS: Final = {"TOOL_DATA": "tool", "BASE_DATA": "user"}
-_WRITTEN_SYSTEMS_FIELDS: Final[dict[type, tuple[str, ...]]] = {
-    Move: ("tool", "frame"),
-    SetTool: ("tool",),
-    SetFrame: ("frame",),
-}
 
 
 def written_systems(program: Program, work: TranslationContext) -> Program:
@@ -455,7 +454,7 @@ def _statement(s: Statement, written: set[Key]) -> Statement:
     if isinstance(s, Assign) and _set(s.target) in written and (system := _system(s.target)) is not None:
         return replace(s, target=system)
     changes: dict[str, Any] = {}
-    for name in _WRITTEN_SYSTEMS_FIELDS.get(type(s), ()):
+    for name in _FIELDS.get(type(s), ()):
         e = getattr(s, name)
         if isinstance(e, Item) and _set(e) in written:
             changes[name] = _system(e)

@@ -408,7 +408,7 @@ def untranslated(program: Program, s: Statement) -> str:
     return f"not translated: {text or terminology.statement(s)}"
 
 
-# --- Pose folding ---
+# --- Folds ---
 # What KUKA's editor writes into comments: folds, and the captions and parameters of its inline forms.
 #
 # The name of a fold that a person made is a comment like any other. What only the editor reads is left out: the ends of

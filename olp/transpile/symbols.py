@@ -92,6 +92,11 @@ class Symbols:
         found = self.table[("", name)] = Symbol(s.name, s.type, "", s.value, s.sizes, s.storage)
         return found
 
+    def fixed_position(self, routine: str, expression: Expression | None) -> PositionLiteral | None:
+        """The same, of a position."""
+        value = self.fixed_value(routine, expression)
+        return value if isinstance(value, PositionLiteral) else None
+
     def fixed_value(self, routine: str, expression: Expression | None) -> Expression | None:
         """The literal that an expression always has: its own, or that of a name that nothing changes."""
         for _ in range(20):  # a name may stand for a name

@@ -12,6 +12,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.source import file_name, file_stem
 from olp.core.units import deg, mm
 from olp.ir.expressions import Taught
 from olp.ir.points import PointKind, PointState
@@ -64,7 +65,7 @@ class ComparedLine:
 def rows_of(timing: Timing, program: Program) -> list[ComparedLine]:
     """Every executed line once, routine by routine in order of first execution, lines in order of writing."""
     plan = timing.plan
-    names = [_stem(source.path) for source in plan.sources]
+    names = [file_stem(source.path) for source in plan.sources]
     found: dict[tuple[int, int], ComparedLine] = {}
     seconds = np.nan_to_num(timing.duration_s).tolist()
     lines, sources, kinds = plan.line.tolist(), plan.source.tolist(), plan.kind.tolist()
@@ -77,7 +78,7 @@ def rows_of(timing: Timing, program: Program) -> list[ComparedLine]:
             found[key] = _row(timing, step, kinds[step], routine or names[sources[step]], seconds[step])
             if sources[step] == 0:
                 found[key].standing = standing.get(lines[step], ("", ""))
-            found[key].file = plan.sources[sources[step]].path.replace("\\", "/").rpartition("/")[2]
+            found[key].file = file_name(plan.sources[sources[step]].path)
         else:
             row.count += 1
             row.seconds += seconds[step]
@@ -120,11 +121,6 @@ def _frame(state: PointState) -> str:
 
 def _routine(starts: list[tuple[int, str]], line: int) -> str:
     return next((name for start, name in reversed(starts) if start <= line), "")
-
-
-def _stem(path: str) -> str:
-    name = path.replace("\\", "/").rpartition("/")[2]
-    return name.rpartition(".")[0] or name
 
 
 _NONE = np.full(3, np.nan)
@@ -432,7 +428,7 @@ def _global_cause(old: Timing, new: Timing) -> Cause | None:
     return None
 
 
-# --- Align ---
+# --- Matching lines ---
 # Which line of the old version is which of the new one: by what the lines do, not by their numbers.
 
 _SKIP = 1.0  # cost of a line that has no partner; a pair that costs more than two of them is none

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from olp.checks.guard.budget import ENDS, Budget, label_name
 from olp.core.diagnostic import OlpError
+from olp.core.source import file_stem
 from olp.ir.program import Call, For, Label, Program, Repeat, Routine, While
 from olp.reports.batch import Job, time_program
 from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
@@ -88,7 +89,7 @@ def _called_further_down(plan: Plan, program: Program, wanted: str) -> list[Bool
     on afterwards."""
     for index, source in enumerate(plan.sources):
         own = program if index == 0 else read_cached(Path(source.path))
-        stem = source.path.replace("\\", "/").rpartition("/")[2].rpartition(".")[0].casefold()
+        stem = file_stem(source.path).casefold()
         for routine in own.routines:
             if routine.name.casefold() == wanted or (index and stem == wanted):
                 trail = _trail_of(plan, routine, index)

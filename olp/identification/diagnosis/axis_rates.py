@@ -408,8 +408,6 @@ def _cubes(one: Floats, other: Floats) -> Floats:
 # `olp track` plays a program.
 
 
-Flags = NDArray[np.int64]
-
 # [m/s per rad/s] Damping of the inverse Jacobian: exact to 1e-4 where the weakest direction moves 1 cm per radian,
 # and finite at a singularity.
 _DAMPING = 1e-4
@@ -478,7 +476,7 @@ def _vector(quaternion: Floats) -> Floats:
     return np.asarray(quaternion[:, 1:] * scale[:, None])
 
 
-def joints_along(robot: Robot, ways: ToolPaths, share: Floats, posture: Flags, seed: Floats) -> Floats:
+def joints_along(robot: Robot, ways: ToolPaths, share: Floats, posture: Labels, seed: Floats) -> Floats:
     """(n, m, k) [rad | m] continuous along each way, nan from where a place is out of reach.
 
     `posture` (n, 6): RCONF's first flags at the start, for spherical wrists; other arms begin near `seed` (n, k)
@@ -513,7 +511,7 @@ def rates_along(robot: Robot, ways: ToolPaths, share: Floats, joints: Floats) ->
     return rates.reshape(count, places, axes)
 
 
-def _flat(robot: Robot, place: Floats, rotation: Floats, posture: Flags) -> Floats:
+def _flat(robot: Robot, place: Floats, rotation: Floats, posture: Labels) -> Floats:
     count, places = place.shape[:2]
     joints, _ = inverse(robot, place.reshape(-1, 3), rotation.reshape(-1, 3, 3), posture)
     return joints.reshape(count, places, -1)

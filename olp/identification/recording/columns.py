@@ -160,7 +160,7 @@ def _stem(name: str) -> str:
     return _plain(stem) if changed and len(stem) > 1 else ""
 
 
-# --- Cells ---
+# --- Numbers of cells ---
 # From cells to numbers, with every cell that cannot be one told by its row and column.
 #
 # Codes: D014 not a number, D015 a value that cannot be.

@@ -6,7 +6,6 @@ Codes: D030 a value that means nothing, D031 a key that means nothing, D032 a fi
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from dataclasses import dataclass
 from os.path import isfile
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from olp.core.diagnostic import Diagnostic, Severity, Span, error
-from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
+from olp.core.toml import TOMLDecodeError, is_number, is_told_enough, parse_toml, toml_text
 from olp.core.units import deg, mm
 
 FILE_NAME = "recording.toml"
@@ -78,7 +77,7 @@ class _SettingsReader:
         value = self.values.get("time_resolution_s")
         if value is None:
             return None
-        if _is_number(value) and 0 < value < 3600:
+        if is_number(value) and 0 < value < 3600:
             return float(value)
         self._tell(
             "D030", "time_resolution_s", f"time_resolution_s cannot be {value!r}", "seconds, above zero"
@@ -89,7 +88,7 @@ class _SettingsReader:
         value = self.values.get("tool")
         if value is None:
             return None
-        if isinstance(value, list) and len(value) == 6 and all(map(_is_number, value)):
+        if isinstance(value, list) and len(value) == 6 and all(map(is_number, value)):
             return tuple(float(v) * (mm if i < 3 else deg) for i, v in enumerate(value))
         self._tell("D030", "tool", f"tool cannot be {value!r}", "six numbers: x y z [mm], rx ry rz [deg]")
         return None
@@ -105,10 +104,6 @@ class _SettingsReader:
                 self.found.append(Diagnostic(code, message, severity, self.file, *place, help, line))
                 return
         self.found.append(Diagnostic(code, message, severity, self.file, help=help))
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _syntax(file: str, text: str, message: str) -> Diagnostic:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from olp.core.source import file_name
+
 if TYPE_CHECKING:
     from olp.timing.result import Timing
 
@@ -33,7 +35,7 @@ def _statement(segment: dict[str, Any], timing: Timing) -> str:
     text: str = segment["statement"]
     if segment["file"] == timing.plan.path:
         return text
-    return f"{_name(segment['file'])}: {text}"
+    return f"{file_name(segment['file'])}: {text}"
 
 
 def _speed(segment: dict[str, Any]) -> str:
@@ -83,7 +85,7 @@ def grouped(timing: Timing) -> list[str]:
     for assumption in timing.assumptions:
         lines.setdefault((assumption.says, assumption.file), []).append(assumption.line)
     return [
-        _with_lines(says, "" if file in ("", timing.plan.path) else _name(file) + " ", numbers)
+        _with_lines(says, "" if file in ("", timing.plan.path) else file_name(file) + " ", numbers)
         for (says, file), numbers in lines.items()
     ]
 
@@ -94,7 +96,3 @@ def _with_lines(says: str, file: str, numbers: list[int]) -> str:
         return says
     shown = ", ".join(map(str, known[:8])) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
     return f"{file}line{'s' * (len(known) > 1)} {shown}: {says}"
-
-
-def _name(path: str) -> str:
-    return path.replace("\\", "/").rpartition("/")[2]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic
+from olp.core.source import file_name
 from olp.core.terminal import BOLD, DIM, RED, YELLOW, paint
 from olp.reports.cell import (
     CellRow,
@@ -62,7 +63,7 @@ class TextReport(Report):
             blocks.append(_overview(parts, options))
         first = started(parts)
         told = [
-            f"{_name(parts[i].file)}: {says}"
+            f"{file_name(parts[i].file)}: {says}"
             for i in first
             for says in told_branches(parts[i].branches, _table.at_least)
         ]
@@ -89,7 +90,7 @@ def _costliest(cost: ProgramCost, options: Options) -> str:
             f"{line.seconds:.3f}",
             f"{100 * line.seconds / total:.0f} %",
             str(line.runs),
-            f"{_name(line.file)}:{line.line}",
+            f"{file_name(line.file)}:{line.line}",
             line.statement,
             line.cause,
             line.helps,
@@ -129,10 +130,6 @@ def _overview(parts: Sequence[ReportPart], options: Options) -> str:
 
 def _sorted_by(part: ReportPart, by: str) -> tuple[float, str]:
     return (-(part.total_s or 0.0) if by == "time" else 0.0, part.file)
-
-
-def _name(file: str) -> str:
-    return file.replace("\\", "/").rpartition("/")[2]
 
 
 def _painted(line: str, cells: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
+from olp.core.source import file_name
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.reports.plot.figure import Axes, Box, Dot, Figure, Polyline, Role, TextLabel, room
@@ -77,7 +78,7 @@ def _in_space(points: Floats) -> Floats:
 
 
 def _head(figure: Figure, timing: Timing) -> None:
-    name = timing.plan.path.replace("\\", "/").rpartition("/")[2] or "program"
+    name = file_name(timing.plan.path) or "program"
     figure.add(TextLabel(24, 34, name[:_LONGEST_NAME], size=16, bold=True))
     robot = timing.robot or "robot not known"
     says = (

@@ -241,7 +241,7 @@ def _readings(links: Links, standard: Array, centres: Array) -> Array:
     return wrap(from_standard(links, standard.T), centres).T
 
 
-# --- Choosing ---
+# --- The nearest of given solutions ---
 # Of several solutions of one pose, the one nearest to where the arm stands.
 
 _TURN = 2.0 * math.pi
@@ -273,7 +273,7 @@ def _towards(joints: Array, lower: Array, upper: Array) -> Array:
     return inside
 
 
-# --- Nearest ---
+# --- The nearest of all solutions ---
 # The solution nearest to where the arm stands, over all branches and turns: what controllers take without flags.
 
 

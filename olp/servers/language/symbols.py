@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from olp.core.diagnostic import OlpError
-from olp.core.source import Source, load
+from olp.core.source import Source, file_name, load
 from olp.core.units import deg, mm
 from olp.ir.program import Program, Routine
 from olp.languages.tokens import TokenKind, Word, Words
@@ -394,7 +394,9 @@ def _name(
     for found in definitions(service, analysis, line, column)[:1]:
         if found.line == asked.line and found.file == asked.file:
             continue
-        where = f"line {found.line}" if found.file == analysis.path else f"{_base(found.file)}:{found.line}"
+        where = (
+            f"line {found.line}" if found.file == analysis.path else f"{file_name(found.file)}:{found.line}"
+        )
         yield f"{asked.kind} of {where}: `{_text(service, analysis, found)}`"
 
 
@@ -409,10 +411,6 @@ def _text(service: ProgramService, analysis: Analysis, name: PlacedName) -> str:
         return load(name.file).line(name.line).strip()
     except OSError:
         return ""
-
-
-def _base(path: str) -> str:
-    return path.replace("\\", "/").rpartition("/")[2]
 
 
 def _seconds(value: float) -> str:

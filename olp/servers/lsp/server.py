@@ -17,7 +17,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from threading import Event, Thread
 from typing import Any, BinaryIO
-from urllib.parse import unquote, urlsplit
+from urllib.parse import urlsplit
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException, JsonRpcInternalError
@@ -109,11 +109,6 @@ def uri_of(path: str) -> str:
     return from_fs_path(path) or path
 
 
-def same_uri(first: str, second: str) -> bool:
-    """Whether two spellings of a URI are one."""
-    return unquote(first) == unquote(second)
-
-
 _CHANGE = b'"textDocument/didChange"'
 
 
@@ -200,8 +195,6 @@ def start() -> None:
 #
 # pygls keeps texts of its own and converts every answer field by field; with 20,000 lines both take longer than the
 # answer itself.
-
-logger = logging.getLogger(__name__)
 
 
 class Raw:

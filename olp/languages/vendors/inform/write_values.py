@@ -117,9 +117,6 @@ class InformValues(Generator):
     def arguments(self, given: Sequence[ex.Expression]) -> str:
         return self.separator.join(map(self.single, given))
 
-    def number(self, e: ex.Number) -> str:
-        return decimal(e.value, 1) if isinstance(e.value, float) else str(int(e.value))
-
     def spell_unknown(self, e: ex.Unknown) -> str:
         return e.text
 
