@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from lark.exceptions import UnexpectedInput
 from translate_programs import VENDORS, Maker
 
 import olp
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.source import decode
 from olp.ir.program import Program
+from olp.languages.alike_lines import AlikeLines
+from olp.languages.lark_host import Grammar
 from olp.languages.vendors.rapid.clauses import Clause, Cutter
 from olp.languages.vendors.rapid.fast import PlainClauses
 from olp.languages.vendors.rapid.names import gather
@@ -175,3 +179,40 @@ def test_a_long_path_is_read_as_its_points_one_by_one() -> None:
     moves = program.routines[0].body
     assert [move.targets[0].name for move in moves] == [f"P{n}" for n in range(200)]  # type: ignore[union-attr]
     assert {move.frame.name for move in moves} == {"f1"}  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("language", ["as", "pdl2", "val3"])
+def test_lines_with_other_digits_have_the_tree_that_the_grammar_gives(language: str) -> None:
+    declared = (SAMPLES / language / f"readings/{language}.reading").read_text(encoding="utf-8")
+    texts = {re.split(r"\s*(?:;|--|//)", text)[0] for text in re.findall(r"(?m)^S +(.*\S)", declared)}
+    choose = random.Random(language)
+
+    def other(digits: re.Match[str]) -> str:
+        return str(choose.randrange(10 ** choose.choice((1, 1, 2, 3, 9))))
+
+    variants = [re.sub("[0-9]+", other, text) for text in sorted(texts) for _ in range(4)]
+    odd = [
+        "x = 0x1F",
+        "x = 1x1F",
+        "x = 1E5",
+        "x = 1E50",
+        "x = 1E500",
+        "C1MOVE a",
+        "C2MOVE a",
+        "C3MOVE a",
+        "x = '%s1 %%s'",
+    ]
+    variants = choose.sample(variants, len(variants)) + odd * 2
+    grammar = Grammar(language)
+    lines = AlikeLines(grammar)
+    trees = 0
+    for text in variants:
+        try:
+            tree = repr(grammar.parse(text))
+        except UnexpectedInput as refused:
+            with pytest.raises(type(refused)):
+                lines.read(text, repr)
+        else:
+            assert lines.read(text, repr) == tree, text
+            trees += 1
+    assert trees > len(variants) / 2

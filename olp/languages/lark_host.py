@@ -138,6 +138,11 @@ def _few(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     return lambda statement: tuple(getattr(statement, name) for name in names)
 
 
+def placed(statement: Any, line: int) -> Any:
+    """The statement on its line."""
+    return type(statement)(line, *values_of(statement))
+
+
 def bracket_depth(text: str) -> int:
     """How deep the brackets of a text are nested."""
     depth = deepest = 0

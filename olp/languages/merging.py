@@ -201,7 +201,7 @@ class MergeRules:
         return line[:start], kept, line[start + len(kept) :]
 
     def _comment(self, line: str) -> int:
-        if line.lstrip(" \t").startswith(self.whole_comments or "\3"):
+        if self.whole_comments and line.lstrip(" \t").startswith(self.whole_comments):
             return 0
         found = [at for mark in self.comments if (at := line.find(mark)) >= 0]
         if not found:

@@ -23,8 +23,9 @@ from olp.ir.expressions import (
     RecordLiteral,
 )
 from olp.ir.program import LineKind, Opaque, Program, Statement
+from olp.languages.alike_lines import AlikeLines
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, expected, give_up
+from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, expected, give_up, placed
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput
@@ -52,9 +53,9 @@ class NotModelledError(Exception):
 
 
 @lru_cache(maxsize=16)
-def parser(language: str) -> Grammar:
+def _lines(language: str) -> AlikeLines:
     """The language's parser, built once per process from grammars/<language>.lark."""
-    return Grammar(language)
+    return AlikeLines(Grammar(language))
 
 
 class LoweringRules(Protocol):
@@ -104,35 +105,26 @@ class LineParser:
             if isinstance(problem.orig_exc, NotModelledError):
                 return [self.opaque(text, number)]
             raise
-        return [placed(one, number) for one in (found if isinstance(found, list) else [found])]
+        several = found if isinstance(found, list) else [found]
+        return [placed(one, number) if hasattr(one, "line") else one for one in several]
 
     def _lowered(self, text: str) -> Any:
         """What the rules make of the text; where somebody remembers, once, as long as its names are spelled alike."""
         rules = self._rules
         known = shelf(f"{self._language} lowered") if rules.settled_by is not None else None
         if known is None:
-            return rules.transform(self._tree(text))
+            return _lines(self._language).read(text, rules.transform)
         key = text, rules.settled_by
         names, found = known.get(key) or ((), None)
         if found is None or any(rules.spelled(name) != spelt for name, spelt in names):
             asked: list[tuple[str, str]] = []
             rules.asked = asked
             try:
-                found = rules.transform(self._tree(text))
+                found = _lines(self._language).read(text, rules.transform)
             finally:
                 rules.asked = None
             known.put(key, (tuple(asked), found))
         return found
-
-    def _tree(self, text: str) -> Tree[Token]:
-        """Where somebody remembers, the grammar sees each text once. Raises UnexpectedInput."""
-        known = shelf(f"{self._language} lines")
-        tree: Tree[Token] | None = None if known is None else known.get(text)
-        if tree is None:
-            tree = parser(self._language).parse(text)
-            if known is not None:
-                known.put(text, tree)
-        return tree
 
     def opaque(self, text: str, number: int) -> Opaque:
         """The line word for word, which is told once per instruction."""
@@ -159,15 +151,15 @@ class LineParser:
         return []
 
     def _too_much(self, text: str, number: int) -> bool:
-        span = self.findings.whole_line(number)
         if self.broken >= MOST_BROKEN:
-            give_up(self.findings, self.codes.long, span)
+            give_up(self.findings, self.codes.long, self.findings.whole_line(number))
             return True
         operators = len(_OPERATORS.findall(text)) if len(text) > _MOST_OPERATORS else 0
         if len(text) <= _MOST_CHARACTERS and operators <= _MOST_OPERATORS and not _LONG_NUMBER.search(text):
             return False
         self.broken += 1
         help = f"at most {_MOST_CHARACTERS} characters, {_MOST_OPERATORS} operators and 18 digits are read"
+        span = self.findings.whole_line(number)
         self.findings.error(self.codes.long, "this is longer than any controller takes", span, help)
         return True
 
@@ -189,11 +181,6 @@ def words(text: str) -> frozenset[str]:
 def with_comment(statement: Any, comment: str) -> Any:
     """The statement with what stands behind it; one that holds its whole text keeps that."""
     return replace(statement, comment=comment) if hasattr(statement, "comment") else statement
-
-
-def placed(one: Any, number: int) -> Any:
-    """A statement with its line; anything else as it is."""
-    return replace(one, line=number) if hasattr(one, "line") else one
 
 
 def wanted_by(refused: UnexpectedInput) -> str:

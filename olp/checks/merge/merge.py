@@ -269,7 +269,7 @@ def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
     texts = [_read(path) for path in paths]
     vendor = _language(texts, home)
     text = merge_bytes(vendor.name, texts[0], texts[1], texts[2], (paths[0], paths[1], paths[2]))
-    with remembering(TextCache()):  # most lines are the same in all versions, and are read once
+    with no_garbage_collection(), remembering(TextCache()):  # most lines are the same in all versions
         data = b"" if text.hunks else text.to_bytes()
         # What is saved beside the programs is none of them.
         merged = _program(vendor, data, home) if data and vendor.sniff(decode(data, home)) else None

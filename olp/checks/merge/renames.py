@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Set
+from itertools import chain
 from typing import NamedTuple
 
 from olp.checks.merge.align import align
@@ -43,7 +44,8 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
     """The three texts, each with the names that either side gave to what the base calls otherwise."""
     if not rules.has_variables or not any(_may_give_names(rules, base, side) for side in (ours, theirs)):
         return NewNames(base, ours, theirs)
-    before, mine, other = (_SpokenNames(rules, text) for text in (base, ours, theirs))
+    read: dict[str, _SpokenLine] = {}
+    before, mine, other = (_SpokenNames(rules, text, read) for text in (base, ours, theirs))
     given = _given(before, mine), _given(before, other)
     kept = (
         _undisputed(before, other, given[0], given[1]),
@@ -73,19 +75,34 @@ def _said(rules: MergeRules, lines: Iterable[str]) -> Counter[str]:
     return Counter(_TOKEN.findall(code.casefold() if rules.ignores_case else code))
 
 
-class _SpokenNames:
-    """The names of a text. `often`: how often each is said; `spelt`: as it stands there first."""
+class _SpokenLine(NamedTuple):
+    """Indentation, code and comment of a line, and the names in its code, as keys and as they are spelt."""
 
-    def __init__(self, rules: MergeRules, text: str) -> None:
+    slots: tuple[str, str, str]
+    names: tuple[str, ...]
+    spelt: tuple[str, ...]
+
+
+class _SpokenNames:
+    """The names of a text. `often`: how often each is said; `spelt`: as it stands there first.
+
+    `read`: the lines of other versions, to which its own are added.
+    """
+
+    def __init__(self, rules: MergeRules, text: str, read: dict[str, _SpokenLine]) -> None:
         self._folds = rules.ignores_case
-        self._lines = [(rules.split(line), end) for line, end in lines_of(text)]
-        self.often: Counter[str] = Counter()
+        self._lines: list[tuple[_SpokenLine, str]] = []
+        for line, end in lines_of(text):
+            known = read.get(line)
+            if known is None:
+                slots = rules.split(line)
+                spelt = tuple(_TOKEN.findall(slots[1]))
+                known = read[line] = _SpokenLine(slots, tuple(map(self._key, spelt)), spelt)
+            self._lines.append((known, end))
+        self.often = Counter(chain.from_iterable(line.names for line, _ in self._lines))
         self.spelt: dict[str, str] = {}
-        for (_, code, _), _ in self._lines:
-            for word in _TOKEN.findall(code):
-                name = self._key(word)
-                self.often[name] += 1
-                self.spelt.setdefault(name, word)
+        for one, _ in reversed(self._lines):
+            self.spelt.update(zip(reversed(one.names), reversed(one.spelt), strict=True))
 
     def _key(self, word: str) -> str:
         return word.casefold() if self._folds else word
@@ -93,7 +110,7 @@ class _SpokenNames:
     def variables(self) -> set[str]:
         """Those that can be nothing else."""
         found: set[str] = set()
-        for (_, code, _), _ in self._lines:
+        for code in {line.slots[1] for line, _ in self._lines}:
             found.update(map(self._key, _OWNED.findall(code)))
             found.update(map(self._key, _ASSIGNED.findall(code.partition("(")[0])))
             for inside in _INDEX.findall(code):
@@ -103,10 +120,10 @@ class _SpokenNames:
     def saying(self, names: Set[str]) -> list[tuple[str, tuple[str, ...]]]:
         """The statements that say one of these names: their words without them, and which they are."""
         found = []
-        for (_, code, _), _ in self._lines:
-            said = tuple(name for name in map(self._key, _TOKEN.findall(code)) if name in names)
+        for line, _ in self._lines:
+            said = tuple(name for name in line.names if name in names)
             if said:
-                words = _TOKEN.sub(lambda match: self._shown(match[0], names), code)
+                words = _TOKEN.sub(lambda match: self._shown(match[0], names), line.slots[1])
                 found.append(("".join(words.split()), said))
         return found
 
@@ -120,9 +137,8 @@ class _SpokenNames:
         def named(match: re.Match[str]) -> str:
             return new.get(self._key(match[0]), match[0])
 
-        return "".join(
-            f"{indent}{_TOKEN.sub(named, code)}{rest}{end}" for (indent, code, rest), end in self._lines
-        )
+        slots = ((*line.slots, end) for line, end in self._lines)
+        return "".join(f"{indent}{_TOKEN.sub(named, code)}{rest}{end}" for indent, code, rest, end in slots)
 
 
 def _may_be_renamed(name: str) -> bool:

@@ -416,6 +416,8 @@ def _value(word: str, text: str) -> Expression | None:
 
 def _parted(text: str) -> tuple[str, str | None]:
     """The instruction and its comment; a semicolon in a text is part of the text."""
+    if ";" not in text:
+        return text, None
     at, quoted = 0, False
     for at, char in enumerate(text):
         if char == '"':

@@ -36,7 +36,7 @@ from olp.ir.program import (
     While,
 )
 from olp.languages.findings import Findings
-from olp.languages.lark_host import values_of
+from olp.languages.lark_host import placed, values_of
 from olp.languages.vendors.krl import parsing, texts, triggers
 from olp.languages.vendors.krl.declarations import Head, Tail
 from olp.languages.vendors.krl.fast import ACTUAL, NUMBER_ROW, KrlMoveLines, declared
@@ -154,7 +154,7 @@ class BodyReader:
         if len(self._seen) < _MOST_CACHED:
             plain = not modal and not isinstance(result, (*FORGETS, Opaque, Move))
             self._seen[code] = (type(result), values_of(result), modal, plain)
-        self._add(parsing.placed(result, number), comment, number, modal)
+        self._add(placed(result, number), comment, number, modal)
         return None
 
     def _reads_number(self, code: str, number: int) -> Any:
@@ -177,8 +177,8 @@ class BodyReader:
     def _several(self, found: tuple[Statement, ...], comment: str, number: int) -> None:
         """The statements that one of KRL stands for."""
         self._kinds[number - 1] = LineKind.STATEMENT
-        placed = [parsing.placed(one, number) for one in found]
-        self.body += [*placed[:-1], parsing.commented(placed[-1], comment) if comment else placed[-1]]
+        here = [placed(one, number) for one in found]
+        self.body += [*here[:-1], parsing.commented(here[-1], comment) if comment else here[-1]]
 
     def _add(self, it: Statement, comment: str, number: int, modal: bool) -> None:
         """One statement, or those that it stands for."""
@@ -205,8 +205,8 @@ class BodyReader:
             self.body.append(Comment(number, comment))
         last = len(found) - 1
         for place, one in enumerate(found):
-            placed = one if one is it else parsing.placed(one, number)
-            self.body.append(parsing.commented(placed, comment) if comment and place == last else placed)
+            here = one if one is it else placed(one, number)
+            self.body.append(parsing.commented(here, comment) if comment and place == last else here)
         if self._modal.data.missing or self._modal.odd:
             self._tell(number)
 

@@ -18,7 +18,6 @@ from olp.languages.lark_host import (
     either,
     expected,
     give_up,
-    values_of,
 )
 from olp.languages.vendors.krl.scope import Scope
 
@@ -186,11 +185,6 @@ def kept(code: str) -> Statement | None:
         name = "stop-handler" if _STOP_HANDLER.fullmatch(code) else match[1].split()[0].lower()
         return Process(0, name, (("", Text(code)),))
     return Opaque(0, code) if _OUTSIDE.match(code) else None
-
-
-def placed(statement: Statement, line: int) -> Statement:
-    """The statement on its line."""
-    return type(statement)(line, *values_of(statement))
 
 
 def commented(statement: Any, comment: str) -> Statement:

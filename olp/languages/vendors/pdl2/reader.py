@@ -331,6 +331,8 @@ def _goes_on(text: str, more: str) -> bool:
 def _parted(text: str) -> tuple[str, str | None]:
     """The instruction without a ; at its end, and its comment; dashes in a text are part of the text."""
     text = text.strip(" \t\r\f\x1a")
+    if "--" not in text:
+        return text.rstrip(" \t;"), None
     quoted = False
     for at, char in enumerate(text):
         if char == "'":

@@ -17,6 +17,7 @@ _TAIL = re.compile(r"(?<![^\W_])[0-9a-f]{8}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{4}_
 _NAME = re.compile(rf"(\w+?_){_TAIL.pattern}")
 _OPENS = re.compile(r"\s*(?:(?:def|thread|sec)\s+(\w+)|(?:if|while)\b)")
 _ENDS = re.compile(r"\s*end\b")
+_BLOCK = re.compile(r"\s*(?:def|thread|sec|if|while|end)\b")
 _MOVE = re.compile(r"(move[jlpc])\(")
 _PLACES = {
     "movej": ("place", "acceleration", "speed", "speed", "zone"),
@@ -62,22 +63,32 @@ class UrScriptMerging(MergeRules):
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         """Data by the routine that they stand in: routines stand in one another."""
         within: list[str] = []
-        for number, piece in enumerate(super()._pieces(lines, known)):
-            words = self.split(lines[number][0])[1]  # no piece of URScript is longer than a line
-            opened = _OPENS.match(words)
-            if opened is not None:
-                within.append(opened[1] or "")
-            elif _ENDS.match(words) and within:
-                within.pop()
-            if piece.name:
+        scope = ""
+        for line, piece in zip(
+            lines, super()._pieces(lines, known), strict=True
+        ):  # no piece is longer than a line
+            if _BLOCK.match(line[0]):
+                words = self.split(line[0])[1]
+                opened = _OPENS.match(words)
+                if opened is not None:
+                    within.append(opened[1] or "")
+                elif _ENDS.match(words) and within:
+                    within.pop()
                 scope = next((one for one in reversed(within) if one), "")
-                piece = replace(piece, name=f"{scope}{piece.name}")
+            if piece.name:
+                key = (*line, f"{scope}{piece.name}")
+                there = known.get(key)
+                if there is None:
+                    there = known[key] = replace(piece, name=key[2])
+                piece = there
             yield piece
 
 
 def _tails(text: str) -> dict[str, str]:
     """The tail of each name that has but one."""
     found: dict[str, set[str]] = {}
+    if _TAIL.search(text) is None:
+        return {}
     for match in _NAME.finditer(text):
         found.setdefault(match[1], set()).add(match[0].removeprefix(match[1]))
     return {head: next(iter(some)) for head, some in found.items() if len(some) == 1}
