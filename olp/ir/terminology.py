@@ -155,6 +155,7 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "tool-data": "the values of a tool",
 }
 VALUES: Final[Mapping[str, str]] = {
+    "at-home": "whether the arm stands at its home position",
     "current-frame": "the frame in use",
     "current-joints": "the axis values of the current position",
     "current-pose": "the current position",

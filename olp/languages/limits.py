@@ -194,6 +194,8 @@ class Limits:
     manual_signal: tuple[str, int] | None = (
         None  # bus and number of what is on while programs run in a manual mode, whatever its speed
     )
+    # Bus and number or name of what is on while the arm stands at its home position, and what makes it so
+    home_signal: tuple[str, int | str, str] | None = None
     wait_poll: float = (
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )

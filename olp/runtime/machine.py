@@ -283,6 +283,9 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
     if value.name in ("manual-reduced", "manual-full"):
         m.assume("the mode is taken to be automatic")
         return False
+    if value.name == "at-home":
+        m.assume("the arm is taken not to stand at its home position")
+        return False
     m.assume(f"system value {value.name} {value.index} is taken as 0")
     return 0
 

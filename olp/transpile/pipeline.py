@@ -45,7 +45,7 @@ from olp.transpile.signals import at_ends, pulses, signals
 from olp.transpile.source_only import comment_texts, foreign_words
 from olp.transpile.speeds import accelerations, speeds
 from olp.transpile.temporaries import hoist
-from olp.transpile.typed_values import enumerations, manual_modes, powers, typed_values
+from olp.transpile.typed_values import enumerations, home_positions, manual_modes, powers, typed_values
 from olp.transpile.unroll import executed
 
 if TYPE_CHECKING:
@@ -88,6 +88,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         enumerations,
         powers,
         manual_modes,
+        home_positions,
         texts,
         array_values,
         single_rows,

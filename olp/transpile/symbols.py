@@ -286,7 +286,7 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             | Compare()
             | Logic()
             | Unary("not", _)
-            | SystemValue("manual-reduced" | "manual-full")
+            | SystemValue("manual-reduced" | "manual-full" | "at-home")
         ):
             return "boolean"
         case Signal(bus):

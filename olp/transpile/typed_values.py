@@ -186,6 +186,9 @@ def whole_decimals(e: Any) -> Any:
 _LARGEST_POWER: Final = 4  # that is written as a product
 _LARGEST_EXPONENT: Final = 50  # of constants that are computed here
 _MANUAL: Final = (SystemValue("manual-reduced"), SystemValue("manual-full"))
+_HOME: Final = SystemValue("at-home")
+_ASKED_AT_HOME: Final = "whether the arm stands at home is asked of a signal that the cell keeps on there"
+_AT_HOME: Final = "see that the signal for the home position is on there, and nowhere else"
 _TOLD_BY_SIGNAL: Final = (
     "whether the mode is manual is asked of the signal that the controller sets in its manual modes"
 )
@@ -269,6 +272,24 @@ def powers(program: Program, work: TranslationContext) -> Program:
         changed_rare(r, work.look(r), lambda s, name=r.name: mapped(s, lambda e: change(e, name)))  # type: ignore[misc]
         for r in program.routines
     ]
+    return with_routines(program, routines)
+
+
+def home_positions(program: Program, work: TranslationContext) -> Program:
+    """Whether the arm stands at home, from the signal that tells it, where the target has such."""
+    if work.limits.home_signal is None:
+        return program
+    bus, index, asks = work.limits.home_signal
+    signal = Signal(bus, Number(index) if isinstance(index, int) else Text(index))
+
+    def change(s: Statement) -> Statement:
+        if _HOME not in expressions_of(s):
+            return s
+        work.lose(s, Fate.APPROXIMATED, "condition", _ASKED_AT_HOME)
+        work.ask(_AT_HOME, asks)
+        return mapped(s, lambda e: signal if e == _HOME else e)
+
+    routines = [changed_rare(r, work.look(r), change) for r in program.routines]
     return with_routines(program, routines)
 
 

@@ -57,6 +57,7 @@ SYSTEM_VALUES: Final = {
     "$BASE": "current-frame",
     "$T1": "manual-reduced",
     "$T2": "manual-full",
+    "$IN_HOME": "at-home",
 }
 _FRAMES: Final = frozenset({"$NULLFRAME", "$WORLD"})
 _COMPARISONS: Final = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}

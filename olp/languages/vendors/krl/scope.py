@@ -55,6 +55,7 @@ _SYSTEM_KINDS: Final = {
     "current-joints": "E6AXIS",
     "manual-reduced": "BOOL",
     "manual-full": "BOOL",
+    "at-home": "BOOL",
 }
 _STRUCTURES: Final = {
     "FDAT": {"TOOL_NO": "INT", "BASE_NO": "INT", "IPO_FRAME": "IPO_MODE", "POINT2": "CHAR"},

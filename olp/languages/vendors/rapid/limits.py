@@ -48,6 +48,11 @@ LIMITS = Limits(
     reserved=RESERVED,
     watches_flags=True,
     value_types=ValueTypes(signals_are_states=False, persistent_systems=True),
+    home_signal=(
+        "out",
+        "doAtHome",
+        "configure doAtHome, on while the arm stands at the home position (WZHomeJointDef and WZDOSet)",
+    ),
     ordered_arguments=True,  # they may be left out, but have no defaults
     reference_parameters=True,  # moves take tools that are persistent only
     array_literals=True,
