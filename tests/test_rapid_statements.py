@@ -406,8 +406,11 @@ def test_functions_of_positions() -> None:
     )
 
 
-def test_a_clock_is_a_timer() -> None:
-    assert value("ClkRead(a)", "VAR clock a;") == SystemValue("timer", 1)
+def test_clocks_have_names() -> None:
+    assert value("ClkRead(a)", "VAR clock a;") == Function("timer", (Named("a"),))
+    runs = Function("timer-running", (Named("a"),))
+    assert statement("ClkStart a;", "VAR clock a;") == Assign(0, runs, SignalState(True))
+    assert statement("ClkStop a;", "VAR clock a;") == Assign(0, runs, SignalState(False))
 
 
 # --- flow ---------------------------------------------------------------------------------------------------------

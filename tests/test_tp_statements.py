@@ -410,7 +410,10 @@ def test_process_instructions(text, name, rest):
 
 
 def test_clocks_and_conditions_of_moves():
-    assert one("TIMER[2]=START") == Process(0, "TIMER", (("", Number(2)), ("", Text("START"))))
+    assert one("TIMER[2]=START") == Assign(0, SystemValue("timer-running", 2), SignalState(True))
+    assert one("TIMER[2]=STOP") == Assign(0, SystemValue("timer-running", 2), SignalState(False))
+    assert one("TIMER[2]=RESET") == Assign(0, SystemValue("timer", 2), Number(0))
+    assert one("TIMER[R[1]]=STOP") == Process(0, "TIMER", (("", r(1)), ("", Text("STOP"))))
     assert one("SKIP CONDITION DI[1]=ON") == Process(0, "SKIP CONDITION", (("", is_on("in", 1)),))
     assert one("OFFSET CONDITION PR[1]") == Process(0, "OFFSET CONDITION", (("", pr(1)),))
     assert one("ABORT") == Process(0, "ABORT")

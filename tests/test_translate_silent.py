@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -171,11 +172,30 @@ def test_what_does_not_stop_the_advance_run_keeps_the_blend(between):
 def test_a_clock_is_never_another_controllers_timer():
     data = (*TARGETS, "VAR clock c;")
     text = module("ClkStart c;", "MoveL p2,v100,fine,tool0;", "x:=ClkRead(c);", data=data)
-    assert 9 in refused(text, "rapid", "krl")
-    assert "$TIMER" not in "".join(code(translated(text, "rapid", "krl"), ";"))
-    text = krl("DECL REAL X", "$TIMER[1]=0", "X=$TIMER[1]/1000")
-    for target in ("rapid", "tp"):
-        assert set(refused(text, "krl", target)) >= {3, 4}
+    assert "$TIMER[1]/1000.0" in "".join(code(translated(text, "rapid", "krl"), ";"))
+    text = krl("DECL REAL X", "$TIMER[1]=0", "X=$TIMER[1]/1000", "IF $TIMER[1]>2500 THEN", "HALT", "ENDIF")
+    assert "ClkRead(clock1)>2.5" in "".join(code(translated(text, "krl", "rapid"), "!"))
+    assert "TIMER[1]>2.5" in "".join(code(translated(text, "krl", "tp"), "!"))
+    for target in ("inform", "urscript"):
+        assert set(refused(text, "krl", target)) >= {3, 4, 5}
+
+
+@pytest.mark.parametrize(
+    ("rows", "written"),
+    [
+        (("$TIMER[1]=0", "$TIMER_STOP[1]=FALSE"), ["ClkReset", "ClkStart"]),
+        (("$TIMER_STOP[1]=FALSE", "WAIT SEC 1", "$TIMER[1]=0"), ["ClkStart", "ClkReset", "ClkStart"]),
+        (("$TIMER_STOP[1]=TRUE", "WAIT SEC 1", "$TIMER[1]=0"), ["ClkStop", "ClkReset"]),
+    ],
+)
+def test_a_clock_that_is_set_to_0_goes_on_as_before(rows, written):
+    text = "".join(code(translated(krl(*rows), "krl", "rapid"), "!"))
+    assert re.findall(r"Clk\w+", text) == written
+
+
+def test_a_clock_that_runs_on_some_ways_alone_is_refused():
+    rows = ("IF $IN[1] THEN", "$TIMER_STOP[1]=FALSE", "ENDIF", "$TIMER[1]=0", "WAIT SEC 1")
+    assert list(refused(krl(*rows), "krl", "rapid")) == [5]
 
 
 # --- 10: whole numbers --------------------------------------------------------------------------------------

@@ -151,6 +151,8 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "pose-relative-tool": "a pose with an offset along the tool",
     "pose-vector": "a pose whose turning vector is computed",
     "random": "a random number",
+    "timer": "a clock",
+    "timer-running": "asking whether a clock runs",
     "step-position": "the position of another step",
     "tool-data": "the values of a tool",
 }
@@ -164,7 +166,8 @@ VALUES: Final[Mapping[str, str]] = {
     "position-pose": "the pose of a position",
     "returned": "the value that a call returned",
     "timed-out": "asking whether a wait has timed out",
-    "timer": "a timer",
+    "timer": "a clock",
+    "timer-running": "asking whether a clock runs",
     "weld-speed": "the speed that the welding equipment sets",
 }
 SYSTEMS: Final[Mapping[str, str]] = {

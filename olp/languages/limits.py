@@ -194,6 +194,11 @@ class Limits:
     manual_signal: tuple[str, int] | None = (
         None  # bus and number of what is on while programs run in a manual mode, whatever its speed
     )
+    # Clocks: how many, how one is spelt in the receipt ("": by a name that is declared), seconds of its unit
+    clocks: int = 0
+    clock_form: str = ""
+    clock_unit: float = 1.0
+    zeroing_stops: bool = True  # a clock that is set to 0 stops, or nothing tells whether it does
     # Bus and number or name of what is on while the arm stands at its home position, and what makes it so
     home_signal: tuple[str, int | str, str] | None = None
     wait_poll: float = (

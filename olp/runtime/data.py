@@ -174,6 +174,8 @@ def store_value(m: Machine, target: Expression, value: Value) -> None:
         write_member(m, target, value)
     elif isinstance(target, FrameRef) and target.kind == "tool" and target.number is not None:
         set_tool(m, target.number, value)
+    elif isinstance(target, (SystemValue, Function)) and target.name in ("timer", "timer-running"):
+        return  # no time passes while the program runs here
     elif isinstance(target, SystemValue):
         m.assume(f"{spell(target)} is set: nothing that is timed depends on it")
     elif isinstance(target, Element):

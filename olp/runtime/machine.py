@@ -286,6 +286,9 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
     if value.name == "at-home":
         m.assume("the arm is taken not to stand at its home position")
         return False
+    if value.name == "timer":
+        m.assume(f"the clock {value.index} is taken to stand at 0")
+        return 0
     m.assume(f"system value {value.name} {value.index} is taken as 0")
     return 0
 

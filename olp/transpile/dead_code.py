@@ -17,7 +17,7 @@ from olp.transpile.context import Fate, TranslationContext
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
 _WRITTEN = frozenset({"speed", "zone"})
-_HELD = _PLAIN | {"tool", "frame", ""}  # types that every language has in some form
+_HELD = _PLAIN | {"tool", "frame", "clock", ""}  # types that every language has in some form
 
 
 def prune(program: Program, work: TranslationContext) -> Program:

@@ -16,6 +16,7 @@ from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
 from olp.transpile.arrays import array_bounds, array_sizes, array_values, single_rows, sums, texts, vectors
 from olp.transpile.blends import blends
+from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import known_systems
@@ -80,6 +81,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         spelling,
         stopped_advance,
         at_ends,
+        clocks,
         foreign_words,
         signal_variables,
         optional_parameters,

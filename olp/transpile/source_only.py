@@ -10,13 +10,11 @@ from typing import Any, Final
 from olp.ir import terminology
 from olp.ir.expressions import (
     Expression,
-    Function,
     Member,
     Named,
     Number,
     SignalState,
     Store,
-    SystemValue,
     Text,
 )
 from olp.ir.program import (
@@ -57,6 +55,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, language_of
+from olp.transpile.clocks import is_clock
 from olp.transpile.context import Fate, TranslationContext
 
 # What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
@@ -175,7 +174,7 @@ class _ForeignWords:
             return [s]
         if isinstance(s, Move) and s.other:
             return [_without_options(s, work, self.manner)]
-        if isinstance(s, _READING) and any(map(_is_clock, expressions_of(s))):
+        if not work.limits.clocks and isinstance(s, _READING) and any(map(is_clock, expressions_of(s))):
             work.lose(s, Fate.REFUSED, "statement", _CLOCK)
             return [s]
         if isinstance(s, Pause) and s.spelling == ACKNOWLEDGED:
@@ -253,10 +252,6 @@ def _read_records(routine: Routine) -> set[str]:
             members = (e.base for e in expressions_of(s) if isinstance(e, Member))
             read.update(base.name.upper() for base in members if isinstance(base, Named))
     return read
-
-
-def _is_clock(e: Expression) -> bool:
-    return isinstance(e, (SystemValue, Function)) and e.name == "timer"
 
 
 def _idle_settings(program: Program, work: TranslationContext) -> dict[int, str]:

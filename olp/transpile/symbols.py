@@ -286,7 +286,7 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             | Compare()
             | Logic()
             | Unary("not", _)
-            | SystemValue("manual-reduced" | "manual-full" | "at-home")
+            | SystemValue("manual-reduced" | "manual-full" | "at-home" | "timer-running")
         ):
             return "boolean"
         case Signal(bus):
@@ -314,7 +314,9 @@ def _computed_kind(found: Symbols, routine: str, e: Expression | None) -> str:
             return "integer"
         return "real" if operator == "/" or "real" in kinds else next(iter(kinds)) if len(kinds) == 1 else ""
     name = getattr(e, "name", "")
-    if name == "pose-distance":
+    if name == "timer-running":
+        return "boolean"
+    if name in ("pose-distance", "timer"):
         return "real"
     if name.startswith(_POSES) or name in ("current-pose", "position-pose", "forward"):
         return "position"

@@ -10,7 +10,7 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import Vendor, statements
+from olp.languages.vendor import Conventions, Vendor, statements
 
 _MARK: Final = re.compile(
     r"^\s*\.(?:PROGRAM|TRANS|JOINTS|REALS|STRINGS|AUXDATA|SYSDATA|ROBOTDATA\d|NETCONF\d?)\b", re.IGNORECASE
@@ -27,6 +27,7 @@ class As(Vendor):
         "SetSpeed PulseOutput Label Jump ElseIf While EndWhile For Next Switch EndSwitch Pause Repeat "
         "Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
     )
+    conventions = Conventions(clocks_run=True)
     comment_prefix = ";"
     trailing_comment_prefix = " ;"
     comment_length = 100

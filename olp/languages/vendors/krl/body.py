@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity
-from olp.ir.expressions import Expression, Named, Number, Text
+from olp.ir.expressions import Expression, Named, Number, SystemValue, Text
 from olp.ir.moves import Move
 from olp.ir.program import (
     Assign,
@@ -168,6 +168,7 @@ class BodyReader:
         result = self._reader.parse(code, number)
         if (
             type(result) is Assign
+            and type(result.target) is not SystemValue  # $TIMER is set in ms
             and type(result.value) is Number
             and len(self._set_to_numbers) < _MOST_CACHED
         ):

@@ -59,6 +59,7 @@ SYSTEM_VALUES: Final = {
     "$T2": "manual-full",
     "$IN_HOME": "at-home",
 }
+_MILLISECONDS: Final = Number(1000)  # of a second
 _FRAMES: Final = frozenset({"$NULLFRAME", "$WORLD"})
 _COMPARISONS: Final = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 # Which binds first, by the manuals: comparisons last of all.
@@ -158,7 +159,9 @@ class KrlExpressionRules(Transformer[Token, Any]):
         if it.key in BUSES and index is not None:
             return Signal(BUSES[it.key], index), it.parts[1:]
         if it.key == "$TIMER" and type(index) is Number:
-            return SystemValue("timer", int(index.value)), it.parts[1:]
+            return Binary("*", SystemValue("timer", int(index.value)), _MILLISECONDS), it.parts[1:]
+        if it.key == "$TIMER_STOP" and type(index) is Number:
+            return Unary("not", SystemValue("timer-running", int(index.value))), it.parts[1:]
         if it.key in SYSTEM_VALUES:
             return SystemValue(SYSTEM_VALUES[it.key]), it.parts
         if it.key in _FRAMES:

@@ -7,7 +7,17 @@ from typing import Any, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import Expression, Named, Quantity, Signal, SignalState, Text
+from olp.ir.expressions import (
+    Binary,
+    Expression,
+    Named,
+    Number,
+    Quantity,
+    Signal,
+    SignalState,
+    Text,
+    Unary,
+)
 from olp.ir.program import (
     Assign,
     Break,
@@ -82,6 +92,8 @@ class StatementRules(DeclarationRules):
         reference, value = children
         target = self.lower(reference)
         value = settle(value, self.scope, self.scope.type_of(target))
+        if isinstance(target, (Binary, Unary)):
+            return _clock(target, value)
         return SetOutput(0, target, value) if type(target) is Signal else Assign(0, target, value)
 
     def pulse(self, children: list[Any]) -> PulseOutput:
@@ -178,3 +190,14 @@ class StatementRules(DeclarationRules):
 
     def dwell(self, children: list[Any]) -> Dwell:
         return Dwell(0, Quantity(self.plain(children[0]), 1.0))
+
+
+def _clock(target: Binary | Unary, value: Expression) -> Assign:
+    """`$TIMER[1]=0`, in ms, and `$TIMER_STOP[1]=FALSE`."""
+    if isinstance(target, Unary):
+        on = SignalState(not value.on) if isinstance(value, SignalState) else Unary("not", value)
+        return Assign(0, target.operand, on)
+    if isinstance(value, Number):
+        seconds = value.value / 1000
+        return Assign(0, target.left, Number(int(seconds) if seconds.is_integer() else seconds))
+    return Assign(0, target.left, Binary("/", value, target.right))

@@ -69,6 +69,10 @@ LIMITS: Final = Limits(
     reference_parameters=True,  # arrays are handed over in no other way
     wait_poll=0.012,
     data_beside=True,
+    clocks=20,
+    clock_form="$TIMER[{}]",
+    clock_unit=0.001,
+    zeroing_stops=False,
     refuses=frozenset(
         {
             "Clear",

@@ -56,6 +56,8 @@ _SYSTEM_KINDS: Final = {
     "manual-reduced": "BOOL",
     "manual-full": "BOOL",
     "at-home": "BOOL",
+    "timer": "INT",
+    "timer-running": "BOOL",
 }
 _STRUCTURES: Final = {
     "FDAT": {"TOOL_NO": "INT", "BASE_NO": "INT", "IPO_FRAME": "IPO_MODE", "POINT2": "CHAR"},

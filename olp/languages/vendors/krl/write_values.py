@@ -26,6 +26,7 @@ AXIS_WORDS: Final = ("A1", "A2", "A3", "A4", "A5", "A6")
 _BITS: Final = {"and": ("B_AND", 7), "xor": ("B_EXOR", 6), "or": ("B_OR", 5)}
 _CONDITIONS: Final = (ex.Logic, ex.Compare, ex.SignalState)
 _UNARY, _PRODUCT, _ATOM = 12, 13, 14
+_MILLISECONDS: Final = ex.Number(1000)  # of a second
 _DIGITS = 12
 _DECIMALS = 9
 _NINE_DECIMALS = 1000.0  # up to here nine decimals are not more than twelve digits
@@ -188,9 +189,11 @@ class KrlValues(Generator):
     def signal(self, e: ex.Signal) -> str:
         return e.index.value if isinstance(e.index, ex.Text) else super().signal(e)
 
-    def spell_system_value(self, e: ex.SystemValue) -> str:
+    def spell_system_value(self, e: ex.SystemValue) -> Spelled:
         if e.name == "timer":
-            return f"$TIMER[{e.index}]"
+            return f"$TIMER[{e.index}]/1000.0", 11
+        if e.name == "timer-running":
+            return f"NOT $TIMER_STOP[{e.index}]", _UNARY
         if e.name == "timed-out":
             return "TIMED_OUT"
         if e.name not in _SYSTEM:
@@ -250,8 +253,15 @@ class KrlValues(Generator):
 
     # --- operations -------------------------------------------------------------------------------------
 
+    def spell_unary(self, e: ex.Unary) -> Spelled:
+        if e.operator == "not" and type(e.operand) is ex.SystemValue and e.operand.name == "timer-running":
+            return f"$TIMER_STOP[{e.operand.index}]"
+        return super().spell_unary(e)
+
     def spell_binary(self, e: ex.Binary) -> Spelled:
         left, right = e.left, e.right
+        if e == ex.Binary("*", left, _MILLISECONDS) and type(left) is ex.SystemValue and left.name == "timer":
+            return f"$TIMER[{left.index}]"
         if e.operator in ("/", "div"):
             return self._quotient(e, 11)
         if e.operator in _BITS:

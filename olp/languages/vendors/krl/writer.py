@@ -196,11 +196,25 @@ class KrlWriter(KrlMoves):
     def write_assign(self, s: st.Assign) -> Lines:
         if texts.is_put_together(s.value):
             return self._put_together(self.target(s.target), s.value)
+        if type(s.target) is ex.SystemValue and s.target.name in ("timer", "timer-running"):
+            return self._clock(s.target, s.value)
         before, s = self.computed(s)
         if self.forms is not None and isinstance(s.target, ex.FrameRef):
             self.forget()
             return [*before, f"{self.value(s.target)}={self.value(s.value)}"]
         return [*before, f"{self.target(s.target)}={self.value(s.value)}"]
+
+    def _clock(self, clock: ex.SystemValue, value: ex.Expression) -> str:
+        """A clock is set, in ms, or started and stopped."""
+        if clock.name == "timer-running":
+            on = not value.on if isinstance(value, ex.SignalState) else None
+            stopped = self.value(ex.Unary("not", value)) if on is None else self.value(ex.SignalState(on))
+            return f"$TIMER_STOP[{clock.index}]={stopped}"
+        if isinstance(value, ex.Number):
+            return f"$TIMER[{clock.index}]={round(value.value * 1000)}"
+        in_ms = isinstance(value, ex.Binary) and value.operator == "/" and value.right == ex.Number(1000)
+        milliseconds = value.left if in_ms else ex.Binary("*", value, ex.Number(1000))  # type: ignore[union-attr]
+        return f"$TIMER[{clock.index}]={self.value(milliseconds)}"
 
     def write_message(self, s: st.Message) -> Lines:
         if not texts.is_put_together(s.text):

@@ -7,7 +7,7 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import Vendor, statements
+from olp.languages.vendor import Conventions, Vendor, statements
 
 _MARK: Final = re.compile(
     r"^\s*PROGRAM\s+[A-Z_]\w*\s*(?:&|,|--|$|EZ\b|HOLD|NOHOLD|PROG_ARM|PRIORITY)", re.IGNORECASE
@@ -25,6 +25,7 @@ class Pdl2(Vendor):
         "Pause StartTask Repeat Until Break Declare SetAcceleration SetBlend SetTool SetFrame "
         "SetOverride Opaque"
     )
+    conventions = Conventions(clocks_run=True)
     comment_prefix = "--"
     trailing_comment_prefix = " --"
     comment_length = 200

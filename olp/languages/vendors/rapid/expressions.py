@@ -437,9 +437,8 @@ def _size(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression
 
 
 def _timer(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
-    value = given[0].value if given else None
-    number = rules.names.clocks.get(value.name.lower()) if isinstance(value, Named) else None
-    return None if number is None else SystemValue("timer", number)
+    values = rules.plain_arguments(given)
+    return Function("timer", values) if len(values) == 1 else None
 
 
 def _present(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:

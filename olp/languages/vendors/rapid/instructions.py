@@ -90,6 +90,13 @@ def _alias(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -
     return [Assign(0, variable.index, called)]
 
 
+def _clock(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
+    """ClkStart, ClkStop; ClkReset stops the clock and sets it to 0."""
+    values = tuple(values_of(rules, name, given, 1)[:1])
+    runs = Assign(0, Function("timer-running", values), SignalState(name.lower() == "clkstart"))
+    return [runs, Assign(0, Function("timer", values), Number(0))] if name.lower() == "clkreset" else [runs]
+
+
 def _switch(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
     return [SetOutput(0, signal, SignalState(name.lower() == "set"))]
@@ -235,6 +242,7 @@ RULES: Final[dict[str, Rule]] = {
     "setgo": _output,
     "setao": _output,
     "aliasio": _alias,
+    **dict.fromkeys(("clkstart", "clkstop", "clkreset"), _clock),
     "set": _switch,
     "reset": _switch,
     "invertdo": _invert,

@@ -48,6 +48,7 @@ LIMITS = Limits(
     reserved=RESERVED,
     watches_flags=True,
     value_types=ValueTypes(signals_are_states=False, persistent_systems=True),
+    clocks=1000,  # as many as are declared
     home_signal=(
         "out",
         "doAtHome",

@@ -14,11 +14,11 @@ _DATA: Final = re.compile(
     r"(?:(?:LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(\w+)\s+(\w+)\s*(\{[^}]{0,500}\}\s*)?(?::=(.*))?;?\Z",
     re.IGNORECASE | re.DOTALL,
 )
-# Most of a file are points: of them, and of all data but speeds, zones and clocks, the value says nothing here.
+# Most of a file are points: of them, and of all data but speeds and zones, the value says nothing here.
 _BEGIN: Final = re.compile(
     r"(?:(?:LOCAL|TASK)\s++)?(?:CONST|PERS|VAR)\s++(\w++)\s++(\w++)\s*+:=", re.IGNORECASE
 )
-_OF_VALUE: Final = frozenset({"clock", "speeddata", "zonedata"})
+_OF_VALUE: Final = frozenset({"speeddata", "zonedata"})
 _HEAD: Final = re.compile(
     r"(?:LOCAL\s+)?(PROC|FUNC|TRAP)\s+(?:(\w+)\s+)??(\w+)\s*(?:\((.*)\)\s*)?\Z", re.IGNORECASE | re.DOTALL
 )
@@ -65,7 +65,6 @@ class RapidNames:
     assigned: set[str] = field(default_factory=set)
     signals: dict[str, str] = field(default_factory=dict)  # name -> bus
     aliased: set[str] = field(default_factory=set)  # what AliasIO connects to a signal
-    clocks: dict[str, int] = field(default_factory=dict)  # name -> number from 1
     local: dict[str, str] = field(default_factory=dict)  # types of the routine that is read
     arrays: dict[str, int] = field(default_factory=dict)  # name -> number of dimensions
     uneven: bool = False  # a quaternion that is not of unit length was read
@@ -189,8 +188,6 @@ def _data(names: RapidNames, match: re.Match[str], inside: dict[str, str] | None
     _declared(names, kind, name, inside)
     if sizes:
         names.arrays.setdefault(key, sizes.count(",") + 1)
-    if kind == "clock":
-        names.clocks.setdefault(key, len(names.clocks) + 1)
     if kind in ("speeddata", "zonedata") and value and not sizes:
         value = value.rstrip("; \t\n").lstrip()
         numbers = _NUMBERS.match(value)

@@ -30,10 +30,8 @@ _ZONE_NAMES: Final = {zone.values[0]: name for name, zone in ZONES.items() if na
 class RapidMoves(RapidValues):
     """Writes moves, whose speeds and blends they share. `declared`: new data, by name."""
 
-    def __init__(
-        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
-    ) -> None:
-        super().__init__(program, types, clocks, names)
+    def __init__(self, program: st.Program, types: Mapping[str, str], names: RapidNames) -> None:
+        super().__init__(program, types, names)
         self.declared: dict[str, str] = {}
         self._speeds: dict[tuple[int, int], tuple[object, object, str]] = {}
         self._named_speeds: dict[tuple[float, float | None], str] = {}

@@ -89,12 +89,12 @@ class RapidStatements(RapidMoves):
     least_depth = 1
     comment_form = " !{}"
     forgets = CLOSES | BRANCHES | {st.If, st.While, st.For, st.Label, st.Call}
-    joins = frozenset({st.Move, st.If, st.Wait, st.SetAcceleration, st.SetOverride, st.ObeyFlags, st.ShiftOn})
+    joins = frozenset(
+        {st.Move, st.If, st.Wait, st.Assign, st.SetAcceleration, st.SetOverride, st.ObeyFlags, st.ShiftOn}
+    )
 
-    def __init__(
-        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
-    ) -> None:
-        super().__init__(program, types, clocks, names)
+    def __init__(self, program: st.Program, types: Mapping[str, str], names: RapidNames) -> None:
+        super().__init__(program, types, names)
         self.returns = ""
         self._changed: set[str] | None = None  # names that a statement may give another value, lower case
         self._rate: float | None = None  # what AccSet has set, None: not known here
@@ -148,6 +148,8 @@ class RapidStatements(RapidMoves):
             return self._turned(target, value)
         if isinstance(target, ex.Signal):
             raise CannotSayError("a signal that is assigned to")
+        if isinstance(target, ex.Function) and target.name in ("timer", "timer-running"):
+            return self._clock(target, value)
         kind = self.type_of(target)
         if kind.startswith("signal"):
             return f"AliasIO {self.value(value)},{self.value(target)};"
@@ -162,6 +164,13 @@ class RapidStatements(RapidMoves):
         if kind == "robtarget":
             return f"{name}:={self.as_robtarget(value)};"
         return f"{name}:={self.typed(value, kind if _is_structure(value) else '')};"
+
+    def _clock(self, clock: ex.Function, value: ex.Expression) -> str:
+        if clock.name == "timer-running" and isinstance(value, ex.SignalState):
+            return f"{'ClkStart' if value.on else 'ClkStop'} {self.arguments(clock.arguments)};"
+        if clock.name == "timer-running" or value != ex.Number(0):
+            raise CannotSayError("a clock that is set to another time than 0")
+        return f"ClkReset {self.arguments(clock.arguments)};"
 
     def _partly(self, target: ex.Expression, value: ex.Expression, kind: str) -> str | None:
         """A pose that keeps its place or its turn is assigned in part."""
@@ -430,9 +439,23 @@ class RapidStatements(RapidMoves):
             return None
         if self.own and isinstance(one, _LESS_EXACT) and isinstance(following, st.Disabled):
             return self.lines(following)
+        if isinstance(one, st.Assign) and isinstance(following, st.Assign):
+            return self._reset(one, following)
         timed = isinstance(following, st.Assign) and following.value == ex.SystemValue("timed-out")
         if isinstance(one, st.Wait) and isinstance(following, st.Assign) and timed:
             return [self._wait(one, following.target)]
+        return None
+
+    def _reset(self, stopped: st.Assign, zeroed: st.Assign) -> list[str] | None:
+        """ClkReset: a clock that stops and is set to 0."""
+        match stopped.target, stopped.value, zeroed.target, zeroed.value:
+            case (
+                ex.Function("timer-running", clock),
+                ex.SignalState(False),
+                ex.Function("timer", same),
+                ex.Number(0),
+            ) if clock == same:
+                return [f"ClkReset {self.arguments(clock)};"]
         return None
 
     def _compact(self, opener: st.If, inner: Sequence[st.Statement]) -> list[str]:

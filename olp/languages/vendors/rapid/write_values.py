@@ -44,7 +44,7 @@ _MODES: Final = {"manual-reduced": "OP_MAN_PROG", "manual-full": "OP_MAN_TEST"}
 
 
 class RapidValues(Generator):
-    """Spells expressions. `types`: RAPID's type of every name, lower case; `clocks`: their names in order.
+    """Spells expressions. `types`: RAPID's type of every name, lower case.
 
     `names`: the program's structures. `before`: instructions that have to stand before the one that is spelled.
     """
@@ -75,15 +75,12 @@ class RapidValues(Generator):
         "abs": "Abs", "sqrt": "Sqrt", "sin": "Sin", "cos": "Cos", "tan": "Tan", "asin": "ASin", "acos": "ACos",
         "atan": "ATan", "atan2": "ATan2", "exp": "Exp", "power": "Pow", "trunc": "Trunc", "max": "Max", "min": "Min",
         "length-of-text": "StrLen", "part-of-text": "StrPart",
-        "match-in-text": "StrMatch", "size-of-array": "Dim",
+        "match-in-text": "StrMatch", "timer": "ClkRead", "size-of-array": "Dim",
     }  # fmt: skip
 
-    def __init__(
-        self, program: st.Program, types: Mapping[str, str], clocks: tuple[str, ...], names: RapidNames
-    ) -> None:
+    def __init__(self, program: st.Program, types: Mapping[str, str], names: RapidNames) -> None:
         super().__init__(program, program.vendor == "rapid")
         self.types = types
-        self.clocks = clocks
         self.before: list[str] = []
         self.temporary: dict[str, str] = {}  # name -> type
         self.timed_out = False
@@ -290,7 +287,7 @@ class RapidValues(Generator):
         return self.value(it.value) if isinstance(it, ex.NamedArgument) and it.value is not None else NO_AXES
 
     def spell_system_value(self, e: ex.SystemValue) -> Spelled:
-        name, index = e.name, e.index
+        name = e.name
         if name in _MODES:
             return f"OpMode()={_MODES[name]}", _COMPARED
         if name == "current-pose":
@@ -300,10 +297,6 @@ class RapidValues(Generator):
         if name == "timed-out":
             self.timed_out = True
             return TIMED_OUT
-        if name == "timer":
-            if 0 < index <= len(self.clocks):
-                return f"ClkRead({self.clocks[index - 1]})"
-            raise CannotSayError(f"timer {index}", "declare a clock")
         raise CannotSayError(terminology.value(name))
 
     def spell_frame_ref(self, e: ex.FrameRef) -> str:

@@ -60,15 +60,11 @@ class RapidWriter(RapidStatements):
 
     def __init__(self, program: st.Program) -> None:
         structures = _structures(program)
-        super().__init__(program, {}, (), structures)
+        super().__init__(program, {}, structures)
         self.globals = {one.name.lower(): self._type(one) for one in program.data}
         self._used = {} if self.own else uses(program)
         self.globals.update({name: kind for name, kind in self._used.items() if name in self.globals})
-        clocks = [one.name for one in program.data if self._type(one) == "clock"]
-        for statement in program.statements():
-            if isinstance(statement, st.Declare) and self._type(statement) == "clock":
-                clocks.append(statement.name)
-        self.types, self.clocks = self.globals, tuple(clocks)
+        self.types = self.globals
         self._data: dict[str, deque[st.Declare]] = {}
         for one in program.data:
             self._data.setdefault(one.name, deque()).append(one)

@@ -17,6 +17,7 @@ from olp.ir.expressions import (
     Number,
     Quantity,
     Signal,
+    SignalState,
     SystemValue,
     Text,
     Variable,
@@ -109,17 +110,19 @@ class TpInstructionRules(TpMoveRules):
         duration = None if time is None else Quantity(time, 1.0)
         return PulseOutput(0, children[0], duration)
 
-    def timer(self, children: list[Any]) -> Process:
-        timer = children[0]
+    def timer(self, children: list[Any]) -> Process | Assign:
+        timer, word = children[0], str(children[1])
         if isinstance(timer, SystemValue):
-            index: Expression = Number(timer.index)
-        elif isinstance(timer, Function) and timer.name == "timer":
+            if word == "RESET":
+                return Assign(0, timer, Number(0))
+            return Assign(0, SystemValue("timer-running", timer.index), SignalState(word == "START"))
+        if isinstance(timer, Function) and timer.name == "timer":
             index = timer.arguments[0]
         else:
             raise BrokenLineError(
                 "START, STOP or RESET of something that is no timer", wanted="a timer, as in TIMER[1]=START"
             )
-        return Process(0, "TIMER", (("", index), ("", Text(str(children[1])))))
+        return Process(0, "TIMER", (("", index), ("", Text(word))))
 
     def override(self, children: list[Any]) -> SetOverride:
         if len(children) > 1 and children[1] != "%":

@@ -88,7 +88,13 @@ LIMITS: Final = Limits(
     frame_numbers={"tool": 10, "user": 9},
     first_signal=1,
     manual_signal=("system-out", 8),  # TPENBL: in T1 and T2 programs run with the teach pendant enabled alone
-    home_signal=("system-out", 7, "set reference position 1 to the home position, at which UO[7] is on"),  # ATPERCH
+    clocks=10,
+    clock_form="TIMER[{}]",
+    home_signal=(
+        "system-out",
+        7,
+        "set reference position 1 to the home position, at which UO[7] is on",
+    ),  # ATPERCH
     position_read_in="move",
     register_arguments=True,
     lone_functions=frozenset(

@@ -96,6 +96,8 @@ class TpWriter(TpMoves):
 
     def write_assign(self, s: st.Assign) -> Lines:
         target, value = s.target, s.value
+        if isinstance(target, ex.SystemValue) and target.name in ("timer", "timer-running"):
+            return self._clock(target, value)
         if isinstance(target, ex.FrameRef):
             return self._frame(target, value)
         if (
@@ -159,6 +161,15 @@ class TpWriter(TpMoves):
         if s.operator not in ("+", "-", "*", "/") or s.operand is None:
             raise CannotSayError(terminology.operation(s.operator))
         return [f"{self.single(s.target)}={self.assigned(ex.Binary(s.operator, s.target, s.operand))}"]
+
+    def _clock(self, clock: ex.SystemValue, value: ex.Expression) -> str:
+        shown = self.named("TIMER", ex.Number(clock.index))
+        if clock.name == "timer-running" and isinstance(value, (ex.SignalState, ex.Number)):
+            starts = value in (ex.SignalState(True), ex.Number(1))
+            return f"{shown}={'START' if starts else 'STOP'}"
+        if value != ex.Number(0) or clock.name != "timer":
+            raise CannotSayError("a clock that is set to another time than 0")
+        return f"{shown}=RESET"
 
     def write_clear(self, s: st.Clear) -> Lines:
         if (
