@@ -104,6 +104,17 @@ def test_a_round_cycle_is_guessed_to_the_last_digit():
     assert 0.016 in np.round(load_term("cycle-quantisation").guesses(form, made)[:, 0], 12)
 
 
+@pytest.mark.parametrize("start", [0.001, 0.009])
+def test_what_is_added_before_rounding_to_a_cycle_is_found_without_a_slope(start):
+    time, cycle = 0.0053, 0.008
+    rng, stops = np.random.default_rng(5), np.arange(MOVES) % 2
+    real = np.ceil((case().simulated + time * stops) / cycle) * cycle + 0.0003 * rng.normal(size=MOVES)
+    made = replace(case(measured=real), stop_end=stops > 0, blend=np.where(stops, 0.0, 0.01))
+    both = DurationModel((part("cycle-quantisation", made, cycle), part("settling", made, start)))
+    found = fit(both, made, Noise(1e-4), 20).model.parts[1].values[0]
+    assert found == pytest.approx(time, abs=0.0003)
+
+
 def test_short_durations_alone_are_no_lattice():
     assert load_term("cycle-quantisation").forms(case(measured=case().simulated + scatter())) == ()
 

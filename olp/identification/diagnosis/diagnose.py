@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis import evidence
-from olp.identification.diagnosis.fitting import ModelFit, Noise, fit
+from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
 from olp.identification.diagnosis.judged import case_of
@@ -470,7 +470,6 @@ def no_case() -> MeasuredMoves:
 # --- Findings ---
 # What is believed, as findings: sentences, parameters, contributions, evidence, what could stand in their place.
 
-_LATTICE = "cycle-quantisation"  # a cycle of nothing is no value that an interval comes near
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
 _ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
@@ -564,8 +563,9 @@ def _finding(
 
 
 def _nulls(members: list[ModelPart]) -> dict[str, float]:
-    """By parameter the value at which nothing happens; {} where the first one, which says how much, has none."""
-    sized = [p for p in members if math.isfinite(p.form.parameters[0].null) and p.term.name != _LATTICE]
+    """By parameter the value at which nothing happens; {} where the first one, which says how much, has none. A
+    cycle has none: no interval comes near a cycle of nothing."""
+    sized = [p for p in members if math.isfinite(p.form.parameters[0].null) and p.term.name != LATTICE]
     return {q.name: q.null for p in sized for q in p.form.parameters if math.isfinite(q.null)}
 
 

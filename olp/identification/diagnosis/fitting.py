@@ -20,8 +20,11 @@ from olp.timing.physics._case import MeasuredMoves
 Floats = NDArray[np.float64]
 
 FREEDOM = 6.0  # of Student's t
+LATTICE = "cycle-quantisation"  # its mean has a slope that says nothing of the cycle
 _STEP = 1e-5  # of a parameter's span, for differences
 _ROUNDS = 4  # of the scale's fixed point
+_FINEST = 64.0  # times as long as the last step along a coordinate is the first
+_WHOLE = 0.12  # of a cycle: with less scatter, durations are rounded as they should be
 _QUICK = 10  # steps: who asks for no more compares many fits
 _ENOUGH, _LAST = 0.02, 1e-4  # of a step's gain in log-likelihood, for those and for others: less ends the fit
 
@@ -127,10 +130,10 @@ def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10
     best = _judged(model, case.measured - seconds, case, noise)
     residual = whiten(case.measured - seconds, noise, case)
     low, high = _bounds(model)
+    still = [k for k, (p, _, _) in enumerate(parameters_of(model)) if k == held or p.term.name == LATTICE]
     for _ in range(steps):
         slopes = _slopes(model, place, (low, high), smooth, case, noise)
-        if held >= 0:
-            slopes[:, held] = 0.0
+        slopes[:, still] = 0.0
         weight = (FREEDOM + 1.0) / (FREEDOM + (residual / best.scale) ** 2)
         normal = slopes.T @ (weight[:, None] * slopes)
         pull = slopes.T @ (weight * residual)
@@ -154,6 +157,41 @@ def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10
             damping *= 10.0
         if gained < (_ENOUGH if steps <= _QUICK else _LAST):
             break
+    if smooth is seconds or (steps <= _QUICK and best.scale < _WHOLE * model.motion(case).cycle):
+        return best
+    return _stepped(best, place, (low, high), case, noise, held)
+
+
+def _stepped(
+    best: ModelFit,
+    place: Floats,
+    bounds: tuple[Floats, Floats],
+    case: MeasuredMoves,
+    noise: Noise,
+    held: int,
+) -> ModelFit:
+    """The best of steps along each coordinate, half as long where none is better: durations that are rounded to a cycle
+    have no slope to follow (R. Hooke, T. Jeeves, Journal of the ACM 8, 1961)."""
+    slopes = _slopes(best.model, place, bounds, best.model.smooth(case), case, noise)
+    for k, (part, parameter, value) in enumerate(parameters_of(best.model)):
+        if part.term.name == LATTICE:  # as many cycles as a move has
+            slopes[:, k] = case.simulated / (1.0 if parameter.log else value)
+    size = np.sqrt(np.mean(slopes**2, axis=0))
+    free = [k for k in range(len(place)) if k != held and size[k] > 0]
+    length, least = best.scale, best.scale / _FINEST
+    while length > least:
+        better = best
+        for k in free:
+            for sign in (-1.0, 1.0):
+                tried = place.copy()
+                tried[k] = np.clip(place[k] + sign * length / size[k], bounds[0][k], bounds[1][k])
+                found = evaluate(_unpack(best.model, tried), case, noise)
+                if found.loss < better.loss - _ENOUGH:
+                    better, step = found, tried
+        if better is best:
+            length /= 2.0
+        else:
+            best, place = better, step
     return best
 
 

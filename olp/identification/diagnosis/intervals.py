@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import (
     FREEDOM,
+    LATTICE,
     ModelFit,
     Noise,
     evaluate,
@@ -40,7 +41,6 @@ _PIECES = 10.0  # observations that a wrong form counts as: its errors do not av
 _BEYOND = math.log(10.0)  # what a bound is passed by where the data never object
 _MORE = 0.3  # times the noise's variance: with more left, a form is not quite the body's
 _HOLDS = 0.8  # of its own prediction that a group holds at most
-_LATTICE = "cycle-quantisation"
 
 
 class _Errors(NamedTuple):
@@ -79,7 +79,7 @@ def parameters_with_intervals(
     result: list[dict[str, FittedParameter]] = [{} for _ in fitted.model.parts]
     index_of = {id(part): k for k, part in enumerate(fitted.model.parts)}
     for k, (part, parameter, value) in enumerate(parameters_of(fitted.model)):
-        if part.term.name == _LATTICE:
+        if part.term.name == LATTICE:
             error = _QUANTILE * _lattice_error(case, fitted, value)
             told = FittedParameter(value, parameter.unit, value - error, value + error)
         else:
@@ -126,7 +126,7 @@ def _ends(
         plain, whole = float(errors.plain[k]), float(errors.whole[k])
         deviations = near * (_QUANTILE + _SMALL / freedom) * (whole / plain if plain > 0 else 1.0)
         for sign, ends, bound in ((-1, sides[0], least[k]), (1, sides[1], most[k])):
-            if part.term.name == _LATTICE or (wanted is not None and k not in wanted):
+            if part.term.name == LATTICE or (wanted is not None and k not in wanted):
                 ends.append(_Side(float(place[k]), True))
                 continue
             far = distance(fitted, k, sign, plain, deviations, case, noise)
@@ -239,11 +239,15 @@ class AlternativeModel(NamedTuple):
         return self.fit.model.parts[self.place]
 
 
-def ways_of(best: ModelFit, case: MeasuredMoves, noise: Noise) -> list[AlternativeModel]:
-    """The best fits in which one part has another form of its term, or starts elsewhere in its own, the best first."""
+def ways_of(
+    best: ModelFit, case: MeasuredMoves, noise: Noise, places: Collection[int] | None = None
+) -> list[AlternativeModel]:
+    """The best fits in which one part, of those at `places` where they are given, has another form of its term, or
+    starts elsewhere in its own, the best first."""
     found = list[AlternativeModel]()
-    for index, part in enumerate(best.model.parts):
-        if part.term.name == "cycle-quantisation":
+    for index in range(len(best.model.parts)) if places is None else places:
+        part = best.model.parts[index]
+        if part.term.name == LATTICE:
             continue
         others = {p.label for k, p in enumerate(best.model.parts) if k != index}
         for form in part.term.forms(case):
@@ -268,9 +272,8 @@ def settled(best: ModelFit, case: MeasuredMoves, noise: Noise) -> ModelFit:
         keys = [form.key for form in part.term.forms(case)]
         plainer = [
             way
-            for way in ways_of(best, case, noise)
-            if way.place == index
-            and way.worse < _SETTLED
+            for way in ways_of(best, case, noise, (index,))
+            if way.worse < _SETTLED
             and _key(way) in keys[: keys.index(part.form.key)]
             and len(way.part.values) <= len(part.values)
         ]

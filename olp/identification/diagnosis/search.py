@@ -29,6 +29,7 @@ _SETTLED = 20  # steps, for fits that are compared with one that had its time
 _OF_A_TERM = 4  # guesses that are fitted alone
 _EXCHANGES = 3
 _STARTS = 2  # of a term that is added
+_IN_PLACE = 24  # guesses that are tried in the place of a part
 _CLOSE = 5  # exchanged terms that are fitted to the end
 _SPARED = 2  # of ten moves a fold may keep two
 
@@ -235,9 +236,11 @@ def swaps(
     seen, best = Counter[str](), dict[str, ModelFit]()
     for part in _promising(shelf, evaluate(rest, case, noise), case, noise):
         name = part.term.name
-        seen[name] += 1
-        if name in used or seen[name] > _OF_A_TERM:
+        if name in used or seen[name] == _OF_A_TERM:
             continue
+        seen[name] += 1
+        if seen.total() > _IN_PLACE:
+            break
         placed = part._replace(condition=condition if part.conditionable else None)
         tried = fit(DurationModel((*rest.parts, placed)), case, noise, 6)
         if name not in best or tried.bic < best[name].bic:

@@ -75,8 +75,10 @@ class Motion:
     def with_(self, **changes: Floats | float | str | MoveCorners | None) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
         copy = object.__new__(Motion)
-        for name in _NAMES:
-            object.__setattr__(copy, name, changes[name] if name in changes else getattr(self, name))
+        for get, put in _SLOTS.values():
+            put(copy, get(self))
+        for name, value in changes.items():
+            _SLOTS[name][1](copy, value)
         return copy
 
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
@@ -194,7 +196,7 @@ class Motion:
         return self.with_(corners=None, **parts)
 
 
-_NAMES = tuple(Motion.__slots__)
+_SLOTS = {name: (vars(Motion)[name].__get__, vars(Motion)[name].__set__) for name in Motion.__slots__}
 _COLUMNS = tuple(
     name
     for name in Motion.__slots__

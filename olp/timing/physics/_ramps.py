@@ -49,9 +49,17 @@ def where_passed(case: MeasuredMoves, values: Floats, end: int) -> Floats:
     return np.asarray(values[rows, low] + (place - low) * (values[rows, low + 1] - values[rows, low]))
 
 
+_WEIGHTS = (1.0 - PASSED) * (2.0 / len(PASSED))
+
+
 def longer(force: Floats) -> Floats:
     """(n,) by how much a ramp costs more time when only `force` (n, k) of its acceleration is there at `PASSED`.
 
     Its time less its way at full speed, ∫ (1 - v/V) dv / a(v), over V/2a.
     """
-    return np.asarray(((1.0 - PASSED) / force).sum(axis=1) * (2.0 / len(PASSED)))
+    return slower(1.0 / force)
+
+
+def slower(over: Floats) -> Floats:
+    """(n,) the same where the acceleration that is there is one over `over` (n, k)."""
+    return np.asarray(over @ _WEIGHTS)

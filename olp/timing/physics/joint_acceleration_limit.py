@@ -7,7 +7,7 @@ import numpy as np
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
-from olp.timing.physics._ramps import longer, where_passed
+from olp.timing.physics._ramps import slower, where_passed
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 ALL = -1  # axes together, by their rated accelerations
@@ -76,7 +76,7 @@ def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
 
 def _longer(asked: Floats, limit: float) -> Floats:
     """(n,) by how much a ramp costs more that asks (n, k) [rad/s²] of an axis."""
-    return longer(np.minimum(1.0, limit / np.maximum(asked, 1e-12)))
+    return slower(np.maximum(1.0, asked / limit))
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:
