@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from olp.__main__ import main
 from olp.ir.expressions import Store
 from olp.ir.points import PointKind
 from olp.runtime.assumptions import (
@@ -18,6 +19,7 @@ from olp.runtime.assumptions import (
     variable_key,
 )
 
+SAMPLES = Path(__file__).parent.parent / "samples"
 FULL = """\
 robot = "yaskawa/ma2010"
 
@@ -238,3 +240,21 @@ def test_tools_frames_and_names_that_are_none_are_told(tmp_path, text):
     file = tmp_path / "olp.toml"
     file.write_text(text)
     assert [d.code[:3] for d in load_assumptions(file).diagnostics] == ["V00"]
+
+
+@pytest.mark.parametrize(
+    ("text", "code"), [("bad = [", "V002"), ("[speed]\nx = 3\n", "V003"), (None, "V001")]
+)
+@pytest.mark.parametrize("words", ["lint", "lint --load", "merge", "merge --no-time"])
+def test_a_broken_file_is_told_where_nothing_needs_it(
+    words: str, text: str | None, code: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = str(SAMPLES / "inform/touch-up/before/TOUCH-UP.JBI")
+    given = tmp_path / "olp.toml"
+    if text is not None:
+        given.write_text(text, encoding="utf-8")
+    command, *options = words.split()
+    files = [job] if command == "lint" else [job, job, job, "-o", str(tmp_path / "out.jbi")]
+    assert main([command, *files, *options, "--assumptions", str(given)]) == 2
+    assert f"error[{code}]" in capsys.readouterr().err
+    assert not (tmp_path / "out.jbi").exists()

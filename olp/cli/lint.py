@@ -84,6 +84,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.checks.lint.run import baseline_text, choice, read_baseline, without_known
     from olp.cli.time import encode, settings_of, with_progress
+    from olp.identification.timing_job import check_assumptions
     from olp.languages.vendor import vendor_suffixes
 
     if args.rules:
@@ -97,6 +98,7 @@ def run(args: Namespace) -> int:
         says = "--statistics and --quiet are text, and exclude each other"
         raise OlpError(error("C002", says, help="leave out --format, or the other one"))
     told, job = outcome_outputs(args), settings_of(args)
+    check_assumptions(job)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
     asked = choice(_codes(args.select), _codes(args.ignore))

@@ -39,16 +39,19 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.checks.merge.merge import is_known, merge_files, text_merge
     from olp.cli.time import print_diagnostics, settings_of
+    from olp.identification.timing_job import check_assumptions
 
     inputs = [args.base, args.ours, args.theirs]
     target = _target(args, inputs)
-    job = None if args.no_time else settings_of(args)
+    job = settings_of(args) if not args.no_time or args.assumptions is not None else None
+    if job is not None:
+        check_assumptions(job)
     home = args.driver or (args.ours if target in (None, "-") else target)
     if args.driver is not None and not is_known(inputs, str(home)):
         # Other files have these suffixes, too: git's own merge is better than none.
         return text_merge(inputs, args.marker_size)
     try:
-        merged = merge_files(inputs, str(home), job)
+        merged = merge_files(inputs, str(home), None if args.no_time else job)
     except OlpError as problem:
         if args.driver is None:
             raise

@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from olp.core.diagnostic import OlpError
 
 if TYPE_CHECKING:
+    from olp.core.diagnostic import Diagnostic
     from olp.ir.program import Program
     from olp.runtime.assumptions import Assumptions
     from olp.runtime.plan import Plan
     from olp.timing.correction import Correction
     from olp.timing.result import Timing
+
+_UNREADABLE: Final = ("V001", "V002")  # nothing of an olp.toml holds; where one value is wrong, the rest does
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,9 +88,21 @@ def check_job(job: TimingJob) -> None:
         from olp.languages.read import check_encoding
 
         check_encoding(job.encoding)
+    problems = _mistakes(job)
+    if any(one.code in _UNREADABLE for one in problems):
+        raise OlpError(*problems)
+
+
+def check_assumptions(job: TimingJob) -> None:
+    """Raises OlpError for a mistake in the olp.toml that was named: for commands whose plans do not tell it."""
+    problems = _mistakes(job)
+    if problems:
+        raise OlpError(*problems)
+
+
+def _mistakes(job: TimingJob) -> list[Diagnostic]:
     assumptions = _assumptions(job)
-    if assumptions is not None and not os.path.exists(assumptions.path):
-        raise OlpError(*assumptions.diagnostics)
+    return [] if assumptions is None else [one for one in assumptions.diagnostics if one.is_error]
 
 
 @lru_cache(maxsize=4)
