@@ -5,7 +5,7 @@ Held in columns, because a CAM job has 100,000 moves; `Plan.steps()` gives the s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.diagnostic import Diagnostic
+from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.ir.program import Path
 
@@ -25,6 +25,8 @@ PATHS: tuple[Path, ...] = tuple(Path)
 USUAL_LAW = (
     "yaskawa"  # the blending law of a plan whose language has none of its own: that of position levels
 )
+
+ROBOT_IS_ASKED_FOR = ("I001", "I003")  # codes of findings that say that moves need a robot
 
 
 class StepKind(IntEnum):
@@ -244,3 +246,31 @@ class Plan:
             BlendCode(int(moves.blend_code[row])),
             float(moves.blend[row]),
         )
+
+
+# --- Findings ---
+# What is told of moves of a plan: once per file, at the first line that it holds of, with the number of the others.
+
+
+def lines_of(plan: Plan, rows: NDArray[np.integer]) -> dict[int, list[int]]:
+    """Index into `plan.sources` -> its lines, each once, that `rows` (r,) of the plan's Moves are from."""
+    if not len(rows):
+        return {}
+    steps = np.flatnonzero(plan.kind == StepKind.MOVE)
+    owners = steps[np.searchsorted(plan.row[steps], rows, side="right") - 1]
+    lines: dict[int, dict[int, None]] = {}
+    for source, line in zip(plan.source[owners].tolist(), plan.line[owners].tolist(), strict=True):
+        lines.setdefault(source, {})[line] = None
+    return {source: list(found) for source, found in lines.items()}
+
+
+def of_rows(
+    plan: Plan, rows: NDArray[np.integer], tell: Callable[..., Diagnostic], code: str, says: str, how: str
+) -> Iterator[Diagnostic]:
+    """`tell` is `error`, `warning` or `info`; `rows` (r,) of the plan's Moves in order; `says` of the first of them."""
+    for source, found in lines_of(plan, rows).items():
+        line, more = found[0], len(found) - 1
+        text = plan.sources[source].line(line)
+        count = "" if not more else " (and once more)" if more == 1 else f" (and in {more} more lines)"
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        yield tell(code, says + count, span, file=plan.sources[source].path, source_line=text, help=how)

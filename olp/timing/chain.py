@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from olp.runtime.plan import BlendCode, Plan, StepKind
 from olp.timing.blending import load_law
 from olp.timing.blending.yaskawa import PositionLevels, delays
-from olp.timing.corners import CornerPieces, Speeds, fade, replace_ends
+from olp.timing.corners import Speeds, fade, replace_ends
 from olp.timing.demand import Demand
+from olp.timing.result import CornerPieces
 
 Floats = NDArray[np.float64]
 _MOST_PASSES = 20  # over a chain: slower corners are smaller, which leaves their moves longer

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from olp.core.diagnostic import Diagnostic, Span, info
 from olp.core.terminal import utf8
 from olp.runtime.plan import Assumption, Plan, StepKind
 from olp.runtime.state import leaves_open
-from olp.timing.corners import CornerPieces
+from olp.timing.blending.law import BlendingLaw, Corners
 from olp.timing.motion import Profile
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 
 Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 # Name, decimals shown: what a segment is told by.
 COLUMNS: tuple[str, ...] = (
@@ -37,6 +38,82 @@ class CorrectionInterval(NamedTuple):
     high: Floats
     total_low: float
     total_high: float
+
+
+class LawCorners(NamedTuple):
+    """Corners of one law, at the ends of `rows` (n,), ascending."""
+
+    law: BlendingLaw
+    corners: Corners
+    rows: Rows
+
+
+@dataclass(frozen=True, slots=True)
+class CornerPieces:
+    """The corner at the end of each row of Moves, (m,) each, 0 where there is none.
+
+    `span` [s] from its begin to its end; `lead` [s] of it counts for the row before; `before`, `after` [m] of the row
+    before and of the one after are travelled in it, entered at `entry` and left at `exit` [m/s]. Of faded ones:
+    `fall` and `rise` [s], how long the ramps last, `shift` [s] from the middle of the rise to that of the fall.
+    """
+
+    span: Floats
+    lead: Floats
+    before: Floats
+    after: Floats
+    entry: Floats
+    exit: Floats
+    fall: Floats
+    rise: Floats
+    shift: Floats
+    shapes: list[LawCorners] = field(default_factory=list)
+
+    @classmethod
+    def none(cls, count: int) -> CornerPieces:
+        """No corner at any of `count` rows."""
+        return cls(*np.zeros((9, count)))
+
+    def add(self, other: CornerPieces) -> None:
+        """Takes in the corners of `other`, which are at other rows."""
+        for name in ("span", "lead", "before", "after", "entry", "exit", "fall", "rise", "shift"):
+            getattr(self, name)[:] += getattr(other, name)
+        self.shapes.extend(other.shapes)
+
+    def falling(self, rows: Rows, time: Floats) -> Floats:
+        """[m] that `rows` (n,) travel in the corners at their ends until `time` (n,) [s] since those began."""
+        middle = self.lead[rows] + self.shift[rows]
+        even = np.minimum(time, middle) + _ramp(time - middle, self.fall[rows], late=True)
+        return self._shaped(rows, time, 0, self.entry[rows] * even)
+
+    def rising(self, rows: Rows, time: Floats) -> Floats:
+        """[m] that the rows after `rows` (n,) travel in the corners between them until `time` (n,) [s]."""
+        since = time - self.lead[rows]
+        even = np.maximum(since, 0.0) + _ramp(since, self.rise[rows])
+        return self._shaped(rows, time, 1, self.exit[rows] * even)
+
+    def _shaped(self, rows: Rows, time: Floats, part: int, even: Floats) -> Floats:
+        """`even` with the corners of other laws in their places; `part`: 0 the row before, 1 the row after."""
+        for law, corners, own in self.shapes:
+            if not len(own):
+                continue
+            at = np.minimum(np.searchsorted(own, rows), len(own) - 1)
+            mine = np.flatnonzero(own[at] == rows)
+            if not len(mine):
+                continue
+            which = at[mine]
+            along = law.position(corners.take(which), time[mine][:, None])[:, 0, part]
+            even[mine] = along + (self.before[rows[mine]] if part == 0 else 0.0)
+        return even
+
+
+def _ramp(since: Floats, width: Floats, late: bool = False) -> Floats:
+    """[s] (n,) by which a speed that changes evenly over `width` [s] is ahead of one that steps in its middle.
+
+    `since` [s] the middle. A rise has begun before; a fall (`late`) too, and is behind by the same.
+    """
+    u = np.maximum(width / 2 - np.abs(since), 0.0)
+    ahead: Floats = np.divide(u * u, 2 * width, out=np.zeros_like(u), where=width > 0)
+    return -ahead if late else ahead
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
 from olp.robots.controller_effects import Effects, effects_of, generation_of, settling_of
-from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind
-from olp.runtime.robots import of_rows
+from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind, of_rows
 from olp.timing.acceleration import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
 from olp.timing.blending import load_law as load_corners
@@ -360,7 +359,7 @@ def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
     bad = np.nonzero(~np.isfinite(rows))[0]
     if not len(bad):
         return []
-    from olp.runtime.robots import ROBOT_IS_ASKED_FOR
+    from olp.runtime.plan import ROBOT_IS_ASKED_FOR
 
     reasons: dict[tuple[str, str], list[int]] = {}
     robot_asked_for = any(d.code in ROBOT_IS_ASKED_FOR for d in plan.diagnostics)

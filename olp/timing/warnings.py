@@ -11,8 +11,7 @@ from olp.core.diagnostic import Diagnostic, info, warning
 from olp.core.units import mm
 from olp.ir.program import Path
 from olp.runtime.paths import circle
-from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
-from olp.runtime.robots import of_rows
+from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind, of_rows
 from olp.timing.blending import load_law
 from olp.timing.demand import Demand
 

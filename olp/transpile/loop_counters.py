@@ -1,6 +1,6 @@
-"""What FOR counts where the language declares it with the loop (RAPID): no variable of the program.
+"""Counters that the language declares with their FOR loop (RAPID), as variables of the routine.
 
-A loop hides a variable of the same name: behind it that one holds what it held before.
+Such a counter hides a variable of the same name, which holds after the loop what it held before.
 """
 
 from __future__ import annotations

@@ -12,8 +12,7 @@ from olp.ir.expressions import Expression, FrameRef, Function, Number, Signal, T
 from olp.ir.program import Assign, Call, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import conventions_of
-from olp.runtime.plan import Plan
-from olp.runtime.robots import lines_of
+from olp.runtime.plan import Plan, lines_of
 from olp.transpile.context import Fate
 from olp.transpile.link import Linked
 from olp.transpile.pipeline import Translated

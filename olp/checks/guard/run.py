@@ -169,11 +169,11 @@ def _settings(job: Job) -> str:
 @cache
 def _olp() -> str:
     """What olp is made of: its version says too little while somebody works on it."""
-    import olp
+    from olp.core.version import __version__
 
-    root = Path(olp.__file__).parent
+    root = Path(__file__).parents[2]
     files = [path for kind in ("*.py", "*.toml", "*.lark") for path in sorted(root.rglob(kind))]
-    return _digest([olp.__version__, *(_content(str(path)) for path in files)])
+    return _digest([__version__, *(_content(str(path)) for path in files)])
 
 
 def _content(path: str) -> str:

@@ -53,7 +53,7 @@ class TrendPoint(NamedTuple):
 
 def keep(path: Path, results: Sequence[JudgedFile], root: Path) -> None:
     """Adds a run. Paths are kept as seen from `root`, so that machines agree. Raises OlpError (M004)."""
-    from olp import __version__
+    from olp.core.version import __version__
 
     now = datetime.now(UTC).isoformat(timespec="seconds")
     try:

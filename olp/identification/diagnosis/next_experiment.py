@@ -20,15 +20,12 @@ from olp.core.units import mm
 from olp.identification.diagnosis.fitting import Noise, parameters_of, slopes_of
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.next_candidates import CandidateMoves, candidates, joined
-from olp.identification.diagnosis.next_job import write_experiment_job
 from olp.identification.diagnosis.result import NextExperiment, NextMove, NextTimer
 from olp.timing.physics._case import Floats, MeasuredMoves
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
 
-
-__all__ = ["design_experiment", "write_experiment_job"]
 
 Labels = NDArray[np.int64]
 

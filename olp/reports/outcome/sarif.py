@@ -20,7 +20,7 @@ class SarifFormat(OutcomeFormat):
     suffix: ClassVar[str] = ".sarif"
 
     def render(self, outcome: Outcome) -> str:
-        from olp import __version__
+        from olp.core.version import __version__
 
         findings = outcome.told
         codes = sorted({found.code for found in findings})

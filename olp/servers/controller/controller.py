@@ -33,9 +33,8 @@ from olp.robots.kinematics import forward, with_tool, within_limits
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.runtime.recorder import Recorder
 from olp.servers.controller.target import Target, reach
-from olp.timing.corners import CornerPieces
 from olp.timing.motion import Profile, load_model
-from olp.timing.result import Timing
+from olp.timing.result import CornerPieces, Timing
 from olp.timing.timing import time_plan
 from olp.timing.track import states, tool_speed
 

@@ -13,8 +13,7 @@ from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.kinematics import clearance, within_limits
 from olp.robots.robot import Robot
-from olp.runtime.plan import PATHS, Plan
-from olp.runtime.robots import of_rows
+from olp.runtime.plan import PATHS, Plan, of_rows
 from olp.timing.retiming.limits import PathLimits, Singular
 from olp.timing.retiming.path import SampledPath, spline_through
 from olp.timing.retiming.retime import retime

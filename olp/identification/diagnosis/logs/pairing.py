@@ -7,11 +7,11 @@ sample); a robust line through the instants is the clock, its steps at rests are
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.diagnosis.logs.result import ExtraDwell
 from olp.identification.diagnosis.logs.series import Grid, Spectrum, even
 from olp.identification.recording.from_log import ClockAlignment, fit_clock
 from olp.identification.recording.log import Log
@@ -27,13 +27,6 @@ _ROUNDS = 30
 _RETIMED = 0.08  # [s] scatter of windows: more is no lag of a servo
 _SURE = 4.0  # standard errors of a rate
 LEAST_RATE = 5e-6  # quartz clocks differ by more
-
-
-class ExtraDwell(NamedTuple):
-    """At `time` [s] of the log it stands still `extra` [s] longer than the simulation (negative: shorter)."""
-
-    time: float
-    extra: float
 
 
 @dataclass(frozen=True, slots=True)

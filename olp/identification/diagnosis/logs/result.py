@@ -6,8 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from olp.identification.diagnosis.logs.pairing import ExtraDwell
 from olp.identification.diagnosis.result import Finding, MoveResidual
+
+
+class ExtraDwell(NamedTuple):
+    """At `time` [s] of the log it stands still `extra` [s] longer than the simulation (negative: shorter)."""
+
+    time: float
+    extra: float
 
 
 class ClockFit(NamedTuple):
