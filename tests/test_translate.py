@@ -532,7 +532,7 @@ def test_what_names_data_of_its_own_language_or_a_tool_beside_the_robot_becomes_
     made = convert(program, target, Context(robot=ROBOT, on_loss="comment"))
     commented = {loss.line: loss.says for loss in made.translated.losses if loss.fate.value == "commented"}
     assert sorted(commented) == [7, 8, 9, 10, 11]
-    assert "socketdev" in commented[8]
+    assert "SocketGetStatus" in commented[8]
     assert "beside the robot" in commented[11]
     with pytest.raises(OlpError) as told:
         convert(program, target, Context(robot=ROBOT))
