@@ -198,6 +198,31 @@ def test_a_clock_that_runs_on_some_ways_alone_is_refused():
     assert list(refused(krl(*rows), "krl", "rapid")) == [5]
 
 
+# --- components that one language has ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_components_of_one_language_alone_are_refused(target):
+    data = (
+        *TARGETS,
+        "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+        'PERS wobjdata w:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];',
+        "VAR robtarget p:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+    )
+    rows = (
+        "p.trans.x:=5;",
+        "x:=p.rot.q1;",
+        "t.tframe.rot.q2:=x;",
+        "w.oframe.trans.x:=x;",
+        "x:=t.tload.mass;",
+    )
+    text = module(*rows, "x:=p.robconf.cf1;", "MoveL p,v100,fine,t\\WObj:=w;", data=data)
+    lines = [
+        n for n, line in enumerate(text.splitlines(), 1) if line.strip() in (*rows[1:], "x:=p.robconf.cf1;")
+    ]
+    assert set(refused(text, "rapid", target)) >= set(lines)
+
+
 # --- 10: whole numbers --------------------------------------------------------------------------------------
 
 

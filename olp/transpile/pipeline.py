@@ -35,6 +35,7 @@ from olp.transpile.modal_state import modal
 from olp.transpile.name_mangling import names, spelling
 from olp.transpile.name_types import references
 from olp.transpile.optional_parameters import optional_parameters
+from olp.transpile.own_components import own_components
 from olp.transpile.partial_positions import externals, partial, turned_together
 from olp.transpile.postures import configurations, postures
 from olp.transpile.records import records
@@ -126,6 +127,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         blends,
         accelerations,
         prune,
+        own_components,
     )
     if work.limits.numbered:
         return (
