@@ -31,6 +31,13 @@ for name in cli.names():
     cli.load(name)
 for name in vendor_names():
     import_module(f"olp.languages.vendors.{name}.reader")
+vendors = "olp.languages.vendors"
+for parser in (
+    "inform.statements:instruction_parser", "krl.grammar:line_parser", "rapid.parsing:clause_parser",
+    "tp.grammar:instruction_parser", "urscript.grammar:instruction_parser",
+):
+    module, _, function = parser.partition(":")
+    getattr(import_module(f"{vendors}.{module}"), function)()  # a tenth of a second each
 for name in ("olp.fluent", "olp.reports.batch", "olp.transpile.convert", "olp.checks.guard.run", "pandas"):
     import_module(name)
 for line in sys.stdin:
