@@ -421,11 +421,13 @@ class Disabled:
     """A statement switched off by the programmer; kept word for word.
 
     `handler`: it is switched on, and runs where something fails (RAPID's ERROR, UNDO, BACKWARD), which no plan shows.
+    `beside`: what the words mean beyond the statement before, which they stand for; a translation leaves that out.
     """
 
     line: int
     text: str
     handler: bool = False
+    beside: str = ""
 
 
 @dataclass(frozen=True, slots=True)

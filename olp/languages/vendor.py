@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from olp.core.source import Source
 from olp.ir.program import Program, Routine, Statement
 
 ACKNOWLEDGED: Final = "acknowledge"  # spelling of a Pause that ends when the operator acknowledges a message
+SHOWN: Final = "shown"  # argument of a Process that tells people something, and does nothing else: the text
 ON_THE_WAY: Final = (
     "on the way"  # argument of a Process that keeps the arm going: why what follows is not exact
 )
@@ -83,6 +85,9 @@ class Conventions:
     )
     sums_of_positions: bool = False  # registers of positions are added and subtracted element by element
     saved_variables: bool = False  # a backup beside the program holds the values of its variables
+    own_names: re.Pattern[str] | None = (
+        None  # of the controller's own variables and constants, beside those with $
+    )
     controller_names: bool = (
         False  # the controller holds tools, frames and signals by names that no file declares
     )

@@ -31,6 +31,7 @@ from olp.ir.program import (
     End,
     Program,
     ReadInput,
+    Return,
     Routine,
     SetFrame,
     SetTool,
@@ -44,6 +45,7 @@ from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.source_only import untranslated
 
 _SETTING = (Assign, Update, Clear, ReadInput)
+_RESULT = "result of "  # a routine's, among names of variables
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
@@ -172,6 +174,10 @@ def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
         name = _set_by(s) if s.line in lines else None
         if name is not None:
             found.setdefault(name, s.line)
+    for routine in program.routines if lines else ():
+        gone = [s.line for s in routine.body if isinstance(s, Return) and s.value and s.line in lines]
+        if gone:
+            found.setdefault(f"{_RESULT}{routine.name.casefold()}", gone[0])
     return found
 
 
@@ -222,7 +228,9 @@ def _read_by(s: Statement) -> dict[str, str]:
     note_names(inside, names)
     found = {name.casefold(): name for name in sorted(names)}
     for e in (inside, *expressions_of(inside)):
-        if isinstance(e, Variable) and (key := _key(e)) is not None:
+        if isinstance(e, CallValue):
+            found.setdefault(f"{_RESULT}{e.routine.casefold()}", f"what {e.routine} returns")
+        elif isinstance(e, Variable) and (key := _key(e)) is not None:
             found.setdefault(key, e.name or f"{e.store} variable {key.lstrip(_LETTERS)}")
     return found
 

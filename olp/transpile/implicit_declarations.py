@@ -95,7 +95,8 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
     if records:
         program = _flattened(program, records)
         uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
-    own = {name for name in uses if name.startswith("$")}
+    also = work.conventions.own_names
+    own = {name for name in uses if name.startswith("$") or (also is not None and also.fullmatch(name))}
     _refuse_own(program, own, work)
     uses = {name: use for name, use in uses.items() if name not in own}
     for use in uses.values():

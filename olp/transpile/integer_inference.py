@@ -35,6 +35,7 @@ from olp.ir.program import (
     ReadInput,
     Routine,
     Statement,
+    Switch,
     Until,
     Update,
     While,
@@ -67,7 +68,7 @@ def whole_numbers(program: Program, work: TranslationContext) -> Program:
 def _counts(program: Program, work: TranslationContext) -> bool:
     """Whether there is a loop that counts, or an index."""
     looks = [work.look(r) for r in program.routines]
-    loops = any(type(s) is For for look in looks for _, s in look.rare)
+    loops = any(type(s) in (For, Switch) for look in looks for _, s in look.rare)
     return loops or any(type(e) is Item for look in looks for e in look.expressions)
 
 
@@ -83,6 +84,7 @@ def _wanted(symbols: Symbols, routine: Routine) -> Iterator[Key]:
         if calls_nothing(s) or sets_numbers(s):
             continue
         found: list[Expression | None] = [s.variable, s.start, s.stop, s.step] if type(s) is For else []
+        found += [s.value] if type(s) is Switch else []
         found += [index for e in expressions_of(s) if type(e) is Item for index in e.indices]
         for part in found:
             for e in expressions_of(part) if part is not None else ():
@@ -240,6 +242,11 @@ class _Rounding:
             self.used = 0
             if type(s) is For:
                 s = self._counted(routine.name, s, before)
+            elif type(s) is Switch and kind_of_value(self.symbols, routine.name, s.value) == "real":
+                says = (
+                    f"what chooses may be a fraction, which is rounded: {self.language} has {self.integers}"
+                )
+                s = replace(s, value=self._whole(s.value, s, before, says))
 
             def change(e: Expression, s: Statement = s, before: list[Statement] = before) -> Expression:
                 if type(e) is not Item or not self._is_array(routine.name, e.base):
@@ -292,16 +299,16 @@ class _Rounding:
             says = "an index that may be a fraction, in a condition before which nothing can round it"
             self.work.lose(s, Fate.REFUSED, "index", says)
             return e
+        says = f"an index that may be a fraction is rounded: {self.language} has {self.integers}"
+        return self._whole(e, s, before, says)
+
+    def _whole(self, e: Expression, s: Statement, before: list[Statement], says: str) -> Named:
+        """A variable that takes the value before the statement, rounded."""
         self.used += 1
         if self.used > len(self.declared):
             name = self.work.helper("whole_index")
             self.declared.append(Declare(0, name, "integer", None, shared=True))
         kept = Named(self.declared[self.used - 1].name)
         before.append(Assign(s.line, kept, e))
-        self.work.lose(
-            s,
-            Fate.APPROXIMATED,
-            "index",
-            f"an index that may be a fraction is rounded: {self.language} has {self.integers}",
-        )
+        self.work.lose(s, Fate.APPROXIMATED, "index", says)
         return kept

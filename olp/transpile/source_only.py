@@ -54,7 +54,7 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
-from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, language_of
+from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, language_of
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import Fate, TranslationContext
 
@@ -164,6 +164,8 @@ class _ForeignWords:
         if isinstance(s, Disabled):
             if s.handler:
                 work.lose(s, self._fate, "statement", _HANDLER)
+            elif s.beside:
+                work.lose(s, Fate.APPROXIMATED, "option", f"left out: {s.beside}")
             return [Comment(s.line, s.text.strip())]
         if isinstance(s, Wait) and s.timeout is not None and work.limits.wait_poll:
             poll = work.limits.wait_poll
@@ -195,6 +197,10 @@ class _ForeignWords:
         if s.name == _WINDOW and not any(tag == "blocking" for tag, _ in s.arguments):
             self.work.note_at(s, "the title and the look of the message's window are left out")
             return []
+        shown = dict(s.arguments).get(SHOWN)
+        if shown is not None:
+            self.work.lose(s, Fate.APPROXIMATED, "option", f"what {s.name} keeps in a log is a message there")
+            return [Message(s.line, shown, s.comment)]
         if s.name not in _SILENT:
             return None
         why = dict(s.arguments).get(ON_THE_WAY)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import Expression, RecordLiteral, Signal, Text, Unknown
+from olp.ir.expressions import Expression, Number, RecordLiteral, Signal, Text, Unknown
 from olp.ir.program import Declare, Parameter
 from olp.languages.vendors.krl.moves import KrlMoveRules
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, KrlReference
@@ -15,13 +15,17 @@ from olp.languages.vendors.krl.values import settle
 
 
 class Head(NamedTuple):
-    """DEF, DEFFCT or DEFDAT. `kind`: "routine", "function" or "list"; `type` in capitals."""
+    """DEF, DEFFCT or DEFDAT. `kind`: "routine", "function" or "list"; `type` in capitals.
+
+    `array`: the brackets behind the type of a function that returns an array, as written.
+    """
 
     kind: str
     name: str
     parameters: tuple[Parameter, ...] = ()
     shared: bool = False
     type: str = ""
+    array: str = ""
 
 
 class Tail(NamedTuple):
@@ -45,8 +49,10 @@ class DeclarationRules(KrlMoveRules):
 
     def function(self, children: list[Any]) -> Head:
         shared = children[0].type == "GLOBAL"
-        word, *_, name, parameters = children[shared:]
-        return Head("function", str(name), parameters or (), shared, str(word.upper()))
+        word, *sizes, name, parameters = children[shared:]
+        counts = [str(one.value) if type(one) is Number else "" for size in sizes for one in size]
+        array = f"[{','.join(counts)}]" if sizes else ""
+        return Head("function", str(name), parameters or (), shared, str(word.upper()), array)
 
     def data_list(self, children: list[Token]) -> Head:
         return Head("list", str(children[0]), shared=len(children) > 1)

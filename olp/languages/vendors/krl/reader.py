@@ -194,6 +194,8 @@ class _FileReader:
         details = {"above": "\n".join(above)} if above else {}
         if head.shared:
             details["GLOBAL"] = "GLOBAL"
+        if head.array:
+            details["array"] = head.array
         return Routine(
             head.name,
             self._start,

@@ -402,7 +402,8 @@ class KrlWriter(KrlMoves):
         given = self.parameters_text(routine.parameters)
         if routine.returns:
             word = _TYPES.get(routine.returns) or routine.returns
-            return f"{shared}DEFFCT {word} {routine.name} ({given})"
+            text = f"[{TEXT_LENGTH}]" if routine.returns == "string" and not self.own else ""
+            return f"{shared}DEFFCT {word}{routine.details.get('array', text)} {routine.name} ({given})"
         return f"{shared}DEF {routine.name} ({given or ' '})"
 
     def _moves_first(self, routine: st.Routine) -> bool:

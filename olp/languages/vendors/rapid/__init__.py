@@ -33,6 +33,8 @@ class Rapid(Vendor):
         actions_at_ends=True,
         data_begin_anew=True,
         joint_target_word="moveabsj",
+        own_names=re.compile(r"(?i:errno|intno|errdomain|err_\w+)"),
+        idle_processes={"TPErase": "clearing the pendant's window"},
         controller_names=True,
         numeric_booleans=True,
         names_read_frames=True,

@@ -40,6 +40,7 @@ from olp.ir.program import (
     Wait,
 )
 from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendor import SHOWN
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules, as_state
 from olp.languages.vendors.rapid.predefined_data import FASTEST, SIGNAL_USERS
 from olp.languages.vendors.rapid.syntax import RapidArgument
@@ -179,21 +180,34 @@ def _acceleration(rules: RapidExpressionRules, name: str, given: list[RapidArgum
     values = values_of(rules, name, given, 2)
     rate = Acceleration(AccelerationUnit.FRACTION, Quantity(values[0], percent))
     plain = values[1] == Number(100) and not options_of(rules, given)
-    return [SetAcceleration(0, (rate,)), *_beside(plain)]
+    return [SetAcceleration(0, (rate,)), *_beside("" if plain else "how fast the acceleration builds up")]
 
 
 def _override(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """VelSet; a bound of the speed other than the usual one is kept beside it as written."""
     values = values_of(rules, name, given, 2)
     plain = values[1] == Number(int(FASTEST))
-    return [SetOverride(0, Quantity(values[0], percent)), *_beside(plain)]
+    return [
+        SetOverride(0, Quantity(values[0], percent)),
+        *_beside("" if plain else "the largest speed, which slows faster moves"),
+    ]
 
 
 BESIDE: Final = "beside"  # the name of a process that says more exactly what the statement before it says
 
 
-def _beside(plain: bool) -> Lowered:
-    return [] if plain else [Process(0, BESIDE)]
+def _beside(what: str) -> Lowered:
+    return [Process(0, BESIDE, (("", Text(what)),))] if what else []
+
+
+def _log(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
+    """ErrWrite: a head and up to four rows into the event log, shown unless it is a warning (W) or information (I)."""
+    rows = values_of(rules, name, given, 2)[:2]
+    more = [value for option, value in options_of(rules, given).items() if option.startswith("rl")]
+    text: Expression = rows[0]
+    for row in (*rows[1:], *more):
+        text = Function("joined-text", (Function("joined-text", (text, Text(": "))), row))
+    return [Process(0, name, ((SHOWN, text),))]
 
 
 _TRIGGERED: Final = {"dop": "out", "gop": "out-group", "aop": "analog-out"}
@@ -255,6 +269,7 @@ RULES: Final[dict[str, Rule]] = {
     "add": _add,
     "clear": _clear,
     "tpwrite": _message,
+    "errwrite": _log,
     "stop": _pause,
     "break": _pause,
     "accset": _acceleration,

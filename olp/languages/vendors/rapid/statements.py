@@ -304,7 +304,8 @@ class ClauseRules(RapidExpressionRules):
 
     def _exact(self, statement: Statement, name: str, raw: str) -> Statement:
         if isinstance(statement, Process) and statement.name == BESIDE:
-            return Disabled(0, f"{name} {raw};")
+            what = [value.value for _, value in statement.arguments if isinstance(value, Text)]
+            return Disabled(0, f"{name} {raw};", beside="".join(what))
         if isinstance(statement, Process) and statement.name == name and statement.arguments:
             return replace(statement, arguments=(("", Text(raw)), *statement.arguments))
         return statement

@@ -1,0 +1,67 @@
+"""What stands beside the statement that a program is read as, and what only compilers and operators notice."""
+
+from __future__ import annotations
+
+import pytest
+from translated_texts import converted, krl, module, read, translated
+
+from olp.transpile.context import Fate
+
+
+def fates(text, vendor, target):
+    """Line -> fates of what is said of it."""
+    found: dict[int, set[Fate]] = {}
+    for loss in converted(text, vendor, target).translated.losses:
+        found.setdefault(loss.line, set()).add(loss.fate)
+    return found
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+def test_what_accset_and_velset_say_besides_is_told(target):
+    rows = ("VelSet 50,800;", "VelSet 50,5000;", "AccSet 40,60;", "AccSet 40,100;")
+    losses = converted(module(*rows), "rapid", target).translated.losses
+    said = {loss.line for loss in losses if loss.says.startswith("left out: ")}
+    assert said == {3, 5}
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_rapids_own_variables_are_none_of_the_program(target):
+    found = fates(module("IF ERRNO=ERR_OK THEN", "WaitTime 1;", "ENDIF", "WaitTime 2;"), "rapid", target)
+    assert {Fate.COMMENTED} == found[3] == found[4] == found[5]
+    assert 6 not in found
+
+
+def test_entries_of_the_log_are_messages():
+    text = module('ErrWrite \\W,"head","why"\\RL2:="more";', "TPErase;")
+    assert fates(text, "rapid", "urscript")[3] == {Fate.APPROXIMATED}
+    written = translated(text, "rapid", "urscript")
+    assert 'str_cat(str_cat(str_cat(str_cat("head", ": "), "why"), ": "), "more")' in written
+
+
+def test_krl_chooses_by_integers_alone():
+    """SWITCH takes INT, CHAR and enumerations."""
+    rows = ("TEST {0}", "CASE 1:", "WaitTime 1;", "ENDTEST", "{0}:={1};")
+    data = ("VAR num n:=1;",)
+    whole = translated(module(*(row.format("n", "n+1") for row in rows), data=data), "rapid", "krl")
+    assert "DECL INT n" in whole
+    assert "SWITCH n\r\n" in whole
+    text = module(*(row.format("n", "n/2") for row in rows), data=data)
+    assert "whole_index=n\r\nSWITCH whole_index\r\n" in translated(text, "rapid", "krl")
+    (loss,) = [one for one in converted(text, "rapid", "krl").translated.losses if "chooses" in one.says]
+    assert loss.fate is Fate.APPROXIMATED
+
+
+def test_what_a_routine_no_longer_returns_is_told_where_it_is_used():
+    text = module("WaitTime value();", "ENDPROC", "FUNC num value()", "RETURN ReadMotor(1);", "ENDFUNC",
+                  "PROC other()")  # fmt: skip
+    losses = converted(text, "rapid", "krl").translated.losses
+    assert any(loss.line == 3 and "what value returns" in loss.says for loss in losses)
+
+
+def test_a_function_of_texts_returns_an_array_in_krl():
+    text = module("s:=word();", "ENDPROC", "FUNC string word()", 'RETURN "a";', "ENDFUNC", "PROC other()",
+                  data=("VAR string s;",))  # fmt: skip
+    assert "DEFFCT CHAR[80] word" in translated(text, "rapid", "krl")
+    own = krl("END", "DEFFCT CHAR[20] word(a:IN)", "INT a", 'RETURN ("a")', "ENDFCT", "DEF other()")
+    assert "DEFFCT CHAR[20] word" in translated(own, "krl", "krl")
+    assert read(own, "krl").routines[1].returns == "string"
