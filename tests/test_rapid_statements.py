@@ -473,7 +473,7 @@ def test_modal_instructions() -> None:
     assert rate.value.literal == pytest.approx(0.45)
     found = statements("AccSet 45,70;")
     assert isinstance(found[0], SetAcceleration)
-    assert found[1] == Disabled(0, "AccSet 45,70;")
+    assert found[1] == Disabled(0, "AccSet 45,70;", beside="how fast the acceleration builds up")
     assert statement("VelSet 60,5000;") == SetOverride(0, Quantity(Number(60), 0.01))
     shifted = statement("PDispSet [[1,2,3],[1,0,0,0]];")
     assert isinstance(shifted, ShiftOn)

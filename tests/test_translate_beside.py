@@ -65,3 +65,14 @@ def test_a_function_of_texts_returns_an_array_in_krl():
     own = krl("END", "DEFFCT CHAR[20] word(a:IN)", "INT a", 'RETURN ("a")', "ENDFCT", "DEF other()")
     assert "DEFFCT CHAR[20] word" in translated(own, "krl", "krl")
     assert read(own, "krl").routines[1].returns == "string"
+
+
+def test_arguments_that_krl_leaves_out_are_given():
+    """RAPID's and URScript's calls have one for each parameter."""
+    text = krl("DECL INT i", "f(1)", "f(1,,i)", "i=g()", "END", "DEF f(a:IN,b:IN,c:OUT)", "INT a,b,c", "c=a+b",
+               "END", "DEFFCT INT g(x:IN)", "REAL x", "RETURN (4)", "ENDFCT", "DEF other()")  # fmt: skip
+    losses = converted(text, "krl", "rapid").translated.losses
+    assert {loss.line for loss in losses if loss.part == "argument"} == {3, 4, 5}
+    written = translated(text, "krl", "rapid")
+    assert [row for row in ("f 1,0,left_out;", "f 1,0,i;", "i:=g(0.0);") if row not in written] == []
+    assert "f(1, 0, " in translated(text, "krl", "urscript")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -19,8 +20,11 @@ from olp.ir.expressions import (
     NamedArgument,
     Number,
     PositionLiteral,
+    SignalState,
+    Text,
+    Unknown,
 )
-from olp.ir.program import Assign, Call, Move, Parameter, Path, Program, Return, Routine, Statement
+from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped
 from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose, rotation_from_angles, rotation_from_quaternion
@@ -298,6 +302,7 @@ def arguments(program: Program, work: TranslationContext) -> Program:
     """
     if work.conventions.surplus_arguments:
         program = _without_surplus(program, work)
+    program = _filled_up(program, work)
     if not work.limits.ordered_arguments:
         return program
     known = {r.name.casefold(): r.parameters for r in program.routines if _is_filled(r.parameters)}
@@ -324,6 +329,58 @@ def arguments(program: Program, work: TranslationContext) -> Program:
             parameters = tuple(replace(p, optional=False, default=None) for p in parameters)
         routines.append(replace(routine, body=tuple(map(row, routine.body)), parameters=parameters))
     return replace(program, routines=tuple(routines))
+
+
+_ZEROS: Final[Mapping[str, Expression]] = {
+    "integer": Number(0),
+    "real": Number(0.0),
+    "boolean": SignalState(False),
+    "string": Text(""),
+}
+
+
+def _filled_up(program: Program, work: TranslationContext) -> Program:
+    """Every call with what its routine takes, as languages need it where KRL may leave arguments out."""
+    taken = {r.name.casefold(): r.parameters for r in program.routines if _is_positional(r.parameters)}
+    stand: dict[str, Declare] = {}  # by type: what parameters that are changed are handed
+
+    def stand_in(p: Parameter) -> Expression:
+        if not p.by_reference and p.type in _ZEROS:
+            return _ZEROS[p.type]
+        if p.type not in stand:
+            stand[p.type] = Declare(0, work.helper("left_out"), p.type, None, shared=True)
+        return Named(stand[p.type].name)
+
+    def filled(name: str, given: tuple[Expression, ...], s: Statement) -> tuple[Expression, ...]:
+        parameters = taken.get(name.casefold(), ())
+        gone = [p for i, p in enumerate(parameters) if i >= len(given) or given[i] == Unknown("")]
+        if not gone:
+            return given
+        if any(not p.type or p.native.endswith("[]") for p in gone):
+            work.lose(s, Fate.REFUSED, "argument", f"{name} is called without {gone[0].name}")
+            return given
+        names = ", ".join(p.name for p in gone)
+        work.lose(s, Fate.APPROXIMATED, "argument", f"{name} is called without {names}: zeros are handed")
+        return tuple(stand_in(p) if p in gone else given[i] for i, p in enumerate(parameters))
+
+    def row(s: Statement) -> Statement:
+        if calls_nothing(s):
+            return s
+
+        def change(e: Expression) -> Expression:
+            return replace(e, arguments=filled(e.routine, e.arguments, s)) if type(e) is CallValue else e
+
+        s = mapped(s, change)
+        return replace(s, arguments=filled(s.routine, s.arguments, s)) if isinstance(s, Call) else s
+
+    if not any(taken.values()):
+        return program
+    routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *stand.values()))
+
+
+def _is_positional(parameters: tuple[Parameter, ...]) -> bool:
+    return not any(p.optional or p.switch for p in parameters)
 
 
 def _without_surplus(program: Program, work: TranslationContext) -> Program:
