@@ -9,9 +9,8 @@ from olp.__main__ import main
 from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
-from olp.transpile.convert import convert, run_converted
+from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
-from olp.transpile.proof import runs_of
 
 ROBOT = load_robot("yaskawa/gp25")
 KRL = """DEF CELL ( )

@@ -10,8 +10,8 @@ from translated_texts import converted, inform, krl, module, read, tp
 from olp.__main__ import main
 from olp.cli.convert import ACCEPTABLE as OPTIONS
 from olp.robots.robot import load_robot
+from olp.transpile.convert import runs_of
 from olp.transpile.link import link
-from olp.transpile.proof import runs_of
 from olp.transpile.receipt import _EXPLAINS, ACCEPTABLE, receipt_of
 from olp.transpile.receipt_text import as_text
 

@@ -130,9 +130,8 @@ def _convert(
 ) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
     """The files, the receipt, and what the reader has to say."""
     from olp.languages.read import read
-    from olp.transpile.convert import convert
+    from olp.transpile.convert import convert, runs_of
     from olp.transpile.link import link
-    from olp.transpile.proof import runs_of
     from olp.transpile.receipt import receipt_of
 
     program = read(job, encoding=args.encoding)

@@ -18,7 +18,7 @@ from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of
 from olp.transpile.commented_out import LeftOut
-from olp.transpile.context import Context
+from olp.transpile.context import MOST_AGAIN, Context, asked_inputs, plan_of
 from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
 from olp.transpile.pipeline import Translated, canonical, refusals
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from olp.robots.robot import Robot
     from olp.runtime.assumptions import Assumptions, SignalKey
     from olp.runtime.plan import Plan
+    from olp.transpile.receipt import PlanRuns
 
 
 _MOST_STEPS = 200_000  # statements of a run
@@ -240,6 +241,26 @@ def _surroundings(
     inputs = {there.get(signal, signal): values for signal, values in {**more, **given.inputs}.items()}
     waits = {there.get(signal, signal): seconds for signal, seconds in given.waits.items()}
     return replace(given, tools=tools, frames=frames, names=names, inputs=inputs, waits=waits)
+
+
+def runs_of(
+    source: Program, converted: Converted, vendor: str, robots: tuple[Robot | None, Robot | None]
+) -> PlanRuns:
+    """Both programs run: as olp.toml and the usual assumptions have it, and again with the inputs that they ask for on.
+
+    `robots`: of the source, and of the translation where it is another one.
+    """
+    from olp.transpile.receipt import PlanRuns
+
+    asked = asked_inputs(source)
+    sets = [asked] if asked else []
+    first = [plan_of(source, robots[0], None, None)]
+    first += [plan_of(source, robots[0], inputs, MOST_AGAIN) for inputs in sets]
+    try:
+        there = rerun(converted, vendor, robots[1] or robots[0], source, sets)
+    except OlpError:
+        return PlanRuns(tuple(first), (None,) * len(first))
+    return PlanRuns(tuple(first), there.plans, there.origins)
 
 
 # --- Files of the target ---
