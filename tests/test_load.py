@@ -137,6 +137,61 @@ def test_an_unknown_name_is_no_mistake_where_another_file_may_declare_it(tmp_pat
     assert told(program, "cell.src", text) == [("K101", 3)]
 
 
+LIST = """DEFDAT CELL PUBLIC
+STRUC PALLET INT COUNT,LAYER[4], FRAME PLACE, BOOL FREE
+ENUM KIND LARGE,SMALL
+DECL PALLET PALLETS[3,2]
+DECL KIND BOX=#LARGE
+INT COUNTS[3]
+ENDDAT
+"""
+USES = """DEF CELL()
+INT I
+PALLETS[1,2].LAYER[I]=3
+PALLETS[1,I].PLACE.X=12.5
+BOX=#SMALL
+IF PALLETS[1,1].FREE THEN
+COUNTS[1]=4
+ENDIF
+WAIT FOR READY()
+END
+DEFFCT BOOL READY()
+RETURN TRUE
+ENDFCT
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("LAYER[I]=3", "LAYERS[I]=3", "K109"),
+        (".PLACE.X", ".PLACE.S", "K109"),
+        ("PALLETS[1,2]", "PALLETS[2]", "K109"),
+        ("COUNTS[1]=4", "COUNTS[1,1]=4", "K109"),
+        ("BOX=#SMALL", "BOX=#MIDDLE", "K109"),
+        ("IF PALLETS[1,1].FREE THEN", "IF I THEN", "K108"),
+        ("DEFFCT BOOL READY()", "DEF READY()", "K112"),
+        ("INT I\n", "INT I\nINT J=COUNTS[1]\n", "K107"),
+    ],
+)
+def test_what_a_list_of_krl_declares_is_what_statements_may_name(
+    tmp_path: Path, old: str, new: str, code: str
+) -> None:
+    (tmp_path / "cell.dat").write_text(LIST)
+    assert told(tmp_path, "cell.src", USES) == []
+    assert old in USES
+    assert code in {one for one, _ in told(tmp_path, "cell.src", USES.replace(old, new, 1))}
+
+
+def test_a_cell_that_declares_nearly_all_lacks_what_it_does_not(tmp_path: Path) -> None:
+    names = [f"PART{letter}" for letter in "ABCDEFGHIJKLMNOP"]
+    rows = "".join(f"INT {name}\n" for name in names)
+    (tmp_path / "$config.dat").write_text(f"DEFDAT $CONFIG\n{rows}ENDDAT\n")
+    (tmp_path / "below").mkdir()
+    text = "DEF CELL()\n" + "".join(f"{name}=1\n" for name in names) + "WAIT SEC PAUSED\nEND\n"
+    assert told(tmp_path / "below", "cell.src", text) == [("K101", 18)]
+
+
 def test_names_are_shorter_on_older_controllers(tmp_path: Path) -> None:
     text = RAPID.replace("height", "heightOfTheTable1")
     assert told(tmp_path, "Cell.mod", text) == []

@@ -20,7 +20,7 @@ from olp.languages.vendor import Vendor
 _MOST_FILES: Final = 400
 _MOST_BYTES: Final = 20_000_000
 _ENOUGH_NAMES: Final = 12  # that are found, before those that are not are believed to be missing
-_MOST_MISSING: Final = 0.12  # share of the names that a cell whose files are all there may lack
+MOST_MISSING: Final = 0.12  # share of the names that a cell whose files are all there may lack
 
 
 _OWN: Final = (
@@ -55,17 +55,20 @@ class LoadFindings:
         line = self.source.line(span.line)
         self.diagnostics.append(Diagnostic(code, message, severity, self.source.path, *span, help, line))
 
-    def finish(self, declared: Iterable[str], whole: bool, shared: bool = False) -> list[Diagnostic]:
+    def finish(
+        self, declared: Iterable[str], whole: bool, shared: bool = False, complete: bool = False
+    ) -> list[Diagnostic]:
         """All findings by line. Unknown names are errors in a cell whose files are all there, else warnings where the
         name is nearly one that is declared or nearly all others are, else nothing.
 
         `declared`: every name that the cell has. `whole`: whether the cell says itself that nothing is missing.
         `shared`: whether names that a program declares itself in other languages may stand in a list that is not here.
+        `complete`: whether all files of the cell together declare nearly all that they name.
         """
         names = {name.casefold() for name, _, _ in self.unknown}
         total = len(names) + len(self.known)
         mostly = (
-            not shared and len(self.known) >= _ENOUGH_NAMES and len(names) <= max(1, _MOST_MISSING * total)
+            not shared and len(self.known) >= _ENOUGH_NAMES and len(names) <= max(1, MOST_MISSING * total)
         )
         spellings = {name.casefold(): name for name in declared}
         told: set[str] = set()
@@ -73,8 +76,8 @@ class LoadFindings:
             if name.casefold() in told:
                 continue
             told.add(name.casefold())
-            near = [one for one in spellings if _is_near(one, name.casefold())]
-            if not (whole or near or (mostly and what in _OWN)):
+            near = [one for one in spellings if is_near(one, name.casefold())]
+            if not (whole or near or complete or (mostly and what in _OWN)):
                 continue
             help = (
                 f"did you mean {spellings[near[0]]}?"
@@ -86,7 +89,7 @@ class LoadFindings:
         return sorted(self.diagnostics, key=lambda d: (d.line, d.column, d.code))
 
 
-def _is_near(one: str, name: str) -> bool:
+def is_near(one: str, name: str) -> bool:
     """Whether two names are probably one, mistyped: their numbers agree, and one letter differs, or two of a long name;
     what only goes on is another name."""
     short, long = sorted((one, name), key=len)

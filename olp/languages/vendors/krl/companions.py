@@ -110,7 +110,7 @@ def _shared_rows(path: Path, _: tuple[int, int]) -> tuple[Source, tuple[int, ...
 def _holds_programs(folder: Path) -> bool:
     try:
         with os.scandir(folder) as entries:
-            return any(one.name.lower().endswith(".src") for one in entries)
+            return any(one.name.lower().endswith(".src") or one.name.lower() == _CONFIG for one in entries)
     except OSError:
         return False
 

@@ -4,13 +4,14 @@ Integrators", KSS 8: names, declarations, files; error list of the compiler)."""
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.source import Source
-from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.loading import MOST_MISSING, LoadedCell, LoadFindings, Loading, is_near
 from olp.languages.vendors.krl import parsing
 from olp.languages.vendors.krl.known_routines import FUNCTIONS, KNOWN_ROUTINES
 from olp.languages.vendors.krl.neighbours import stem
@@ -57,9 +58,17 @@ _ROUTINE: Final = re.compile(
     r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:([A-Za-z_]\w*)(?:\s*\[[^\]]*\])?\s+)?([A-Za-z_]\w*)\s*\((.*?)\)",
     re.IGNORECASE,
 )
+# What a statement says beside names: texts, constants of enumerations, values with their components, members.
+_PASSED_OVER: Final = re.compile(r"\"[^\"]*\"?|'[^']*'?|#\w+|\{[^}]*\}?|\.\s*[A-Za-z_]\w*")
+_USED: Final = re.compile(r"(?<![\w$])[A-Za-z_]\w*")
+# A value with an index, a component or a call in it: a list takes constants alone.
+_COMPUTED: Final = re.compile(r"\s*=\s*[A-Za-z_]\w*\s*(?:[(\[]|\.\s*[A-Za-z_])")
 _INERT: Final = re.compile(
     r"(?:&|(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\b|END(?:FCT|DAT)?\b\s*$|EXT(?:FCT)?P?\b|IMPORT\b)", re.IGNORECASE
 )
+
+
+_NAMED: Final = re.compile(r"\s*([$A-Za-z_][\w$]*)\s*(\[[^\]]*\])?")
 
 
 class Name(NamedTuple):
@@ -86,7 +95,11 @@ class KrlRoutine:
 
 @dataclass(slots=True)
 class File:
-    """A module or a list: `names` are those of a list, with their types; `types` what STRUC and ENUM declare."""
+    """A module or a list: `names` are those of a list, with their types; `types` what STRUC and ENUM declare.
+
+    `members`: by structure (small letters), its components with their types. `enums`: by enumeration, its constants.
+    Types end with a pair of brackets that holds one comma less than there are indices.
+    """
 
     routines: list[KrlRoutine] = field(default_factory=list)
     names: list[tuple[Name, str]] = field(default_factory=list)
@@ -94,6 +107,45 @@ class File:
     list_name: Name | None = None
     public: bool = False
     constants: set[str] = field(default_factory=set)
+    members: dict[str, dict[str, str]] = field(default_factory=dict)
+    enums: dict[str, set[str]] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)  # names in statements, in small letters
+    computed: list[Name] = field(default_factory=list)  # declared with a value that is no constant
+
+
+_POSE: Final = dict.fromkeys(("x", "y", "z", "a", "b", "c"), "real")
+_TURNS: Final = dict.fromkeys(("s", "t"), "int")
+_EXTERNAL: Final = dict.fromkeys(("e1", "e2", "e3", "e4", "e5", "e6"), "real")
+_AXES: Final = dict.fromkeys(("a1", "a2", "a3", "a4", "a5", "a6"), "real")
+# Components of the controller's own structures ("System Integrators", KSS 8: data types).
+_COMPONENTS: Final[Mapping[str, Mapping[str, str]]] = {
+    "frame": _POSE,
+    "pos": _POSE | _TURNS,
+    "e6pos": _POSE | _TURNS | _EXTERNAL,
+    "axis": _AXES,
+    "e6axis": _AXES | _EXTERNAL,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Structures:
+    """What all files of a cell say of types; a type that two of them declare otherwise has what any of them says."""
+
+    members: Mapping[str, Mapping[str, str]]
+    enums: Mapping[str, set[str]]
+
+    @classmethod
+    def of(cls, files: Iterable[File]) -> Structures:
+        members: dict[str, dict[str, str]] = {kind: dict(known) for kind, known in _COMPONENTS.items()}
+        enums: dict[str, set[str]] = {}
+        for file in files:
+            for kind, own in file.members.items():
+                known = members.setdefault(kind, {})
+                for name, type_ in own.items():
+                    known[name] = type_ if known.get(name, type_) == type_ else ""
+            for kind, constants in file.enums.items():
+                enums.setdefault(kind, set()).update(constants)
+        return cls(members, enums)
 
 
 def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
@@ -101,29 +153,50 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     found = LoadFindings(source)
     files = [(one, file_of(one)) for one in cell.sources]
     own = files[0][1]
-    if not own.routines or re.search(r"[\\/](?:System|TP)[\\/]", source.path, re.IGNORECASE):
-        return []  # no program, or the controller's own
+    if re.search(r"[\\/](?:System|TP|Mada|STEU)[\\/]", source.path, re.IGNORECASE):
+        return []  # the controller's own
+    types = {name for _, file in files for name in file.types} | _TYPES
+    for name in own.computed:
+        help = "give it a number here, and compute it in a statement"
+        found.tell("K107", f"the first value of {name.text} is computed", name.span, help)
+    if not own.routines:
+        for name, kind in own.names:
+            _type(found, name, kind, types)
+        return found.finish({kind.upper() for kind in types}, whole=False, shared=True)
     mine = stem(source.path)
     beside = [file for one, file in files[1:] if stem(one.path) == mine and file.list_name is not None]
     _characters(found)
     _heads(found, own, mine)
-    shared = {n.key for file in (f for _, f in files) for n, _ in file.names}
+    shared: dict[str, str] = {}
+    for _, file in files:
+        for name, kind in file.names:
+            shared[name.key] = kind if shared.get(name.key, kind) == kind else ""
+    structures = Structures.of(file for _, file in files)
 
     routines: dict[str, KrlRoutine] = {}
     for index, (_, file) in enumerate(files):
         for number, routine in enumerate(file.routines):
             if not index or not number or routine.shared:
                 routines.setdefault(routine.name.key, routine)
-    types = {name for _, file in files for name in file.types} | _TYPES
     lists = {n.key: (n, kind) for file in (own, *beside) for n, kind in file.names}
     _twice(found, [r.name for r in own.routines], "in this file")
     for routine in own.routines:
-        _routine(found, routine, shared, routines, types, lists)
+        _routine(found, routine, shared, routines, types, lists, structures)
     names = {n.text for _, file in files for n, _ in file.names} | {r.name.text for r in routines.values()}
-    names |= {n.text for r in own.routines for n, _ in r.names}
-    whole = any(stem(one.path) == "$CONFIG" for one, _ in files)
-    whole = whole and _in_tree(source)
-    return found.finish(names, whole, shared=not whole)
+    names |= {n.text for r in own.routines for n, _ in r.names} | {kind.upper() for kind in types}
+    configured = any(stem(one.path) == "$CONFIG" for one, _ in files)
+    complete = configured and _is_complete((file for _, file in files), names)
+    return found.finish(names, complete and _in_tree(source), shared=not configured, complete=complete)
+
+
+def _is_complete(files: Iterable[File], declared: Iterable[str]) -> bool:
+    """Whether a cell declares nearly all that its programs name."""
+    known = {name.casefold() for name in declared} | _CONFIG | FUNCTIONS | set(KNOWN_ROUTINES)
+    used: set[str] = set()
+    for file in files:
+        used |= file.used
+        known |= {n.key for r in file.routines for n in (r.name, *r.parameters, *(n for n, _ in r.names))}
+    return len(used - known) <= max(1, MOST_MISSING * len(used))
 
 
 def _in_tree(source: Source) -> bool:
@@ -171,6 +244,7 @@ def file_of(source: Source) -> File:
             begun = begun or routine is not None
             if routine is not None:
                 routine.body.append((number, code))
+                file.used |= {word.casefold() for word in _USED.findall(_PASSED_OVER.sub("", code))} - _WORDS
         elif routine is not None:
             routine.names += declared
             if begun and declared:
@@ -209,17 +283,43 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
         name = re.match(r"[\w$]+", match["names"])
         if name:
             file.types.add(name[0].casefold())
+            rest = match["names"][name.end() :]
+            if kind == "enum":
+                file.enums[name[0].casefold()] = {one.strip().casefold() for one in rest.split(",")}
+            else:
+                file.members[name[0].casefold()] = _components(rest)
         return []
-    explicit = "decl" in match["head"].casefold() or kind in _TYPES
+    explicit = re.search(r"\b(?:DECL|CONST)\b", match["head"], re.IGNORECASE) or kind in _TYPES
     if not explicit or kind in _WORDS - {"signal"}:
         return None
     found = []
     for part in _parts(match["names"]):
-        name = re.match(r"\s*([$A-Za-z_][\w$]*)\s*(\[[^\]]*\])?", part)
+        name = _NAMED.match(part)
         if name:
-            found.append((Name(name[1], _span(line, number, name[1])), kind + ("[]" if name[2] else "")))
+            found.append((Name(name[1], _span(line, number, name[1])), kind + _indices(name[2])))
             if "const" in match["head"].casefold():
                 file.constants.add(name[1].casefold())
+            if _COMPUTED.match(part[name.end() :]):
+                file.computed.append(found[-1][0])
+    return found
+
+
+def _indices(written: str | None) -> str:
+    """`[3,15]` as `[,]`: how many indices there are, not how far they go."""
+    return "" if written is None else f"[{',' * written.count(',')}]"
+
+
+def _components(text: str) -> dict[str, str]:
+    """The components of a structure, with their types; a type holds for all names until the next one."""
+    found: dict[str, str] = {}
+    kind = ""
+    for part in _parts(text):
+        typed = re.match(r"\s*([A-Za-z_]\w*)\s+(?=[A-Za-z_$])", part)
+        if typed:
+            kind = typed[1].casefold()
+        name = _NAMED.match(part[typed.end() :] if typed else part)
+        if name:
+            found[name[1].casefold()] = kind + _indices(name[2])
     return found
 
 
@@ -265,7 +365,9 @@ def _heads(found: LoadFindings, own: File, mine: str) -> None:
             found.tell("K104", f"{name.text} is a word of KRL and no name", name.span, "call it otherwise")
     first = own.routines[0].name
     named = re.fullmatch(r"[A-Z_]\w*", mine) is not None  # else no controller has the file under this name
-    if named and all(r.name.text.upper() != mine for r in own.routines):
+    # A copy under another name is no mistake before it comes to the controller.
+    meant = _in_tree(found.source) or is_near(mine.casefold(), first.text.casefold())
+    if named and meant and all(r.name.text.upper() != mine for r in own.routines):
         found.tell(
             "K113",
             f"the file is called {mine}, and no routine in it is",
@@ -287,10 +389,11 @@ def _twice(found: LoadFindings, names: list[Name], where: str) -> None:
 def _routine(
     found: LoadFindings,
     routine: KrlRoutine,
-    shared: set[str],
+    shared: dict[str, str],
     routines: dict[str, KrlRoutine],
     types: set[str],
     lists: dict[str, tuple[Name, str]],
+    structures: Structures,
 ) -> None:
     for number, line in routine.late:
         help = "the declarations of a routine stand before its first statement, INI among them"
@@ -301,12 +404,22 @@ def _routine(
     declared = [n for n, _ in routine.names]
     _twice(found, declared, f"in {routine.name.text}")
     for name, kind in routine.names:
-        if kind.removesuffix("[]") not in types and kind != "signal" and kind[-2:] != "_t":
-            found.unknown.append((kind.removesuffix("[]"), name.span, "the type"))
+        _type(found, name, kind, types)
     local = {n.key for n in declared} | {n.key for n in routine.parameters}
-    kinds = {n.key: kind for n, kind in (*((n, k) for n, k in lists.values()), *routine.names)}
+    own = {n.key: kind for n, kind in (*lists.values(), *routine.names)}
+    unsure = {n.key: "" for n in routine.parameters if n.key not in own}
+    kinds = {**shared, **unsure, **own}
+    for parameter in routine.parameters:  # their brackets say nothing of how many indices there are
+        if "[" in kinds[parameter.key]:
+            kinds[parameter.key] = ""
     for number, code in routine.body:
-        _line(found, number, code, local | set(lists), shared, routines, kinds)
+        _line(found, number, code, local | set(lists), set(shared), routines, kinds, structures)
+
+
+def _type(found: LoadFindings, name: Name, kind: str, types: set[str]) -> None:
+    bare = kind.partition("[")[0]
+    if bare not in types and bare != "signal" and bare[-2:] != "_t":
+        found.unknown.append((bare.upper(), name.span, "the type"))
 
 
 def _line(
@@ -317,6 +430,7 @@ def _line(
     shared: set[str],
     routines: dict[str, KrlRoutine],
     kinds: dict[str, str],
+    structures: Structures,
 ) -> None:
     line = found.source.line(number)
     offset = max(0, line.find(code[:8]))
@@ -327,6 +441,8 @@ def _line(
     if head == "goto":
         return  # the reader knows the labels
     _literal(found, number, tokens, kinds)
+    _condition(found, number, tokens, kinds)
+    _constants(found, number, tokens, kinds, structures)
     for i, token in enumerate(tokens):
         kind, text, _ = token
         key = text.casefold()
@@ -340,6 +456,7 @@ def _line(
             _call(found, number, tokens, i, routines, local, shared)
         elif key in local or key in shared or key in _CONFIG or key in FUNCTIONS:
             found.known.add(key)
+            _part(found, number, tokens, i, kinds.get(key, ""), structures)
         elif i == 0 and after == "=" and len(tokens) > 1:
             found.unknown.append((text, _at(number, token), "the variable"))
         else:
@@ -363,6 +480,103 @@ def _at(number: int, token: tuple[str | None, str, int]) -> Span:
     return Span(number, token[2], token[2] + len(token[1]))
 
 
+def _part(
+    found: LoadFindings,
+    number: int,
+    tokens: list[tuple[str | None, str, int]],
+    at: int,
+    kind: str,
+    structures: Structures,
+) -> None:
+    """Whether the indices and members behind a variable are such as its declaration has."""
+    name = tokens[at]
+    while kind:
+        bare, bracket, commas = kind.partition("[")
+        if at + 1 < len(tokens) and tokens[at + 1][1] == "[":
+            end = _closing(tokens, at + 1)
+            given = _commas(tokens[at + 1 : end])
+            if not bracket or end < 0:
+                if end > 0 and bare != "signal":
+                    found.tell("K109", f"{name[1]} is declared without indices", _at(number, name))
+                return
+            if given != commas.count(","):
+                says = f"{name[1]} has {commas.count(',') + 1} indices, and {given + 1} are given"
+                found.tell("K109", says, _at(number, name))
+                return
+            at = end
+        elif bracket and at + 1 < len(tokens) and tokens[at + 1][1] == ".":
+            found.tell("K109", f"{name[1]} is declared with indices, and none are given", _at(number, name))
+            return
+        known = structures.members.get(bare)
+        if known is None or at + 2 >= len(tokens) or tokens[at + 1][1] != ".":
+            return
+        at += 2
+        name = tokens[at]
+        if name[0] == "word" and name[1].casefold() not in known:
+            found.tell(
+                "K109",
+                f"{bare.upper()} has no component {name[1]}",
+                _at(number, name),
+                f"one of {', '.join(one.upper() for one in list(known)[:_SHOWN])}",
+            )
+        kind = known.get(name[1].casefold(), "")
+
+
+def _closing(tokens: list[tuple[str | None, str, int]], start: int) -> int:
+    """Where the bracket that opens at `start` closes, -1 where it does not."""
+    depth = 0
+    for i in range(start, len(tokens)):
+        depth += (tokens[i][1] in "([{") - (tokens[i][1] in ")]}")
+        if not depth:
+            return i
+    return -1
+
+
+def _commas(tokens: list[tuple[str | None, str, int]]) -> int:
+    """How many commas stand between the outer brackets alone."""
+    depth = count = 0
+    for _, text, _ in tokens:
+        depth += (text in "([{") - (text in ")]}")
+        count += text == "," and depth == 1
+    return count
+
+
+def _condition(
+    found: LoadFindings, number: int, tokens: list[tuple[str | None, str, int]], kinds: dict[str, str]
+) -> None:
+    """`IF NAME THEN` and its like: whether the name can be true."""
+    head = tokens[0][1].casefold()
+    ends = {"if": 3, "while": 2, "until": 2}.get(head, 0)
+    if len(tokens) != ends or tokens[1][0] != "word":
+        return
+    kind = kinds.get(tokens[1][1].casefold(), "")
+    if kind in (*_NUMBERS, *_COMPONENTS):
+        says = f"{tokens[1][1]} is {kind.upper()}, and no condition"
+        found.tell("K108", says, _at(number, tokens[1]), "compare it with a value")
+
+
+def _constants(
+    found: LoadFindings,
+    number: int,
+    tokens: list[tuple[str | None, str, int]],
+    kinds: dict[str, str],
+    structures: Structures,
+) -> None:
+    """`NAME = #CONSTANT`, `NAME == #CONSTANT`: whether the enumeration of the name has the constant."""
+    for i in range(len(tokens) - 3):
+        name, sign, mark, constant = tokens[i : i + 4]
+        if name[0] != "word" or sign[1] not in ("=", "==", "<>") or mark[1] != "#":
+            continue
+        if i and tokens[i - 1][1] == ".":
+            continue
+        known = structures.enums.get(kinds.get(name[1].casefold(), ""))
+        if known is not None and constant[1].casefold() not in known:
+            says = f"{name[1]} has no value #{constant[1]}"
+            help = f"one of {', '.join('#' + one.upper() for one in sorted(known)[:_SHOWN])}"
+            found.tell("K109", says, _at(number, constant), help)
+
+
+_SHOWN: Final = 8  # names in a help
 _NUMBERS: Final = ("int", "real")
 
 
@@ -411,11 +625,12 @@ def _call(
         found.tell("K112", f"{tokens[at][1]} takes {takes}, and {given} are given", _at(number, tokens[at]))
 
 
+_TEXT_BEFORE_VALUES: Final = "= + - * / == <> < > <= >= ( if while until switch return for not and or exor"
+_BEFORE_VALUES: Final = frozenset(_TEXT_BEFORE_VALUES.split())
+
+
 def _is_value(tokens: list[tuple[str | None, str, int]], at: int) -> bool:
-    return (
-        tokens[at - 1][1] in ("=", "+", "-", "*", "/", "==", "<>", "<", ">", "<=", ">=", "(")
-        and tokens[0][1].upper() != "TRIGGER"
-    )
+    return tokens[at - 1][1].casefold() in _BEFORE_VALUES and tokens[0][1].upper() != "TRIGGER"
 
 
 LOAD: Final = Loading(("krc4-8.5", "krc4-8.3", "krc5-8.7"), check)

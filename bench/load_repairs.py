@@ -1,0 +1,236 @@
+"""What `olp lint --load` says of real histories: of errors that a later commit repaired, and of versions that stayed.
+
+    python bench/load_repairs.py FOLDER [--half development|held-out] [--show]
+
+FOLDER holds git repositories of robot programs (bare ones too); programs are never run. Each repository's versions are
+put into a scratch folder one after the other, without merges, and every program that a
+commit changes is checked before and after, with the files of its version beside it.
+
+`repaired`: findings that a commit ended by changing their line, while the program stayed. `kept`: programs as the last
+commit leaves them, whose findings count as false. `listed`: the errors of `load_repairs.tsv` (repository, commit that
+repairs it, file, a word of the line), which a person read from the differences without asking olp; `seen`: olp has a
+finding on such a line of the version before, and none on the line as it is repaired.
+
+The halves: repositories by the number of changed programs, the first, fourth, fifth, eighth … are for development.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import shutil
+import subprocess
+import tarfile
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from olp.checks.lint.run import lint_load
+from olp.core.diagnostic import OlpError
+from olp.core.source import load
+from olp.languages.vendor import find_vendor, recognise, vendor_names, vendor_suffixes
+from olp.reports.batch import Job
+
+LISTS = {suffix for name in vendor_names() for suffix in find_vendor(name).list_suffixes}
+SUFFIXES = tuple({*vendor_suffixes(), *LISTS, ".dtx", ".pjx"})
+LISTED = Path(__file__).with_suffix(".tsv")
+
+
+class Told(NamedTuple):
+    code: str
+    message: str
+    line: int
+    text: str
+
+
+class Repair(NamedTuple):
+    """An error that a person read from a difference. `word`: stands in its line, as it was before the commit."""
+
+    repository: str
+    commit: str
+    path: str
+    word: str
+
+
+@dataclass(slots=True)
+class Sums:
+    """Of one repository."""
+
+    changes: int = 0
+    repaired: Counter[str] = field(default_factory=Counter)
+    kept: int = 0
+    wrong: int = 0  # kept programs with a finding
+    listed: int = 0
+    seen: int = 0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+    parser.add_argument("--half", default="all", choices=("all", "development", "held-out"))
+    parser.add_argument("--only", default="", metavar="WORD", help="repositories whose name has this in it")
+    parser.add_argument("--show", action="store_true", help="each finding")
+    parser.add_argument("--listed", action="store_true", help="only commits of load_repairs.tsv")
+    parser.add_argument("--kept", action="store_true", help="only the programs that stayed")
+    chosen = parser.parse_args()
+    total = Sums()
+    print(f"{'changes':>8} {'repaired':>9} {'listed':>7} {'seen':>5} {'kept':>6} {'false':>6}")
+    for name, place in repositories(chosen.folder, chosen.half):
+        if chosen.only not in name:
+            continue
+        sums = of_repository(name, place, chosen)
+        _row(name, sums)
+        for one in ("changes", "kept", "wrong", "listed", "seen"):
+            setattr(total, one, getattr(total, one) + getattr(sums, one))
+        total.repaired += sums.repaired
+    _row(f"all; repaired: {dict(total.repaired.most_common())}", total)
+
+
+def _row(name: str, sums: Sums) -> None:
+    print(
+        f"{sums.changes:8} {sum(sums.repaired.values()):9} {sums.listed:7} {sums.seen:5} {sums.kept:6} {sums.wrong:6}"
+        f"  {name}",
+        flush=True,
+    )
+
+
+def repositories(folder: Path, half: str) -> list[tuple[str, Path]]:
+    """Name and git directory of those that have programs."""
+    found = []
+    for place in sorted({path.parent for path in folder.rglob("HEAD") if (path.parent / "objects").is_dir()}):
+        name = next(one for one in reversed(place.relative_to(folder).parts) if one not in (".git", "repo"))
+        changes = sum(len(paths) for _, paths in commits(place))
+        if changes or programs_at(place, last(place)):
+            found.append((-changes, name, place))
+    return [
+        (name, place)
+        for rank, (_, name, place) in enumerate(sorted(found))
+        if half in ("all", "development" if rank % 4 in (0, 3) else "held-out")
+    ]
+
+
+def git(place: Path, *words: str) -> bytes:
+    return subprocess.run(["git", f"--git-dir={place}", *words], capture_output=True, check=False).stdout
+
+
+def commits(place: Path) -> Iterator[tuple[str, list[str]]]:
+    """Each commit but the first, and the programs that it changes."""
+    words = ("log", "--reverse", "--no-merges", "--no-renames", "--diff-filter=M", "--name-only", "-z")
+    log = git(place, *words, "--format=%x01%H", "--all").decode("utf-8", "surrogateescape")
+    for piece in log.split("\1")[1:]:
+        commit, *paths = (word.strip("\n") for word in piece.split("\0"))
+        yield commit, [path for path in paths if path.lower().endswith(SUFFIXES)]
+
+
+def last(place: Path) -> str:
+    """HEAD, or the newest commit of all branches where HEAD has no program."""
+    return "HEAD" if programs_at(place, "HEAD") else git(place, "rev-list", "--all", "-1").decode().strip()
+
+
+def programs_at(place: Path, commit: str) -> list[str]:
+    names = git(place, "ls-tree", "-r", "-z", "--name-only", commit).decode("utf-8", "surrogateescape")
+    return [name for name in names.split("\0") if name.lower().endswith(SUFFIXES)]
+
+
+def of_repository(name: str, place: Path, chosen: argparse.Namespace) -> Sums:
+    """Walks one history."""
+    sums, show = Sums(), chosen.show
+    listed = defaultdict(list)
+    for repair in _listed():
+        if repair.repository == name:
+            listed[repair.commit].append(repair)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        for commit, paths in () if chosen.kept else commits(place):
+            repairs = next((rows for short, rows in listed.items() if commit.startswith(short)), [])
+            if not paths or (chosen.listed and not repairs):
+                continue
+            sums.changes += len(paths)
+            old, new = (_put(place, one, folder) for one in (f"{commit}~1", commit))
+            before = {path: told(old / path) for path in paths}
+            for path in paths:
+                after = told(new / path)
+                lines = set(_lines(new / path))
+                for one in before[path]:
+                    if one.text in lines or any(
+                        (one.code, one.message) == (a.code, a.message) for a in after
+                    ):
+                        continue
+                    sums.repaired[one.code] += 1
+                    if show:
+                        print(
+                            f"  repaired {commit[:7]} {path}:{one.line} {one.code} {one.message} | {one.text.strip()}"
+                        )
+            for repair in repairs:
+                sums.listed += 1
+                rows = [one for one in before.get(repair.path, ()) if repair.word in one.text]
+                sums.seen += bool(rows)
+                if show:
+                    print(f"  {'seen' if rows else 'MISSED'} {repair.commit} {repair.path} {repair.word}")
+            shutil.rmtree(old)
+            shutil.rmtree(new)
+        head = _put(place, last(place), folder)
+        for path in programs_at(place, last(place)):
+            if not _is_program(head / path):
+                continue
+            found = told(head / path)
+            sums.kept += 1
+            sums.wrong += bool(found)
+            for one in found if show else ():
+                print(f"  kept {path}:{one.line} {one.code} {one.message} | {one.text.strip()[:100]}")
+    return sums
+
+
+def _listed() -> list[Repair]:
+    rows = LISTED.read_text(encoding="utf-8").splitlines() if LISTED.exists() else []
+    return [Repair(*row.split("\t")) for row in rows if row and not row.startswith("#")]
+
+
+def _put(place: Path, commit: str, folder: Path) -> Path:
+    """The programs of a version, in a new folder of `folder`: olp remembers folders by their paths."""
+    made = Path(tempfile.mkdtemp(dir=folder))
+    names = programs_at(place, commit)
+    packed = git(place, "--literal-pathspecs", "archive", commit, "--", *names) if names else b""
+    if not packed:
+        return made
+    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+        archive.extractall(made, [one for one in archive if one.isfile()], filter="data")
+    return made
+
+
+def _is_program(path: Path) -> bool:
+    if not path.is_file():
+        return False
+    try:
+        return recognise(load(path)) is not None
+    except OlpError:
+        return False
+
+
+def _lines(path: Path) -> list[str]:
+    if not path.is_file():
+        return []
+    try:
+        return list(load(path).lines)
+    except OlpError:
+        return []
+
+
+def told(path: Path) -> list[Told]:
+    """What olp says of one program; nothing of what is none."""
+    if not _is_program(path):
+        return []
+    lines = _lines(path)
+    return [
+        Told(f.code, f.message, f.line, lines[f.line - 1] if 0 < f.line <= len(lines) else "")
+        for f in lint_load(str(path), Job(), "").findings
+    ]
+
+
+if __name__ == "__main__":
+    main()
