@@ -40,6 +40,13 @@ _TEXT_WORDS: Final = """
     with
 """
 _WORDS: Final = frozenset(_TEXT_WORDS.split())
+# Of options that many cells have: "CREAD/CWRITE" and "KUKA.Ethernet KRL 3.1".
+_TEXT_OPTIONS: Final = """
+    cast_from cast_to eki_check eki_checkbuffer eki_clear eki_clearbuffer eki_close eki_getbool eki_getboolarray
+    eki_getframe eki_getint eki_getintarray eki_getreal eki_getrealarray eki_getstring eki_init eki_lock eki_open
+    eki_send eki_setbool eki_setframe eki_setint eki_setreal eki_setstring eki_unlock
+"""
+_OPTIONS: Final = frozenset(_TEXT_OPTIONS.split())
 # Names of motion data and structures that stand in every $config.dat, and inline forms' prefixes of a program's own.
 _TEXT_CONFIG: Final = """
     act_base act_tool base_data base_name base_type basis_suggest_t cpdat_act cpdefault def_acc_cp def_acc_jt
@@ -191,7 +198,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
 
 def _is_complete(files: Iterable[File], declared: Iterable[str]) -> bool:
     """Whether a cell declares nearly all that its programs name."""
-    known = {name.casefold() for name in declared} | _CONFIG | FUNCTIONS | set(KNOWN_ROUTINES)
+    known = {name.casefold() for name in declared} | _CONFIG | FUNCTIONS | _OPTIONS | KNOWN_ROUTINES.keys()
     used: set[str] = set()
     for file in files:
         used |= file.used
@@ -605,7 +612,7 @@ def _call(
     key = tokens[at][1].casefold()
     routine = routines.get(key)
     if routine is None:
-        if key not in KNOWN_ROUTINES and key not in local and key not in shared:
+        if key not in _OPTIONS | KNOWN_ROUTINES.keys() and key not in local and key not in shared:
             found.unknown.append((tokens[at][1], _at(number, tokens[at]), "the routine"))
         return
     found.known.add(key)
