@@ -198,6 +198,14 @@ def test_a_clock_that_runs_on_some_ways_alone_is_refused():
     assert list(refused(krl(*rows), "krl", "rapid")) == [5]
 
 
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_robots_of_several_tasks_never_move_together_elsewhere(target):
+    text = module("IF IsSyncMoveOn() THEN", "WaitTime 2;", "ELSE", "WaitTime 1;", "ENDIF")
+    assert run_elsewhere(text, "rapid", target).durations.tolist() == [1.0]
+    told = [loss for loss in losses(text, "rapid", target) if "IsSyncMoveOn is FALSE" in loss.says]
+    assert [loss.fate for loss in told] == [Fate.APPROXIMATED]
+
+
 # --- components that one language has ------------------------------------------------------------------------
 
 

@@ -111,6 +111,9 @@ class Conventions:
     idle_routines: Mapping[str, str] = field(
         default_factory=dict
     )  # routine of the maker's own, case folded -> what it is, where it moves nothing
+    answers: Mapping[str, tuple[bool, str]] = field(
+        default_factory=dict
+    )  # function of the controller's own, case folded -> what it answers elsewhere, and why
     idle_settings: Mapping[str, tuple[str, float]] = field(
         default_factory=dict
     )  # system variable, case folded -> what it is, and the least number from which on it moves nothing

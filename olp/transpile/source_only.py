@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from olp.ir import terminology
 from olp.ir.expressions import (
+    CallValue,
     Expression,
     Member,
     Named,
@@ -53,7 +54,7 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, language_of
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import Fate, TranslationContext
@@ -122,7 +123,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
             elif not (isinstance(s, Assign) and _is_resolved(s.target, unresolved)):
-                rows += words.translated(s)
+                rows += words.translated(words.answered(s))
         routines.append(replace(routine, body=tuple(rows)))
     return set_elsewhere(replace(program, routines=tuple(routines)), words.lost, work)
 
@@ -155,6 +156,23 @@ class _ForeignWords:
     @property
     def _fate(self) -> Fate:
         return Fate.COMMENTED if self.work.context.on_loss == "comment" else Fate.REFUSED
+
+    def answered(self, s: Statement) -> Statement:
+        """The statement with what functions of the controller's own answer in the target."""
+        answers = self.work.conventions.answers
+        if not answers or not isinstance(s, _READING):
+            return s
+
+        def change(e: Expression) -> Expression:
+            if not isinstance(e, CallValue) or e.routine.casefold() in self.defined:
+                return e
+            answer = answers.get(e.routine.casefold())
+            if answer is None:
+                return e
+            self.work.lose(s, Fate.APPROXIMATED, "value", answer[1])
+            return SignalState(answer[0])
+
+        return mapped(s, change)
 
     def translated(self, s: Statement) -> list[Statement]:
         """The rows that stand for a statement."""

@@ -43,6 +43,12 @@ class Rapid(Vendor):
         on_pulse="High",
         inverting_pulse=r"PulseDO without \High inverts the output",
         local_declarations=True,
+        answers={
+            "issyncmoveon": (
+                False,
+                "IsSyncMoveOn is FALSE there: robots of several tasks never move together",
+            ),
+        },
     )
     joint_moves = ((r"^(\s*)MoveL\b", r"\1MoveJ"),)
     corners = CornerSpelling(
