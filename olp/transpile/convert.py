@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 
 _MOST_STEPS = 200_000  # statements of a run
-_MOST_AGAIN = 20_000  # of one with other inputs, in which loops may have no end
 _ROUNDS = 20  # of commenting out what the writer refuses
 
 
@@ -197,7 +196,7 @@ def rerun(
         others = [p for p in paths if p != main and p.suffix.lower() in suffixes]
         written = [program, *(read(path, vendor=vendor) for path in others)]
         plans = []
-        for given, steps in [({}, _MOST_STEPS), *((one, _MOST_AGAIN) for one in inputs)]:
+        for given, steps in [({}, _MOST_STEPS), *((one, MOST_AGAIN) for one in inputs)]:
             around = None if source is None else _surroundings(source, converted, robot, given)
             plans.append(run(program, robot=robot, folder=folder, assumptions=around, max_steps=steps))
         return Rerun(tuple(plans), origins_of(converted.translated.program, map(shown_at_ends, written)))
