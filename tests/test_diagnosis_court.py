@@ -9,7 +9,7 @@ import pytest
 
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
-from olp.identification.diagnosis.evidence import CUT, Gain, drifts_on, fallen, matters
+from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
@@ -335,7 +335,7 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
     assert not found.findings or found.heldout_after.rmse <= found.heldout_before.rmse
     for finding in found.findings:
-        assert finding.evidence.heldout_after < finding.evidence.heldout_before
+        assert finding.evidence.heldout_before >= NOTICED * finding.evidence.heldout_after
         assert finding.evidence.delta_bic > 0
         for parameter in finding.parameters.values():
             assert parameter.low <= parameter.value <= parameter.high

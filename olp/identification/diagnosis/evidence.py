@@ -40,7 +40,7 @@ _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
 _ACTS = 0.5  # of the scatter
 _SURE_DRIFT = 3.0  # standard errors
-_NOTICED = 1.05  # times the error with a name: without it, it is more
+NOTICED = 1.05  # times the error with a name: without it, it is more
 CUT = 2.0  # times the mean square beyond the noise: a name takes away as much of it as it leaves, at least
 
 
@@ -136,7 +136,7 @@ def cut(without: Floats, with_it: Floats, floor: float) -> float:
     """[1] How many times the mean square beyond the noise `floor` [s] is larger in `without` (k,) [s] than in `with_it`
     (m,) [s]; 0 where the whole error hardly differs."""
     before, after = rms(without), rms(with_it)
-    if before < _NOTICED * after:
+    if before < NOTICED * after:
         return 0.0
     return (before**2 - floor**2) / (after**2 - floor**2) if after > floor else math.inf
 
@@ -154,7 +154,8 @@ def fallen(gains: Sequence[Gain], tried: int) -> list[int]:
 
 def _sure(gain: Gain) -> bool:
     """Whether the gain is not that of a few moves alone, and the error beyond the noise is clearly cut."""
-    return gain.loglik > _DEVIATIONS * gain.error and gain.after < gain.before and gain.cut >= CUT
+    noticed = gain.before >= NOTICED * gain.after
+    return noticed and gain.loglik > _DEVIATIONS * gain.error and gain.cut >= CUT
 
 
 def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
