@@ -1,5 +1,7 @@
 """Writes below each line of the declared readings of a language what olp reads, and what it writes of them.
 
+For a report format NAME it writes `samples/up20/reports/NAME.report`, which `check_report` compares.
+
     python bench/readings.py NAME…
 
 The programs are those of `samples/NAME/readings/`; a line that was added begins with `?` and three blanks. What is
@@ -16,13 +18,18 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from olp.contracts.readings import declare, readings_of  # noqa: E402
+from olp.contracts.reports import declare_report  # noqa: E402
 from olp.contracts.writers import declare_texts  # noqa: E402
 from olp.languages.vendor import find_vendor  # noqa: E402
+from olp.reports.formats import report_names  # noqa: E402
 from olp.transpile.export import writable  # noqa: E402
 
 
 def main(names: Sequence[str]) -> int:
     for name in names:
+        if name in report_names():
+            declare_report(name)
+            continue
         for path in readings_of(ROOT / "samples" / name):
             declare(find_vendor(name), path)
         if name in writable():

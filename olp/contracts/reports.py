@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.contracts.promises import Difference, Promise, hold
+from olp.contracts.readings import differences, load_declared, save
 from olp.core.diagnostic import Span, error, warning
 from olp.core.source import Source
 from olp.identification.timing_job import TimingJob, plan_and_time
@@ -44,11 +45,11 @@ _CALLED: Final = "cells/called.job"
 _EVERYWHERE: Final = "the tool is as long as it *was*"
 _ONCE: Final = "the gripper opens in no time"
 _NUMBERS: Final[Mapping[str, tuple[float | None, ...]]] = {
-    "distance_mm": (12.34, 150.0, 81.77, 7.06, None, 33.0),
+    "distance_mm": (12.34567891, 150.0, 81.77, 7.06, None, 33.0),
     "speed_mm_s": (None, None, 300.0, 120.25, None, 250.0),
     "reached_mm_s": (99.51, 17.0, 299.87, 61.23, None, None),
     "accel_mm_s2": (2513.0, 777.0, 4001.0, 3055.0, None, None),
-    "duration_s": (0.5123, 1.25, 0.8765, 0.4321, 2.0, None),
+    "duration_s": (0.51234567, 1.25, 0.8765, 0.4321, 2.0, None),
     "speed_pct": (40.5, None, None, None, None, None),
     "speed_deg_s": (None, 55.25, None, None, None, None),
     "angle_deg": (None, 90.0, None, None, None, None),
@@ -97,6 +98,7 @@ def made_timing(known: bool) -> Timing:
         assumptions=() if known else tuple(assumed),
         diagnostics=() if known else wrong,
         interval=_interval(numbers["duration_s"]) if known else None,
+        expected=(4.5, 7.25),
         **numbers,
     )
 
@@ -497,6 +499,53 @@ def joins_what_it_is_given(it: ReportUnderTest) -> Iterator[Difference]:
         yield "the same parts", "another report the second time"
 
 
+# --- declared reports -----------------------------------------------------------------------------------------
+
+_DECLARED: Final = FILES[0].parent / "reports"
+_OPTIONS: Final[Mapping[str, Mapping[str, Any]]] = {
+    "segments": {}, "no segments": {"segments": False}, "interval": {"interval": True}, "colour": {"colour": True},
+    "narrow": {"width": 70}, "colour, no segments": {"colour": True, "segments": False},
+}  # fmt: skip
+_LONG_NUMBER: Final = re.compile(r"\d+\.\d{11,}")  # whose last digits are the machine's
+
+
+def declare_report(name: str) -> None:
+    """Writes what the format makes of the timings made by hand, for its author to check."""
+    _DECLARED.mkdir(exist_ok=True)
+    save(_DECLARED / f"{name}.report", _reports_of(ReportUnderTest(name)))
+
+
+def _reports_of(it: ReportUnderTest) -> dict[str, list[str]]:
+    texts = {
+        f"{options}, {'known' if known else 'left open'}": it.made(known=known, **chosen)
+        for options, chosen in _OPTIONS.items()
+        for known in (True, False)
+    }
+    texts["a program that executes nothing"] = _of_nothing(it)
+    texts["three files, one of them called"] = _overview(it, ["a.job", "b.job", "c.job"], 0, ("A",))
+    wrong = (error("X000", "it is not there", file="gone.job"),)
+    gone = ReportPart("gone.job", it.report.part("gone.job", None, wrong, Options()), diagnostics=wrong)
+    texts["a file that is not timed"] = it.report.join([gone], Options())
+    return {name: list(_rows(text)) for name, text in texts.items()}
+
+
+def _rows(text: str) -> Iterator[str]:
+    """The lines, with the signs visible that are none on paper."""
+    for line in text.replace("\r", "\\r").replace("\x1b", "\\e").split("\n"):
+        yield _LONG_NUMBER.sub(lambda found: f"{float(found[0]):.9f}", line)
+
+
+def tells_what_is_declared(it: ReportUnderTest) -> Iterator[Difference]:
+    """What `samples/up20/reports/NAME.report` declares of the timings made by hand is what is told"""
+    place = _DECLARED / f"{it.name}.report"
+    if not place.exists():
+        return
+    found = _reports_of(it)
+    for name, wanted in load_declared(place).items():
+        for at, a, b in differences(wanted, found.get(name, [])):
+            yield f"{place.name}, {name}, line {at}", f"declared: {a}; told: {b}"
+
+
 PROMISES: Final[tuple[Promise[ReportUnderTest], ...]] = (
     says_what_it_is,
     names_every_file,
@@ -508,4 +557,5 @@ PROMISES: Final[tuple[Promise[ReportUnderTest], ...]] = (
     paints_what_differs,
     stands_a_failed_file,
     joins_what_it_is_given,
+    tells_what_is_declared,
 )
