@@ -12,6 +12,7 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols
 
 _SHARED: Final = frozenset({"x", "y", "z", "rx", "ry", "rz", "e1", "e2", "e3", "e4", "e5", "e6"})
+_AXES: Final = frozenset(f"{letter}{number}" for letter in "aj" for number in range(1, 7))
 _POSITIONS: Final = frozenset({"position", "joints"})
 _SYSTEMS: Final = frozenset({"tool", "frame"})
 
@@ -31,11 +32,16 @@ def own_components(program: Program, work: TranslationContext) -> Program:
                 continue
             for e in expressions_of(s):
                 kind = _kind(e.base, symbols, routine.name) if isinstance(e, Member) else ""
-                if isinstance(e, Member) and kind and not (e.name in _SHARED and kind in held):
+                if isinstance(e, Member) and kind and not (kind in held and _is_shared(e.name, kind)):
                     other = language_of(work.target)
                     says = f"the component {e.name} of a position, tool or frame, which {other} lacks"
                     work.lose(s, Fate.REFUSED, "component", says)
     return program
+
+
+def _is_shared(component: str, kind: str) -> bool:
+    """Whether other languages have it too: places, angles, external axes, and the axes of joint values."""
+    return component in _SHARED or (kind == "joints" and component.lower() in _AXES)
 
 
 def _kind(base: Expression, symbols: Symbols, routine: str) -> str:
