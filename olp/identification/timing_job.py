@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import OlpError
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from olp.runtime.plan import Plan
     from olp.timing.correction import Correction
     from olp.timing.result import Timing
-
-_UNREADABLE: Final = ("V001", "V002")  # nothing of an olp.toml holds; where one value is wrong, the rest does
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,8 +86,10 @@ def check_job(job: TimingJob) -> None:
         from olp.languages.read import check_encoding
 
         check_encoding(job.encoding)
+    from olp.runtime.assumptions import UNREADABLE
+
     problems = _mistakes(job)
-    if any(one.code in _UNREADABLE for one in problems):
+    if any(one.code in UNREADABLE for one in problems):
         raise OlpError(*problems)
 
 

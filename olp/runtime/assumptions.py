@@ -227,6 +227,7 @@ _RANGES: Final = {
     Store.DOUBLE: (-(2**31), 2**31 - 1),
 }
 _SECONDS = "_s"
+UNREADABLE: Final = ("V001", "V002")  # nothing of an olp.toml holds; where one value is wrong, the rest does
 T = TypeVar("T")
 K = TypeVar("K")
 Table = Mapping[str, Any]
