@@ -7,9 +7,9 @@ put into a scratch folder one after the other, without merges, and every program
 commit changes is checked before and after, with the files of its version beside it.
 
 `repaired`: findings that a commit ended by changing their line, while the program stayed. `kept`: programs as the last
-commit leaves them, whose findings count as false. `listed`: the errors of `load_repairs.tsv` (repository, commit that
-repairs it, file, a word of the line), which a person read from the differences without asking olp; `seen`: olp has a
-finding on such a line of the version before, and none on the line as it is repaired.
+commit leaves them, whose findings count as false; files that are refused as a whole are no programs. `listed`: the
+errors of `load_repairs.tsv` (repository, commit that repairs it, file, a word of the line), read from the differences;
+`seen`: olp has a finding on such a line of the version before.
 
 The halves: repositories by the number of changed programs, the first, fourth, fifth, eighth … are for development.
 """
@@ -179,6 +179,8 @@ def of_repository(name: str, place: Path, chosen: argparse.Namespace) -> Sums:
             if not _is_program(head / path):
                 continue
             found = told(head / path)
+            if any(not one.line for one in found):
+                continue  # refused as a whole: a log, a template, an empty file
             sums.kept += 1
             sums.wrong += bool(found)
             for one in found if show else ():
