@@ -47,7 +47,6 @@ from olp.runtime.plan import StepKind
 
 if TYPE_CHECKING:
     from olp.core.source import Source
-    from olp.ir.program import Program
     from olp.runtime.plan import Plan
 
 

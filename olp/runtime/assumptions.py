@@ -179,7 +179,6 @@ def load_assumptions(path: str | os.PathLike[str]) -> Assumptions:
 
 @lru_cache(maxsize=64)
 def _load(path: Path, _: tuple[int, int]) -> Assumptions:
-
     return read_assumptions(path)
 
 

@@ -77,8 +77,6 @@ def read_cached(path: Path) -> Program:
 
 @lru_cache(maxsize=256)
 def _read(path: Path, _: tuple[int, int]) -> Program:
-    from olp.languages.read import read
-
     return read(path)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -34,10 +34,6 @@ from olp.runtime.poses import raw_pose
 from olp.runtime.scope import find_slot
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 
 FRACTION, TRAVEL, TURN, AXIS, TIME = 0, 1, 2, 3, 4
 UNITS: Mapping[SpeedUnit, int] = {

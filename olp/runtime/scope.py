@@ -192,7 +192,6 @@ def bind(
     m: Machine, parameters: tuple[Parameter, ...], arguments: tuple[Expression, ...]
 ) -> tuple[Scope, list[tuple[str, Expression]]]:
     """The parameters of a call as variables, and which of them hand their value back, and where to."""
-    from olp.ir.expressions import Named, NamedArgument
     from olp.runtime.evaluate import evaluate
 
     scope: Scope = {}

@@ -127,15 +127,11 @@ class _Postures:
         return joints_of_readings(self.robot, np.array([e.values]))
 
     def _there(self, joints: Floats) -> Floats:
-        from olp.robots.kinematics.configuration import same_posture
-
         found = same_posture(self.robot, self.other, joints)
         assert found is not None
         return found
 
     def _read(self, joints: Floats) -> Floats:
-        from olp.robots.kinematics.configuration import readings_of_joints
-
         return readings_of_joints(self.other, joints)
 
     def _tell(self, program: Program) -> None:

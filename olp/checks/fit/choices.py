@@ -34,7 +34,6 @@ from olp.runtime.plan import BlendCode, StepKind
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from olp.core.source import Source
     from olp.timing.result import Timing
 
 

@@ -24,7 +24,6 @@ from olp.timing.physics._case import Floats, Mask, Rates
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
-    from olp.robots.robot import Robot
 
 
 Labels = NDArray[np.int64]
@@ -165,7 +164,6 @@ def _joint_moves(task: _Task, path: Floats) -> None:
 
 def _ends(robot: Robot, ways: ToolPaths, posture: Labels, seed: Floats) -> Floats:
     """(2, n, k) Joints at start and end in one posture, each by itself; numeric arms end near where they start."""
-    from olp.robots.kinematics import inverse
 
     first = joints_along(robot, ways, np.zeros(1), posture, seed)[:, 0]
     place, rotation, _, _ = ways.at(np.ones(1))
@@ -178,7 +176,6 @@ def _ends(robot: Robot, ways: ToolPaths, posture: Labels, seed: Floats) -> Float
 
 
 def _tool_moves(task: _Task, path: Floats) -> None:
-
     wanted = np.asarray(task.open & (task.kind != JOINT))
     if not wanted.any():
         return

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
     from olp.identification.recording.recording import Recording
     from olp.identification.signature.path_moves import LearntPaths
-    from olp.identification.signature.stretches import Stretches
     from olp.identification.signature.term_model import PredictedRows
     from olp.robots.geometry import Pose
     from olp.robots.robot import Robot

@@ -164,7 +164,7 @@ def _overlaps(way: Floats, pace: Floats, zone: Floats) -> Floats:
 
 def _rounded(moves: RecordedMoves, motions: Motions, at: NDArray[np.intp], zone: Floats) -> Floats:
     """(m,) [s] that arcs of radius `zone` save, braking down to their speed included; a loss is negative."""
-    from olp.timing.blending import Corners, load_law
+    from olp.timing.blending import Corners
 
     result = np.zeros(len(at))
     pace, push = motions.pace, motions.slowness[:, 0]

@@ -228,12 +228,10 @@ def _font(size: float) -> FreeTypeFont:
 
 
 def _svg(figure: Figure) -> bytes:
-
     return svg(figure).encode("utf-8")
 
 
 def _png(figure: Figure) -> bytes:
-
     return png(figure)
 
 

@@ -257,8 +257,6 @@ class Queue:
         timing = time_plan(plan, self.model, self.acceleration)
         problems = [d for d in timing.diagnostics if d.is_error]
         if problems:
-            from olp.core.diagnostic import OlpError
-
             raise OlpError(*problems)
         ends = timing.end_s[np.array(steps) - 1]
         if self.closed or stops(items[-1]):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from olp.core import source
 from olp.core.diagnostic import Diagnostic, OlpError, Severity
@@ -19,9 +19,6 @@ from olp.reports.outcome.model import Level, OutcomeFinding
 from olp.servers.language.analysis import Analysis, EditorSettings, analyse, mistake
 from olp.servers.language.document import OpenDocument, Splice, TextChange
 from olp.timing.result import assumed
-
-if TYPE_CHECKING:
-    from olp.reports.outcome.model import OutcomeFinding
 
 
 class Weight(StrEnum):
@@ -69,8 +66,6 @@ def moved(found: Iterable[OutcomeFinding], splices: Iterable[Splice]) -> tuple[O
 
 
 def _moved(found: Iterable[OutcomeFinding], splices: tuple[Splice, ...]) -> Iterator[OutcomeFinding]:
-    from dataclasses import replace
-
     for one in found:
         line: int | None = one.line
         for splice in splices:

@@ -28,7 +28,6 @@ from olp.servers.language.document import vendor_of
 from olp.servers.language.service import ProgramService
 
 if TYPE_CHECKING:
-    from olp.servers.language.service import ProgramService
     from olp.timing.result import Timing
 
 
@@ -401,8 +400,6 @@ def _name(
 
 
 def _text(service: ProgramService, analysis: Analysis, name: PlacedName) -> str:
-    from olp.core.source import load
-
     if name.file == analysis.path:
         return analysis.source.line(name.line).strip()
     if name.file in service.documents:

@@ -348,7 +348,6 @@ class UrscriptLineReader:
         return True
 
     def _report(self, refused: UnexpectedInput, code: str, number: int, last: int, begin: int) -> None:
-
         self._broken += 1
         problem = explain(refused, code)
         physical = min(number + code.count("\n", 0, problem.offset), last)
