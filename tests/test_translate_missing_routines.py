@@ -14,7 +14,7 @@ from olp.transpile.link import link
 
 # The first call sets n, the second decides what runs.
 OWN = {
-    "rapid": module('ok:=StrToVal("12",n);', "IF IsSyncMoveOn() THEN", "WaitTime 1;", "ENDIF", "WaitTime n;",
+    "rapid": module('ok:=StrToVal("12",n);', "IF RobOS() THEN", "WaitTime 1;", "ENDIF", "WaitTime n;",
                     data=("VAR num n;", "VAR bool ok;")),
     "krl": krl("DECL INT n", "DECL CHAR t[9]", "n=StrToInt(t[],n)", "IF MBX_REC(n)>0 THEN", "WAIT SEC 1",
                "ENDIF", "WAIT SEC n"),
@@ -36,7 +36,7 @@ def test_what_only_the_sources_controllers_have_is_left_out(vendor, target):
 def test_a_routine_of_the_mapping_file_takes_their_place():
     from olp.transpile.context import Mapping
 
-    mapping = Mapping(routines={"issyncmoveon": "MY_SYNC", "strtoval": "MY_VALUE"})
+    mapping = Mapping(routines={"robos": "MY_ROBOT", "strtoval": "MY_VALUE"})
     context = Context(robot=ROBOT, mapping=mapping, on_loss="comment")
     made = convert(read(OWN["rapid"], "rapid"), "krl", context)
     assert not [loss for loss in made.translated.losses if loss.leaves_out]

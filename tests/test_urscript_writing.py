@@ -407,7 +407,7 @@ def test_comments_messages_and_pauses() -> None:
         (SetOutput(1, Signal("out-group", Number(1)), Number(3)), "the group output"),
         (SetOutput(1, Signal("out", Text("doGrip")), SignalState(True)), "the digital output"),
         (Message(1, Text('say "x"')), "quotes"),
-        (Dwell(1, Quantity(SystemValue("timer", 1), 1.0)), "a timer"),
+        (Dwell(1, Quantity(SystemValue("timer", 1), 1.0)), "a clock"),
         (Dwell(1, Quantity(Function("klingon", ()), 1.0)), "the function klingon"),
         (line(PositionLiteral("pose", (0.0,) * 6, external=(5.0,))), "further axes"),
         (line(PositionLiteral("pose", (0.0, math.nan, 0.0, 0.0, 0.0, 0.0))), "left out"),

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.identification.signature import read_signature
+from olp.identification.signature.correction import SignatureCorrection
 from olp.ir.moves import Move, Path
 from olp.ir.program import Program
 from olp.robots.robot import Robot
@@ -227,8 +228,8 @@ class Post:
             return
         try:
             plan = run_converted(converted, self.VENDOR, robot, program)
-            signature = read_signature(self.SIGNATURE) if self.SIGNATURE else None
-            table = time_plan(plan, signature=signature).frame()
+            learnt = SignatureCorrection(read_signature(self.SIGNATURE)) if self.SIGNATURE else None
+            table = time_plan(plan, learnt=learnt).frame()
         except OlpError as refused:
             self.tell(refused.diagnostics)
             return
