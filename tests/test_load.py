@@ -208,3 +208,55 @@ def test_the_command_ends_with_1_and_names_the_controllers(
     assert main(["lint", "--load", "--controller", "krc4-8.5", str(path)]) == 2
     assert "irc5-6.13" in capsys.readouterr().err
     assert main(["lint", "--controller", "irc5-6.13", str(path)]) == 2
+
+
+SCRIPT = """def cell():
+  global speed=0.25
+  gripper=rpc_factory("xmlrpc", "http://127.0.0.1:40404")
+  def grip(width, force=40):
+    set_standard_digital_out(0, width>10)
+    gripper.close(width, force, 1, 2)
+  end
+  thread watch():
+    while True:
+      sync()
+    end
+  end
+  run watch()
+  movej(get_inverse_kin(p[0.4,0,0.3,0,3.14,0], [0,-1.5,1.5,0,1.5,0]), a=1.4, v=1.05)
+  movel(pose_trans(get_actual_tcp_pose(), p[0,0,0.1,0,0,0]), 1.2, speed, 0, 0.01)
+  grip(20)
+  rq_activate_and_wait()
+end
+"""
+
+
+def test_a_sound_script_may_call_what_a_urcap_or_another_file_adds(tmp_path: Path) -> None:
+    assert told(tmp_path, "cell.script", SCRIPT) == []
+    exported = SCRIPT.replace("  grip(20)", '  $ 4 "grip"\n  grip(20)')
+    assert told(tmp_path, "exported.script", exported) == [
+        ("K101", 18)
+    ]  # PolyScope writes URCaps' functions along
+    (tmp_path / "library.script").write_text("def rq_activate_and_wait():\n  sync()\nend\n")
+    assert told(tmp_path, "exported.script", exported) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("movej(get", "movej_(get", ("K101", 14)),
+        ("set_standard_digital_out(0", "set_standart_digital_out(0", ("K101", 5)),
+        ("  sync()", "  Sync()", ("K101", 10)),
+        ("grip(20)", "gripp(20)", ("K101", 16)),
+        ("grip(20)", "grip()", ("K112", 16)),
+        ("grip(20)", "grip(20, 40, 1)", ("K112", 16)),
+        ("  sync()", "  sync(1)", ("K112", 10)),
+        ('"xmlrpc", ', "", ("K112", 3)),
+        ("get_actual_tcp_pose(), p", "get_actual_tcp_pose(\n    ), pose_inv(), p", ("K112", 16)),
+    ],
+)
+def test_each_mistake_in_urscript_is_told(
+    tmp_path: Path, old: str, new: str, expected: tuple[str, int]
+) -> None:
+    assert old in SCRIPT
+    assert expected in told(tmp_path, "cell.script", SCRIPT.replace(old, new, 1))
