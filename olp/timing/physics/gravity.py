@@ -214,8 +214,9 @@ def _works(case: MeasuredMoves, end: int) -> Floats:
     shape = []
     for name, values in (("height", height), ("reach", reach)):
         both = values[linear][:, [0, -1]]
-        middle = case.number(f"middle {name}", lambda both=both: float(np.nanmean(both)))  # type: ignore[misc]
-        spread = case.number(f"spread {name}", lambda both=both: max(2.0 * float(np.nanstd(both)), 1e-3))  # type: ignore[misc]
+        both = both[np.isfinite(both)] if np.isfinite(both).any() else np.zeros(1)
+        middle = case.number(f"middle {name}", lambda both=both: float(np.mean(both)))  # type: ignore[misc]
+        spread = case.number(f"spread {name}", lambda both=both: max(2.0 * float(np.std(both)), 1e-3))  # type: ignore[misc]
         shape.append((values - middle) / spread)
     zeta, rho = shape
     way = np.maximum(np.nan_to_num(case.length), 1e-9)[:, None]
