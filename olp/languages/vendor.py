@@ -50,6 +50,25 @@ class ArmFlags(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class MoveOptions:
+    """What the options of a move mean that olp keeps as written (`Move.other`) and other languages do not have.
+
+    Names are case folded, without what stands before a backslash. A move with any other option is refused.
+
+    `harmless`: change nothing where they are left out. `harmless_values`: option -> its values, case folded, with which
+    it is harmless. `manner`: change how a move is made, neither where it ends nor what happens on the way. `together`:
+    keep step with a table, and are `manner` as long as every table stands. `ends_elsewhere`: values, in capitals, of
+    whatever option, with which the move ends elsewhere than its target says.
+    """
+
+    harmless: frozenset[str] = frozenset()
+    harmless_values: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    manner: frozenset[str] = frozenset()
+    together: frozenset[str] = frozenset()
+    ends_elsewhere: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
 class Conventions:
     """What programs of one language mean, where languages differ: the translation reads nothing else of a vendor.
 
@@ -71,6 +90,10 @@ class Conventions:
         ""  # the instruction, lower case, whose targets are joint values; the others' are poses
     )
     wrist_target_axes: bool = False  # joint values beyond six are external axes
+    move_options: MoveOptions = MoveOptions()
+    resolved_variables: frozenset[str] = (
+        frozenset()
+    )  # in capitals: what is assigned to them, the reader has made speeds, blends, tools and frames of
     # Values
     pose_lists: bool = False  # a pose is a list of numbers, whose elements can be read and set
     text_arrays: bool = False  # a text is declared and named as an array of characters: NAME[]

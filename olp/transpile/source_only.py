@@ -55,36 +55,10 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
-from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, language_of
+from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, MoveOptions, language_of
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import Fate, TranslationContext
 
-# What KUKA's forms hand to BAS: the reader has made speeds, blends, tools and frames of it.
-_RESOLVED = frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"})
-# Options that change nothing where they are left out: offsets of external axes, and names of the data set.
-_HARMLESS = frozenset({"noeoffs", "id", "tload"})
-# How exactly a stop is reached; other data of stop points wait there, or follow a conveyor.
-_STOPS = frozenset({"inpos20", "inpos50", "inpos100"})
-# Options that change how a move is made, neither where it ends nor what happens on the way.
-_MANNER = frozenset(
-    {
-        "wjnt",
-        "mrot",
-        "pth",
-        "process",
-        "mode",
-        "v",
-        "$ori_type",
-        "$circ_type",
-        "$apo",
-        "$load",
-        "$jerk",
-        "$gear_jerk[1]",
-    }
-    | {"$collmon_tol_pro[1]", "$acc", "$acc_axis[1]"}
-)
-_NOT_TURNED = frozenset({"#CONSTANT"})  # of $ORI_TYPE: the tool is not turned as the point says
-_TOGETHER = "coord"  # keeps step with a table: a plain move as long as every table stands
 _ACKNOWLEDGES: Final = (
     "what waited for an acknowledgement waits there until the operator starts the program again"
 )
@@ -114,7 +88,7 @@ _READING = (
 def foreign_words(program: Program, work: TranslationContext) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     words = _ForeignWords.of(program, work)
-    folds = work.conventions.folds
+    folds, resolved = work.conventions.folds, work.conventions.resolved_variables
     routines = []
     for routine in program.routines:
         unresolved = _read_records(routine) if folds else set[str]()
@@ -122,7 +96,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
         for s in without_folds(routine.body) if folds else routine.body:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
-            elif not (isinstance(s, Assign) and _is_resolved(s.target, unresolved)):
+            elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
         routines.append(replace(routine, body=tuple(rows)))
     return set_elsewhere(replace(program, routines=tuple(routines)), words.lost, work)
@@ -143,12 +117,13 @@ class _ForeignWords:
 
     @classmethod
     def of(cls, program: Program, work: TranslationContext) -> _ForeignWords:
+        options = work.conventions.move_options
         return cls(
             program,
             work,
             {s.task for s in program.statements() if isinstance(s, StartTask)},
             any(isinstance(s, ShiftOn) for s in program.statements()),
-            _MANNER | {_TOGETHER} if _tables_stand(program, work) else _MANNER,
+            options.manner | options.together if _tables_stand(program, work) else options.manner,
             {routine.name.casefold() for routine in program.routines},
             _idle_settings(program, work),
         )
@@ -261,11 +236,14 @@ class _ForeignWords:
         return Comment(s.line, untranslated(self.program, s))
 
 
-def _is_resolved(target: Expression, unresolved: Set[str]) -> bool:
-    """Whether the reader has used what is assigned; `unresolved`: records, in capitals, whose members are read."""
+def _is_resolved(target: Expression, resolved: Set[str], unresolved: Set[str]) -> bool:
+    """Whether the reader has used what is assigned: one of `resolved`.
+
+    `unresolved`: records, in capitals, whose members are read.
+    """
     if isinstance(target, Member) and isinstance(target.base, Named):
-        return target.base.name.upper() in _RESOLVED - unresolved
-    return isinstance(target, Named) and target.name.upper() in _RESOLVED
+        return target.base.name.upper() in resolved - unresolved
+    return isinstance(target, Named) and target.name.upper() in resolved
 
 
 def _read_records(routine: Routine) -> set[str]:
@@ -389,7 +367,8 @@ def _tables_stand(program: Program, work: TranslationContext) -> bool:
 
 def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Move:
     """Options of a move that olp keeps without understanding stand in its comment."""
-    said = [name for name, value in s.other if not _is_harmless(name, value)]
+    options = work.conventions.move_options
+    said = [name for name, value in s.other if not _is_harmless(name, value, options)]
     if not said:
         return replace(s, other=())
     texts = [
@@ -401,7 +380,7 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     which = f"the options {', '.join(words)} mean" if len(words) > 1 else f"the option {words[0]} means"
     says = f"{which} nothing in {language_of(work.target)}"
     ends_elsewhere = any(
-        isinstance(value, Text) and value.value.upper() in _NOT_TURNED for _, value in s.other
+        isinstance(value, Text) and value.value.upper() in options.ends_elsewhere for _, value in s.other
     )
     if ends_elsewhere or not all(word.casefold() in manner for word in words):
         work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move without it is another one")
@@ -411,10 +390,12 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     return replace(s, other=(), comment=" ".join([*([s.comment] if s.comment else []), *_bracketed(shown)]))
 
 
-def _is_harmless(name: str, value: Expression) -> bool:
+def _is_harmless(name: str, value: Expression, options: MoveOptions) -> bool:
     """Whether an option of a move says nothing of where it ends and what happens on the way."""
     word = name.rpartition("\\")[2].casefold()
-    return word in _HARMLESS or (word == "inpos" and type(value) is Named and value.name.casefold() in _STOPS)
+    return word in options.harmless or (
+        type(value) is Named and value.name.casefold() in options.harmless_values.get(word, ())
+    )
 
 
 def _bracketed(words: list[str]) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from olp.core.source import Source
 from olp.ir.program import Program, Routine, Statement
-from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, statements
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES
 
 _SIGNS = re.compile(
@@ -58,6 +58,15 @@ class Krl(Vendor):
         },
         idle_words=frozenset({"ext", "extfct", "extp", "extfctp"}),
         off_pulse="FALSE",
+        move_options=MoveOptions(
+            manner=frozenset(
+                {"$acc", "$acc_axis[1]", "$apo", "$circ_type", "$collmon_tol_pro[1]", "$gear_jerk[1]"}
+                | {"$jerk", "$load", "$ori_type"}
+            ),
+            ends_elsewhere=frozenset({"#CONSTANT"}),  # of $ORI_TYPE: the tool is not turned as the point says
+        ),
+        # What inline forms hand to BAS.
+        resolved_variables=frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"}),
     )
     joint_moves = (
         (r"^(\s*)LIN\b(?!\s*\{[^}]*$)(.*\S)\s+C_(?:DIS|VEL|ORI)\b", r"\1PTP\2 C_PTP"),

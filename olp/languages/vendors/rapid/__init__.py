@@ -6,7 +6,7 @@ import re
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, statements
 
 _MODULE = re.compile(r"\s*MODULE\s+\w+\s*(?:\(|!|$)", re.IGNORECASE)
 _HEADER = re.compile(r"\s*%%%")
@@ -33,6 +33,12 @@ class Rapid(Vendor):
         actions_at_ends=True,
         data_begin_anew=True,
         joint_target_word="moveabsj",
+        move_options=MoveOptions(
+            # Offsets of external axes, the number of a synchronized move, and the load of the tool.
+            harmless=frozenset({"noeoffs", "id", "tload"}),
+            # How exactly a stop is reached; other data of stop points wait there, or follow a conveyor.
+            harmless_values={"inpos": frozenset({"inpos20", "inpos50", "inpos100"})},
+        ),
         own_names=re.compile(r"(?i:errno|intno|errdomain|err_\w+)"),
         idle_processes={"TPErase": "clearing the pendant's window"},
         controller_names=True,

@@ -7,7 +7,7 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, statements
 
 _COMMENT: Final = re.compile(rb"\s*\d*\s*:\s*!(.*?)\s*;?\s*", re.DOTALL)
 
@@ -37,6 +37,7 @@ class Tp(Vendor):
         wrist_target_axes=True,
         records_in_statements=False,
         wait_limit_prefix="$",
+        move_options=MoveOptions(manner=frozenset({"mrot", "pth", "wjnt"}), together=frozenset({"coord"})),
         share_zones=True,
         pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
     )

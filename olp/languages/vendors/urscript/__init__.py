@@ -7,7 +7,7 @@ import zlib
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import Conventions, CornerSpelling, Vendor, statements
+from olp.languages.vendor import Conventions, CornerSpelling, MoveOptions, Vendor, statements
 
 _DEFINITION = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\([^)]*\)\s*:")
 _MOVE = re.compile(r"\s*(?:move[jlpc]|set_tcp|set_payload|set_(?:standard_)?digital_out)\s*\(")
@@ -44,6 +44,7 @@ class UrScript(Vendor):
     blending = "ur"
     conventions = Conventions(
         pose_lists=True,
+        move_options=MoveOptions(manner=frozenset({"mode", "process", "v"})),  # v beside a time, which counts
         arguments_are_values=True,
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
     )
