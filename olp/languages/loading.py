@@ -84,9 +84,12 @@ class LoadFindings:
                 if near
                 else "declare it, or put the file that does beside"
             )
-            severity = Severity.ERROR if whole else Severity.WARNING
-            self.tell("K101", f"{what} {name[:60]} is declared nowhere", span, help, severity)
+            self.undeclared(f"{what} {name[:60]} is declared nowhere", span, help, whole)
         return sorted(self.diagnostics, key=lambda d: (d.line, d.column, d.code))
+
+    def undeclared(self, says: str, span: Span, help: str, whole: bool) -> None:
+        """A name that nothing declares: an error where all files are there (`whole`), else a warning."""
+        self.tell("K101", says, span, help, Severity.ERROR if whole else Severity.WARNING)
 
 
 def is_near(one: str, name: str) -> bool:

@@ -3,6 +3,8 @@ arguments that they do not take.
 
 Names and parameters: "URScript Programming Language", the script manual for e-Series SW 5, as github.com/ahernguo/
 urscript-extension lists its functions (`src/*Functions.json`). Where versions differ, what any of them takes is taken.
+From memory: `set_tcp` takes up to 2, `get_inverse_kin` from 1, `str_sub` from 2.
+From Universal Robots' examples: `eip_…_factory`.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
-from olp.core.diagnostic import Diagnostic, Severity, Span
+from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.findings import Findings
 from olp.languages.loading import LoadedCell, LoadFindings, Loading
@@ -130,7 +132,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         elif call.name.casefold() in spellings:
             says = f"the function {call.name[:60]} is declared nowhere: upper and lower case differ"
             help = f"write {spellings[call.name.casefold()]}"
-            found.tell("K101", says, _at(found, call), help, Severity.ERROR if whole else Severity.WARNING)
+            found.undeclared(says, _at(found, call), help, whole)
         else:
             found.unknown.append((call.name, _at(found, call), "the function"))
     return found.finish(names.keys() | _FUNCTIONS, whole, shared=True)
