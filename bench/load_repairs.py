@@ -7,9 +7,10 @@ put into a scratch folder one after the other, without merges, and every program
 commit changes is checked before and after, with the files of its version beside it.
 
 `repaired`: findings that a commit ended by changing their line, while the program stayed. `kept`: programs as the last
-commit leaves them, whose findings count as false; files that are refused as a whole are no programs. `listed`: the
-errors of `load_repairs.tsv` (repository, commit that repairs it, file, a word of the line), read from the differences;
-`seen`: olp has a finding on such a line of the version before.
+commit leaves them; files that are refused as a whole are no programs. `told`: those with a finding, `right`: those
+whose findings `load_kept.tsv` all calls right, as a person read them (templates with gaps, fixtures of parsers, errors
+that stayed); all others count as false. `listed`: the errors of `load_repairs.tsv` (repository, commit that repairs it,
+file, a word of the line), read from the differences; `seen`: olp has a finding on such a line of the version before.
 
 The halves: repositories by the number of changed programs, the first, fourth, fifth, eighth … are for development.
 """
@@ -25,6 +26,7 @@ import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,6 +39,7 @@ from olp.reports.batch import Job
 LISTS = {suffix for name in vendor_names() for suffix in find_vendor(name).list_suffixes}
 SUFFIXES = tuple({*vendor_suffixes(), *LISTS, ".dtx", ".pjx"})
 LISTED = Path(__file__).with_suffix(".tsv")
+JUDGED = Path(__file__).with_name("load_kept.tsv")
 
 
 class Told(NamedTuple):
@@ -55,16 +58,45 @@ class Repair(NamedTuple):
     word: str
 
 
+class Verdict(NamedTuple):
+    """What a person says of a kept program's findings with this code. `path`: of a program, or how several begin."""
+
+    repository: str
+    path: str
+    code: str
+    right: str  # right or false
+    why: str
+
+
+@dataclass(slots=True)
+class Kept:
+    """Programs of one language."""
+
+    programs: int = 0
+    told: int = 0
+    right: int = 0
+
+
 @dataclass(slots=True)
 class Sums:
-    """Of one repository."""
+    """Of one repository. `kept`: by language."""
 
     changes: int = 0
     repaired: Counter[str] = field(default_factory=Counter)
-    kept: int = 0
-    wrong: int = 0  # kept programs with a finding
+    kept: dict[str, Kept] = field(default_factory=lambda: defaultdict(Kept))
     listed: int = 0
     seen: int = 0
+
+    def add(self, other: Sums) -> None:
+        self.changes += other.changes
+        self.listed += other.listed
+        self.seen += other.seen
+        self.repaired += other.repaired
+        for language, own in other.kept.items():
+            into = self.kept[language]
+            into.programs += own.programs
+            into.told += own.told
+            into.right += own.right
 
 
 def main() -> None:
@@ -79,21 +111,28 @@ def main() -> None:
     parser.add_argument("--kept", action="store_true", help="only the programs that stayed")
     chosen = parser.parse_args()
     total = Sums()
-    print(f"{'changes':>8} {'repaired':>9} {'listed':>7} {'seen':>5} {'kept':>6} {'false':>6}")
+    print(f"{'changes':>8} {'repaired':>9} {'listed':>7} {'seen':>5} {'kept':>6} {'told':>6} {'right':>6}")
     for name, place in repositories(chosen.folder, chosen.half):
         if chosen.only not in name:
             continue
         sums = of_repository(name, place, chosen)
         _row(name, sums)
-        for one in ("changes", "kept", "wrong", "listed", "seen"):
-            setattr(total, one, getattr(total, one) + getattr(sums, one))
-        total.repaired += sums.repaired
+        total.add(sums)
     _row(f"all; repaired: {dict(total.repaired.most_common())}", total)
+    print(f"\n{'language':10} {'kept':>6} {'told':>6} {'right':>6} {'false':>6} {'share':>7}")
+    for language, kept in sorted(total.kept.items()):
+        false = kept.told - kept.right
+        print(
+            f"{language:10} {kept.programs:6} {kept.told:6} {kept.right:6} {false:6} {false / kept.programs:7.1%}"
+        )
 
 
 def _row(name: str, sums: Sums) -> None:
+    kept, told, right = (
+        sum(getattr(one, what) for one in sums.kept.values()) for what in ("programs", "told", "right")
+    )
     print(
-        f"{sums.changes:8} {sum(sums.repaired.values()):9} {sums.listed:7} {sums.seen:5} {sums.kept:6} {sums.wrong:6}"
+        f"{sums.changes:8} {sum(sums.repaired.values()):9} {sums.listed:7} {sums.seen:5} {kept:6} {told:6} {right:6}"
         f"  {name}",
         flush=True,
     )
@@ -176,21 +215,44 @@ def of_repository(name: str, place: Path, chosen: argparse.Namespace) -> Sums:
             shutil.rmtree(new)
         head = _put(place, last(place), folder)
         for path in programs_at(place, last(place)):
-            if not _is_program(head / path):
+            language = _language(head / path)
+            if not language:
                 continue
             found = told(head / path)
             if any(not one.line for one in found):
                 continue  # refused as a whole: a log, a template, an empty file
-            sums.kept += 1
-            sums.wrong += bool(found)
-            for one in found if show else ():
-                print(f"  kept {path}:{one.line} {one.code} {one.message} | {one.text.strip()[:100]}")
+            kept = sums.kept[language]
+            kept.programs += 1
+            kept.told += bool(found)
+            verdicts = [_verdict(name, path, one.code) for one in found]
+            kept.right += bool(found) and all(one == "right" for one in verdicts)
+            for one, verdict in zip(found, verdicts, strict=True) if show else ():
+                print(
+                    f"  kept {path}:{one.line} {one.code} {verdict}: {one.message} | {one.text.strip()[:100]}"
+                )
     return sums
 
 
+def _rows(path: Path) -> list[list[str]]:
+    rows = path.read_text(encoding="utf-8").splitlines()
+    return [row.split("\t") for row in rows if row and not row.startswith("#")]
+
+
 def _listed() -> list[Repair]:
-    rows = LISTED.read_text(encoding="utf-8").splitlines() if LISTED.exists() else []
-    return [Repair(*row.split("\t")) for row in rows if row and not row.startswith("#")]
+    return [Repair(*row) for row in _rows(LISTED)]
+
+
+@lru_cache(maxsize=1)
+def _judged() -> list[Verdict]:
+    return [Verdict(*row) for row in _rows(JUDGED)]
+
+
+def _verdict(repository: str, path: str, code: str) -> str:
+    """right, false, or unread."""
+    for one in _judged():
+        if one.repository == repository and path.startswith(one.path) and one.code in (code, "*"):
+            return one.right
+    return "unread"
 
 
 def _put(place: Path, commit: str, folder: Path) -> Path:
@@ -205,13 +267,15 @@ def _put(place: Path, commit: str, folder: Path) -> Path:
     return made
 
 
-def _is_program(path: Path) -> bool:
+def _language(path: Path) -> str:
+    """The name of a program's language; empty of what is none."""
     if not path.is_file():
-        return False
+        return ""
     try:
-        return recognise(load(path)) is not None
+        vendor = recognise(load(path))
     except OlpError:
-        return False
+        return ""
+    return vendor.name if vendor else ""
 
 
 def _lines(path: Path) -> list[str]:
@@ -225,7 +289,7 @@ def _lines(path: Path) -> list[str]:
 
 def told(path: Path) -> list[Told]:
     """What olp says of one program; nothing of what is none."""
-    if not _is_program(path):
+    if not _language(path):
         return []
     lines = _lines(path)
     return [

@@ -192,6 +192,19 @@ def test_a_cell_that_declares_nearly_all_lacks_what_it_does_not(tmp_path: Path) 
     assert told(tmp_path / "below", "cell.src", text) == [("K101", 18)]
 
 
+def test_what_options_call_in_the_submit_program_is_not_judged(tmp_path: Path) -> None:
+    """The names are all declared but two: one in the controller's own folds, one in the user's."""
+    names = [f"PART{letter}" for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZ"]
+    rows = "".join(f"INT {name}\n" for name in names)
+    (tmp_path / "$config.dat").write_text(f"DEFDAT $CONFIG\n{rows}ENDDAT\n")
+    own = "".join(f"{name}=1\n" for name in names)
+    text = (
+        f"DEF SPS()\n;FOLD TORQUE\nWATCH_TORQUES()\n;ENDFOLD\n;FOLD USER PLC\n{own}BLINK()\n;ENDFOLD\nEND\n"
+    )
+    assert told(tmp_path, "sps.sub", text) == [("K101", 32)]
+    assert told(tmp_path, "sps.src", text) == [("K101", 3), ("K101", 32)]
+
+
 def test_names_are_shorter_on_older_controllers(tmp_path: Path) -> None:
     text = RAPID.replace("height", "heightOfTheTable1")
     assert told(tmp_path, "Cell.mod", text) == []

@@ -1,5 +1,9 @@
 """What a KRC4 or KRC5 controller refuses when it loads a KRL module ("Operating and Programming Instructions for System
-Integrators", KSS 8: names, declarations, files; error list of the compiler)."""
+Integrators", KSS 8: names, declarations, files; error list of the compiler).
+
+K107 (first values that are computed) and K109 (components, indices, constants of enumerations) are from memory of that
+manual.
+"""
 
 from __future__ import annotations
 
@@ -186,6 +190,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
             if not index or not number or routine.shared:
                 routines.setdefault(routine.name.key, routine)
     lists = {n.key: (n, kind) for file in (own, *beside) for n, kind in file.names}
+    users = _users_lines(source)
     _twice(found, [r.name for r in own.routines], "in this file")
     for routine in own.routines:
         _routine(found, routine, shared, routines, types, lists, structures)
@@ -193,7 +198,25 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     names |= {n.text for r in own.routines for n, _ in r.names} | {kind.upper() for kind in types}
     configured = any(stem(one.path) == "$CONFIG" for one, _ in files)
     complete = configured and _is_complete((file for _, file in files), names)
+    found.unknown = [one for one in found.unknown if users is None or one[1].line in users]
     return found.finish(names, complete and _in_tree(source), shared=not configured, complete=complete)
+
+
+def _users_lines(source: Source) -> set[int] | None:
+    """Lines in USER folds of a submit program, whose other lines are the controller's and its options'; else None."""
+    if not source.path.lower().endswith(".sub"):
+        return None
+    found: set[int] = set()
+    folds: list[bool] = []
+    for number, line in enumerate(source.lines, 1):
+        text = line.strip().upper()
+        if text.startswith(";FOLD"):
+            folds.append(text[5:].lstrip().startswith("USER"))
+        elif text.startswith(";ENDFOLD"):
+            del folds[-1:]
+        elif any(folds):
+            found.add(number)
+    return found
 
 
 def _is_complete(files: Iterable[File], declared: Iterable[str]) -> bool:
