@@ -17,6 +17,7 @@ def main() -> int:
     make.add_argument("--seed-set", choices=SEEDS, default="dev")
     make.add_argument("--cases", type=int, default=400)
     make.add_argument("--families", nargs="*", default=())
+    make.add_argument("--moves", type=int, default=0, help="of every case; 0: as many as the case draws")
     make.add_argument("--jobs", type=int, default=2)
     make.add_argument("-o", "--output", type=Path, required=True)
     score = commands.add_parser("score", help="diagnose the cases of a folder and open the answers")
@@ -31,7 +32,7 @@ def main() -> int:
     args = parser.parse_args()
     if args.command == "generate":
         seed = SEEDS[args.seed_set] if args.seed is None else args.seed
-        names = generate_all(seed, args.cases, args.output, args.jobs, tuple(args.families))
+        names = generate_all(seed, args.cases, args.output, args.jobs, tuple(args.families), args.moves)
         print(f"seed {seed}: {len(names)} cases in {args.output}")
         return 0
     from bench.concealed.score import run

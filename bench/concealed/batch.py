@@ -12,8 +12,8 @@ from bench.concealed.files import write
 SEEDS = {"dev": 20_261, "final": 86_420, "final2": 53_197, "final3": 71_905}
 
 
-def _one(task: tuple[int, int, str, int, str]) -> str:
-    seed, index, family, turn, folder = task
+def _one(task: tuple[int, int, str, int, str, int]) -> str:
+    seed, index, family, turn, folder, moves = task
     if family.startswith("log-"):
         from bench.concealed.logs import make_log, write_log
 
@@ -21,7 +21,7 @@ def _one(task: tuple[int, int, str, int, str]) -> str:
         write_log(log, Path(folder))
         return log.name
     try:
-        case = make(seed, index, family, turn)
+        case = make(seed, index, family, turn, moves)
     except RuntimeError as problem:
         print(f"\n{problem}", file=sys.stderr)
         return ""
@@ -29,13 +29,18 @@ def _one(task: tuple[int, int, str, int, str]) -> str:
     return case.name
 
 
-def generate_all(seed: int, count: int, folder: Path, jobs: int, families: tuple[str, ...] = ()) -> list[str]:
-    """The names of the cases written under `folder`: the first `count` of this seed, those of `families`.
+def generate_all(
+    seed: int, count: int, folder: Path, jobs: int, families: tuple[str, ...] = (), moves: int = 0
+) -> list[str]:
+    """The names of the cases written under `folder`: the first `count` of this seed, those of `families`; `moves`: of
+    every case that is no log, 0 for as many as it draws.
 
     A case that no draw can make (its effect cannot be as large as the family asks) is told and left out.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    tasks = [(seed, i, f, t, str(folder)) for i, (f, t) in schedule(count) if not families or f in families]
+    tasks = [
+        (seed, i, f, t, str(folder), moves) for i, (f, t) in schedule(count) if not families or f in families
+    ]
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
         names = []
         for name in pool.imap_unordered(_one, tasks):

@@ -51,11 +51,12 @@ def schedule(count: int) -> list[tuple[int, tuple[str, int]]]:
     return result
 
 
-def make(seed: int, index: int, family: str, turn: int) -> Case:
-    """One case; the same numbers make the same case."""
+def make(seed: int, index: int, family: str, turn: int, moves: int = 0) -> Case:
+    """One case, of `moves` moves if it says so; the same numbers make the same case."""
     for attempt in range(40):
         dice = np.random.default_rng([seed, index, attempt])
         wish = recipe(dice, family, turn + attempt // 10)
+        wish = replace(wish, moves=moves) if moves else wish
         case = _try(dice, f"{index:04d}-{family}", wish, family)
         if case is not None:
             return case

@@ -244,14 +244,16 @@ def _slopes(
 ) -> Floats:
     """(n, p) by differences; `here`: the smooth prediction at `place`."""
     low, high = bounds
-    owners = [k for k, part in enumerate(model.parts) for _ in part.form.parameters]
-    steps, changes = [], []
-    for index, owner in enumerate(owners):
-        step = _STEP * (high[index] - low[index])
-        steps.append(-step if place[index] + step > high[index] else step)
-        moved = place.copy()
-        moved[index] += steps[-1]
-        changes.append((owner, _unpack(model, moved).parts[owner]))
+    steps, changes, first = [], [], 0
+    for owner, part in enumerate(model.parts):
+        last = first + len(part.form.parameters)
+        for index in range(first, last):
+            step = _STEP * (high[index] - low[index])
+            steps.append(-step if place[index] + step > high[index] else step)
+            moved = place[first:last].copy()
+            moved[index - first] += steps[-1]
+            changes.append((owner, _placed(part, moved)))
+        first = last
     there = _unpack(model, place).smooth_with(changes, case)
     columns = [(one - here) / step for one, step in zip(there, steps, strict=True)]
     return whiten(np.stack(columns, axis=1), noise, case)
@@ -271,9 +273,12 @@ def _unpack(model: DurationModel, place: Floats) -> DurationModel:
     parts, at = [], 0
     for part in model.parts:
         width = len(part.form.parameters)
-        log = np.array([p.log for p in part.form.parameters], dtype=bool)
-        coordinates = place[at : at + width]
-        values = np.where(log, np.exp(np.where(log, coordinates, 0.0)), coordinates)
-        parts.append(part._replace(values=values))
+        parts.append(_placed(part, place[at : at + width]))
         at += width
     return DurationModel(tuple(parts))
+
+
+def _placed(part: ModelPart, coordinates: Floats) -> ModelPart:
+    """The part at the search's coordinates (p,) of its own parameters."""
+    log = np.array([p.log for p in part.form.parameters], dtype=bool)
+    return part._replace(values=np.where(log, np.exp(np.where(log, coordinates, 0.0)), coordinates))

@@ -9,7 +9,7 @@ Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -43,7 +43,7 @@ class MoveCorners(NamedTuple):
         return MoveCorners(*(column[rows] for column in self))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """n moves; units of a way are metres, or radians of the leading axis in joint moves."""
 
@@ -75,10 +75,7 @@ class Motion:
     def with_(self, **changes: Floats | float | str | MoveCorners | None) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
         copy = object.__new__(Motion)
-        for get, put in _SLOTS.values():
-            put(copy, get(self))
-        for name, value in changes.items():
-            _SLOTS[name][1](copy, value)
+        vars(copy).update(vars(self), **changes)
         return copy
 
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
@@ -138,7 +135,7 @@ class Motion:
         short = np.nonzero((speed * ramps > self.way) & (self.way > 0))[0]
         if len(short):
             speed = speed.copy()
-            speed[short] = self._some(short)._peak()
+            speed[short] = self._some(short, _TRAVEL)._peak()
             ramps = self._ramps(speed, jerked)
         moving = self.way > 0
         return np.where(moving, self.way / np.where(moving, speed, 1.0) + ramps, 0.0), speed
@@ -168,7 +165,7 @@ class Motion:
         peak = np.where(reached * self.jerk >= most, reached, unreached)
         mixed = np.nonzero((reached * self.jerk < most) & (unreached * self.jerk > least))[0]
         if len(mixed):
-            peak[mixed] = self._some(mixed)._bisected()
+            peak[mixed] = self._some(mixed, _TRAVEL)._bisected()
         return np.minimum(peak, self.speed)
 
     def _bisected(self) -> Floats:
@@ -190,18 +187,18 @@ class Motion:
         some = self._some(rows)
         return some if self.corners is None else some.with_(corners=self.corners.take(rows))
 
-    def _some(self, rows: NDArray[np.intp]) -> Motion:
-        """Some of the moves, as if each were between its like."""
-        parts = {name: getattr(self, name)[rows] for name in _COLUMNS}
-        return self.with_(corners=None, **parts)
+    def _some(self, rows: NDArray[np.intp], columns: tuple[str, ...] = ()) -> Motion:
+        """Some of the moves, as if each were between its like; `columns`: those that are needed, () all."""
+        own = vars(self)
+        return self.with_(corners=None, **{name: own[name][rows] for name in columns or _COLUMNS})
 
 
-_SLOTS = {name: (vars(Motion)[name].__get__, vars(Motion)[name].__set__) for name in Motion.__slots__}
 _COLUMNS = tuple(
-    name
-    for name in Motion.__slots__
-    if name not in ("cycle", "early", "law", "overlap", "split", "reach", "corners")
+    column.name
+    for column in fields(Motion)
+    if column.name not in ("cycle", "early", "law", "overlap", "split", "reach", "corners")
 )
+_TRAVEL = ("way", "speed", "accelerate", "decelerate", "jerk", "filtered")  # what the way alone hangs on
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

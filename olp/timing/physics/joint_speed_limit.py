@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -137,10 +139,11 @@ def _swept(motion: Motion, most: Floats) -> Floats:
     # At rounded corners the ramps are whole too: they overlap with the neighbours' ones.
     square[0], square[-1] = 0.0, 0.0
     gain, loss = 2.0 * motion.accelerate * step, 2.0 * motion.decelerate * step
-    for k in range(1, len(square)):
-        np.minimum(square[k], square[k - 1] + gain, out=square[k])
-    for k in range(len(square) - 2, -1, -1):
-        np.minimum(square[k], square[k + 1] + loss, out=square[k])
+    places, reached = list(square), np.empty_like(step)
+    for before, at in pairwise(places):
+        np.minimum(at, np.add(before, gain, out=reached), out=at)
+    for after, at in pairwise(reversed(places)):
+        np.minimum(at, np.add(after, loss, out=reached), out=at)
     return _along(step, square)
 
 

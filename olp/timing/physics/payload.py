@@ -62,7 +62,7 @@ class Payload(MoveTerm):
             )
             return motion.with_(accelerate=motion.accelerate * ratio, decelerate=motion.decelerate * ratio)
         if form.key == "weight":
-            rest = 1.0 - values[0] * np.nan_to_num(case.payload)
+            rest = 1.0 - values[0] * case.once("carried", lambda: np.nan_to_num(case.payload))
             return motion.with_(accelerate=motion.accelerate * rest, decelerate=motion.decelerate * rest)
         simulated = values[1] if form.key else 0.0
         less = np.maximum(1.0 + values[0] * np.nan_to_num(case.payload - simulated), _LEAST)

@@ -34,7 +34,8 @@ class Settling(MoveTerm):
         return np.array([[float(np.median(case.residual[_stopping(case, form.key)])) or 0.01]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        return motion.with_(added=motion.added + values[0] * _stopping(case, form.key))
+        stopping = case.once(f"stopping {form.key}", lambda: _stopping(case, form.key).astype(np.float64))
+        return motion.with_(added=motion.added + values[0] * stopping)
 
     def doubt(self, form: Form, values: Floats) -> float:
         return _LESS if values[0] < 0 else 0.0

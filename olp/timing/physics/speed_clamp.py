@@ -37,7 +37,8 @@ class SpeedClamp(MoveTerm):
         return np.clip(levels, form.parameters[0].low, form.parameters[0].high)[:, None]
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        clamped = np.where(_wanted(case), values[0], np.inf)
+        wanted = case.once("clamped", lambda: _wanted(case).astype(np.float64)) > 0
+        clamped = np.where(wanted, values[0], np.inf)
         return motion.with_(speed=np.minimum(motion.speed, clamped))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
