@@ -9,19 +9,14 @@ weaker drive; ramps that pass a filter, or whose jerk is limited; a time per mov
 
 from __future__ import annotations
 
-import argparse
 import csv
-import json
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from made_up import make_cases
 from numpy.typing import NDArray
-
-ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT))
 
 Floats = NDArray[np.float64]
 
@@ -163,29 +158,20 @@ def write(folder: Path, rows: list[dict[str, float | str]]) -> None:
         table.writerows(
             {k: f"{v:.6f}" if isinstance(v, float) else v for k, v in row.items()} for row in rows
         )
-    (folder / "recording.toml").write_text("time_resolution_s = 0.001\n", encoding="utf-8")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cases", type=int, default=24)
-    args = parser.parse_args()
-    answers: dict[str, Any] = {}
-    for number in range(args.cases):
-        law = LAWS[number % len(LAWS)]
-        rows, noise = case(np.random.default_rng([args.seed, number]), law)
-        name = f"{number:03d}"
-        folder = args.folder / name
-        folder.mkdir(parents=True, exist_ok=True)
-        write(folder, rows)
-        answers[name] = {"mode": law, "terms": [TERMS.get(law, law)], "moves": None}
-        answers[name] |= {"noise_s": noise, "resolution_s": 0.001}
-    (args.folder / "answers.json").write_text(json.dumps(answers, indent=1), encoding="utf-8")
+def made(folder: Path, number: int, rng: np.random.Generator) -> dict[str, Any]:
+    law = LAWS[number % len(LAWS)]
+    rows, noise = case(rng, law)
+    write(folder, rows)
+    return {
+        "mode": law,
+        "terms": [TERMS.get(law, law)],
+        "moves": None,
+        "noise_s": noise,
+        "resolution_s": 0.001,
+    }
 
 
 if __name__ == "__main__":
-    main()
+    make_cases(__doc__, made)

@@ -21,11 +21,14 @@ import sys
 import time
 import zlib
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -149,6 +152,32 @@ def _one(folder: Path, recorder: str) -> tuple[dict[str, Any] | str, float]:
             return diagnosed(recorded(folder, recorder, Path(temporary)))
     except Exception as failure:  # a case that ends in an error is a case that is wrong
         return f"{type(failure).__name__}: {failure}", 0.0
+
+
+def make_cases(
+    description: str | None, make: Callable[[Path, int, np.random.Generator], dict[str, Any]]
+) -> None:
+    """The command line of a script that makes such a folder.
+
+    `make`: fills the folder of the case of a number, and returns its answer.
+    """
+    import numpy as np
+
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--cases", type=int, default=24)
+    args = parser.parse_args()
+    answers = {}
+    for number in range(args.cases):
+        name = f"{number:03d}"
+        folder = args.folder / name
+        folder.mkdir(parents=True, exist_ok=True)
+        answers[name] = make(folder, number, np.random.default_rng([args.seed, number]))
+        (folder / "recording.toml").write_text("time_resolution_s = 0.001\n", encoding="utf-8")
+    (args.folder / "answers.json").write_text(json.dumps(answers, indent=1), encoding="utf-8")
 
 
 def main(arguments: Iterable[str] | None = None) -> None:

@@ -10,20 +10,15 @@ axis' gear, a batch that comes and goes, a slow oscillation. Every law has zero 
 
 from __future__ import annotations
 
-import argparse
 import csv
-import json
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from made_up import make_cases
 from numpy.typing import NDArray
-
-ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT))
 
 Floats = NDArray[np.float64]
 
@@ -131,42 +126,27 @@ def write(folder: Path, run: Run, measured: Floats) -> None:
             seconds = [measured[k], run.simulated[k], run.begin[k]]
             lengths = [*run.start[k], *run.end[k], run.speed[k], run.acceleration, run.blend[k]]
             rows.writerow([k + 1, *(f"{s:.6f}" for s in seconds), *(f"{1000 * v:.4f}" for v in lengths)])
-    (folder / "recording.toml").write_text("time_resolution_s = 0.001\n", encoding="utf-8")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cases", type=int, default=24)
-    args = parser.parse_args()
-    answers = {}
-    for number in range(args.cases):
-        rng = np.random.default_rng([args.seed, number])
-        run, law = run_of(rng), LAWS[number % len(LAWS)]
-        shape = law(run, rng)
-        shape = (shape - shape.mean()) / shape.std()
-        noise = float(rng.uniform(0.0015, 0.003))
-        # Some laws cost a share of the time, others a time.
-        share = law in (resonance, tooth) or rng.random() < 0.3
-        cost = rng.uniform(0.008, 0.03) if share else rng.uniform(0.015, 0.04) * run.simulated
-        measured = run.simulated + cost * shape + noise * rng.normal(size=len(shape))
-        name = f"{number:03d}"
-        folder = args.folder / name
-        folder.mkdir(parents=True, exist_ok=True)
-        write(folder, run, measured)
-        answers[name] = {
-            "mode": "outside",
-            "terms": [],
-            "moves": None,
-            "noise_s": noise,
-            "resolution_s": 1e-6,
-            "law": law.__name__,
-        }
-    (args.folder / "answers.json").write_text(json.dumps(answers, indent=1), encoding="utf-8")
+def made(folder: Path, number: int, rng: np.random.Generator) -> dict[str, Any]:
+    run, law = run_of(rng), LAWS[number % len(LAWS)]
+    shape = law(run, rng)
+    shape = (shape - shape.mean()) / shape.std()
+    noise = float(rng.uniform(0.0015, 0.003))
+    # Some laws cost a share of the time, others a time.
+    share = law in (resonance, tooth) or rng.random() < 0.3
+    cost = rng.uniform(0.008, 0.03) if share else rng.uniform(0.015, 0.04) * run.simulated
+    measured = run.simulated + cost * shape + noise * rng.normal(size=len(shape))
+    write(folder, run, measured)
+    return {
+        "mode": "outside",
+        "terms": [],
+        "moves": None,
+        "noise_s": noise,
+        "resolution_s": 1e-6,
+        "law": law.__name__,
+    }
 
 
 if __name__ == "__main__":
-    main()
+    make_cases(__doc__, made)
