@@ -26,7 +26,7 @@ from olp.identification.diagnosis.logs.position import (
 )
 from olp.identification.diagnosis.logs.report import ConfirmedTerm, LogReport
 from olp.identification.diagnosis.logs.result import AxisEvidence, ClockFit, LogDiagnosis
-from olp.identification.diagnosis.logs.select import held_out
+from olp.identification.diagnosis.logs.select import held_out_rms
 from olp.identification.diagnosis.logs.series import Grid, Spectrum, even, smoothed
 from olp.identification.diagnosis.logs.statistics import false_discovery
 from olp.identification.diagnosis.logs.torque import MASSES, motion
@@ -327,10 +327,7 @@ def of_position(result: PositionResult, slides: tuple[bool, ...]) -> list[Candid
         values = numbers(a, result.late, result.clock)
         fixed = ("clock",) if result.clock and result.late != result.zero else ()
         for term in a.terms:
-            rms = [
-                math.sqrt(held_out(a.raw, (*fixed, *(t for t in a.terms if t != out))).mean())
-                for out in (term, "")
-            ]
+            rms = [held_out_rms(a.raw, (*fixed, *(t for t in a.terms if t != out))) for out in (term, "")]
             evidence = AxisEvidence(
                 term, axis + 1, "position", unit, a.delta_bic[term], a.gains[term][1], rms[0], rms[1]
             )

@@ -16,7 +16,7 @@ from olp.identification.diagnosis.logs.select import (
     best,
     criterion,
     gain,
-    held_out,
+    held_out_rms,
     intervals,
     left,
     products,
@@ -212,7 +212,7 @@ def judge_axis(
     _, other, _ = intervals(raw, terms)
     _, slower, _ = intervals(data.slower, terms)
     widths = np.sqrt(widths**2 + (sizes - other) ** 2 + (other - slower) ** 2)
-    errors = {t: (_rms(held_out(raw, _without(terms, t))), _rms(held_out(raw, terms))) for t in terms}
+    errors = {t: (held_out_rms(raw, _without(terms, t)), held_out_rms(raw, terms)) for t in terms}
     friction = tuple(t for t in terms if t != MASSES)
     named = {columns[i].term: (float(s), float(w)) for i, s, w in zip(members, sizes, widths, strict=True)}
     return EffortResult(
@@ -221,9 +221,9 @@ def judge_axis(
         {t: criterion(data.products, _without(terms, t)) - whole for t in terms},
         {t: named[t] for t in friction},
         errors,
-        _rms(held_out(raw, ())),
+        held_out_rms(raw, ()),
         # What other masses would explain has no name: it stays in the remainder.
-        _rms(held_out(raw, friction)),
+        held_out_rms(raw, friction),
         left,
         _told(raw, terms),
     )  # fmt: skip
@@ -235,15 +235,11 @@ def _told(raw: Products, terms: tuple[str, ...]) -> bool:
     if len(kinds) != 1:
         return bool(kinds)
     other = tuple(k for k in _KINDS if k not in kinds)
-    return _rms(held_out(raw, _without(terms, *kinds) + other)) > _APART * _rms(held_out(raw, terms))
+    return held_out_rms(raw, _without(terms, *kinds) + other) > _APART * held_out_rms(raw, terms)
 
 
 def _without(terms: tuple[str, ...], *gone: str) -> tuple[str, ...]:
     return tuple(t for t in terms if t not in gone)
-
-
-def _rms(squares: Floats) -> float:
-    return math.sqrt(max(float(squares.mean()), 0.0))
 
 
 # --- Payload ---

@@ -19,7 +19,7 @@ from olp.identification.diagnosis.logs.select import (
     Products,
     best,
     gain,
-    held_out,
+    held_out_rms,
     intervals,
     products,
 )
@@ -134,14 +134,13 @@ def _axis(
     members, sizes, widths = intervals(table, terms)
     known = {_COLUMNS[i].term: (float(s), float(w)) for i, s, w in zip(members, sizes, widths, strict=True)}
     none = (math.nan, math.nan)
-    rms = {
-        t: tuple(map(_rms, (held_out(raw, tuple(x for x in terms if x != t)), held_out(raw, terms))))
-        for t in terms
+    errors = {
+        t: (held_out_rms(raw, tuple(x for x in terms if x != t)), held_out_rms(raw, terms)) for t in terms
     }
     return EncoderAxis(
         axis, terms, known.get(SKEW, none), known.get(TWIST, none), known.get(PLAY, none), by_torque,
-        {t: gain(table, terms, t) for t in terms}, {t: (v[0], v[1]) for t, v in rms.items()},
-        _rms(held_out(raw, ())), _rms(held_out(raw, terms)),
+        {t: gain(table, terms, t) for t in terms}, errors,
+        held_out_rms(raw, ()), held_out_rms(raw, terms),
     )  # fmt: skip
 
 
@@ -159,7 +158,3 @@ def _large(terms: tuple[str, ...], table: Products, library: Floats, target: Flo
         if not weak:
             return terms
         terms = tuple(t for t in terms if t != min(weak, key=lambda w: amount[w]))
-
-
-def _rms(squares: Floats) -> float:
-    return math.sqrt(max(float(squares.mean()), 0.0))

@@ -21,7 +21,7 @@ from olp.identification.diagnosis.logs.result import (
     LogCorrelate,
     LogDiagnosis,
 )
-from olp.identification.diagnosis.logs.select import LibraryColumn, held_out, products
+from olp.identification.diagnosis.logs.select import LibraryColumn, held_out, held_out_rms, products
 from olp.identification.diagnosis.logs.series import (
     autoregression,
     dropped,
@@ -120,8 +120,8 @@ class LogReport:
             pace, late = _pace_and_lateness(f.residual, speed[:, j], f.use)
             known = _INSTANT * self.log.period * float(np.nan_to_num(pace))
             floor = math.hypot(noise_floor(self.log.time, left, speed, f.use), float(read[j]), known)
-            before = math.sqrt(held_out(one.raw, ()).mean())
-            after = math.sqrt(held_out(one.raw, (*fixed, *one.terms)).mean())
+            before = held_out_rms(one.raw, ())
+            after = held_out_rms(one.raw, (*fixed, *one.terms))
             unit = "m" if self.log.slides[j] else "rad"
             reach = float(np.ptp(reference.grid.values[:, j]))
             axes.append(AxisResidual(j + 1, "position", unit, before, after, floor, pace, reach, late))

@@ -132,6 +132,11 @@ def held_out(products: Products, chosen: tuple[str, ...]) -> Floats:
     return result
 
 
+def held_out_rms(products: Products, chosen: tuple[str, ...]) -> float:
+    """Root of the mean of `held_out`, in the unit of the target."""
+    return math.sqrt(max(float(held_out(products, chosen).mean()), 0.0))
+
+
 def gain(products: Products, chosen: tuple[str, ...], term: str) -> tuple[float, float]:
     """How much a chosen term helps on held-out blocks (mean of ln of squares without over with) and its p-value."""
     without = tuple(t for t in chosen if t != term)
