@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
@@ -58,7 +58,8 @@ class MoveOptions:
     `harmless`: change nothing where they are left out. `harmless_values`: option -> its values, case folded, with which
     it is harmless. `manner`: change how a move is made, neither where it ends nor what happens on the way. `together`:
     keep step with a table, and are `manner` as long as every table stands. `ends_elsewhere`: values, in capitals, of
-    whatever option, with which the move ends elsewhere than its target says.
+    whatever option, with which the move ends elsewhere than its target says. `silent`: what options begin with that
+    say nothing to a reader.
     """
 
     harmless: frozenset[str] = frozenset()
@@ -66,6 +67,7 @@ class MoveOptions:
     manner: frozenset[str] = frozenset()
     together: frozenset[str] = frozenset()
     ends_elsewhere: frozenset[str] = frozenset()
+    silent: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,10 +129,13 @@ class Conventions:
     returns_by_register: bool = False  # what a routine returns is in a variable that it names itself
     for_declares: bool = False  # FOR declares its variable, which ends with the loop
     rounds_to_decimals: bool = False  # functions that round take a number of decimals
-    folds: bool = False  # comments fold lines, and some of them hold what an editor's forms generate
     idle_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # process -> display name, where it does nothing
+    silent_processes: Mapping[str, str] = field(
+        default_factory=dict
+    )  # likewise, where nobody would write a comment in its place
+    window_process: str = ""  # how the window of the message behind it looks
     idle_routines: Mapping[str, str] = field(
         default_factory=dict
     )  # routine of the maker's own, case folded -> what it is, where it moves nothing
@@ -234,6 +239,10 @@ class Vendor(ABC):
 
         `find`: a routine of the program by its name, None for one that is not here or stands in `library_files`.
         """
+        return body
+
+    def without_editor_comments(self, body: tuple[Statement, ...]) -> Sequence[Statement]:
+        """A routine's statements without the comments that only the maker's editor reads."""
         return body
 
     def as_called(self, program: Program) -> Program:

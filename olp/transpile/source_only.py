@@ -55,14 +55,13 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
-from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, MoveOptions, language_of
+from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, MoveOptions, find_vendor, language_of
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import Fate, TranslationContext
 
 _ACKNOWLEDGES: Final = (
     "what waited for an acknowledgement waits there until the operator starts the program again"
 )
-_WINDOW = "popup"  # how the message behind it is shown
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
 _MODAL = frozenset({SetSpeed, SetBlend})
@@ -88,12 +87,12 @@ _READING = (
 def foreign_words(program: Program, work: TranslationContext) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     words = _ForeignWords.of(program, work)
-    folds, resolved = work.conventions.folds, work.conventions.resolved_variables
+    vendor, resolved = find_vendor(program.vendor), work.conventions.resolved_variables
     routines = []
     for routine in program.routines:
-        unresolved = _read_records(routine) if folds else set[str]()
+        unresolved = _read_records(routine) if resolved else set[str]()
         rows: list[Statement] = []
-        for s in without_folds(routine.body) if folds else routine.body:
+        for s in vendor.without_editor_comments(routine.body):
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
             elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
@@ -187,21 +186,23 @@ class _ForeignWords:
 
     def _process(self, s: Process) -> list[Statement] | None:
         """Of an instruction that leaves nothing behind; None for any other."""
-        if s.name == _WINDOW and not any(tag == "blocking" for tag, _ in s.arguments):
+        if s.name == self.work.conventions.window_process and not any(
+            tag == "blocking" for tag, _ in s.arguments
+        ):
             self.work.note_at(s, "the title and the look of the message's window are left out")
             return []
         shown = dict(s.arguments).get(SHOWN)
         if shown is not None:
             self.work.lose(s, Fate.APPROXIMATED, "option", f"what {s.name} keeps in a log is a message there")
             return [Message(s.line, shown, s.comment)]
-        if s.name not in _SILENT:
+        silent = self.work.conventions.silent_processes.get(s.name)
+        if silent is None:
             return None
         why = dict(s.arguments).get(ON_THE_WAY)
         if isinstance(why, Text):
             self.work.lose(s, Fate.APPROXIMATED, "order", why.value)
         else:
-            idle = self.work.conventions.idle_processes.get(s.name, s.name)
-            says = f"{idle} means nothing to another controller: it is left out"
+            says = f"{silent} means nothing to another controller: it is left out"
             self.work.lose(s, Fate.EXACT, "statement", says)
         return [Comment(s.line, s.comment)] if s.comment else []
 
@@ -286,9 +287,6 @@ def _blends(program: Program) -> bool:
         type(s) is Move and (s.blend is None or s.blend.value is None or s.blend.value.literal != 0.0)
         for s in program.statements()
     )
-
-
-_SILENT: Final = frozenset({"continue", "stop-handler"})  # nobody would write a comment in their place
 
 
 def _idle(s: Statement, why: str, program: Program, work: TranslationContext) -> Comment:
@@ -386,7 +384,8 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
         work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move without it is another one")
         return replace(s, other=())
     work.lose(s, Fate.APPROXIMATED, "option", says)
-    shown = [text for text in texts if not text.startswith("$")]  # what forms set says nothing to a reader
+    silent = options.silent
+    shown = [text for text in texts if not (silent and text.startswith(silent))]
     return replace(s, other=(), comment=" ".join([*([s.comment] if s.comment else []), *_bracketed(shown)]))
 
 
@@ -406,64 +405,6 @@ def untranslated(program: Program, s: Statement) -> str:
     """The comment that stands where a statement of the source cannot."""
     text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
     return f"not translated: {text or terminology.statement(s)}"
-
-
-# --- Folds ---
-# What KUKA's editor writes into comments: folds, and the captions and parameters of its inline forms.
-#
-# The name of a fold that a person made is a comment like any other. What only the editor reads is left out: the ends of
-# folds, folds that it hides, the parameters of forms, the captions of forms (the statements within say the same), and
-# the folds that every program begins with.
-
-_FOLD: Final = re.compile(r"FOLD\b\s*(?P<name>.*?)\s*(?:;?\s*(?P<marks>%\{.*))?", re.IGNORECASE)
-_BEGINNING: Final = re.compile(
-    r"(?:(?:USER |\w+TECH )?INI|(?:USER |EXTERNAL )?DECL(?:ARATIONS?)?)", re.IGNORECASE
-)
-_HIDDEN: Final = re.compile(r"%\{h", re.IGNORECASE)
-_FORM: Final = re.compile(r"%M\w|%V\w|%C\w")  # the technology package whose form it is
-_PARAMETERS: Final = re.compile(r"Params\s+Ilf\w+\s*=", re.IGNORECASE)
-_PLACEHOLDER: Final = "make your modifications here"
-
-
-def without_folds(body: Iterable[Statement]) -> list[Statement]:
-    """The statements with the comments that say something to a person."""
-    rows: list[Statement] = []
-    caption: Comment | None = None  # of the fold that the row before opened
-    for s in body:
-        if not isinstance(s, Comment):
-            rows.append(s)
-            caption = None
-            continue
-        text = s.text.strip()
-        fold = _FOLD.fullmatch(text)
-        if caption is not None and (_PARAMETERS.match(text) or (fold and _is_hidden(fold))):
-            rows.remove(caption)
-            caption = None
-        if fold and not _is_hidden(fold) and _is_told(fold):
-            caption = replace(s, text=fold["name"])
-            rows.append(caption)
-        elif not fold and not _is_noise(text):
-            rows.append(s)
-            caption = None
-    return rows
-
-
-def _is_hidden(fold: re.Match[str]) -> bool:
-    return _HIDDEN.match(fold["marks"] or "") is not None
-
-
-def _is_told(fold: re.Match[str]) -> bool:
-    """Whether the fold's name is neither a form's caption nor that of what every program begins with."""
-    return (
-        bool(fold["name"])
-        and not _FORM.search(fold["marks"] or "")
-        and not _BEGINNING.fullmatch(fold["name"])
-    )
-
-
-def _is_noise(text: str) -> bool:
-    end = text[:7].upper() == "ENDFOLD" and not text[7:8].isalnum()
-    return end or _PARAMETERS.match(text) is not None or text.casefold() == _PLACEHOLDER
 
 
 # --- Variables that an instruction sets which olp keeps as written ---

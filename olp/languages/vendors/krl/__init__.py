@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from olp.core.source import Source
@@ -47,10 +47,9 @@ class Krl(Vendor):
         member_types={word: kind for word, kind in NEUTRAL_TYPES.items() if word != "CHAR"},
         numbered_frame_values=True,
         waits_before_reading=True,
-        folds=True,
         # The advance run goes on past the next statement, and every program of KUKA's editor declares a stop handler.
         idle_routines={"set_cd_params": "the setting of the collision detection"},
-        idle_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
+        silent_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
         # Without an advance run no move is blended; with any, its length moves nothing.
         idle_settings={
             "$advance": ("the length of the advance run", 1.0),
@@ -63,6 +62,7 @@ class Krl(Vendor):
                 {"$acc", "$acc_axis[1]", "$apo", "$circ_type", "$collmon_tol_pro[1]", "$gear_jerk[1]"}
                 | {"$jerk", "$load", "$ori_type"}
             ),
+            silent="$",  # set by inline forms
             ends_elsewhere=frozenset({"#CONSTANT"}),  # of $ORI_TYPE: the tool is not turned as the point says
         ),
         # What inline forms hand to BAS.
@@ -88,6 +88,11 @@ class Krl(Vendor):
         from olp.languages.vendors.krl.triggers import with_triggers
 
         return without_library(with_triggers(body, find), find)
+
+    def without_editor_comments(self, body: tuple[Statement, ...]) -> Sequence[Statement]:
+        from olp.languages.vendors.krl.folds import without_folds
+
+        return without_folds(body)
 
     def as_called(self, program: Program) -> Program:
         from olp.languages.vendors.krl.varstate import with_given_parameters

@@ -46,6 +46,7 @@ class UrScript(Vendor):
         pose_lists=True,
         move_options=MoveOptions(manner=frozenset({"mode", "process", "v"})),  # v beside a time, which counts
         arguments_are_values=True,
+        window_process="popup",
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
     )
     joint_moves = (  # at the speed and acceleration that movej has by itself
