@@ -215,7 +215,7 @@ def _surroundings(
     from olp.runtime.assumptions import Assumptions, WrittenPosition, load_assumptions, nearest_assumptions
     from olp.runtime.memory import ACTIVE
     from olp.transpile.context import cell_of
-    from olp.transpile.receipt import signals_there
+    from olp.transpile.receipt import SignalsThere
 
     folder = Path(source.path).parent if source.path and Path(source.path).is_file() else None
     path = nearest_assumptions(folder) if folder is not None else None
@@ -236,9 +236,9 @@ def _surroundings(
         else:
             names[name.casefold()] = WrittenPosition(PointState(PointKind.POSE, ACTIVE), literal.values[:6])
 
-    there = signals_there(mapping)
-    inputs = {there.get(signal, signal): values for signal, values in {**more, **given.inputs}.items()}
-    waits = {there.get(signal, signal): seconds for signal, seconds in given.waits.items()}
+    there = SignalsThere.of(mapping)
+    inputs = {there.find(signal): values for signal, values in {**more, **given.inputs}.items()}
+    waits = {there.find(signal): seconds for signal, seconds in given.waits.items()}
     return replace(given, tools=tools, frames=frames, names=names, inputs=inputs, waits=waits)
 
 

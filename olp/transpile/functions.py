@@ -340,7 +340,7 @@ _ZEROS: Final[Mapping[str, Expression]] = {
 
 
 def _filled_up(program: Program, work: TranslationContext) -> Program:
-    """Every call with what its routine takes, as languages need it where KRL may leave arguments out."""
+    """Every call with all that its routine takes: zeros for what the source leaves out."""
     taken = {r.name.casefold(): r.parameters for r in program.routines if _is_positional(r.parameters)}
     stand: dict[str, Declare] = {}  # by type: what parameters that are changed are handed
 

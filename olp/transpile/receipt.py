@@ -31,7 +31,7 @@ from olp.ir.program import (
     Wait,
 )
 from olp.ir.terminology import kind_of
-from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_name
+from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_key, signal_name
 from olp.runtime.machine import LIMIT
 from olp.runtime.plan import Event, Plan
 from olp.runtime.state import ASSUMABLE
@@ -494,23 +494,37 @@ def _next_pair(
 
 
 _ANY: Final = "*"  # a computed number
-_LAST_NUMBER: Final = 8192  # more than the controllers' signals of a kind
 
 
-def signals_there(mapping: Mapping[tuple[str, str], str]) -> dict[SignalKey, SignalKey]:
-    """Signals of the source -> what they are in the target, those that are called otherwise there."""
-    found: dict[SignalKey, SignalKey] = {}
-    for (kind, name), to in mapping.items():
-        if kind != _SIGNAL:
-            continue
-        bus, _, shown = name.rpartition(" ")
-        there, _, index = to.rpartition(" ")
-        if shown == _ANY:
-            numbers = range(1, _LAST_NUMBER + 1)
-            found |= {_key(bus, str(n)): _key(bus, index.replace(_ANY, str(n))) for n in numbers}
-        else:
-            found[_key(bus, shown)] = _key(there or bus, index)
-    return found
+@dataclass(frozen=True, slots=True)
+class SignalsThere:
+    """What signals of the source are in the target. `numbered`: by bus, the name of one with a computed number *."""
+
+    single: Mapping[SignalKey, SignalKey]
+    numbered: Mapping[str, str]
+
+    @classmethod
+    def of(cls, mapping: Mapping[tuple[str, str], str]) -> SignalsThere:
+        """`mapping`: (kind, name in the source) -> name in the target."""
+        single: dict[SignalKey, SignalKey] = {}
+        numbered: dict[str, str] = {}
+        for (kind, name), to in mapping.items():
+            if kind != _SIGNAL:
+                continue
+            bus, _, shown = name.rpartition(" ")
+            there, _, index = to.rpartition(" ")
+            if shown == _ANY:
+                numbered[bus] = index
+            else:
+                single[_key(bus, shown)] = _key(there or bus, index)
+        return cls(single, numbered)
+
+    def find(self, signal: SignalKey) -> SignalKey:
+        found = self.single.get(signal)
+        if found is not None:
+            return found
+        name = self.numbered.get(signal.bus) if isinstance(signal.number, int) else None
+        return signal if name is None else _key(signal.bus, name.replace(_ANY, str(signal.number)))
 
 
 def _key(bus: str, shown: str) -> SignalKey:
@@ -519,10 +533,15 @@ def _key(bus: str, shown: str) -> SignalKey:
 
 def renamer(mapping: Mapping[tuple[str, str], str]) -> Callable[[Event], Event]:
     """Events of the source with the target's signals."""
-    names = {signal_name(old): signal_name(new) for old, new in signals_there(mapping).items()}
+    there = SignalsThere.of(mapping)
+    single = {signal_name(old): signal_name(new) for old, new in there.single.items()}
+
+    def name_there(name: str) -> str:
+        key = signal_key(name) if there.numbered else None
+        return single.get(name, name) if key is None else signal_name(there.find(key))
 
     def renamed(event: Event) -> Event:
-        signals = tuple(sorted(names.get(name, name) for name in event.signals))
+        signals = tuple(sorted(map(name_there, event.signals)))
         return event if signals == event.signals else event._replace(signals=signals)
 
     return renamed

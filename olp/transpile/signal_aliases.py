@@ -61,13 +61,9 @@ def signal_aliases(program: Program, work: TranslationContext) -> Program:
 def _kind(bus: str) -> str:
     """What a variable for a signal is declared as: registers are groups of outputs."""
     plain = plain_bus(bus)
-    return (
-        plain
-        if "in" in plain.split("-") or "out" in plain.split("-")
-        else "out-group"
-        if is_number(bus)
-        else "out"
-    )
+    if not {"in", "out"}.isdisjoint(plain.split("-")):
+        return plain
+    return "out-group" if is_number(bus) else "out"
 
 
 def _is_computed(e: Expression) -> bool:
