@@ -18,8 +18,9 @@ class Findings:
         self._found: list[Diagnostic] = []
         self._repeated: dict[tuple[str, str], tuple[int, int]] = {}
 
-    def add(self, severity: Severity, code: str, message: str, span: Span, help: str = "") -> None:
-        """One finding; an error marks its line."""
+    def add(self, severity: Severity, code: str, message: str, where: Span | int, help: str = "") -> None:
+        """One finding at a place or in a line; an error marks its line."""
+        span = self.whole_line(where) if isinstance(where, int) else where
         if severity is Severity.ERROR and 0 < span.line <= len(self.kinds):
             self.kinds[span.line - 1] = LineKind.ERROR
         self._found.append(
@@ -36,30 +37,32 @@ class Findings:
             )
         )
 
-    def error(self, code: str, message: str, span: Span, help: str = "") -> None:
-        self.add(Severity.ERROR, code, message, span, help)
+    def error(self, code: str, message: str, where: Span | int, help: str = "") -> None:
+        self.add(Severity.ERROR, code, message, where, help)
 
-    def warning(self, code: str, message: str, span: Span, help: str = "") -> None:
-        self.add(Severity.WARNING, code, message, span, help)
+    def warning(self, code: str, message: str, where: Span | int, help: str = "") -> None:
+        self.add(Severity.WARNING, code, message, where, help)
 
-    def info(self, code: str, message: str, span: Span, help: str = "") -> None:
-        self.add(Severity.INFO, code, message, span, help)
+    def info(self, code: str, message: str, where: Span | int, help: str = "") -> None:
+        self.add(Severity.INFO, code, message, where, help)
 
-    def once(self, severity: Severity, code: str, key: str, message: str, span: Span, help: str = "") -> None:
+    def once(
+        self, severity: Severity, code: str, key: str, message: str, where: Span | int, help: str = ""
+    ) -> None:
         """A finding told at its first place only, with the number of its places."""
         known = self._repeated.get((code, key))
         if known is not None:
             if severity is Severity.ERROR:
-                self.kinds[span.line - 1] = LineKind.ERROR
+                self.kinds[(where if isinstance(where, int) else where.line) - 1] = LineKind.ERROR
             self._repeated[code, key] = (known[0], known[1] + 1)
             return
         self._repeated[code, key] = (len(self._found), 1)
-        self.add(severity, code, message, span, help)
+        self.add(severity, code, message, where, help)
 
     def extend(self, diagnostics: list[Diagnostic]) -> None:
         """Findings of others about whole lines: file and text are filled in."""
         for one in diagnostics:
-            self.add(one.severity, one.code, one.message, self.whole_line(one.line), one.help)
+            self.add(one.severity, one.code, one.message, one.line, one.help)
 
     def whole_line(self, number: int) -> Span:
         """The text of a line, without the blanks around it."""

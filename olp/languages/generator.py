@@ -189,10 +189,14 @@ class Generator(ABC):
             write = cls._writers.get(kind, _unsaid)
             cls._writers[kind] = _checked(kind, write, own_only.get(kind), cannot.get(kind, {}))
 
-    def __init__(self, program: st.Program, own: bool) -> None:
-        """`own`: the program was read from this language, so words that only it knows mean something."""
+    def __init__(self, program: st.Program, own: bool, date: str = "") -> None:
+        """`own`: the program was read from this language, so words that only it knows mean something.
+
+        `date`: YYYY/MM/DD HH:MM, for programs that have none.
+        """
         self.program = program
         self.own = own
+        self.date = date
         self.problems: list[Diagnostic] = []
         self.rows: list[str] = []
         self.depth = 0
@@ -289,6 +293,11 @@ class Generator(ABC):
 
     def spell_named(self, e: ex.Named) -> Spelled:
         return e.name
+
+    def spell_unknown(self, e: ex.Unknown) -> Spelled:
+        if not self.own:
+            raise CannotSayError(f"the word {e.text}")
+        return e.text
 
     def spell_signal(self, e: ex.Signal) -> Spelled:
         return self.signal(e)

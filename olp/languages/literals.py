@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import lru_cache
@@ -169,6 +170,12 @@ class WrittenSpeed:
         if self.fixed:
             return dict.fromkeys(self.tokens, f"{number:.{self.decimals}f}")
         return dict.fromkeys(self.tokens, self.before + shortest(number, self.decimals))
+
+
+def numbers_of(pattern: re.Pattern[str], source: Source, line: int, comment: str) -> Iterator[Token]:
+    """Where group 1 of a pattern stands in a line, before what opens a comment there."""
+    code = source.line(line).partition(comment)[0]
+    return (Token(line, *match.span(1)) for match in pattern.finditer(code))
 
 
 def text_of(source: Source, token: Token) -> str:

@@ -66,8 +66,8 @@ class InformValues(Generator):
         "register": "MREG",
     }
 
-    def __init__(self, program: st.Program) -> None:
-        super().__init__(program, program.vendor == "inform")
+    def __init__(self, program: st.Program, date: str) -> None:
+        super().__init__(program, program.vendor == "inform", date)
         self.aliases: Mapping[str, ex.Variable] = {}
         self.digits, self.point_digits, self.station_letter = 3, 5, "EC"
 

@@ -212,10 +212,6 @@ class InformWriter(InformMoves):
     comment_form = "  //{}"
     joins = frozenset({st.Switch})
 
-    def __init__(self, program: st.Program, date: str) -> None:
-        super().__init__(program)
-        self.date = date
-
     def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
         """` IF …` or ` IFEXPRESS …` behind the line."""
         spelling = getattr(s, "spelling", "")

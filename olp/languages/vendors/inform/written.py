@@ -11,7 +11,7 @@ from olp.ir.expressions import Expression, Number, Taught, Variable
 from olp.ir.moves import Move, SetSpeed, SpeedUnit
 from olp.ir.points import PointKind
 from olp.ir.program import Program
-from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
+from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 
 _NUMBER = re.compile(r"[-+]?\d*\.?\d+|[-+]?\d+\.")
 _ACCELERATION = re.compile(r"(?<![A-Z])(?:ACC|DEC)\s*=\s*(\d+(?:\.\d*)?)")
@@ -51,5 +51,4 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
 
 def accelerations(source: Source, line: int) -> Iterator[Token]:
     """The numbers behind ACC= and DEC=."""
-    code = source.line(line).partition("//")[0]
-    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))
+    return numbers_of(_ACCELERATION, source, line, "//")

@@ -197,7 +197,8 @@ class BodyReader:
         if isinstance(it, FORGETS):
             self._modal.forget()
             if isinstance(it, ElseIf):
-                self._warn("P418", "KRL has no ELSEIF", number, "write it as ELSE and IF … ENDIF")
+                help = "write it as ELSE and IF … ENDIF"
+                self._findings.once(Severity.WARNING, "P418", "", "KRL has no ELSEIF", number, help)
         body.append(parsing.commented(it, comment) if comment else it)
 
     def _add_modal(self, it: Statement, comment: str, number: int) -> None:
@@ -230,7 +231,7 @@ class BodyReader:
         kinds[number - 1] = LineKind.STATEMENT
         if isinstance(result, SplineBlock):
             if self._block is not None:
-                self._refuse(
+                self._findings.error(
                     "P405", "a spline block within a spline block", number, "close the first: ENDSPLINE"
                 )
             self._block = result
@@ -260,7 +261,7 @@ class BodyReader:
 
     def _end_spline(self, end: SplineEnd, comment: str, number: int) -> None:
         if self._block is None:
-            self._refuse("P405", "ENDSPLINE without SPLINE", number, "remove it")
+            self._findings.error("P405", "ENDSPLINE without SPLINE", number, "remove it")
             return
         self._block = None
         for place in range(len(self.body) - 1, -1, -1):
@@ -272,13 +273,7 @@ class BodyReader:
                 break
         self.body.append(Process(number, "ENDSPLINE", (), comment))
 
-    def _refuse(self, code: str, message: str, number: int, help: str) -> None:
-        self._findings.error(code, message, self._findings.whole_line(number), help)
-
-    def _warn(self, code: str, message: str, number: int, help: str) -> None:
-        self._findings.once(Severity.WARNING, code, "", message, self._findings.whole_line(number), help)
-
     def finish(self, number: int) -> None:
         """The routine ends in line `number`."""
         if self._block is not None:
-            self._refuse("P405", "SPLINE without ENDSPLINE", number, "close it: ENDSPLINE")
+            self._findings.error("P405", "SPLINE without ENDSPLINE", number, "close it: ENDSPLINE")

@@ -59,7 +59,7 @@ def check_readable(findings: Findings) -> bool:
         message = "this is no text: it holds zero bytes"
     if not message:
         return True
-    findings.error("P400", message, findings.whole_line(1), "a KRL program begins with DEF or DEFDAT")
+    findings.error("P400", message, 1, "a KRL program begins with DEF or DEFDAT")
     for place in range(len(findings.kinds)):
         findings.kinds[place] = LineKind.ERROR
     return False
@@ -126,7 +126,7 @@ def _check_labels(findings: Findings, body: Sequence[Statement]) -> None:
 
 
 def _tell(findings: Findings, code: str, message: str, one: Statement, help: str) -> None:
-    findings.error(code, message, findings.whole_line(one.line), help)
+    findings.error(code, message, one.line, help)
 
 
 def _tell_untaught(findings: Findings, line: int) -> None:
@@ -160,7 +160,7 @@ def check_targets(findings: Findings, scope: Scope, routines: Sequence[Routine],
         message = f"{name}{more}: nothing here says where these points are"
         name = PurePath(PureWindowsPath(findings.source.path).name).stem
         help = f"put {name}.dat beside the program, and $config.dat or the list where they are GLOBAL"
-        findings.warning("P412", message, findings.whole_line(line), help)
+        findings.warning("P412", message, line, help)
         return
     for name, line in list(unknown.items())[:_MOST_TOLD]:
         help = "declare it, or put the file that does (such as $config.dat) beside the program"

@@ -104,7 +104,7 @@ class KrlLineReader:
         digits = _LONG_NUMBER.search(text) if len(text) > 19 else None
         if digits is not None:
             message = f"a number of {len(digits[0])} characters"
-            self._findings.error("P409", message, self._findings.whole_line(number), "at most 18 digits")
+            self._findings.error("P409", message, number, "at most 18 digits")
             return True
         operators = len(_OPERATORS.findall(text)) if len(text) > _MOST_OPERATORS else 0
         nested = bracket_depth(text) if len(text) > _MOST_NESTED else 0
@@ -115,7 +115,7 @@ class KrlLineReader:
             f"at most {_MOST_CHARACTERS} characters, {_MOST_OPERATORS} operators and {_MOST_NESTED} brackets in one "
             "another are read"
         )
-        self._findings.error("P409", message, self._findings.whole_line(number), help)
+        self._findings.error("P409", message, number, help)
         return True
 
     def _report(self, number: int, code: str, message: str, wanted: str, start: int, stop: int) -> None:

@@ -106,7 +106,7 @@ class _FileReader:
         elif self._folds:
             self._folds.pop()
         else:
-            self._warn("P417", "ENDFOLD without FOLD", number, "remove it")
+            self._findings.once(Severity.WARNING, "P417", "", "ENDFOLD without FOLD", number, "remove it")
 
     def _without_code(self, comment: str | None, number: int) -> None:
         if comment is None:
@@ -124,7 +124,9 @@ class _FileReader:
         elif TAIL.fullmatch(code):
             self._kinds[number - 1] = LineKind.STATEMENT
             if self._body is None and self._list is None:
-                self._refuse("P402", f"{code} without DEF", number, "remove it, or add the line with DEF")
+                self._findings.error(
+                    "P402", f"{code} without DEF", number, "remove it, or add the line with DEF"
+                )
             self._finish(number)
         else:
             self._code(code, comment, number)
@@ -139,13 +141,17 @@ class _FileReader:
             self._list.row(code, number, comment)
         elif not self._outside:
             self._outside = True
-            self._refuse("P401", "this stands outside of any routine", number, "put it between DEF and END")
+            self._findings.error(
+                "P401", "this stands outside of any routine", number, "put it between DEF and END"
+            )
         else:
             self._kinds[number - 1] = LineKind.ERROR
 
     def _begin(self, code: str, comment: str, number: int) -> None:
         if self._body is not None or self._list is not None:
-            self._refuse("P402", "a routine begins before the last one has ended", number, "add END above")
+            self._findings.error(
+                "P402", "a routine begins before the last one has ended", number, "add END above"
+            )
             self._finish(number - 1)
         self._kinds[number - 1] = LineKind.STATEMENT
         head = self._lines.parse(code, number)
@@ -210,29 +216,26 @@ class _FileReader:
 
     def _add(self, it: Routine) -> None:
         if any(one.name.upper() == it.name.upper() for one in self._routines):
-            self._refuse("P408", f"a second routine {it.name}", it.line, "rename one")
+            self._findings.error("P408", f"a second routine {it.name}", it.line, "rename one")
         self._routines.append(it)
 
     def _end_of_file(self) -> None:
         last = len(self._findings.source.lines)
         if self._body is not None or self._list is not None:
-            self._refuse(
+            self._findings.error(
                 "P402", f"{self._head.name if self._head else ''} has no END", self._start, "add END"
             )
             self._finish(last)
         elif not self._routines and not self._outside:
-            self._refuse("P400", "there is no routine and no list in this file", 1, "DEF NAME ( ) … END")
+            self._findings.error(
+                "P400", "there is no routine and no list in this file", 1, "DEF NAME ( ) … END"
+            )
         for number in self._folds[:1]:
-            self._warn("P417", f"{len(self._folds)} FOLD without ENDFOLD", number, "close it: ;ENDFOLD")
+            message = f"{len(self._folds)} FOLD without ENDFOLD"
+            self._findings.once(Severity.WARNING, "P417", "", message, number, "close it: ;ENDFOLD")
         if self._above and self._routines:
             tail = {**self._routines[-1].details, "below": "\n".join(self._above)}
             self._routines[-1] = replace(self._routines[-1], details=tail)
-
-    def _refuse(self, code: str, message: str, number: int, help: str) -> None:
-        self._findings.error(code, message, self._findings.whole_line(number), help)
-
-    def _warn(self, code: str, message: str, number: int, help: str) -> None:
-        self._findings.once(Severity.WARNING, code, "", message, self._findings.whole_line(number), help)
 
 
 def _typed(

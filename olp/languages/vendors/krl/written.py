@@ -12,7 +12,7 @@ from olp.ir.moves import Move, SetAcceleration, SetBlend, SetFrame, SetSpeed, Se
 from olp.ir.points import PointKind
 from olp.ir.program import Path, Program
 from olp.ir.statements import Assign, Comment
-from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
+from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 from olp.languages.vendors.krl.parsing import split
 from olp.languages.vendors.krl.reader import read_program
 
@@ -129,5 +129,4 @@ def reread(source: Source, companions: tuple[Source, ...]) -> Program:
 
 def accelerations(source: Source, line: int) -> Iterator[Token]:
     """The number of a setting: $ACC.CP, $ACC_AXIS[n] or BAS."""
-    code = source.line(line).partition(";")[0]
-    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))
+    return numbers_of(_ACCELERATION, source, line, ";")

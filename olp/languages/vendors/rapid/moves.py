@@ -21,7 +21,7 @@ from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 from olp.languages.vendors.rapid.literals import RapidAggregate, number_text, numbers
 from olp.languages.vendors.rapid.names import RapidNames
-from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
+from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES, as_number
 from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
 OWN: Final = "\\"  # marks an option in `Move.other`: the letter of its argument, this, its name
@@ -254,7 +254,7 @@ def named_speed(name: str, names: RapidNames) -> tuple[Speed, Quantity | None] |
 
 
 def _speed(values: tuple[float, ...], native: str) -> tuple[Speed, Quantity]:
-    travel, turn = Quantity(_number(values[0]), mm), Quantity(_number(values[1]), deg)
+    travel, turn = Quantity(as_number(values[0]), mm), Quantity(as_number(values[1]), deg)
     return Speed(SpeedUnit.TRAVEL, travel, native), turn
 
 
@@ -293,11 +293,7 @@ def named_blend(name: str, names: RapidNames) -> Blend | None:
 
 
 def _blend(radius: float, native: str) -> Blend:
-    return Blend(BlendKind.RADIUS, Quantity(_number(radius), mm), native)
-
-
-def _number(value: float) -> Number:
-    return Number(int(value) if value == int(value) else value)
+    return Blend(BlendKind.RADIUS, Quantity(as_number(radius), mm), native)
 
 
 def _floats(texts: tuple[str, ...], count: int) -> tuple[float, ...] | None:

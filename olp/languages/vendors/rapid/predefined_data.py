@@ -171,7 +171,8 @@ INTERRUPTS: Final = frozenset(_INTERRUPTS.split())
 _HERE: Final = PositionLiteral("pose", (0.0,) * 6)
 
 
-def _number(value: float) -> Number:
+def as_number(value: float) -> Number:
+    """A literal without a point where it needs none."""
     return Number(int(value) if value == int(value) else value)
 
 
@@ -181,11 +182,11 @@ def _record(kind: str, values: tuple[Expression, ...]) -> RecordLiteral:
 
 
 _COG: Final = PositionLiteral("pose", (0.0, 0.0, 1e-6, 0.0, 0.0, 0.0))
-_LOAD: Final = _record("loaddata", (_number(0.001), _COG, _HERE, _number(0), _number(0), _number(0)))
+_LOAD: Final = _record("loaddata", (as_number(0.001), _COG, _HERE, as_number(0), as_number(0), as_number(0)))
 PREDEFINED: Final[Mapping[str, RecordLiteral]] = {
-    **{name: _record("speeddata", tuple(map(_number, values))) for name, values in SPEEDS.items()},
+    **{name: _record("speeddata", tuple(map(as_number, values))) for name, values in SPEEDS.items()},
     **{
-        name: _record("zonedata", (SignalState(zone.fine), *map(_number, zone.values)))
+        name: _record("zonedata", (SignalState(zone.fine), *map(as_number, zone.values)))
         for name, zone in ZONES.items()
     },
     "tool0": _record("tooldata", (SignalState(True), _HERE, _LOAD)),

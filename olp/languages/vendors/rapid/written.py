@@ -12,7 +12,7 @@ from olp.ir.expressions import Expression, Named
 from olp.ir.moves import Move, SetSpeed, SpeedUnit
 from olp.ir.points import PointKind
 from olp.ir.program import Program
-from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
+from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 from olp.languages.vendors.rapid.predefined_data import SPEEDS
 
 _N = r"\s*([-+]?\d*\.?\d+(?:[Ee][-+]?\d+)?)\s*"
@@ -87,5 +87,4 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
 
 def accelerations(source: Source, line: int) -> Iterator[Token]:
     """The first number of AccSet."""
-    code = source.line(line).partition("!")[0]
-    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))
+    return numbers_of(_ACCELERATION, source, line, "!")

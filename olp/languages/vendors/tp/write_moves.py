@@ -68,8 +68,8 @@ class TpValues(Generator):
         }
     )
 
-    def __init__(self, program: st.Program) -> None:
-        super().__init__(program, program.vendor == "tp")
+    def __init__(self, program: st.Program, date: str) -> None:
+        super().__init__(program, program.vendor == "tp", date)
         self.names: Mapping[str, str] = {}
         self.points = PointTable()
 
@@ -179,11 +179,6 @@ class TpValues(Generator):
             return e.name
         raise CannotSayError(f"the variable {e.name} by its name", "give it a register")
 
-    def spell_unknown(self, e: ex.Unknown) -> str:
-        if not self.own:
-            raise CannotSayError(f"the word {e.text}")
-        return e.text
-
     def assigned(self, it: ex.Expression) -> str:
         """The right side of an assignment: one value, one operation, or mixed logic in parentheses."""
         if isinstance(it, ex.Function) and it.name in _STRING_FUNCTIONS:
@@ -273,8 +268,8 @@ class TpMoves(TpValues):
         }
     }
 
-    def __init__(self, program: st.Program) -> None:
-        super().__init__(program)
+    def __init__(self, program: st.Program, date: str) -> None:
+        super().__init__(program, date)
         self.scratch = Scratch(_used(program), LIMITS.numbered[ex.Store.ROBOT])
         self.positions = TpPositionWriter(PointTable(), {}, self.own)
 

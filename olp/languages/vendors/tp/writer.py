@@ -88,10 +88,6 @@ class TpWriter(TpMoves):
     forgets = frozenset({st.Label, st.Call, st.Else, st.EndIf, st.For, st.Next, st.Switch})
     joins = frozenset({st.Wait, st.If, st.Switch})
 
-    def __init__(self, program: st.Program, date: str) -> None:
-        super().__init__(program)
-        self.date = date
-
     # --- values -----------------------------------------------------------------------------------------
 
     def write_assign(self, s: st.Assign) -> Lines:

@@ -11,7 +11,7 @@ from olp.ir.expressions import Taught
 from olp.ir.moves import Move, SetSpeed, SpeedUnit
 from olp.ir.points import PointKind
 from olp.ir.program import Program
-from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
+from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 
 _VALUE = re.compile(r"\b([XYZWPR]|J[1-6])\s*=\s*([-+]?\d*\.?\d+)")
 _SPEED = re.compile(r"(?<=[\s\]])(\d*\.?\d+)\s*(?:mm/sec|cm/min|inch/min|deg/sec|msec|sec|%)")
@@ -66,5 +66,4 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
 
 def accelerations(source: Source, line: int) -> Iterator[Token]:
     """The numbers behind ACC."""
-    code = source.line(line).partition("!")[0]
-    return (Token(line, *match.span(1)) for match in _ACCELERATION.finditer(code))
+    return numbers_of(_ACCELERATION, source, line, "!")

@@ -126,11 +126,6 @@ class UrscriptValues(Generator):
 
     # --- names ------------------------------------------------------------------------------------------
 
-    def spell_unknown(self, e: ex.Unknown) -> Spelled:
-        if not self.own:
-            raise CannotSayError(f"the word {e.text}")
-        return e.text
-
     def spell_frame_ref(self, e: ex.FrameRef) -> Spelled:
         if e.kind == "base" or (e.kind == "tool" and e.number == ex.Number(0)):
             return _ZERO
