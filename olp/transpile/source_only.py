@@ -55,7 +55,15 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
-from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY, SHOWN, MoveOptions, find_vendor, language_of
+from olp.languages.vendor import (
+    ACKNOWLEDGED,
+    ON_THE_WAY,
+    SHOWN,
+    MoveOptions,
+    find_vendor,
+    language_of,
+    vendor_names,
+)
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import Fate, TranslationContext
 
@@ -87,12 +95,13 @@ _READING = (
 def foreign_words(program: Program, work: TranslationContext) -> Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     words = _ForeignWords.of(program, work)
-    vendor, resolved = find_vendor(program.vendor), work.conventions.resolved_variables
+    vendor = find_vendor(program.vendor) if program.vendor in vendor_names() else None
+    resolved = work.conventions.resolved_variables
     routines = []
     for routine in program.routines:
         unresolved = _read_records(routine) if resolved else set[str]()
         rows: list[Statement] = []
-        for s in vendor.without_editor_comments(routine.body):
+        for s in vendor.without_editor_comments(routine.body) if vendor else routine.body:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
             elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
