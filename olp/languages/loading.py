@@ -55,6 +55,41 @@ class LoadFindings:
         line = self.source.line(span.line)
         self.diagnostics.append(Diagnostic(code, message, severity, self.source.path, *span, help, line))
 
+    def whole_line(self, number: int) -> Span:
+        """The text of a line, without the blanks around it."""
+        line = self.source.line(number)
+        return Span(number, len(line) - len(line.lstrip()) + 1, len(line.rstrip()) + 1)
+
+    def place_of(self, number: int, name: str) -> Span:
+        """Where a name stands in a line; its beginning where it does not."""
+        match = re.search(rf"(?<![\w$]){re.escape(name)}(?!\w)", self.source.line(number))
+        at = match.start() + 1 if match else 1
+        return Span(number, at, at + len(name))
+
+    def too_long(self, what: str, name: str, span: Span, most: int) -> None:
+        """Tells a name of more than `most` characters, a sign of its type not counted."""
+        size = len(name.lstrip("#$.*"))
+        if size > most:
+            self.tell("K103", f"the {what} {name[:40]} has {size} characters", span, f"{most} at most")
+
+    def doubles(
+        self, names: Iterable[tuple[str, str, Span]], help: str = "call one of them otherwise"
+    ) -> None:
+        """Tells what stands twice. `names`: what must be unique, what is shown of it, and where it stands."""
+        first: dict[str, int] = {}
+        for key, shown, span in names:
+            if first.setdefault(key, span.line) != span.line:
+                self.tell("K102", f"{shown} stands in line {first[key]} already", span, help)
+
+    def arguments(self, name: str, span: Span, takes: tuple[int, int], given: int) -> None:
+        """Tells a wrong number of arguments; a negative one is unknown. `takes`: at least and at most."""
+        least, most = takes
+        if given < 0 or least <= given <= most:
+            return
+        count = f"{least} to {most}" if least < most else str(most)
+        says = f"{name} takes {count} argument{'s' if most != 1 else ''}, and {given} are given"
+        self.tell("K112", says, span)
+
     def finish(
         self, declared: Iterable[str], whole: bool, shared: bool = False, complete: bool = False
     ) -> list[Diagnostic]:
@@ -90,6 +125,20 @@ class LoadFindings:
     def undeclared(self, says: str, span: Span, help: str, whole: bool) -> None:
         """A name that nothing declares: an error where all files are there (`whole`), else a warning."""
         self.tell("K101", says, span, help, Severity.ERROR if whole else Severity.WARNING)
+
+
+def given_arguments(code: Sequence[str], opened: int) -> int:
+    """How many arguments stand in the brackets that open at a place, -1 where these are not closed.
+
+    `code`: the characters of a line or its tokens, without texts and comments.
+    """
+    depth = commas = 0
+    for i in range(opened, len(code)):
+        depth += (code[i] in ("(", "[", "{")) - (code[i] in (")", "]", "}"))
+        if not depth:
+            return commas + 1 if any(one.strip() for one in code[opened + 1 : i]) else 0
+        commas += code[i] == "," and depth == 1
+    return -1
 
 
 def is_near(one: str, name: str) -> bool:

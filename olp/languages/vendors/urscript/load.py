@@ -124,11 +124,13 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         own = call.part.find(call.name)
         if own is not None and names[call.name] == 1 and own.kind == "def" and own.line not in unsure:
             least = sum(default is None for _, default in own.parameters)
-            _arguments(found, call, (least, len(own.parameters)))
+            found.arguments(call.name, _at(found, call), (least, len(own.parameters)), call.given)
         elif call.name in names:
             continue
+        elif call.name in _ARGUMENTS:
+            found.arguments(call.name, _at(found, call), _ARGUMENTS[call.name], call.given)
         elif call.name in _FUNCTIONS:
-            _arguments(found, call, _ARGUMENTS.get(call.name))
+            continue
         elif call.name.casefold() in spellings:
             says = f"the function {call.name[:60]} is declared nowhere: upper and lower case differ"
             help = f"write {spellings[call.name.casefold()]}"
@@ -169,15 +171,6 @@ def _calls(root: UrscriptPart) -> Iterator[ScriptCall]:
             for node in walk(expression):
                 if isinstance(node, Invocation) and isinstance(node.function, UrscriptName):
                     yield ScriptCall(part, line, node.function.text, len(node.arguments))
-
-
-def _arguments(found: LoadFindings, call: ScriptCall, takes: tuple[int, int] | None) -> None:
-    if takes is None or takes[0] <= call.given <= takes[1]:
-        return
-    least, most = takes
-    count = f"{least} to {most}" if least < most else str(most)
-    says = f"{call.name} takes {count} argument{'s' if most != 1 else ''}, and {call.given} are given"
-    found.tell("K112", says, _at(found, call))
 
 
 def _at(found: LoadFindings, call: ScriptCall) -> Span:

@@ -1,0 +1,154 @@
+"""What a FANUC controller rejects when it loads a listing (ASCII program loader, alarms ASBN).
+
+Tried on controllers or in ROBOGUIDE by public projects: a group output set from a group input, a negative constant
+without parentheses as an argument, an argument register as a speed or CNT (ASBN-092), a `"` in the header's COMMENT.
+From the field's reference: up to 36 characters in a program's name, 8 before the R-30iA; labels from 1 to 32766.
+From memory: labels and positions are unique, what names consist of, 10 arguments, numbers from 1, CNT and joint speeds
+up to 100, moves need a motion group.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from olp.core.diagnostic import Diagnostic, Span
+from olp.core.source import Source
+from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.vendors.tp.limits import LARGEST_LABEL, ROUTINE_LENGTH
+
+_OLDER: Final = ("r-j3",)
+_SHORT: Final = 8  # characters of a program's name, on older controllers
+_MOST_ARGUMENTS: Final = 10
+_MOST_SHARE: Final = 100  # CNT and speeds of joint moves
+
+_PROGRAM: Final = re.compile(r"\s*/PROG\s+([^\s;]+)")
+_SECTION: Final = re.compile(r"\s*/(PROG|ATTR|APPL|MN|POS|END)\b")
+_NAMES: Final = re.compile(r"(\[\s*\d+):[^\]]*(?=\])")
+_COMMENT: Final = re.compile(r'\s*COMMENT\s*=\s*"(.*)"\s*;?\s*$')
+_GROUP: Final = re.compile(r"\s*DEFAULT_GROUP\s*=\s*([^;]*)")
+_LINE: Final = re.compile(r"\s*\d*\s*:")
+_REMARK: Final = re.compile(r"\s*\d*\s*:\s*(?:!|//|--)")
+_LABEL: Final = re.compile(r"\s*\d*\s*:\s*LBL\[\s*(\d+)")
+_POSITION: Final = re.compile(r"\s*P\[\s*(\d+)[^\]]*\]\s*\{")
+_NUMBERED: Final = re.compile(r"\b(R|PR|SR|AR|P|LBL|DI|DO|RI|RO|GI|GO|AI|AO|F|M|TIMER)\[\s*(0+)\s*[\]:]")
+_MOVE: Final = re.compile(r"\s*\d*\s*:\s*([JLCAS])\s+P(?:R)?\[")
+_SHARE: Final = re.compile(r"\bCNT\s*(\d+)|(?<=[\s\]])(\d+)%")
+_BY_ARGUMENT: Final = re.compile(
+    r"\bCNT\s*AR\[|(?<=\s)AR\[[^\]]*\]\s*(?:%|mm/sec|cm/min|sec\b|deg/sec|inch/min)"
+)
+_HANDED_ON: Final = re.compile(r"\bGO\[[^\]]*\]\s*=\s*GI\[[^\]]*\]\s*;")
+_CALL: Final = re.compile(r"\b(?:CALL|RUN)\s+([A-Za-z_]\w*)\s*(?:\(([^()]*(?:\([^()]*\)[^()]*)*)\))?")
+
+
+class Listing(NamedTuple):
+    """One program of a file: its name and the lines (from 1) of its sections' texts."""
+
+    name: str
+    line: int
+    lines: dict[str, list[int]]
+
+
+def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
+    """What a controller rejects in one listing."""
+    found = LoadFindings(source)
+    for listing in _listings(source):
+        _head(found, listing, cell.controller in _OLDER)
+        _numbers(found, listing)
+        for number in listing.lines["MN"]:
+            line = source.line(number)
+            if _LINE.match(line) and not _REMARK.match(line):
+                _instruction(found, number, line)
+    names = {listing.name for one in cell.sources for listing in _listings(one)}
+    found.unknown = [one for one in found.unknown if one[0].upper() not in {name.upper() for name in names}]
+    return found.finish(names, whole=False, shared=True)
+
+
+def _listings(source: Source) -> Iterator[Listing]:
+    current, section = Listing("", 1, {}), ""
+    for number, line in enumerate(source.lines, 1):
+        opened = _SECTION.match(line) if "/" in line[:8] else None
+        if opened is not None:
+            section = opened[1]
+            if section == "PROG":
+                if current.name:
+                    yield current
+                name = _PROGRAM.match(line)
+                current = Listing(name[1] if name else "", number, {one: [] for one in ("ATTR", "MN", "POS")})
+        elif section in current.lines:
+            current.lines[section].append(number)
+    if current.name:
+        yield current
+
+
+def _at(number: int, match: re.Match[str], group: int = 0) -> Span:
+    return Span(number, match.start(group) + 1, match.end(group) + 1)
+
+
+def _head(found: LoadFindings, listing: Listing, older: bool) -> None:
+    name, line = listing.name, found.source.line(listing.line)
+    at = line.find(name, line.find("/PROG") + 5) + 1
+    span = Span(listing.line, at, at + len(name))
+    found.too_long("name", name, span, _SHORT if older else ROUTINE_LENGTH)
+    if not re.fullmatch(r"-?[^\W\d]\w*-?", name):
+        says = f"the name {name[:40]} has other characters than letters, digits and _, or begins with a digit"
+        found.tell("K105", says, span, "PICK_2")
+    group = "1"
+    for number in listing.lines["ATTR"]:
+        text = found.source.line(number)
+        comment, mask = _COMMENT.match(text), _GROUP.match(text)
+        if comment and '"' in comment[1]:
+            found.tell("K105", 'a " within the comment of the header', _at(number, comment, 1), "write '")
+        group = mask[1] if mask else group
+    moves = (number for number in listing.lines["MN"] if _MOVE.match(found.source.line(number)))
+    if "1" not in group and (first := next(moves, 0)):
+        says = "the program moves, and DEFAULT_GROUP names no motion group"
+        found.tell("K114", says, found.whole_line(first), "DEFAULT_GROUP = 1,*,*,*,*;")
+
+
+def _numbers(found: LoadFindings, listing: Listing) -> None:
+    """Labels and positions stand once, and labels have numbers that a controller takes."""
+    for section, pattern, shown in (("MN", _LABEL, "LBL"), ("POS", _POSITION, "P")):
+        lines = ((number, pattern.match(found.source.line(number))) for number in listing.lines[section])
+        places = [(f"{shown}[{int(match[1])}]", _at(number, match, 1)) for number, match in lines if match]
+        found.doubles(((name, name, span) for name, span in places), "give one of them another number")
+        for name, span in places if section == "MN" else ():
+            if int(name[4:-1]) > LARGEST_LABEL:
+                found.tell("K109", f"there is no {name}", span, f"1 to {LARGEST_LABEL}")
+
+
+def _instruction(found: LoadFindings, number: int, line: str) -> None:
+    # What stands behind a colon in brackets is free text.
+    code = _NAMES.sub(lambda match: match[1] + " " * (len(match[0]) - len(match[1])), line)
+    code = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), code)
+    for match in _NUMBERED.finditer(code):
+        found.tell("K109", f"there is no {match[1]}[0]", _at(number, match), "numbers begin at 1")
+    if handed := _HANDED_ON.search(code):
+        help = "through a register: R[1]=GI[1], GO[1]=R[1] (ASBN-092)"
+        found.tell("K108", "a group output takes no group input", _at(number, handed), help)
+    if move := _MOVE.match(code):
+        if given := _BY_ARGUMENT.search(code):
+            help = "copy it into a register: R[1]=AR[1] (ASBN-092)"
+            found.tell("K108", "a move takes no argument register", _at(number, given), help)
+        for match in _SHARE.finditer(code):
+            share = match[1] or (match[2] if move[1] == "J" else None)
+            if share and int(share) > _MOST_SHARE:
+                found.tell(
+                    "K109", f"{match[0]} is out of range", _at(number, match), f"{_MOST_SHARE} at most"
+                )
+    for match in _CALL.finditer(code):
+        _call(found, number, match)
+
+
+def _call(found: LoadFindings, number: int, match: re.Match[str]) -> None:
+    found.unknown.append((match[1], _at(number, match, 1), "the program"))
+    arguments = [one.strip() for one in (match[2] or "").split(",") if one.strip()]
+    found.arguments(match[1], _at(number, match, 1), (0, _MOST_ARGUMENTS), len(arguments))
+    for one in arguments:
+        if re.fullmatch(r"-[\d.]+", one):
+            says = f"{one} stands without parentheses"
+            found.tell("K112", says, _at(number, match, 2), f"write ({one}) (ASBN-092)")
+
+
+LOAD: Final = Loading(("r-30ib", "r-30ia", "r-j3"), check)
