@@ -34,6 +34,7 @@ OF = {
     "annotation": "annotate",
     "generator": "vendors",
     "lark": "vendors",
+    "loading": "vendors",
     "short": "vendors",
     "mcp": "folder",
     "web": "folder",

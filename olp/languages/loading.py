@@ -76,10 +76,10 @@ class LoadFindings:
         self, names: Iterable[tuple[str, str, Span]], help: str = "call one of them otherwise"
     ) -> None:
         """Tells what stands twice. `names`: what must be unique, what is shown of it, and where it stands."""
-        first: dict[str, int] = {}
+        first: dict[str, Span] = {}
         for key, shown, span in names:
-            if first.setdefault(key, span.line) != span.line:
-                self.tell("K102", f"{shown} stands in line {first[key]} already", span, help)
+            if first.setdefault(key, span) != span:
+                self.tell("K102", f"{shown} stands in line {first[key].line} already", span, help)
 
     def arguments(self, name: str, span: Span, takes: tuple[int, int], given: int) -> None:
         """Tells a wrong number of arguments; a negative one is unknown. `takes`: at least and at most."""

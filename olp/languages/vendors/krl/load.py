@@ -191,7 +191,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
                 routines.setdefault(routine.name.key, routine)
     lists = {n.key: (n, kind) for file in (own, *beside) for n, kind in file.names}
     users = _users_lines(source)
-    _twice(found, [r.name for r in own.routines], "in this file")
+    found.doubles((r.name.key, r.name.text, r.name.span) for r in own.routines)
     for routine in own.routines:
         _routine(found, routine, shared, routines, types, lists, structures)
     names = {n.text for _, file in files for n, _ in file.names} | {r.name.text for r in routines.values()}
@@ -385,9 +385,7 @@ def _characters(found: LoadFindings) -> None:
 def _heads(found: LoadFindings, own: File, mine: str) -> None:
     names = [r.name for r in own.routines] + [n for r in own.routines for n, _ in r.names]
     for name in names:
-        if len(name.text) > _LONGEST:
-            says = f"the name {name.text} has {len(name.text)} characters"
-            found.tell("K103", says, name.span, f"{_LONGEST} at most")
+        found.too_long("name", name.text, name.span, _LONGEST)
         if (
             name.key in _WORDS - {"f", "time", "tech", "state", "path", "part", "start", "process"}
             and len(name.key) > 2
@@ -407,15 +405,6 @@ def _heads(found: LoadFindings, own: File, mine: str) -> None:
         )
 
 
-def _twice(found: LoadFindings, names: list[Name], where: str) -> None:
-    seen: dict[str, Name] = {}
-    for name in names:
-        if name.key in seen and seen[name.key].span.line != name.span.line:
-            says = f"{name.text} is declared in line {seen[name.key].span.line} already"
-            found.tell("K102", f"{says}, {where}", name.span, "call one of them otherwise")
-        seen.setdefault(name.key, name)
-
-
 def _routine(
     found: LoadFindings,
     routine: KrlRoutine,
@@ -432,7 +421,7 @@ def _routine(
             "K106", "a declaration behind a statement", Span(number, begin, len(line.rstrip()) + 1), help
         )
     declared = [n for n, _ in routine.names]
-    _twice(found, declared, f"in {routine.name.text}")
+    found.doubles((n.key, n.text, n.span) for n in declared)
     for name, kind in routine.names:
         _type(found, name, kind, types)
     local = {n.key for n in declared} | {n.key for n in routine.parameters}

@@ -327,22 +327,17 @@ def _texts(found: LoadFindings, module: Module, longest: int) -> None:
     declared = [d.name for d in module.data] + [r.name for r in module.routines] + list(module.types.values())
     declared += [d.name for r in module.routines for d in (*r.data, *r.parameters)]
     for name in declared:
-        if len(name.text) > longest:
-            found.tell(
-                "K103",
-                f"the name {name.text} has {len(name.text)} characters",
-                name.span,
-                f"{longest} at most",
-            )
+        found.too_long("name", name.text, name.span, longest)
         if name.key in RESERVED and name.kind == "word":
             found.tell("K104", f"{name.text} is a word of RAPID and no name", name.span, "call it otherwise")
 
 
 def _duplicates(found: LoadFindings, own: Module, others: list[Module]) -> None:
     everything = [*(d.name for d in own.data), *(r.name for r in own.routines), *own.types.values()]
-    _twice(found, everything, "in this module")
+    found.doubles((name.key, name.text, name.span) for name in everything)
     for routine in own.routines:
-        _twice(found, [d.name for d in (*routine.parameters, *routine.data)], f"in {routine.name.text}")
+        inside = (d.name for d in (*routine.parameters, *routine.data))
+        found.doubles((name.key, name.text, name.span) for name in inside)
     elsewhere: dict[str, str] = {}
     for module in others:
         if module.name and module.name != own.name:  # a copy of the module beside it is not loaded with it
@@ -364,15 +359,6 @@ def _shared_names(module: Module) -> list[RapidToken]:
         *(data.name for data in module.data if not data.local),
         *(routine.name for routine in module.routines if not routine.local),
     ]
-
-
-def _twice(found: LoadFindings, names: list[RapidToken], where: str) -> None:
-    seen: dict[str, RapidToken] = {}
-    for name in names:
-        if name.key in seen:
-            says = f"{name.text} is declared in line {seen[name.key].line} already"
-            found.tell("K102", f"{says}, {where}", name.span, "call one of them otherwise")
-        seen.setdefault(name.key, name)
 
 
 @dataclass(slots=True)
@@ -625,12 +611,8 @@ def _given(found: LoadFindings, name: RapidToken, rest: list[RapidToken], routin
 def _count(
     found: LoadFindings, name: RapidToken, rest: list[RapidToken], wanted: tuple[int, int] | None
 ) -> None:
-    if wanted is None:
-        return
-    count = _positional(rest)
-    if not wanted[0] <= count <= wanted[1]:
-        says = f"{name.text} takes {wanted[1]} argument{'s' if wanted[1] != 1 else ''}, and {count} are given"
-        found.tell("K112", says, name.span)
+    if wanted is not None:
+        found.arguments(name.text, name.span, wanted, _positional(rest))
 
 
 def _positional(tokens: list[RapidToken]) -> int:
