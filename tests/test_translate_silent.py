@@ -206,6 +206,29 @@ def test_robots_of_several_tasks_never_move_together_elsewhere(target):
     assert [loss.fate for loss in told] == [Fate.APPROXIMATED]
 
 
+# --- settings from variables -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_what_is_set_from_a_variable_is_set_again_when_it_has_changed(target):
+    data = (
+        *TARGETS,
+        "VAR speeddata v:=[100,500,5000,1000];",
+        "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+    )
+    rows = (
+        "MoveL p1,v,fine,t;", "v.v_tcp:=50;", "MoveL p2,v,fine,t;", "FOR i FROM 1 TO 2 DO", "Incr v.v_tcp;",
+        "MoveL Offs(p1,0,20*i,0),v,fine,t;", "ENDFOR",
+        "t:=[TRUE,[[0,0,50],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];", "MoveL p2,v,fine,t;",
+    )  # fmt: skip
+    text = module(*rows, data=data)
+    one, other = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
+    assert compare_plans(one, other).differences == []
+    # The tool shows in the axes below the wrist, which stands in one of two ways.
+    ends = [plan.positions.axes[plan.moves.target[-1]][:3] for plan in (one, other)]
+    assert ends[0] == pytest.approx(ends[1], abs=1e-6)
+
+
 # --- components that one language has ------------------------------------------------------------------------
 
 

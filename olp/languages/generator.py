@@ -32,6 +32,7 @@ from olp.core.diagnostic import Diagnostic, Span, error
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.transformer import expressions_of
 from olp.languages.vendor import language_of
 
 ATOM: Final = 99  # binds stronger than any operation: names, numbers, what has brackets of its own
@@ -43,6 +44,7 @@ CONDITIONAL: Final[frozenset[type]] = frozenset(
     {st.Jump, st.Call, st.Return, st.Pause, st.PulseOutput, st.StartTask}
 )
 _DEEPER: Final = OPENS | BRANCHES
+_SETS: Final = frozenset({st.Assign, st.Update, st.ReadInput, st.Clear})
 _SHALLOWER: Final = CLOSES | BRANCHES
 _MOST_DECIMALS: Final = 9
 _WORD = re.compile(r"(?<!^)(?=[A-Z])")
@@ -396,7 +398,29 @@ class Generator(ABC):
             place += taken
             if kind in self.forgets:
                 self.forget()
+            elif kind in _SETS:
+                self._forget_set(one)
         return self.rows
+
+    def _forget_set(self, s: st.Statement) -> None:
+        """Behind an assignment: what was set from the variable, or all, where it calls a routine."""
+        target, value = getattr(s, "target", None), getattr(s, "value", None)
+        while isinstance(target, (ex.Item, ex.Member)):
+            target = target.base
+        if any(type(e) is ex.CallValue for e in expressions_of(value)):
+            self.forget()
+        elif isinstance(target, (ex.Named, ex.Variable)):
+            try:
+                self.forget_from(self.value(target))
+            except CannotSayError:
+                self.forget()
+
+    def forget_from(self, name: str) -> None:
+        """A variable has changed: what was set from it no longer holds."""
+        known = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")
+        for key, text in list(self.holds.items()):
+            if isinstance(text, str) and name in text and known.search(text):
+                del self.holds[key]
 
     def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
         """The instruction that the statement at `place` and those behind it are, None where it stands alone."""

@@ -72,6 +72,12 @@ class KrlMoves(KrlValues):
             super().forget()
             self._given.clear()
 
+    def forget_from(self, name: str) -> None:
+        known = len(self.holds)
+        super().forget_from(name)
+        if len(self.holds) < known:
+            self._given.clear()
+
     # --- moves ------------------------------------------------------------------------------------------
 
     def write_move(self, s: st.Move) -> list[str]:

@@ -277,6 +277,11 @@ class TpMoves(TpValues):
         self.tool: ex.Expression | None = None  # that was selected last; None: not known here
         self.frame: ex.Expression | None = None
 
+    def forget_from(self, name: str) -> None:
+        numbers = [e.number for e in (self.tool, self.frame) if isinstance(e, ex.FrameRef)]
+        if any(e is not None and type(e) is not ex.Number and name in self.value(e) for e in numbers):
+            self.forget()
+
     # --- the whole move ---------------------------------------------------------------------------------
 
     def write_move(self, s: st.Move) -> list[str]:

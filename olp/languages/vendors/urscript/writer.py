@@ -58,6 +58,10 @@ class UrscriptMoves(UrscriptValues):
         self._tool: str | None = None  # what set_tcp holds as far as the text tells, None: unknown
         self._given: ex.Expression | None = None  # the tool of the last move, which the next one shares
 
+    def forget_from(self, name: str) -> None:
+        if self._tool is not None and name in self._tool:
+            self.forget()
+
     def write_move(self, s: st.Move) -> Lines:
         """set_tcp where the tool changes, and the move."""
         lines = []
