@@ -242,8 +242,9 @@ def test_components_of_one_language_alone_are_refused(target):
     )
     rows = (
         "p.trans.x:=5;",
-        "x:=p.rot.q1;",
+        "p.rot.q1:=x;",
         "t.tframe.rot.q2:=x;",
+        "w.uframe.trans.x:=x;",
         "w.oframe.trans.x:=x;",
         "x:=t.tload.mass;",
     )

@@ -14,12 +14,14 @@ from olp.runtime.assumptions import SignalKey
 class PositionValue(NamedTuple):
     """A position as a variable holds it: pulses, radians, or metres and radians, as `state` says.
 
-    `external`: further axes as written, mm or deg.
+    `external`: further axes as written, mm or deg. `written_turn`: the four numbers of a quaternion that a program
+    writes one by one, which have no unit length until the last, and the three angles [rad] that they gave.
     """
 
     state: PointState
     values: tuple[float, ...]
     external: tuple[float, ...] = ()
+    written_turn: tuple[float, ...] = ()
 
 
 class SystemPosition(NamedTuple):

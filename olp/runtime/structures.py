@@ -105,7 +105,7 @@ def _component(value: PositionValue, e: Member) -> float:
         index = _COMPONENTS.index(name)
         return value.values[index] / _SCALES[index]
     if value.state.kind is PointKind.POSE and name in _TURNS:
-        return _turn(Pose.from_xyz_angles(value.values[:6]), name)
+        return _turn(value, name)
     if name[:1] == "e" and name[1:].isdigit():
         index = int(name[1:]) - 1
         return value.external[index] if index < len(value.external) else 0.0
@@ -124,10 +124,18 @@ def _name(value: PositionValue, e: Member) -> str:
     return name
 
 
-def _turn(pose: Pose, name: str) -> float:
+def _turn(value: PositionValue, name: str) -> float:
     if name[0] == "q":
-        return float(quaternion_from_rotation(pose.rotation[None])[0][int(name[1]) - 1])
-    return float(rotation_vector(pose)[int(name[-1]) - 1])
+        return _quaternion(value)[int(name[1]) - 1]
+    return float(rotation_vector(Pose.from_xyz_angles(value.values[:6]))[int(name[-1]) - 1])
+
+
+def _quaternion(value: PositionValue) -> list[float]:
+    """As it was written where nothing has changed the angles since."""
+    if value.written_turn[4:] == value.values[3:6]:
+        return list(value.written_turn[:4])
+    rotation = Pose.from_xyz_angles(value.values[:6]).rotation
+    return [float(v) for v in quaternion_from_rotation(rotation[None])[0]]
 
 
 def rotation_vector(pose: Pose) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -230,21 +238,28 @@ def _with_component(old: PositionValue, target: Member, name: str, value: float)
 
 
 def _turned(old: PositionValue, name: str, value: float) -> PositionValue:
-    """One number of the turn changed; a quaternion is brought back to unit length."""
+    """One number of the turn changed."""
     pose = Pose.from_xyz_angles(old.values[:6])
     if name[0] == "q":
-        q = [float(v) for v in quaternion_from_rotation(pose.rotation[None])[0]]
-        q[int(name[1]) - 1] = value
-        size = math.sqrt(sum(v * v for v in q)) or 1.0
-        from olp.robots.geometry import rotation_from_quaternion
-
-        turned = Pose(pose.position, rotation_from_quaternion(np.array([[v / size for v in q]]))[0])
-    else:
-        v = [float(x) for x in rotation_vector(pose)]
-        v[int(name[-1]) - 1] = value
-        x, y, z = (float(p) for p in pose.position)
-        turned = pose_of_rotation_vector(x, y, z, (v[0], v[1], v[2]))
+        return _with_quaternion(old, pose, int(name[1]) - 1, value)
+    v = [float(x) for x in rotation_vector(pose)]
+    v[int(name[-1]) - 1] = value
+    x, y, z = (float(p) for p in pose.position)
+    turned = pose_of_rotation_vector(x, y, z, (v[0], v[1], v[2]))
     return old._replace(values=tuple(float(x) for x in turned.xyz_angles()) + old.values[6:])
+
+
+def _with_quaternion(old: PositionValue, pose: Pose, index: int, value: float) -> PositionValue:
+    """The numbers stay as written, since others are to follow; the turn is that of unit length."""
+    from olp.robots.geometry import rotation_from_quaternion
+
+    q = _quaternion(old)
+    q[index] = value
+    size = math.sqrt(sum(v * v for v in q))
+    if size > 0.0:
+        pose = Pose(pose.position, rotation_from_quaternion(np.array([[v / size for v in q]]))[0])
+    values = tuple(float(v) for v in pose.xyz_angles()) + old.values[6:]
+    return old._replace(values=values, written_turn=(*q, *values[3:6]))
 
 
 def _replaced(old: PositionValue, index: int, value: float) -> PositionValue:

@@ -5,7 +5,7 @@ INFORM and FANUC number them; KRL numbers or names them; RAPID names them; URScr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
@@ -64,6 +64,9 @@ class _Systems(SystemNames):
         default_factory=dict
     )  # by the id of the first
     reading: set[int] = field(default_factory=set)  # ids of the moves that may read where the arm stands
+    held: dict[Named, Named] = field(
+        default_factory=dict
+    )  # of those with a number whose components are set: the position that is copied into it
 
     def move(self, s: Move) -> Move:
         changes: dict[str, Any] = {}
@@ -154,12 +157,39 @@ class _Systems(SystemNames):
         if key is not None:
             target = self.named(key[0], FrameRef(key[0], Number(key[1])), s)
             return [replace(s, target=target)]
-        if isinstance(s.target, Named):
-            for kind in ("tool", "user"):
-                number = self.numbers.get((kind, s.target))
-                if number is not None:
-                    return self.setting(kind, number, s.value, s.line, s.comment)
+        member = s.target if isinstance(s.target, Member) else None
+        name = s.target if member is None else member.base
+        if not isinstance(name, Named):
+            return [s]
+        for kind in ("tool", "user"):
+            number = self.numbers.get((kind, name))
+            if number is None:
+                continue
+            held = self.held.get(name)
+            if held is None and member is None:
+                return self.setting(kind, number, s.value, s.line, s.comment)
+            if held is None:
+                says = f"the component of a {system_words(kind)} of a routine's own, which has a number"
+                self.work.lose(s, Fate.REFUSED, "component", says)
+                return [s]
+            target = held if member is None else replace(member, base=held)
+            return [replace(s, target=target), *self.setting(kind, number, held, s.line)]
         return [s]
+
+    def note_components(self, routine: Routine, shared: Set[str]) -> None:
+        """Positions for the tools and frames with numbers of which a routine sets components.
+
+        `shared`: the names of the program's own data. Those of a routine begin anew with each call.
+        """
+        for _, s in self.work.look(routine).rare:
+            base = s.target.base if isinstance(s, Assign) and isinstance(s.target, Member) else None
+            if not isinstance(base, Named) or base in self.held or base.name not in shared:
+                continue
+            symbol = self.symbols.find(routine.name, base.name)
+            for kind in ("tool", "user"):
+                if symbol is not None and not symbol.scope and (kind, base) in self.numbers:
+                    value = symbol.value if isinstance(symbol.value, PositionLiteral) else _ZERO
+                    self.held[base] = self._made("position", base, f"{base.name}_value", value)
 
     def setting(
         self, kind: str, number: int, value: Expression, line: int, comment: str = ""
@@ -212,6 +242,8 @@ class _Systems(SystemNames):
                 continue
             if self.work.limits.position_read_in == "named":
                 s = self._placed(s, s)
+            if self.held:
+                s = self._with_held(s)
             if isinstance(s, Assign):
                 rows += self.assigned(s)
             elif not (
@@ -221,6 +253,18 @@ class _Systems(SystemNames):
         if main and self.values:
             rows[_place(rows) : _place(rows)] = self._all_values()
         return with_rows(routine, rows)
+
+    def _with_held(self, s: Statement) -> Statement:
+        """A statement that reads components of the positions that hold tools and frames with numbers."""
+
+        def change(e: Expression) -> Expression:
+            held = self.held.get(e.base) if type(e) is Member and type(e.base) is Named else None
+            return e if held is None or type(e) is not Member else replace(e, base=held)
+
+        if isinstance(s, Assign):
+            value = mapped(s.value, change)
+            return s if value is s.value else replace(s, value=value)
+        return mapped(s, change)
 
     def _all_values(self) -> list[Statement]:
         rows: list[Statement] = []
@@ -236,6 +280,10 @@ def frames(program: Program, work: TranslationContext) -> Program:
     systems = _Systems(work, work.symbols(program))
     systems.note_numbers(program)
     routines = tuple(systems.routine_of(routine) for routine in program.routines)
+    if not work.limits.named_frames:
+        shared = _names_of_data(work.source)
+        for routine in routines:
+            systems.note_components(routine, shared)
     data = program.data
     main = program.main or (routines[0].name if routines else "")
     routines = tuple(systems.routine_with_values(routine, routine.name == main) for routine in routines)
@@ -245,6 +293,15 @@ def frames(program: Program, work: TranslationContext) -> Program:
             replace(r, data=tuple(d for d in r.data if d.type not in ("tool", "frame"))) for r in routines
         )
     return replace(program, routines=routines, data=(*data, *systems.declared))
+
+
+def _names_of_data(program: Program) -> set[str]:
+    """The names of the program's data that no routine has, too."""
+    names = {declare.name for declare in program.data}
+    for routine in program.routines:
+        names -= {declare.name for declare in routine.data} | {p.name for p in routine.parameters}
+        names -= {s.name for s in routine.body if isinstance(s, Declare)}
+    return names
 
 
 def _place(rows: list[Statement]) -> int:

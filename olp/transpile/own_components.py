@@ -31,7 +31,7 @@ def own_components(program: Program, work: TranslationContext) -> Program:
             if isinstance(s, Move) and s.until is None and s.search is None:
                 continue
             for e in expressions_of(s):
-                kind = _kind(e.base, symbols, routine.name) if isinstance(e, Member) else ""
+                kind = system_or_position(e.base, symbols, routine.name) if isinstance(e, Member) else ""
                 if isinstance(e, Member) and kind and not (kind in held and _is_shared(e.name, kind)):
                     other = language_of(work.target)
                     says = f"the component {e.name} of a position, tool or frame, which {other} lacks"
@@ -44,8 +44,8 @@ def _is_shared(component: str, kind: str) -> bool:
     return component in _SHARED or (kind == "joints" and component.lower() in _AXES)
 
 
-def _kind(base: Expression, symbols: Symbols, routine: str) -> str:
-    """The type of what has a component, "" for records."""
+def system_or_position(base: Expression, symbols: Symbols, routine: str) -> str:
+    """Which of them has a component: position, joints, tool or frame; "" for records."""
     while isinstance(base, Item):
         base = base.base
     symbol = symbols.find(routine, base.name) if isinstance(base, Named) else None

@@ -38,6 +38,7 @@ from olp.transpile.optional_parameters import optional_parameters
 from olp.transpile.own_components import own_components
 from olp.transpile.partial_positions import externals, partial, turned_together
 from olp.transpile.postures import configurations, postures
+from olp.transpile.quaternions import quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
 from olp.transpile.schedules import schedules, tasks
@@ -101,6 +102,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         written_systems,
         pulses,
         records,
+        quaternions,
         vectors,
         lift,
         sums,

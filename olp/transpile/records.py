@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from olp.ir.expressions import Expression, Member, Named, PositionLiteral, RecordLiteral, Text
 from olp.ir.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
-from olp.ir.transformer import expressions_of, mapped, note_names
+from olp.ir.transformer import Change, changed_by, expressions_of, mapped, note_names
 from olp.robots.geometry import Pose
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare, with_rows
 
 _FLANGE = ("tframe", "tcp", "trsf")
+_PARTS = ("uframe", "oframe")  # of a work object's record (ABB: wobjdata): the pose is their product
 
 
 def records(program: Program, work: TranslationContext) -> Program:
@@ -21,7 +23,8 @@ def records(program: Program, work: TranslationContext) -> Program:
     if work.conventions.frame_records:
         program = _without_frames(program, work)
     _refuse_held(program, work)
-    routines = tuple(replace(_rows(r, work), data=_declared(r.data, work)) for r in program.routines)
+    change = partial(_change, wholes=_wholes(program, work))
+    routines = tuple(replace(_rows(r, work, change), data=_declared(r.data, work)) for r in program.routines)
     return replace(program, routines=routines, data=_declared(program.data, work))
 
 
@@ -89,11 +92,11 @@ def _without_frames(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=tuple(map(plain, program.data)))
 
 
-def _rows(routine: Routine, work: TranslationContext) -> Routine:
+def _rows(routine: Routine, work: TranslationContext, change: Change) -> Routine:
     inside = work.conventions.records_in_statements
 
     def row(s: Statement) -> Statement:
-        return _plain(s, work) if isinstance(s, Declare) else mapped(s, _change) if inside else s
+        return _plain(s, work) if isinstance(s, Declare) else mapped(s, change) if inside else s
 
     return (
         with_rows(routine, list(map(row, routine.body)))
@@ -146,10 +149,64 @@ def literal_of(pose: Pose) -> PositionLiteral:
     return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()))
 
 
-def _change(e: Expression) -> Expression:
-    """tGripper.tframe is the tool itself; a record in the place of a tool is its pose."""
+def _change(e: Expression, wholes: frozenset[tuple[str, str]] = frozenset()) -> Expression:
+    """tGripper.tframe is the tool itself; a record in the place of a tool is its pose.
+
+    `wholes`: (frame, part) of frames that one of their two parts is.
+    """
     if isinstance(e, Member) and e.name.casefold() in _FLANGE:
+        return e.base
+    if isinstance(e, Member) and isinstance(e.base, Named) and (e.base.name, e.name.casefold()) in wholes:
         return e.base
     if isinstance(e, RecordLiteral):
         return pose_of_record(e) or e
     return e
+
+
+def _wholes(program: Program, work: TranslationContext) -> frozenset[tuple[str, str]]:
+    """(frame, part) of the frames whose other part changes nothing, whatever the program does.
+
+    Nothing but assignments to the part itself may change such a frame.
+    """
+    found = {
+        (d.name, part)
+        for d in program.data
+        if d.type == "frame" and not d.sizes
+        for part in _whole_parts(d.value)
+    }
+    for routine in program.routines if found else ():
+        hidden = {d.name for d in routine.data} | {p.name for p in routine.parameters}
+        for _, s in work.look(routine).rare:
+            if isinstance(s, Declare):
+                hidden.add(s.name)
+                continue
+            changed = list(changed_by(s))
+            name, part = _part_of(s.target) if isinstance(s, Assign) else ("", "")
+            if isinstance(s, Assign) and isinstance(s.target, Named):
+                name, kept = s.target.name, _whole_parts(s.value)
+            else:
+                kept = {part} if part else set()
+            if kept:
+                found -= {(n, p) for n, p in found if n == name and p not in kept}
+                changed = changed[1:]
+            hidden.update(changed)
+        found -= {(n, p) for n, p in found if n in hidden}
+    return frozenset(found)
+
+
+def _whole_parts(value: Expression | None) -> set[str]:
+    """The parts of a frame's record that are the frame, since the other one changes nothing."""
+    if not isinstance(value, RecordLiteral):
+        return set()
+    members = {name.casefold(): pose_of_record(inner) for name, inner in value.members}
+    still = {name for name in _PARTS if (pose := members.get(name)) is not None and not any(pose.values)}
+    return {part for part, other in (_PARTS, _PARTS[::-1]) if other in still}
+
+
+def _part_of(target: Expression) -> tuple[str, str]:
+    """(frame, part) of a target within one of a frame's two parts, "" for any other one."""
+    while isinstance(target, Member):
+        if isinstance(target.base, Named) and target.name.casefold() in _PARTS:
+            return target.base.name, target.name.casefold()
+        target = target.base
+    return "", ""

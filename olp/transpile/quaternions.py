@@ -1,0 +1,193 @@
+"""The four numbers of a quaternion, as languages that write a turn as three angles compute them and compute from them.
+
+R = Rz Ry Rx. The numbers that are read follow from half the angles. Those that are written one behind the other are
+kept, and the angles follow from the last one on, whatever the quaternion's length is (`_angles`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial, reduce
+from typing import Final
+
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+)
+from olp.ir.program import Assign, Call, Declare, Else, EndIf, If, Program, ReadInput, Statement, Update
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.occurrences import with_rows
+from olp.transpile.own_components import system_or_position
+from olp.transpile.symbols import Symbols
+
+_NUMBERS: Final = ("q1", "q2", "q3", "q4")
+_READ: Final = "computed from the angles: the four numbers may have the other sign, which is the same turn"
+_WRITTEN: Final = "the angles are computed from the quaternion, within 0.02 deg where ry is near 90 deg"
+# cos(ry) below which rx and rz are one turn: single precision knows each of them no better than 1E-7 over this [rad].
+_UPRIGHT: Final = Number(0.0003)
+_STEMS: Final = ("turn_q1", "turn_q2", "turn_q3", "turn_q4", "turn_across", "turn_along", "turn_cosine")
+
+
+def quaternions(program: Program, work: TranslationContext) -> Program:
+    """Quaternions' numbers of positions, tools and frames as angles; what can be none stays, and is refused later."""
+    if not work.conventions.has_records:
+        return program
+    symbols = work.symbols(program)
+    routines, declared = [], []
+    for routine in program.routines:
+        own = _Turns(work, symbols, routine.name)
+        named = any(own.is_number(e) for _, s in work.look(routine).rare for e in expressions_of(s))
+        rows = own.rows(routine.body) if named else []
+        routines.append(with_rows(routine, rows) if own.changed else routine)
+        declared += [Declare(0, name.name, "real", Number(0), shared=True) for name in own.held]
+    if all(new is old for new, old in zip(routines, program.routines, strict=True)):
+        return program
+    return replace(program, routines=tuple(routines), data=(*program.data, *declared))
+
+
+@dataclass(slots=True)
+class _Turns:
+    """`held`: a routine's variables for the four numbers, sin(rz) cos(ry), cos(rz) cos(ry) and cos(ry)."""
+
+    work: TranslationContext
+    symbols: Symbols
+    routine: str
+    held: tuple[Named, ...] = ()
+    changed: bool = False
+
+    def rows(self, body: Sequence[Statement]) -> list[Statement]:
+        rows: list[Statement] = []
+        at = 0
+        while at < len(body):
+            written = self._written(body[at : at + 4])
+            if written:
+                rows += self._angles(written)
+                at += len(written)
+            else:
+                rows.append(self._read(body[at]))
+                at += 1
+        return rows
+
+    def is_number(self, e: Expression) -> bool:
+        if not isinstance(e, Member) or e.name not in _NUMBERS:
+            return False
+        return bool(system_or_position(e.base, self.symbols, self.routine))
+
+    # --- written ----------------------------------------------------------------------------------------
+
+    def _written(self, rows: Sequence[Statement]) -> list[Assign]:
+        """Four assignments of all numbers of one quaternion, none where these statements are something else."""
+        found: list[Assign] = []
+        for s in rows:
+            if type(s) is not Assign or type(s.target) is not Member or not self.is_number(s.target):
+                return []
+            found.append(s)
+        names = {s.target.name for s in found if type(s.target) is Member}
+        if len(names) < 4 or any(_base(s) != _base(found[0]) for s in found):
+            return []
+        values = [e for s in found for e in expressions_of(s.value)]
+        base = expressions_of(_base(found[0]))
+        if any(type(e) is CallValue for e in (*values, *base)) or any(e in values for e in base):
+            return []  # a value that depends on the turn, or on whatever a routine does to it
+        return found
+
+    def _angles(self, written: list[Assign]) -> list[Statement]:
+        """The numbers as they are set, and the angles behind the last of them.
+
+        Where ry is 90 deg, rz and rx turn about the same axis: rz is 0 there.
+        """
+        self.changed = True
+        if not self.held:
+            self.held = tuple(Named(self.work.helper(stem)) for stem in _STEMS)
+        w, x, y, z, across, along, cosine = self.held
+        base, line = _base(written[0]), written[-1].line
+        rows: list[Statement] = []
+        for s in written:
+            assert isinstance(s.target, Member)
+            self.work.lose(s, Fate.APPROXIMATED, "turn", _WRITTEN)
+            rows.append(replace(s, target=self.held[_NUMBERS.index(s.target.name)]))
+
+        def turned(name: str, value: Expression) -> Assign:
+            return Assign(line, Member(base, name), value)
+
+        return [
+            *rows,
+            Assign(line, along, _squares((w, x), (y, z))),
+            Assign(line, across, _twice("+", (w, z), (x, y))),
+            Assign(line, cosine, Function("sqrt", (_squares((along, across)),))),
+            turned("ry", _angle(_twice("-", (w, y), (x, z)), cosine)),
+            If(line, Compare(">", cosine, _UPRIGHT)),
+            turned("rz", _angle(across, along)),
+            turned("rx", _angle(_twice("+", (w, x), (y, z)), _squares((w, z), (x, y)))),
+            Else(line),
+            turned("rz", Number(0)),
+            turned("rx", _angle(_twice("-", (w, x), (y, z)), _squares((w, y), (x, z)))),
+            EndIf(line),
+        ]
+
+    # --- read -------------------------------------------------------------------------------------------
+
+    def _read(self, s: Statement) -> Statement:
+        if isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s):
+            return s
+        inner = expressions_of(s)
+        if not any(self.is_number(e) for e in inner) or any(self.is_number(e) for e in _handed(s, inner)):
+            return s
+        if isinstance(s, (Assign, Update, ReadInput)) and self.is_number(s.target):
+            return s  # one of the numbers alone
+        self.changed = True
+        self.work.lose(s, Fate.APPROXIMATED, "turn", _READ)
+        return mapped(s, lambda e: _of_angles(e) if type(e) is Member and self.is_number(e) else e)
+
+
+def _handed(s: Statement, inner: list[Expression]) -> list[Expression]:
+    """What routines are handed, and may change."""
+    calls = [e.arguments for e in inner if isinstance(e, CallValue)]
+    given = [one for arguments in calls for one in arguments]
+    if isinstance(s, Call):
+        given += [*s.arguments, *([] if s.result is None else [s.result])]
+    plain = [one.value if isinstance(one, NamedArgument) else one for one in given]
+    return [one for one in plain if one is not None]
+
+
+def _base(s: Assign) -> Expression:
+    assert isinstance(s.target, Member)
+    return s.target.base
+
+
+def _of_angles(e: Member) -> Expression:
+    """One number of the quaternion of Rz Ry Rx."""
+    halves = [Binary("/", Member(e.base, name), Number(2)) for name in ("rx", "ry", "rz")]
+    at = _NUMBERS.index(e.name)
+    own = [Function("sin" if at == k else "cos", (half,)) for k, half in enumerate(halves, 1)]
+    other = [Function("cos" if at == k else "sin", (half,)) for k, half in enumerate(halves, 1)]
+    return Binary("-" if at in (1, 3) else "+", _product(own), _product(other))
+
+
+def _product(parts: Sequence[Expression]) -> Expression:
+    return reduce(partial(Binary, "*"), parts)
+
+
+def _squares(plus: Sequence[Expression], minus: Sequence[Expression] = ()) -> Expression:
+    """The sum of the squares of some, less those of others."""
+    first = reduce(partial(Binary, "+"), [_product((one, one)) for one in plus])
+    return reduce(partial(Binary, "-"), [_product((one, one)) for one in minus], first)
+
+
+def _twice(operator: str, left: Sequence[Expression], right: Sequence[Expression]) -> Expression:
+    """Twice the sum, or the difference, of two products."""
+    return Binary("*", Number(2), Binary(operator, _product(left), _product(right)))
+
+
+def _angle(sine: Expression, cosine: Expression) -> Function:
+    """[deg]"""
+    return Function("atan2", (sine, cosine))
