@@ -31,7 +31,7 @@ def explained_code(word: str) -> str:
     code = word.upper()
     if meaning := code_meanings().get(code, ""):
         return f"{code}: {meaning}"
-    from olp.checks.lint import all_rules
+    from olp.checks.lint.rule import all_rules
 
     rules = (rule for rule in all_rules() if rule.code == code)
     return next((rule.explained() for rule in rules), "")

@@ -15,7 +15,7 @@ import pytest
 if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
     from olp.checks.guard.judge import JudgedFile
-    from olp.reports.outcome import JudgedItem
+    from olp.reports.outcome.model import JudgedItem
     from olp.timing.result import Timing
 
 
@@ -82,7 +82,7 @@ class BudgetTest(pytest.Item):
         self.says, self.budget, self.paths, self.judge = says, budget, paths or [], judge
 
     def runtest(self) -> None:
-        from olp.reports.outcome import Status
+        from olp.reports.outcome.model import Status
 
         if self.budget is None or self.judge is None:
             raise BudgetError(self.says)

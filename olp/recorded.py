@@ -139,7 +139,7 @@ class DiagnosisAnswer:
 
     def html(self) -> str:
         """The page of `olp diagnose --html`."""
-        from olp.reports.diagnosis import html_report
+        from olp.reports.diagnosis.page import html_report
 
         log = self.outcome.log.to_json() if self.outcome.log is not None else None
         return html_report(self.outcome, self.recording, None, log_summary=log)

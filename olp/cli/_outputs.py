@@ -19,7 +19,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import expand_paths, from_os_error, write_output
 
 if TYPE_CHECKING:
-    from olp.reports.outcome import Outcome, OutcomeFormat
+    from olp.reports.outcome.model import Outcome, OutcomeFormat
 
 
 # Bytes of the output, and what there is to tell besides.
@@ -128,7 +128,7 @@ class OutcomeOutputs(NamedTuple):
 
 def add_format_arguments(parser: ArgumentParser) -> None:
     """--format, -o and --also."""
-    from olp.reports.outcome import format_names
+    from olp.reports.outcome.model import format_names
 
     parser.add_argument(
         "--format",
@@ -148,7 +148,7 @@ def add_format_arguments(parser: ArgumentParser) -> None:
 
 def outcome_outputs(args: Namespace) -> OutcomeOutputs:
     """Where everything goes. Raises OlpError for an unknown format (C011) or a file that is named twice (C002)."""
-    from olp.reports.outcome import load_format
+    from olp.reports.outcome.model import load_format
 
     refuse_other_forms(args.output, _BY_SUFFIX, args.format)
     suffix = os.path.splitext(args.output or "")[1].lower()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from olp.checks.guard.judge import JudgedFile
     from olp.core.diagnostic import Diagnostic
-    from olp.reports.outcome import Outcome
+    from olp.reports.outcome.model import Outcome
 
 SUMMARY = "hold programs against their cycle-time budgets"
 _CACHE = ".olp-cache"
@@ -76,7 +76,7 @@ def run(args: Namespace) -> int:
 
 def _asked_for(results: Sequence[JudgedFile], paths: Sequence[str]) -> list[JudgedFile]:
     """The same; a program that was asked for by its name and cannot be read is one that cannot be judged."""
-    from olp.reports.outcome import JudgedItem, Status
+    from olp.reports.outcome.model import JudgedItem, Status
 
     def item(result: JudgedFile) -> JudgedItem:
         why = result.findings[0].message if result.findings else "cannot be read"
@@ -90,8 +90,7 @@ def _asked_for(results: Sequence[JudgedFile], paths: Sequence[str]) -> list[Judg
 
 def outcome_of(results: Sequence[JudgedFile], problems: Sequence[Diagnostic] = ()) -> Outcome:
     """What all files together amount to: the worst first."""
-    from olp.reports.outcome import JudgedItem, Level, Outcome, Status
-    from olp.reports.outcome.model import of_diagnostic
+    from olp.reports.outcome.model import JudgedItem, Level, Outcome, Status, of_diagnostic
 
     problems = [replace(d, file=_shown(d.file)) for d in problems]
 
@@ -139,7 +138,7 @@ def _shown(file: str) -> str:
 
 
 def _unjudged(result: JudgedFile) -> bool:
-    from olp.reports.outcome import Status
+    from olp.reports.outcome.model import Status
 
     return any(item.status is Status.UNKNOWN for item in result.items)
 

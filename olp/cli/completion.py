@@ -72,7 +72,7 @@ def _whole_parser(files: Any) -> ArgumentParser:
 
 
 def _mark(action: Action, files: Any) -> None:
-    from olp.reports.outcome import format_names
+    from olp.reports.outcome.model import format_names
     from olp.robots.robot import robot_names
 
     metavar = str(action.metavar or "").partition(".")[0]

@@ -61,7 +61,7 @@ def run(args: Namespace) -> int:
     if args.json:
         write_output(args.json, json.dumps(outcome.diagnosis.to_json(), indent=1) + "\n")
     if args.html:
-        from olp.reports.diagnosis import html_report
+        from olp.reports.diagnosis.page import html_report
 
         log = outcome.log.to_json() if outcome.log is not None else None
         write_output(args.html, html_report(outcome, recording, job_text, log_summary=log))

@@ -13,8 +13,8 @@ from olp.core.source import file_name
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from olp.checks.difference import ProgramDifference
-    from olp.reports.outcome import JudgedItem, Outcome, OutcomeFinding
+    from olp.checks.difference.compare import ProgramDifference
+    from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding
 
 SUMMARY = "compare the times of two versions of a program"
 _SHOWN = 12  # lines per program in text; JSON has them all
@@ -52,7 +52,7 @@ def run(args: Namespace) -> int:
 
 def outcome_of(found: Sequence[ProgramDifference], allow: float | None, shown: int | None) -> Outcome:
     """What all programs together amount to, the one that grew most first."""
-    from olp.reports.outcome import Outcome
+    from olp.reports.outcome.model import Outcome
 
     ordered = sorted(found, key=lambda d: (d.change_s is not None, -abs(d.change_s or 0.0), d.file))
     # Nobody wants to read the list of those that are as they were.
@@ -74,7 +74,7 @@ def _same(d: ProgramDifference) -> bool:
 
 
 def _item(d: ProgramDifference, allow: float | None) -> JudgedItem:
-    from olp.reports.outcome import JudgedItem, Status
+    from olp.reports.outcome.model import JudgedItem, Status
 
     if d.old_s is None or d.new_s is None:
         added = "new program" if d.old_s is None and not d.why else "program gone" if not d.why else d.why
@@ -90,7 +90,7 @@ def _item(d: ProgramDifference, allow: float | None) -> JudgedItem:
 
 
 def _findings(d: ProgramDifference, allow: float | None, shown: int | None) -> Iterator[OutcomeFinding]:
-    from olp.reports.outcome import Level, OutcomeFinding
+    from olp.reports.outcome.model import Level, OutcomeFinding
 
     order = sorted(d.changes, key=lambda c: -abs(c.change_s))[:shown]
     for change in order:

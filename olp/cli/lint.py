@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from olp.checks.lint.rule import Rule
     from olp.checks.lint.run import Linted, RuleChoice
     from olp.reports.batch import Job
-    from olp.reports.outcome import JudgedItem, Outcome, OutcomeFinding
+    from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding
 
 SUMMARY = "find motion mistakes that cost time or safety"
 _WORTH_WORKERS = 24
@@ -214,7 +214,7 @@ def outcome_of(
     results: Sequence[Linted], findings: Sequence[OutcomeFinding], fail_on: str = "warning"
 ) -> Outcome:
     """The findings that count, and each file as an item, which fails from the level `fail_on` on."""
-    from olp.reports.outcome import Outcome
+    from olp.reports.outcome.model import Outcome
 
     own: dict[str, list[OutcomeFinding]] = {}
     for found in findings:
@@ -231,7 +231,7 @@ def outcome_of(
 
 
 def _item(result: Linted, findings: Sequence[OutcomeFinding], fail_on: str) -> JudgedItem:
-    from olp.reports.outcome import JudgedItem, Status
+    from olp.reports.outcome.model import JudgedItem, Status
 
     order = ("note", "warning", "error")
     status, count = Status.HELD, len(findings)
@@ -253,7 +253,7 @@ def _fix_of(rule: Rule) -> str:
 
 
 def _rules() -> str:
-    from olp.checks.lint import all_rules
+    from olp.checks.lint.rule import all_rules
 
     rows = [f"{rule.code}  {rule.level!s:8s} {rule.title}{_fix_of(rule)}" for rule in all_rules()]
     return "\n".join(rows) + "\n"

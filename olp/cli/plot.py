@@ -18,7 +18,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.reports.batch import plan_and_time
-    from olp.reports.plot import picture, refuse_unknown
+    from olp.reports.plot.output import picture, refuse_unknown
     from olp.reports.plot.program import program_figure
 
     refuse_unknown(args.output)

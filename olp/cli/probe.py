@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from olp.identification.probe import Wanted
+    from olp.identification.probe.experiment import Wanted
     from olp.identification.recording.recording import Recording
     from olp.robots.geometry import Pose
 
@@ -44,7 +44,8 @@ def run(args: Namespace) -> int:
 
     from olp.cli.time import print_diagnostics
     from olp.core.diagnostic import OlpError, error
-    from olp.identification.probe import design_experiment, further_experiment, write_experiment
+    from olp.identification.probe.experiment import design_experiment, further_experiment
+    from olp.identification.probe.job import write_experiment
     from olp.identification.recording.reader import read_recording
 
     folder = Path(args.output)
@@ -73,7 +74,7 @@ def _wanted(args: Namespace) -> Wanted:
 
     from olp.core.diagnostic import OlpError, error
     from olp.core.units import deg, mm
-    from olp.identification.probe import Wanted
+    from olp.identification.probe.experiment import Wanted
     from olp.robots.robot import load_robot
 
     missing = [f"--{name}" for name in ("robot", "box") if getattr(args, name) is None]

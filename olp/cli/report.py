@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
     from olp.ir.program import Program
     from olp.reports.batch import Job
-    from olp.reports.outcome import JudgedItem
+    from olp.reports.outcome.model import JudgedItem
     from olp.reports.page import PageEntry
 
 SUMMARY = "write one HTML page: Gantt, speed, path in 3D, text with times"
@@ -87,7 +87,7 @@ def _with_offer(item: JudgedItem, budget: Budget | None, program: Program, job: 
     """A broken budget says which edits would hold it."""
     from olp.checks.fit.fit import offer
     from olp.identification.timing_job import time_program
-    from olp.reports.outcome import Status
+    from olp.reports.outcome.model import Status
 
     if item.status is not Status.FAILED or budget is None:
         return item

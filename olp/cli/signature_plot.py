@@ -15,7 +15,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.core.files import write_output
     from olp.identification.signature.file import read_signature
-    from olp.reports.plot import picture, refuse_unknown
+    from olp.reports.plot.output import picture, refuse_unknown
     from olp.reports.signature_picture import signature_figure
 
     refuse_unknown(args.output)

@@ -25,7 +25,7 @@ SUMMARY = "say how long every line of a program takes, and why"
 
 def add_arguments(parser: ArgumentParser) -> None:
     from olp.cli._watching import add_watch
-    from olp.reports.formats import report_names
+    from olp.reports.formats.report import report_names
 
     parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
     parser.add_argument(
@@ -129,7 +129,7 @@ def run(args: Namespace) -> int:
         return run_explain(args)
     from olp.languages.vendor import vendor_suffixes
     from olp.reports.batch import shown, time_files
-    from olp.reports.formats import WORKBOOK, format_of, load_report
+    from olp.reports.formats.report import WORKBOOK, format_of, load_report
 
     if args.summary and args.by in ("cause", "line"):
         raise OlpError(error("C002", "--summary and --by exclude each other", help="leave out --summary"))
@@ -162,7 +162,7 @@ def job_of(args: Namespace, count: int) -> Job:
     """The settings of one run over `count` files. Raises OlpError for a robot, model or olp.toml that is none."""
     from dataclasses import replace
 
-    from olp.reports.formats import Options
+    from olp.reports.formats.report import Options
 
     report = getattr(args, "format", None) or "text"
     summary = getattr(args, "summary", False)
@@ -306,14 +306,14 @@ def run_explain(args: Namespace) -> int:
     if len(args.jobs) != 1:
         raise OlpError(error("C002", "--explain takes one program", help="olp time JOB --explain LINE"))
     if args.output is not None:
-        from olp.reports.plot import refuse_unknown
+        from olp.reports.plot.output import refuse_unknown
 
         refuse_unknown(args.output)
     timing = plan_and_time(args.jobs[0], job_of(args, 1))
     told = explain(timing, args.explain)
     if args.output is not None:
-        from olp.reports.plot import picture
         from olp.reports.plot.motion import motion_figure
+        from olp.reports.plot.output import picture
 
         write_output(args.output, picture(motion_figure(told), args.output), inputs=args.jobs)
     sys.stdout.flush()

@@ -30,7 +30,7 @@ from olp.identification.signature.estimator import (
 )
 from olp.identification.signature.moveset import MoveSet, moves_of_recording
 from olp.robots.geometry import rotation_from_angles
-from olp.robots.kinematics import inverse
+from olp.robots.kinematics.inverse import inverse
 from olp.robots.robot import Robot, load_robot
 
 Array = NDArray[np.float64]

@@ -14,10 +14,10 @@ from olp.contracts.oracle import MM, Array, Circle, angle_between, circle, of_qu
 from olp.ir.expressions import Compare, Expression, Named, Number, Signal, SignalState, Text
 from olp.ir.program import Declare, Path, Program, PulseOutput, SetOutput, Wait
 from olp.languages.vendor import Vendor
-from olp.robots.kinematics import forward
+from olp.robots.kinematics.chain import forward
 from olp.robots.robot import Robot, load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
-from olp.timing.blending import load_law
+from olp.timing.blending.law import load_law
 
 ROBOT: Final = "yaskawa/gp25"
 LENGTH: Final = 5e-6  # [m] that decimals of a text may take from a place

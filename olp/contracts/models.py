@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError
-from olp.timing.motion import MotionModel, Problem, Profile, load_model, model_names
+from olp.timing.motion._profile import Problem, Profile
+from olp.timing.motion.model import MotionModel, load_model, model_names
 
 Array = NDArray[np.float64]
 _STEPS: Final = 4000  # of time that a profile is driven in

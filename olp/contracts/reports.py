@@ -27,7 +27,7 @@ from olp.core.source import Source
 from olp.identification.timing_job import TimingJob, plan_and_time
 from olp.reports.batch import Job, time_files
 from olp.reports.cell import CellLinks
-from olp.reports.formats import Options, Report, ReportPart, load_report, report_names
+from olp.reports.formats.report import Options, Report, ReportPart, load_report, report_names
 from olp.runtime.plan import Assumption, StepKind
 from olp.timing.result import CorrectionInterval, Timing
 

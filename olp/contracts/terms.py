@@ -23,7 +23,7 @@ from olp.identification.diagnosis.result import PHASES
 from olp.identification.recording.reader import read_recording
 from olp.reports.diagnosis.mathml import mathml
 from olp.robots.geometry import angles_from_rotation, rotation_from_angles
-from olp.robots.kinematics import inverse
+from olp.robots.kinematics.inverse import inverse
 from olp.robots.robot import load_robot
 from olp.timing.physics import Form, LogTerm, MoveTerm, Stage, Term, TermParameter, load_term, term_names
 from olp.timing.physics._case import MeasuredMoves

@@ -22,7 +22,7 @@ from olp.ir.program import Comment, LineKind, Opaque, Program
 from olp.languages.vendor import Vendor, find_vendor, recognise, vendor_names
 from olp.reports.annotate import annotate, remove
 from olp.runtime.interpreter import run
-from olp.timing.blending import law_names
+from olp.timing.blending.law import law_names
 from olp.timing.timing import time_plan
 from olp.transpile.export import writable
 

@@ -21,7 +21,7 @@ from olp.runtime.paths import shape_paths, turn_between
 from olp.runtime.plan import PATHS, USUAL_LAW, BlendCode, MoveConditions, Moves, Plan, Positions, StepKind
 from olp.runtime.recorder import Extra, beyond_targets
 from olp.timing.arm_prior import arm_prior
-from olp.timing.blending import load_law
+from olp.timing.blending.law import load_law
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
@@ -139,7 +139,7 @@ def _alternating(start: Floats, end: Floats) -> Floats:
 def _orient(turned: Floats, axes: Floats, robot: Robot, tool: Pose | None) -> None:
     """Puts orientations that no angles tell, but the axes do, into `turned`."""
     from olp.robots.geometry import quaternion_from_rotation
-    from olp.robots.kinematics import forward
+    from olp.robots.kinematics.chain import forward
 
     lacking = np.isnan(turned).any(axis=1) & np.isfinite(axes).all(axis=1)
     if robot.geometry is None or not lacking.any():

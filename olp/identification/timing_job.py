@@ -74,7 +74,7 @@ def check_job(job: TimingJob) -> None:
 
         load_robot(job.robot)
     if job.model is not None:
-        from olp.timing.motion import load_model
+        from olp.timing.motion.model import load_model
 
         load_model(job.model)
     _learnt(job.signature)

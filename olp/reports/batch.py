@@ -17,7 +17,7 @@ from olp.identification.timing_job import (
 )
 from olp.languages.read import read
 from olp.reports.cell import CellLinks, branches_of, cost_of, links_of, started, with_run
-from olp.reports.formats import Options, ReportPart, load_report
+from olp.reports.formats.report import Options, ReportPart, load_report
 
 __all__ = [
     "Job",

@@ -15,7 +15,7 @@ from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
 from olp.robots.controller_effects import effects_of
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
-from olp.timing.motion import load_model
+from olp.timing.motion.model import load_model
 from olp.timing.track import states, tool_speed
 
 if TYPE_CHECKING:
@@ -421,7 +421,7 @@ def _torques(
     count = len(robot.axes)
     if robot.dynamics is None or np.isnan(axes).any():
         return [None] * count, [float("inf")] * count
-    from olp.robots.dynamics import dynamic_model, inverse_dynamics
+    from olp.robots.dynamics.torques import dynamic_model, inverse_dynamics
 
     model = dynamic_model(robot)
     torques = inverse_dynamics(model, axes, speeds, np.gradient(speeds, instants, axis=0))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from olp.core.diagnostic import OlpError, error
 
 if TYPE_CHECKING:
-    from olp.reports.formats import ReportPart
+    from olp.reports.formats.report import ReportPart
 
 _PROGRAMS = ("file", "depth", "robot", "total_s", "motion_s", "wait_s", "io_s", "started")
 _BRANCHES = ("file", "decides", "line", "value", "leads_to_line", "total_s")

@@ -136,7 +136,7 @@ class Cell:
                 )
                 axes = np.full_like(values, np.nan)
             else:
-                from olp.robots.kinematics import pulses_to_joints
+                from olp.robots.kinematics.configuration import pulses_to_joints
 
                 axes = pulses_to_joints(robot, _width(values, len(robot.axes)))
         return Resolved(np.full((count, 3), np.nan), np.full((count, 3, 3), np.nan), axes)
@@ -152,7 +152,8 @@ class Cell:
             says = f"the points of {name} are written in pulses or joint angles, and this robot is not known"
             self._gap(f"{ROBOT_GAP}{name}", says, True)
             return unknown
-        from olp.robots.kinematics import forward, pulses_to_joints
+        from olp.robots.kinematics.chain import forward
+        from olp.robots.kinematics.configuration import pulses_to_joints
 
         if np.nan_to_num(values[:, len(robot.axes) :]).any():
             says = (
@@ -213,13 +214,13 @@ class Cell:
         robot = self.robot(mechanism)
         if robot is None or robot.geometry is None:
             return np.full((len(position), 6), np.nan)
-        from olp.robots.kinematics import inverse
         from olp.robots.kinematics.configuration import turned_into
+        from olp.robots.kinematics.inverse import inverse
 
         tool = self.tool_pose(state.tool).inverse()
         flange = compose(position, rotation, tool.position, tool.rotation)
         if seed is not None and (not state.configuration or robot.geometry.links is None):
-            from olp.robots.kinematics import nearest
+            from olp.robots.kinematics.inverse import nearest
 
             return nearest(robot, *flange, seed)
         configuration = np.array((state.configuration or (0, 0, 0, 0, 0, 0))[:6], dtype=np.int64)

@@ -212,7 +212,7 @@ class PlannedArm:
         far = np.abs(np.diff(axes, axis=0, prepend=here[None])).max(axis=1) > _SUDDEN
         if self.robot.geometry is None or self.robot.geometry.links is None:
             return np.asarray(far)
-        from olp.robots.kinematics import configuration_of
+        from olp.robots.kinematics.configuration import configuration_of
 
         flags = configuration_of(self.robot, np.concatenate([here[None], axes]))[:, :3]
         return np.asarray(far | (np.diff(flags, axis=0) != 0).any(axis=1))
@@ -228,7 +228,7 @@ class PlannedArm:
         return position, rotation
 
     def _nearest(self, targets: NDArray[np.int32], here: Floats) -> Floats:
-        from olp.robots.kinematics import nearest
+        from olp.robots.kinematics.inverse import nearest
 
         return nearest(self.robot, *self._flange(targets), here)
 
@@ -237,7 +237,8 @@ class PlannedArm:
         assert self.robot.geometry is not None
         if self.robot.geometry.links is None:
             return self._remembered(targets[:_FEWEST], here, self._step_by_step)
-        from olp.robots.kinematics import clearance, configuration_of, inverse
+        from olp.robots.kinematics.configuration import clearance, configuration_of
+        from olp.robots.kinematics.inverse import inverse
 
         flags = configuration_of(self.robot, here)[0]
         flags[3:] = 0
@@ -271,7 +272,7 @@ class PlannedArm:
 
     def _followed(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """Axes (1, k) at the end of a line that is followed sample by sample."""
-        from olp.robots.kinematics import track
+        from olp.robots.kinematics.tracking import track
 
         joints = track(
             self.robot, *self._line(int(targets[0]), here, _SPACING, _TURNING, _FEWEST, _MOST), here
@@ -300,7 +301,7 @@ class PlannedArm:
         self, target: int, here: Floats, spacing: float, turning: float, fewest: int, most: int
     ) -> tuple[Floats, Floats]:
         """Flange poses (s, 3) [m], (s, 3, 3) on the tool's way from where the arm stands to a position."""
-        from olp.robots.kinematics import forward
+        from olp.robots.kinematics.chain import forward
 
         tool = self.cell.tool_pose(int(self.tools[target]))
         place, turn = compose(*forward(self.robot, here), tool.position, tool.rotation)

@@ -28,7 +28,7 @@ from olp.runtime.assumptions import Assumptions
 
 if TYPE_CHECKING:
     from olp.ir.program import Program
-    from olp.robots.backup import Backup
+    from olp.robots.backup.backup import Backup
     from olp.robots.robot import Robot
 
 
@@ -61,7 +61,7 @@ def robot_of_backup(backup: Backup, mechanism: str) -> Robot | None:
 
     Raises OlpError when they are implausible.
     """
-    from olp.robots.backup import robot_toml
+    from olp.robots.backup.robot_file import robot_toml
 
     group = mechanism.replace("RB", "R").replace("BS", "B").replace("ST", "S")
     known = backup.system.groups if backup.system is not None else ()
@@ -82,7 +82,7 @@ def _read(path: Path, _: tuple[int, int]) -> Program:
 
 @lru_cache(maxsize=16)
 def _backup(folder: Path, _: tuple[tuple[str, int, int], ...]) -> Backup:
-    from olp.robots.backup import read_backup
+    from olp.robots.backup.backup import read_backup
 
     return read_backup(folder)
 

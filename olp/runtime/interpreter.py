@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import os
 
     from olp.ir.program import Program
-    from olp.robots.backup import PositionVariable
+    from olp.robots.backup.var_dat import PositionVariable
     from olp.robots.robot import Robot
     from olp.runtime.plan import Plan
 

@@ -165,7 +165,7 @@ def as_pulses(m: Machine, mechanism: int, value: PositionValue) -> PositionValue
             f"this position is not known in pulses of {name}",
             "say which robot it is: --robot maker/model, or robot = … in olp.toml",
         )
-    from olp.robots.kinematics import joints_to_pulses
+    from olp.robots.kinematics.configuration import joints_to_pulses
 
     pulses = joints_to_pulses(robot, axes[None, : len(robot.axes)])[0]
     return PositionValue(
@@ -188,7 +188,7 @@ def _configuration(m: Machine, mechanism: int, value: PositionValue) -> tuple[in
         return value.state.configuration
     if robot.geometry.links is None:
         return ()
-    from olp.robots.kinematics import configuration_of
+    from olp.robots.kinematics.configuration import configuration_of
 
     axes = m.world.cell.resolve(mechanism, value.state, np.asarray([value.values], dtype=np.float64)).axes
     return tuple(int(flag) for flag in configuration_of(robot, axes[:, : len(robot.axes)])[0])

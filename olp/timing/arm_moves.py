@@ -229,7 +229,7 @@ def _bodies(robot: Robot, joints: Floats, turn: Floats) -> _Bodies:
         spin[:, axis] = np.sum(direction * turning, axis=0)
     _add(lever, load, 1.0, swept, numbers, turns)
     if robot.dynamics is not None:
-        from olp.robots.dynamics import dynamic_model, mass_matrix
+        from olp.robots.dynamics.torques import dynamic_model, mass_matrix
 
         arm = np.einsum("nij,nj->ni", mass_matrix(dynamic_model(robot), joints), turn)
     else:

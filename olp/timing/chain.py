@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.runtime.plan import BlendCode, Plan, StepKind
-from olp.timing.blending import load_law
+from olp.timing.blending.law import load_law
 from olp.timing.blending.yaskawa import PositionLevels, delays
 from olp.timing.corners import Speeds, fade, replace_ends
 from olp.timing.demand import Demand

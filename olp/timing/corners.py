@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from olp.ir.program import Path
 from olp.runtime.paths import point_on_arc, point_on_parabola
 from olp.runtime.plan import PATHS, BlendCode, Plan
-from olp.timing.blending import Corners, load_law
+from olp.timing.blending.law import Corners, load_law
 from olp.timing.demand import Demand, turn_limits
 from olp.timing.result import CornerPieces, LawCorners
 

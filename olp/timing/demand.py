@@ -227,7 +227,7 @@ def slow_down(plan: Plan, limits: MotionLimits, out: Demand, names: list[str]) -
 
     A row keeps one speed: the mean one of a run that slows down only where the axis asks for it.
     """
-    from olp.timing.retiming import along_path
+    from olp.timing.retiming.along import along_path
 
     found = along_path(plan, out.speed, out.acceleration)
     for says in found.assumptions:

@@ -15,7 +15,7 @@ from olp.core.terminal import utf8
 from olp.runtime.plan import Assumption, Plan, StepKind
 from olp.runtime.state import leaves_open
 from olp.timing.blending.law import BlendingLaw, Corners
-from olp.timing.motion import Profile
+from olp.timing.motion._profile import Profile
 
 if TYPE_CHECKING:
     import pandas

@@ -17,11 +17,12 @@ from olp.runtime.paths import circle
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind, of_rows
 from olp.timing.acceleration import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
-from olp.timing.blending import load_law as load_corners
+from olp.timing.blending.law import load_law as load_corners
 from olp.timing.chain import Caps, Chain, chain
 from olp.timing.correction import NOTHING_LEARNT, Correction, PlanCorrection
 from olp.timing.demand import Demand, demand
-from olp.timing.motion import MotionModel, Problem, Profile, load_model
+from olp.timing.motion._profile import Problem, Profile
+from olp.timing.motion.model import MotionModel, load_model
 from olp.timing.result import RowTimes, Timing
 
 DEFAULT_MODEL = "constant"

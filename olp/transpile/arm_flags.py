@@ -53,8 +53,7 @@ def with_flags(program: Program, work: TranslationContext) -> Program:
 
 def flags_of(robot: Robot, axes: NDArray[np.float64], style: ArmFlags) -> list[Flags]:
     """Flags and sectors of axes (n, 6) [rad], as the target tells them (see `ArmFlags`)."""
-    from olp.robots.kinematics import configuration_of
-    from olp.robots.kinematics.configuration import QUARTER, quarters_of
+    from olp.robots.kinematics.configuration import QUARTER, configuration_of, quarters_of
 
     flags = configuration_of(robot, axes)
     if style is ArmFlags.FLAGS:

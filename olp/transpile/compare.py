@@ -18,7 +18,7 @@ from olp.ir.program import Path
 from olp.runtime.paths import circle, point_on_arc
 from olp.runtime.plan import PATHS, BlendCode, Event, Plan, StepKind
 from olp.runtime.state import VALUE_IS_UNKNOWN
-from olp.timing.blending import load_law
+from olp.timing.blending.law import load_law
 
 Floats = NDArray[np.float64]
 Place = tuple[str, int]  # a file of the translation and a line there

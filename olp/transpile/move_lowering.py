@@ -253,7 +253,7 @@ class Points:
                 None, "the points are written in motor pulses, which mean nothing without their robot"
             )
             return None
-        from olp.robots.kinematics import pulses_to_joints
+        from olp.robots.kinematics.configuration import pulses_to_joints
 
         row = np.nan_to_num(np.asarray(pulses[: len(robot.axes)], dtype=np.float64))
         row = np.concatenate((row, np.zeros(len(robot.axes) - len(row))))

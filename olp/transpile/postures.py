@@ -91,7 +91,7 @@ class _Postures:
     def _change(self, e: Expression) -> Expression:
         if not isinstance(e, PositionLiteral) or not _is_joints(e):
             return e
-        from olp.robots.kinematics import forward
+        from olp.robots.kinematics.chain import forward
         from olp.robots.kinematics.configuration import turned_back
 
         joints = self._joints(e)

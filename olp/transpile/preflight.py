@@ -85,7 +85,7 @@ def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
 
 def _beyond(plan: Plan) -> Iterator[str]:
     """Moves that the arm of the translation cannot make: poses out of reach, and joints beyond the limits."""
-    from olp.robots.kinematics import within_limits
+    from olp.robots.kinematics.configuration import within_limits
 
     for index, robot in enumerate(plan.robots):
         if robot is None:

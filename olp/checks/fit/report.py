@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 from olp.checks.fit.fit import Fit
-from olp.reports.plot import picture, refuse_unknown
 from olp.reports.plot.figure import Axes, Dot, Figure, TextLabel
+from olp.reports.plot.output import picture, refuse_unknown
 
 
 def as_text(fit: Fit) -> str:

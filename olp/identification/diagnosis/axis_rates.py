@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.robots.geometry import quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.robots.kinematics import branches, inverse, joint_speeds
+from olp.robots.kinematics.chain import joint_speeds
 from olp.robots.kinematics.configuration import wrap
-from olp.robots.kinematics.inverse import newton
+from olp.robots.kinematics.inverse import branches, inverse, newton
 from olp.robots.robot import Robot
 from olp.runtime.paths import circle, swept_angle
 from olp.timing.physics._case import Floats, Mask, Rates
@@ -211,7 +211,7 @@ def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
 def _ways(task: _Task, wanted: Mask) -> ToolPaths:
     """The flange's ways of those of the `wanted` moves that can be told; the others are left out, with the reason."""
     from olp.robots.geometry import rotation_from_angles
-    from olp.robots.kinematics import forward
+    from olp.robots.kinematics.chain import forward
 
     moves, rows = task.recording.moves, task.rows
     task.leave_out(wanted & ~task.posed & ~moves.has_points[rows], "no tool points")
@@ -244,7 +244,7 @@ def _ways(task: _Task, wanted: Mask) -> ToolPaths:
 def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
     """(3,) [m] the tool's point on the flange, and whether anything tells it: recording.toml, or joint and tool points
     together."""
-    from olp.robots.kinematics import forward
+    from olp.robots.kinematics.chain import forward
 
     recording = task.recording
     if recording.tool is not None:
@@ -268,7 +268,7 @@ def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
 
 def _posture(task: _Task, ways: ToolPaths, at: NDArray[np.intp]) -> tuple[Labels, Floats]:
     """(n, 6) RCONF's first flags and (n, k) joints to begin near, nan where there are no joint points."""
-    from olp.robots.kinematics import configuration_of
+    from olp.robots.kinematics.configuration import configuration_of
 
     seed = task.joints_start[at]
     flags = np.zeros((len(at), 6), dtype=np.int64)
@@ -288,7 +288,7 @@ def _posture(task: _Task, ways: ToolPaths, at: NDArray[np.intp]) -> tuple[Labels
 def _usual_posture(task: _Task, ways: ToolPaths) -> Labels:
     """(6,) In front, elbow up; the wrist's sign that keeps more ends of ways inside the soft limits."""
     from olp.identification.probe.reach import FLIPPED, PLAIN
-    from olp.robots.kinematics import within_limits
+    from olp.robots.kinematics.configuration import within_limits
 
     robot, count = task.robot, len(ways.start)
     inside = []

@@ -37,8 +37,7 @@ from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
 
 if TYPE_CHECKING:
-    from olp.identification.diagnosis.logs import LogDiagnosis
-    from olp.identification.diagnosis.logs.result import AxisResidual
+    from olp.identification.diagnosis.logs.result import AxisResidual, LogDiagnosis
     from olp.identification.recording.recording import Recording
     from olp.robots.robot import Robot
 
@@ -83,7 +82,7 @@ def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Diag
 def _log_of(recording: Recording) -> LogDiagnosis | None:
     if recording.log is None:
         return None
-    from olp.identification.diagnosis.logs import diagnose_logs
+    from olp.identification.diagnosis.logs.diagnose import diagnose_logs
 
     return diagnose_logs(recording)
 

@@ -237,7 +237,7 @@ def _nearest_angles(recording: Recording, place: Floats) -> Floats:
 def _posture(recording: Recording) -> tuple[int, ...]:
     """RCONF's first six flags: those that most recorded joint points have; in front, elbow up without any."""
     from olp.identification.probe.reach import PLAIN
-    from olp.robots.kinematics import configuration_of
+    from olp.robots.kinematics.configuration import configuration_of
 
     moves, robot = recording.moves, recording.robot
     posed = moves.has_joints
@@ -255,7 +255,7 @@ def _looked_at(data: bytes, recording: Recording, tool_number: int) -> tuple[Dia
     from olp.identification.probe.job import tool_file
     from olp.languages.read import read
     from olp.runtime.interpreter import run
-    from olp.timing.retiming import along_path
+    from olp.timing.retiming.along import along_path
 
     told = []
     if recording.tool is not None:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from olp.core.units import deg, mm
 from olp.identification.signature.domain import spread_out
 from olp.robots.geometry import Pose
-from olp.robots.kinematics import clearance, inverse, jacobian, within_limits, without_tool
+from olp.robots.kinematics.chain import jacobian, without_tool
+from olp.robots.kinematics.configuration import clearance, within_limits
+from olp.robots.kinematics.inverse import inverse
 from olp.robots.robot import Robot
 
 Floats = NDArray[np.float64]

@@ -49,7 +49,7 @@ def has_axes(robot: Robot | None) -> bool:
 
 
 def _at(moves: MoveSet, places: Floats, robot: Robot, end: int) -> tuple[Floats, Floats]:
-    from olp.robots.kinematics import joint_speeds
+    from olp.robots.kinematics.chain import joint_speeds
 
     axes = len(robot.axes)
     angles, rates = _angles(moves, places, robot, end), np.full((len(moves), axes), np.nan)
@@ -64,7 +64,8 @@ def _at(moves: MoveSet, places: Floats, robot: Robot, end: int) -> tuple[Floats,
 
 def _angles(moves: MoveSet, places: Floats, robot: Robot, end: int) -> Floats:
     """(n, k) [rad] at one end: told, or by the inverse."""
-    from olp.robots.kinematics import inverse, without_tool
+    from olp.robots.kinematics.chain import without_tool
+    from olp.robots.kinematics.inverse import inverse
 
     count, axes = len(moves), len(robot.axes)
     angles = np.full((count, axes), np.nan)

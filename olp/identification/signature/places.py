@@ -66,7 +66,7 @@ def _fits(moves: RecordedMoves, robot: Robot | None) -> bool:
 
 def _pose(robot: Robot, joints: Floats, tool: Pose | None) -> tuple[Floats, Floats]:
     from olp.robots.geometry import angles_from_rotation
-    from olp.robots.kinematics import forward, with_tool
+    from olp.robots.kinematics.chain import forward, with_tool
 
     position, rotation = forward(robot, joints)
     if tool is not None:
@@ -78,7 +78,8 @@ def _reach(
     robot: Robot, points: Floats, angles: Floats, flags: NDArray[np.int64], tool: Pose | None
 ) -> Floats:
     from olp.robots.geometry import rotation_from_angles
-    from olp.robots.kinematics import inverse, without_tool
+    from olp.robots.kinematics.chain import without_tool
+    from olp.robots.kinematics.inverse import inverse
 
     position, rotation = points, rotation_from_angles(angles)
     if tool is not None:

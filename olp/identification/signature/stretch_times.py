@@ -12,7 +12,7 @@ from olp.identification.signature.motions import Motions
 from olp.identification.signature.stretches import Stretches
 from olp.languages.vendor import blending_of
 from olp.runtime.plan import USUAL_LAW
-from olp.timing.blending import load_law
+from olp.timing.blending.law import load_law
 
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
@@ -164,7 +164,7 @@ def _overlaps(way: Floats, pace: Floats, zone: Floats) -> Floats:
 
 def _rounded(moves: RecordedMoves, motions: Motions, at: NDArray[np.intp], zone: Floats) -> Floats:
     """(m,) [s] that arcs of radius `zone` save, braking down to their speed included; a loss is negative."""
-    from olp.timing.blending import Corners
+    from olp.timing.blending.law import Corners
 
     result = np.zeros(len(at))
     pace, push = motions.pace, motions.slowness[:, 0]

@@ -29,11 +29,13 @@ from olp.ir.program import Path
 from olp.robots.controller_effects import effects_of
 from olp.robots.coordinate_systems import Cell, Mechanism, Tool
 from olp.robots.geometry import Pose, compose
-from olp.robots.kinematics import forward, with_tool, within_limits
+from olp.robots.kinematics.chain import forward, with_tool
+from olp.robots.kinematics.configuration import within_limits
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.runtime.recorder import Recorder
 from olp.servers.controller.target import Target, reach
-from olp.timing.motion import Profile, load_model
+from olp.timing.motion._profile import Profile
+from olp.timing.motion.model import load_model
 from olp.timing.result import CornerPieces, Timing
 from olp.timing.timing import time_plan
 from olp.timing.track import states, tool_speed

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from olp.core.source import Source
     from olp.identification.timing_job import TimingJob
     from olp.ir.program import Program
-    from olp.reports.formats import ReportPart
+    from olp.reports.formats.report import ReportPart
     from olp.timing.result import Timing
 
 
@@ -43,7 +43,7 @@ def cell(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     """The table of `olp time FOLDER`; {} where nothing has changed since the answer with the stamp `known`."""
     from olp.languages.vendor import vendor_suffixes
     from olp.reports.batch import Job, time_files
-    from olp.reports.formats import Options
+    from olp.reports.formats.report import Options
 
     stamp = _stamp(desk)
     if given.get("known") == stamp:

@@ -11,7 +11,7 @@ from olp.core import memory_limit
 from olp.core.diagnostic import Diagnostic, warning
 from olp.core.units import deg, mm
 from olp.ir.program import Path
-from olp.robots.kinematics import clearance, within_limits
+from olp.robots.kinematics.configuration import clearance, within_limits
 from olp.robots.robot import Robot
 from olp.runtime.plan import PATHS, Plan, of_rows
 from olp.timing.retiming.limits import PathLimits, Singular

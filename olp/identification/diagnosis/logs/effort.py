@@ -175,7 +175,7 @@ def _model_torques(robot: Robot | None, moved: LogMotion) -> Floats | None:
         return None
     from dataclasses import replace
 
-    from olp.robots.dynamics import dynamic_model, inverse_dynamics
+    from olp.robots.dynamics.torques import dynamic_model, inverse_dynamics
 
     frictionless = tuple(d._replace(viscous=0.0, coulomb=0.0) for d in robot.dynamics.drives)
     smooth = replace(robot, dynamics=replace(robot.dynamics, drives=frictionless))
@@ -305,7 +305,7 @@ def payload(robot: Robot, moved: LogMotion, residual: Floats, usable: Mask) -> P
 
 def _columns(robot: Robot, moved: LogMotion) -> tuple[Floats, Floats]:
     """(n, k) torques of 1 kg in the flange, and of 1 kg m of first moment along its z."""
-    from olp.robots.dynamics import dynamic_model, inverse_dynamics
+    from olp.robots.dynamics.torques import dynamic_model, inverse_dynamics
     from olp.robots.model import Body
 
     model = dynamic_model(robot)

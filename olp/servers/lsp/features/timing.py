@@ -46,8 +46,8 @@ async def _analysis(server: OlpLanguageServer, params: Any) -> Analysis | None:
 
 
 def _timed(analysis: Analysis | None, segments: bool) -> Raw:
-    from olp.reports.formats import Options
     from olp.reports.formats.json import as_object
+    from olp.reports.formats.report import Options
 
     if analysis is None:
         return Raw(None)
