@@ -51,11 +51,11 @@ from olp.robots.robot import load_robot
 from olp.transpile import Context, Mapping, canonical
 from olp.transpile.arcs import half_way
 from olp.transpile.compare import compare_plans
-from olp.transpile.context import work_for
 from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 from olp.transpile.mapping_reader import read_mapping
 from olp.transpile.modal_state import modal
+from olp.transpile.source_plans import work_for
 from olp.transpile.support import kinds, support
 
 SAMPLES = Path(__file__).parent.parent / "samples"

@@ -66,7 +66,7 @@ def trace(program):
 
 def lowered(program, **changes):
     limits = dataclasses.replace(limits_of("inform"), **changes)
-    work = TranslationContext(program, "urscript", limits, Context())
+    work = TranslationContext(program, "urscript", limits, Context(), lambda _: None)
     result = flow(program, work)
     assert not work.losses
     return result

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, errors
-from olp.ir.expressions import Store
-from olp.ir.points import PointKind, PointState
 from olp.languages.vendor import find_vendor, part_of, vendor_names
-from olp.runtime.assumptions import Assumptions, WrittenPosition, load_assumptions, nearest_assumptions
+from olp.runtime.assumptions import Assumptions, load_assumptions, nearest_assumptions
 from olp.runtime.folder import build_world
 from olp.runtime.jobs import Jobs
 from olp.runtime.machine import OPERATIONS, execute
-from olp.runtime.memory import Memory, PositionValue
+from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, Memory, PositionValue, saved_position
 from olp.runtime.recorder import Recorder
 from olp.runtime.robots import missing_robots
 from olp.runtime.state import STEPS, CallFrame, Machine
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     import os
 
     from olp.ir.program import Program
-    from olp.robots.backup.var_dat import PositionVariable
     from olp.robots.robot import Robot
     from olp.runtime.plan import Plan
 
@@ -127,19 +124,16 @@ def _is_told(finding: Diagnostic, told: set[tuple[str, int]], broken: set[str]) 
 # --- Initial values ---
 # What the variables hold, and where the arms stand, when a run begins: VAR.DAT, then olp.toml, which wins.
 
-NUMBERS = {Store.BYTE: "B", Store.INTEGER: "I", Store.DOUBLE: "D", Store.REAL: "R", Store.STRING: "S"}
-POSITIONS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EX"}
-
 
 def set_initial_values(m: Machine) -> None:
     """Fills the memory. Positions in the headers of routines, loaded before, win over VAR.DAT."""
     values = m.memory.values
     saved = m.world.backup.variables if m.world.backup is not None else None
     if saved is not None:
-        for store, letters in NUMBERS.items():
+        for store, letters in SAVED_NUMBERS.items():
             for index, value in getattr(saved, letters).items():
                 values[(store, index)] = value
-        for store, letters in POSITIONS.items():
+        for store, letters in SAVED_POSITIONS.items():
             for index, position in getattr(saved, letters).items():
                 values.setdefault((store, index), PositionValue(*saved_position(position)))
     for key, given in m.assumptions.variables.items():
@@ -147,12 +141,3 @@ def set_initial_values(m: Machine) -> None:
     for name, start in m.assumptions.start.items():
         mechanism = m.add_mechanism(name)
         m.recorder.at[mechanism] = m.recorder.position(mechanism, start.state, start.values)
-
-
-def saved_position(saved: PositionVariable) -> WrittenPosition:
-    """A position of VAR.DAT, in pulses, radians or metres, with what holds for it."""
-    if saved.kind == "PULSE":
-        return WrittenPosition(PointState(PointKind.PULSE), saved.values)
-    if saved.kind == "ANGLE":
-        return WrittenPosition(PointState(PointKind.JOINT, "joint"), saved.values)
-    return WrittenPosition(PointState(PointKind.POSE, saved.frame.lower() or "base"), saved.values)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from olp.ir.expressions import POSITION_STORES, Store
 from olp.ir.points import PointKind, PointState
-from olp.runtime.assumptions import SignalKey
+from olp.robots.backup.var_dat import PositionVariable
+from olp.runtime.assumptions import SignalKey, WrittenPosition
 
 
 class PositionValue(NamedTuple):
@@ -100,3 +101,19 @@ def zero(store: Store) -> Value:
     if store is Store.REAL:
         return 0.0
     return EMPTY_PULSES if store in POSITION_STORES else ""
+
+
+# --- Saved values ---
+# What a controller's backup holds of each kind of variable, and under which letters.
+
+SAVED_NUMBERS = {Store.BYTE: "B", Store.INTEGER: "I", Store.DOUBLE: "D", Store.REAL: "R", Store.STRING: "S"}
+SAVED_POSITIONS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EX"}
+
+
+def saved_position(saved: PositionVariable) -> WrittenPosition:
+    """A position of VAR.DAT, in pulses, radians or metres, with what holds for it."""
+    if saved.kind == "PULSE":
+        return WrittenPosition(PointState(PointKind.PULSE), saved.values)
+    if saved.kind == "ANGLE":
+        return WrittenPosition(PointState(PointKind.JOINT, "joint"), saved.values)
+    return WrittenPosition(PointState(PointKind.POSE, saved.frame.lower() or "base"), saved.values)

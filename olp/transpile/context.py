@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import collections.abc
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf, nan
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from olp.ir.expressions import (
     Named,
     Number,
     PositionLiteral,
-    Signal,
     SignalState,
     Text,
     Variable,
@@ -38,11 +37,10 @@ from olp.ir.program import (
     StartTask,
     Statement,
     Update,
-    Wait,
 )
 from olp.ir.terminology import kind_of
-from olp.ir.transformer import calls_nothing, expressions_of, is_usual, sets_numbers
-from olp.languages.limits import Limits, limits_of
+from olp.ir.transformer import calls_nothing, expressions_of, is_usual
+from olp.languages.limits import Limits
 from olp.languages.vendor import Conventions, conventions_of
 from olp.robots.geometry import Array, rotation_angle, rotation_from_angles
 from olp.transpile.occurrences import Look, literals_in, names_of_data
@@ -51,11 +49,10 @@ from olp.transpile.symbols import Symbols
 if TYPE_CHECKING:
     from olp.robots.coordinate_systems import Cell
     from olp.robots.robot import Robot
-    from olp.runtime.assumptions import SignalKey
     from olp.runtime.folder import World
     from olp.runtime.plan import Plan
 
-MOST_AGAIN: Final = 20_000  # statements of a run with the inputs on, in which loops may have no end
+Planned: TypeAlias = "Callable[[bool], Plan | None]"
 LOST: Final = (
     "lost"  # the kind of a tool or frame whose choice is left out; its number is the line of that choice
 )
@@ -153,12 +150,16 @@ class Elsewhere:
 
 @dataclass(slots=True)
 class TranslationContext:
-    """One translation under way. `names`: (kind, name in the source, name in the target), for the receipt."""
+    """One translation under way. `names`: (kind, name in the source, name in the target), for the receipt.
+
+    `planned`: the source's plan, None where it cannot be run; True: with the inputs on that it decides by.
+    """
 
     source: Program
     target: str
     limits: Limits
     context: Context
+    planned: Planned
     losses: list[Loss] = field(default_factory=list)
     names: dict[tuple[str, str], str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
@@ -182,9 +183,6 @@ class TranslationContext:
     )  # what is to be done before it runs -> with what
     walk: Walk | None = None  # through the program as it is before its speeds are converted
     _cell: list[Cell] = field(default_factory=list)
-    plans: dict[bool, Plan | None] = field(
-        default_factory=dict
-    )  # by whether the inputs that it asks for are on
     _made: set[str] = field(default_factory=set)
     _symbols: tuple[Program, Symbols] | None = None  # of the program as it was last seen
     _looks: dict[str, Look] = field(default_factory=dict)  # at each routine as it was last seen
@@ -322,16 +320,11 @@ class TranslationContext:
 
     def plan(self) -> Plan | None:
         """What the source program does, None where it cannot be run."""
-        if False not in self.plans:
-            self.plans[False] = plan_of(self.source, self.robot, None, 200_000)
-        return self.plans[False]
+        return self.planned(False)
 
     def plan_with_inputs(self) -> Plan | None:
         """What it does with the inputs on that it decides by, None where it asks for none."""
-        if True not in self.plans:
-            inputs = asked_inputs(self.source)
-            self.plans[True] = plan_of(self.source, self.robot, inputs, MOST_AGAIN) if inputs else None
-        return self.plans[True]
+        return self.planned(True)
 
 
 def _say_robot(robot: Robot | None) -> str:
@@ -353,17 +346,6 @@ def _plain(label: str) -> str:
     return label.casefold().replace(" ", "").replace("{", "[").replace("}", "]")
 
 
-def work_for(
-    program: Program, target: str, context: Context, plans: dict[bool, Plan | None] | None = None
-) -> TranslationContext:
-    """`plans`: of the same program, where it was translated before. Raises OlpError (X010) for a language that cannot
-    be written."""
-    work = TranslationContext(program, target, limits_of(target, context.forms), context)
-    if plans is not None:
-        work.plans = plans
-    return work
-
-
 def _names_in(program: Program) -> set[str]:
     data = [*program.data, *(d for routine in program.routines for d in routine.data)]
     found: set[str] = {routine.name for routine in program.routines}
@@ -374,58 +356,6 @@ def _names_in(program: Program) -> set[str]:
         found.update(p.name for p in routine.parameters)
     found.update(d.name for d in data)
     return found | names_of_data(data)
-
-
-def plan_of(
-    program: Program,
-    robot: Robot | None,
-    inputs: collections.abc.Mapping[SignalKey, tuple[int, ...]] | None,
-    most: int | None,
-) -> Plan | None:
-    """The plan of `most` statements (None: as usual), None where the program cannot be run.
-
-    `inputs`: what olp.toml says counts more.
-    """
-    from pathlib import Path
-
-    from olp.core.diagnostic import OlpError
-    from olp.runtime.assumptions import Assumptions, load_assumptions, nearest_assumptions
-    from olp.runtime.interpreter import run
-
-    try:
-        if inputs is None:
-            return run(program, robot=robot, max_steps=most)
-        folder = Path(program.path).parent if program.path and Path(program.path).is_file() else None
-        path = nearest_assumptions(folder) if folder is not None else None
-        given = load_assumptions(path) if path is not None else Assumptions()
-        on = replace(given, inputs={**inputs, **given.inputs})
-        return run(program, robot=robot, assumptions=on, max_steps=most)
-    except OlpError:
-        return None
-
-
-def asked_inputs(program: Program) -> dict[SignalKey, tuple[int, ...]]:
-    """The inputs that a program decides by, each on; what is only waited for comes anyway."""
-    found: dict[SignalKey, tuple[int, ...]] = {}
-    for s in program.statements():
-        if not calls_nothing(s) and not sets_numbers(s) and not isinstance(s, Wait):
-            found |= dict.fromkeys(_inputs(s), (1,))
-    return found
-
-
-def _inputs(s: Statement) -> set[SignalKey]:
-    from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey
-
-    signals = [] if isinstance(s, Move) else [e for e in expressions_of(s) if isinstance(e, Signal)]
-    found = set()
-    for signal in signals:
-        if signal.bus.rpartition("-")[2] != "in" or "analog" in signal.bus:
-            continue
-        if isinstance(signal.index, Text):
-            found.add(SignalKey(NAMED_SIGNAL, signal.index.value.casefold()))
-        elif isinstance(signal.index, Number):
-            found.add(SignalKey(signal.bus, int(signal.index.value)))
-    return found
 
 
 def cell_of(program: Program, robot: Robot | None) -> Cell:

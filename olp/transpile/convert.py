@@ -18,10 +18,11 @@ from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of
 from olp.transpile.commented_out import LeftOut
-from olp.transpile.context import MOST_AGAIN, Context, asked_inputs, plan_of
+from olp.transpile.context import Context
 from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
 from olp.transpile.pipeline import Translated, canonical, refusals
+from olp.transpile.source_plans import MOST_AGAIN, asked_inputs, plan_of
 
 if TYPE_CHECKING:
     from olp.robots.robot import Robot

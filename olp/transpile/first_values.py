@@ -46,7 +46,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.runtime.assumptions import Given
-from olp.runtime.interpreter import NUMBERS, POSITIONS, saved_position
+from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, saved_position
 from olp.transpile.context import Fate, TranslationContext, world_of
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.symbols import Symbols, base_of, symbols_of
@@ -270,9 +270,9 @@ def saved_values(work: TranslationContext) -> dict[tuple[Store, int], Given]:
     found: dict[tuple[Store, int], Given] = {}
     variables = None if world.backup is None else world.backup.variables
     if variables is not None:
-        for store, letters in NUMBERS.items():
+        for store, letters in SAVED_NUMBERS.items():
             found |= {(store, n): value for n, value in getattr(variables, letters).items()}
-        for store, letters in POSITIONS.items():
+        for store, letters in SAVED_POSITIONS.items():
             found |= {(store, n): saved_position(value) for n, value in getattr(variables, letters).items()}
     return found | dict(world.assumptions.variables)
 

@@ -20,7 +20,7 @@ from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import known_systems
-from olp.transpile.context import Context, Fate, Loss, TranslationContext, work_for
+from olp.transpile.context import Context, Fate, Loss, Planned, TranslationContext
 from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune
@@ -46,13 +46,14 @@ from olp.transpile.signal_aliases import signal_aliases
 from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, pulses, signals
 from olp.transpile.source_only import comment_texts, foreign_words
+from olp.transpile.source_plans import plans_of, work_for
 from olp.transpile.speeds import accelerations, speeds
 from olp.transpile.temporaries import hoist
 from olp.transpile.typed_values import enumerations, home_positions, manual_modes, powers, typed_values
 from olp.transpile.unroll import executed
 
 if TYPE_CHECKING:
-    from olp.runtime.plan import Plan
+    pass
 
 Pass = Callable[[Program, TranslationContext], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse
@@ -188,9 +189,9 @@ def canonical(
     if program.vendor == target and not context.flat:
         return Translated(program, (), {})
     out = LeftOut() if left_out is None else left_out
-    plans: dict[bool, Plan | None] = {}
+    planned = plans_of(program, context.robot)
     for _ in range(_ROUNDS):
-        result, work = _translated(program, target, context, out, plans)
+        result, work = _translated(program, target, context, out, planned)
         refused: dict[int, str] = {}
         for loss in work.losses:
             if loss.fate is Fate.REFUSED and loss.line:
@@ -214,9 +215,9 @@ def canonical(
 
 
 def _translated(
-    program: Program, target: str, context: Context, out: LeftOut, plans: dict[bool, Plan | None]
+    program: Program, target: str, context: Context, out: LeftOut, planned: Planned
 ) -> tuple[Program, TranslationContext]:
-    work = work_for(program, target, context, plans)
+    work = work_for(program, target, context, planned)
     result = leave_out(program, out, work)
     for step in passes(work):
         result = step(result, work)
