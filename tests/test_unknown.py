@@ -9,8 +9,7 @@ import pytest
 
 import olp
 from olp.runtime.assumptions import UNKNOWN
-from olp.runtime.plan import Plan, StepKind
-from olp.runtime.state import ASSUMABLE
+from olp.runtime.plan import ASSUMABLE, Plan, StepKind
 from olp.timing.timing import time_plan
 
 POSE = "{X 812.4,Y -33.1,Z 707.5,A 12,B 3,C 178}"

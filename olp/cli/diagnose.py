@@ -103,8 +103,8 @@ def _with_job(recording: Recording, job: str | None) -> tuple[Recording, dict[st
     from dataclasses import replace
     from pathlib import Path
 
-    import olp
     from olp.core.diagnostic import OlpError, Severity, error
+    from olp.languages.read import read
 
     if job is None:
         settings = recording.settings
@@ -112,7 +112,7 @@ def _with_job(recording: Recording, job: str | None) -> tuple[Recording, dict[st
         if not settings.job or not os.path.isfile(path):
             return recording, None
         job = str(path)
-    program = olp.read(job)
+    program = read(job)
     bad = [d for d in program.diagnostics if d.severity is Severity.ERROR]
     if bad:
         raise OlpError(*bad)

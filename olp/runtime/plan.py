@@ -27,6 +27,21 @@ USUAL_LAW = (
 )
 
 ROBOT_IS_ASKED_FOR = ("I001", "I003")  # codes of findings that say that moves need a robot
+# What may be assumed where no file says it: code -> key of [unknown] in olp.toml.
+ASSUMABLE: Mapping[str, str] = {
+    "I102": "routines",
+    "I203": "values",
+    "I209": "values",
+    "I215": "start",
+    "I225": "routines",
+}
+# Of findings that the run ended before the program did, and not with a cycle of it: the rest takes time, too.
+CUT_SHORT = frozenset({"I108", "I109"})
+
+
+def leaves_open(found: Diagnostic) -> bool:
+    """Whether a total leaves out what a finding tells, or had to assume it."""
+    return found.is_error or found.code in ASSUMABLE or found.code in CUT_SHORT
 
 
 class StepKind(IntEnum):

@@ -15,27 +15,11 @@ from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.folder import KIND_PREFIX, World, group_names
 from olp.runtime.jobs import Jobs, RunnableRoutine
 from olp.runtime.memory import Key, Memory, PositionValue, Scope, Slot, Value
-from olp.runtime.plan import USUAL_LAW, CallSpan
+from olp.runtime.plan import ASSUMABLE, USUAL_LAW, CallSpan
 from olp.runtime.recorder import NOWHERE, Recorder
 
 # Codes of findings that a value is not known: the statement is left out.
 VALUE_IS_UNKNOWN = frozenset({"I203", "I209"})
-# What may be assumed where no file says it: code -> key of [unknown] in olp.toml.
-ASSUMABLE: Mapping[str, str] = {
-    "I102": "routines",
-    "I203": "values",
-    "I209": "values",
-    "I215": "start",
-    "I225": "routines",
-}
-# Of findings that the run ended before the program did, and not with a cycle of it: the rest takes time, too.
-CUT_SHORT = frozenset({"I108", "I109"})
-
-
-def leaves_open(found: Diagnostic) -> bool:
-    """Whether a total leaves out what a finding tells, or had to assume it."""
-    return found.is_error or found.code in ASSUMABLE or found.code in CUT_SHORT
-
 
 # Statements of a cycle, and for each that is read: no cell has come near, and what never ends is over in a second.
 STEPS, _TIMES = 200_000, 10

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.registry import file_names, load_from
-from olp.runtime.state import leaves_open
+from olp.runtime.plan import leaves_open
 
 if TYPE_CHECKING:
     from olp.reports.cell import BranchTime, CellLinks, ProgramCost

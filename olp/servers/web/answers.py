@@ -131,7 +131,7 @@ def compare(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 def what_if_lines(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     """Which lines of a program can be changed, and their times as they are [s]."""
     from olp.checks.what_if import editable_lines, seconds_by_line
-    from olp.runtime.state import leaves_open
+    from olp.runtime.plan import leaves_open
 
     program, timing = _timed(desk, desk.file(given))
     seconds = seconds_by_line(timing)
