@@ -49,8 +49,8 @@ from olp.identification.recording import Recording, read_recording  # noqa: E402
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves  # noqa: E402
 from olp.identification.signature import calibrate  # noqa: E402
 from olp.identification.signature.joint_moves import recorded_joint_moves  # noqa: E402
-from olp.identification.signature.motions import arc_length  # noqa: E402
 from olp.identification.signature.rows import predict_recording  # noqa: E402
+from olp.identification.signature.stretch_times import arc_length  # noqa: E402
 from olp.robots.controller_effects import generations_in  # noqa: E402
 from olp.robots.robot import load_robot  # noqa: E402
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION  # noqa: E402

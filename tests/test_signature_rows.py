@@ -17,8 +17,8 @@ from olp.identification.signature import calibrate, moves_of_recording, read_sig
 from olp.identification.signature.coefficients import choose, solve
 from olp.identification.signature.correction import SignatureCorrection
 from olp.identification.signature.file import from_json, to_json, to_text
-from olp.identification.signature.motions import arc_length
 from olp.identification.signature.rows import predict_recording
+from olp.identification.signature.stretch_times import arc_length
 from olp.robots.robot import load_robot
 from olp.timing.timing import time_plan
 

@@ -2,20 +2,116 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
-from olp.core.diagnostic import Diagnostic, OlpError, error, errors
+from olp.core.diagnostic import Diagnostic, OlpError, Severity, error, errors
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Element,
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Member,
+    Named,
+    PositionLiteral,
+    RecordLiteral,
+    Signal,
+    Store,
+    SystemValue,
+)
+from olp.ir.program import (
+    Assign,
+    Break,
+    Call,
+    Case,
+    Clear,
+    Comment,
+    Continue,
+    Declare,
+    Default,
+    DefineFrame,
+    Dwell,
+    Else,
+    ElseIf,
+    End,
+    EndWhile,
+    ExternalTool,
+    For,
+    If,
+    Jump,
+    Label,
+    Message,
+    Move,
+    Next,
+    ObeyFlags,
+    Opaque,
+    Pause,
+    Process,
+    PulseOutput,
+    ReadInput,
+    Repeat,
+    Return,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOutput,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+    ShiftOff,
+    ShiftOn,
+    StartTask,
+    Switch,
+    Synchronise,
+    Until,
+    Update,
+    Wait,
+    WaitTask,
+    While,
+)
 from olp.languages.vendor import find_vendor, part_of, vendor_names
-from olp.runtime.assumptions import Assumptions, load_assumptions, nearest_assumptions
+from olp.runtime import data, flow, modal, moves, scope
+from olp.runtime.assumptions import Assumptions, SignalKey, load_assumptions, nearest_assumptions, signal_name
+from olp.runtime.computing import call_function
+from olp.runtime.data import binary, read_element
+from olp.runtime.evaluate import PLAIN, evaluate, holds, quantity
+from olp.runtime.flow import test
 from olp.runtime.folder import build_world
+from olp.runtime.functions import frame_value
 from olp.runtime.jobs import Jobs
-from olp.runtime.machine import OPERATIONS, execute
-from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, Memory, PositionValue, saved_position
-from olp.runtime.recorder import Recorder
+from olp.runtime.memory import (
+    SAVED_NUMBERS,
+    SAVED_POSITIONS,
+    Memory,
+    PositionValue,
+    SystemPosition,
+    Value,
+    saved_position,
+)
+from olp.runtime.plan import Event
+from olp.runtime.poses import as_pose, as_pulses, here
+from olp.runtime.recorder import NOWHERE, Recorder
 from olp.runtime.robots import missing_robots
-from olp.runtime.state import STEPS, CallFrame, Machine
+from olp.runtime.scope import declare_all, literal, read_name
+from olp.runtime.signals import PERIPHERY, impose, key_of, read_signal, signals_of, write_signal
+from olp.runtime.spelling import spell
+from olp.runtime.state import (
+    OTHER_FRAME,
+    STEPS,
+    CallFrame,
+    EndedError,
+    Machine,
+    Operations,
+    StatementError,
+    role,
+)
+from olp.runtime.structures import literal_position, read_item, read_member
 
 if TYPE_CHECKING:
     import os
@@ -23,6 +119,375 @@ if TYPE_CHECKING:
     from olp.ir.program import Program
     from olp.robots.robot import Robot
     from olp.runtime.plan import Plan
+
+
+# --- Waiting ---
+# Statements that take time or set outputs: dwell, wait, pause, tasks, process instructions, messages.
+
+_LONGEST = 1e7  # [s], four months
+
+
+def dwell(m: Machine, s: Dwell) -> None:
+    seconds = quantity(m, s.duration)
+    if not 0.0 <= seconds <= _LONGEST:
+        raise StatementError(
+            "I305", f"a wait of {seconds:g} s is left out", "write a time between zero and four months"
+        )
+    m.stop_advance()
+    m.recorder.wait(m.frame.job.source, s.line, seconds)
+
+
+def wait(m: Machine, s: Wait) -> None:
+    """Waits for a condition: as long as olp.toml says, at most its own limit."""
+    m.stop_advance()
+    limit = None if s.timeout is None else quantity(m, s.timeout)
+    if limit is not None and not 0.0 <= limit <= _LONGEST:
+        raise StatementError(
+            "I305", f"a limit of {limit:g} s is left out", "write a time between zero and four months"
+        )
+    seconds = _fixed(m, s.condition, limit)
+    if seconds is None:
+        seconds = _expected(m, s.condition)
+        m.timed_out = limit is not None and seconds >= limit > 0.0
+        if limit is not None and m.timed_out:
+            seconds = limit
+        else:
+            impose(m, s.condition)
+    else:
+        m.timed_out = limit is not None and seconds >= limit and not test(m, s.condition)
+    keys = dict.fromkeys(signal_name(key_of(m, signal)) for signal in signals_of(s.condition))
+    m.recorder.wait(m.frame.job.source, s.line, seconds, Event("wait", tuple(sorted(keys)), math.nan))
+
+
+def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | None:
+    """The duration [s] where everything in the condition is known; None where an input still has to come."""
+    signals = signals_of(condition)
+    if not all(_is_known(m, key_of(m, signal)) for signal in signals):
+        return None
+    if not holds(m, condition):
+        if limit is not None:
+            return limit
+        m.assume(f"the wait for {spell(condition)} ends, although nothing here makes it true")
+        return _default(m)
+    # An input that olp.toml gives is on when the wait begins, unless its [waits] say how long it takes.
+    times = [m.assumptions.waits[key] for s in signals if (key := key_of(m, s)) in m.assumptions.waits]
+    seconds = max(times, default=0.0)
+    return seconds if limit is None else min(seconds, limit)
+
+
+def _is_known(m: Machine, key: SignalKey) -> bool:
+    """Whether olp.toml gives the signal, or the program has set it itself."""
+    return key in m.assumptions.inputs or key in m.memory.changed
+
+
+def _expected(m: Machine, condition: Expression) -> float:
+    """The duration [s] until the signals come."""
+    keys = [key_of(m, signal) for signal in signals_of(condition)]
+    times = [m.assumptions.waits[key] for key in keys if key in m.assumptions.waits]
+    if times:
+        return max(times)
+    seconds = _default(m)
+    names = ", ".join(dict.fromkeys(signal_name(key) for key in keys))
+    m.assume(f"the wait for {names} lasts {seconds:g} s")
+    return seconds
+
+
+def _default(m: Machine) -> float:
+    given = m.assumptions.default_wait
+    return 0.0 if given is None else given
+
+
+def pause(m: Machine, s: Pause) -> None:
+    if s.condition is not None and not test(m, s.condition):
+        return
+    seconds = m.assumptions.pause
+    if seconds is None:
+        seconds = 0.0
+        m.assume("the operator restarts the program at once")
+    m.stop_advance()
+    m.recorder.wait(m.frame.job.source, s.line, seconds)
+
+
+def set_output(m: Machine, s: SetOutput) -> None:
+    if s.signal.bus in PERIPHERY:
+        m.stop_advance()
+    value = evaluate(m, s.value)
+    write_signal(m, s.signal, value)
+    event = Event("set", (signal_name(key_of(m, s.signal)),), as_number(value))
+    m.recorder.signal(m.frame.job.source, s.line, event=event)
+
+
+def act(m: Machine, s: Move, at_start: bool) -> None:
+    """Sets the outputs that a move switches on its way, near its start or near its end."""
+    for output in moves.outputs_on_the_way(m, s, at_start):
+        set_output(m, output)
+
+
+def pulse_output(m: Machine, s: PulseOutput) -> None:
+    if s.condition is None or test(m, s.condition):
+        m.stop_advance()
+        seconds = math.nan if s.duration is None else quantity(m, s.duration)
+        event = Event("pulse", (signal_name(key_of(m, s.signal)),), seconds)
+        m.recorder.signal(m.frame.job.source, s.line, event=event)
+
+
+def as_number(value: Value) -> float:
+    """What a signal is set to; nan for what is no number."""
+    return float(value) if isinstance(value, (bool, int, float)) else math.nan
+
+
+def message(m: Machine, s: Message) -> None:
+    m.recorder.signal(m.frame.job.source, s.line)
+
+
+# Words that end the program as a whole, whoever called the routine: FANUC ABORT, RAPID EXIT, URScript halt.
+_ENDINGS = frozenset({"abort", "exit", "halt"})
+
+
+def process(m: Machine, s: Process) -> None:
+    if s.name.lower() in _ENDINGS:
+        m.recorder.signal(m.frame.job.source, s.line)
+        m.stop(f"line {s.line} ends the program")
+        return
+    if s.name == "continue":
+        m.continued = (m.frame, following(m))
+        return
+    if s.name == "stop-handler":
+        return  # it acts when the arm has been stopped
+    if moves.define_trigger(m, s):
+        return
+    seconds = m.assumptions.process.get(s.name.lower())
+    if seconds is None:
+        seconds = 0.0
+        m.assume_once(s.name, f"{s.name} takes no time and changes no variable")
+    m.recorder.signal(m.frame.job.source, s.line, seconds)
+
+
+def following(m: Machine) -> int:
+    """The index of the next statement that does anything."""
+    body, at = m.frame.job.body, m.frame.pc
+    while at < len(body) and isinstance(body[at], Comment):
+        at += 1
+    return at
+
+
+def opaque(m: Machine, s: Opaque) -> None:
+    m.assume(f"this statement is not known and taken to do nothing: {s.text.strip()[:40]}")
+
+
+def start_task(m: Machine, s: StartTask) -> None:
+    if s.condition is None or test(m, s.condition):
+        m.assume(f"{s.routine} runs in a task of its own: its moves and times are not in this plan")
+
+
+def wait_task(m: Machine, s: WaitTask) -> None:
+    m.assume(f"the wait for task {s.task} lasts 0 s")
+    m.recorder.wait(m.frame.job.source, s.line, 0.0)
+
+
+def synchronise(m: Machine, s: Synchronise) -> None:
+    m.assume(f"the other tasks are taken to be at point {spell(s.number)} already")
+    m.recorder.wait(m.frame.job.source, s.line, 0.0)
+
+
+# --- System ---
+# Values that only the controller knows: where the arm is, what a call returned.
+
+
+def read_system_value(m: Machine, value: SystemValue) -> Value:
+    """The value; one that nobody can know is taken as 0, which is reported."""
+    if value.name == "returned":
+        if m.returned is None:
+            m.assume("nothing was returned before: the returned value is taken as 0")
+            return 0
+        return m.returned
+    if value.name == "position-pulse":
+        return _position(m, pulses=True)
+    if value.name == "position-pose":
+        return _position(m, pulses=False)
+    if value.name == "timed-out":
+        return m.timed_out
+    if value.name in ("current-pose", "current-joints"):
+        from olp.runtime.places import current
+
+        return current(m, joints=value.name == "current-joints")
+    if value.name in ("manual-reduced", "manual-full"):
+        m.assume("the mode is taken to be automatic")
+        return False
+    if value.name == "at-home":
+        m.assume("the arm is taken not to stand at its home position")
+        return False
+    if value.name == "timer":
+        m.assume(f"the clock {value.index} is taken to stand at 0")
+        return 0
+    m.assume(f"system value {value.name} {value.index} is taken as 0")
+    return 0
+
+
+def _position(m: Machine, pulses: bool) -> SystemPosition:
+    arm = role(m, 0, Store.ROBOT)
+    value = here(m, arm)
+    robot = as_pulses(m, arm, value) if pulses else as_pose(m, arm, value, FrameRef("base"))
+    parts: list[tuple[Store, PositionValue]] = [(Store.ROBOT, robot)]
+    for store in (Store.BASE, Store.STATION):
+        for (_, known), mechanism in m.frame.job.roles.items():
+            if known is store and m.recorder.at[mechanism] != NOWHERE:
+                parts.append((store, here(m, mechanism)))
+                break
+    return SystemPosition(tuple(parts))
+
+
+# --- Machine ---
+# Runs statement after statement until the program, a limit or a loop without end stops it.
+
+# A handler gives the index of the next statement, OTHER_FRAME after a call or return, or None to go on.
+# Comments, disabled statements, reference points and block ends do nothing and have none.
+HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
+    Move: moves.move,
+    SetSpeed: modal.set_speed,
+    SetAcceleration: modal.set_acceleration,
+    SetBlend: modal.set_blend,
+    SetTool: modal.set_tool,
+    SetFrame: modal.set_frame,
+    SetOverride: modal.set_override,
+    ObeyFlags: modal.obey_flags,
+    Declare: scope.declare,
+    Assign: data.assign,
+    Update: data.update,
+    Clear: data.clear,
+    ReadInput: data.read_input,
+    DefineFrame: data.define_frame,
+    ShiftOn: data.shift_on,
+    ShiftOff: data.shift_off,
+    ExternalTool: data.external_tool,
+    Dwell: dwell,
+    Wait: wait,
+    Pause: pause,
+    SetOutput: set_output,
+    PulseOutput: pulse_output,
+    Message: message,
+    Process: process,
+    Opaque: opaque,
+    StartTask: start_task,
+    WaitTask: wait_task,
+    Synchronise: synchronise,
+    Label: flow.label,
+    Jump: flow.jump,
+    If: flow.if_,
+    ElseIf: flow.end_of_branch,
+    Else: flow.end_of_branch,
+    While: flow.while_,
+    EndWhile: flow.end_while,
+    Repeat: flow.repeat,
+    Until: flow.until,
+    Break: flow.break_,
+    Continue: flow.continue_,
+    For: flow.for_,
+    Next: flow.next_,
+    Switch: flow.switch,
+    Case: flow.end_of_branch,
+    Default: flow.end_of_branch,
+    Call: flow.call,
+    Return: flow.return_,
+    End: flow.end,
+}
+
+
+LIMIT: Final = "I108"  # of the finding that a run was not let go on
+
+
+def execute(m: Machine) -> None:
+    """Runs `m` to its end, or for as many statements as it is allowed."""
+    while m.left and not m.ended and not m.stop_reason:
+        _run_frame(m)
+    if not m.left and not m.ended and not m.stop_reason:
+        _report_limit(m)
+
+
+def run_until(m: Machine, depth: int) -> None:
+    """Runs the routine called last until no more than `depth` callers wait: a call inside an expression."""
+    while m.left and len(m.frames) > depth and not m.ended and not m.stop_reason:
+        _run_frame(m)
+
+
+def _run_frame(m: Machine) -> None:
+    """Runs the current routine until it calls, returns or stops."""
+    handlers = HANDLERS
+    frame = m.frame
+    body, pc = frame.job.body, frame.pc
+    size = len(body)
+    while pc < size:
+        statement = body[pc]
+        pc += 1
+        handler = handlers.get(type(statement))
+        if handler is None:
+            continue
+        if not m.left:
+            return
+        m.left -= 1
+        frame.pc = pc
+        try:
+            following = handler(m, statement)
+        except (StatementError, OlpError, OverflowError) as problem:
+            _report(m, problem)
+            if m.stop_reason:
+                return
+            continue
+        if following is not None:
+            if following == OTHER_FRAME or m.stop_reason:
+                return
+            pc = following
+    try:
+        flow.leave(m)
+    except (StatementError, OlpError, OverflowError) as problem:
+        _report(m, problem)
+
+
+def _report(m: Machine, problem: StatementError | OlpError | OverflowError) -> None:
+    """Keeps what went wrong, at the line of the current statement."""
+    if isinstance(problem, OverflowError):
+        problem = StatementError("I202", "a number is too large to compute with", "check the operands")
+    if isinstance(problem, StatementError):
+        if not isinstance(problem, EndedError):
+            m.fault(problem, "" if "left out" in problem.message else "the statement is left out")
+        return
+    for finding in problem.diagnostics:
+        m.fault(StatementError(finding.code, finding.message, finding.help, finding.severity))
+
+
+def _report_limit(m: Machine) -> None:
+    m.fault(
+        StatementError(
+            LIMIT,
+            f"the run was stopped after {m.allowed} statements, here",
+            "say in olp.toml what ends the loop, or allow more with --max-steps",
+            Severity.WARNING,
+        )
+    )
+    m.stop(f"stopped after {m.allowed} statements")
+
+
+EVALUATORS: Final[Mapping[type, Callable[[Machine, Any], Value]]] = {
+    **PLAIN,
+    Element: read_element,
+    Signal: read_signal,
+    SystemValue: read_system_value,
+    FrameRef: frame_value,
+    Binary: binary,
+    Function: call_function,
+    Named: lambda m, e: read_name(m, e.name),
+    Item: read_item,
+    Member: read_member,
+    PositionLiteral: lambda m, e: literal_position(e),
+    RecordLiteral: literal,
+    CallValue: flow.value_of_call,
+}
+
+OPERATIONS: Final = Operations(EVALUATORS, declare_all, data.store_value, run_until, act)
+
+
+# --- Run ---
+# Sets a machine up, runs it and makes the plan.
 
 
 def run(
@@ -42,42 +507,18 @@ def run(
     `max_steps`: statements after which the run is stopped (None: 200,000 in each cycle, and ten times what is read).
     Raises OlpError for a robot that does not exist; everything else is in `Plan.diagnostics`.
     """
-
     place = Path(folder) if folder is not None else _folder_of(program)
-    return start(program, robot, assumptions, place, max_steps, cycles)
-
-
-def _folder_of(program: Program) -> Path | None:
-    if not program.path:
-        return None
-    path = Path(program.path)
-    return path.parent if path.is_file() else None
-
-
-# --- A run ---
-# Sets a machine up, runs it and makes the plan.
-
-
-def start(
-    program: Program,
-    robot: str | Robot | None,
-    assumptions: Assumptions | None,
-    folder: Path | None,
-    max_steps: int | None,
-    cycles: int,
-) -> Plan:
-    """See `olp.runtime.interpreter.run`."""
     if assumptions is None:
-        path = nearest_assumptions(folder) if folder is not None else None
+        path = nearest_assumptions(place) if place is not None else None
         assumptions = load_assumptions(path) if path is not None else Assumptions()
-    jobs = Jobs(program, folder)
+    jobs = Jobs(program, place)
     main = jobs.main()
     if main is None:
         nothing = error(
             "I101", "the file holds no routine", file=program.path, help="give a file with a job in it"
         )
         raise OlpError(*(errors(program.diagnostics) or (nothing,)))
-    world = build_world(robot, assumptions, folder)
+    world = build_world(robot, assumptions, place)
     recorder = Recorder(world.cell, tuple(jobs.sources))
     m = Machine(
         OPERATIONS, recorder, world, Memory(), jobs, assumptions, cycles, CallFrame(main), first_job=main.key
@@ -94,6 +535,13 @@ def start(
     set_initial_values(m)
     execute(m)
     return _finish(m)
+
+
+def _folder_of(program: Program) -> Path | None:
+    if not program.path:
+        return None
+    path = Path(program.path)
+    return path.parent if path.is_file() else None
 
 
 def _finish(m: Machine) -> Plan:

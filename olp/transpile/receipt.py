@@ -32,7 +32,7 @@ from olp.ir.program import (
 )
 from olp.ir.terminology import kind_of
 from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_key, signal_name
-from olp.runtime.machine import LIMIT
+from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Event, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
 from olp.transpile.context import Fate, Loss

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, info
 from olp.identification.signature.joint_moves import held_out_words
-from olp.identification.signature.motions import arc_length
-from olp.identification.signature.stretch_times import zones
+from olp.identification.signature.stretch_times import arc_length, zones
 from olp.timing.path_law import (
     NUMBERS,
     USUAL_ACCELERATION,

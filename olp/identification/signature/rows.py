@@ -18,11 +18,18 @@ from olp.identification.signature import intervals
 from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS, CorrectionPart, Parts
 from olp.identification.signature.document import Signature
 from olp.identification.signature.joint_moves import recorded_joint_moves
-from olp.identification.signature.motions import Motions, motions_of, with_slowness
 from olp.identification.signature.moveset import MoveSet, moves_of_recording
 from olp.identification.signature.places import with_points
 from olp.identification.signature.predict import Prediction, predict, robot_of
-from olp.identification.signature.stretch_times import JointRows, Times, law_savings, times_of
+from olp.identification.signature.stretch_times import (
+    JointRows,
+    Motions,
+    Times,
+    law_savings,
+    motions_of,
+    times_of,
+    with_slowness,
+)
 from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
 from olp.timing.arm import solve

@@ -22,8 +22,7 @@ from olp.core.source import Source
 from olp.ir.program import Program
 from olp.reports.batch import Job, time_plan_of
 from olp.reports.outcome.model import OutcomeFinding
-from olp.runtime.interpreter import run
-from olp.runtime.machine import LIMIT
+from olp.runtime.interpreter import LIMIT, run
 from olp.servers.language.document import OpenDocument, read_document
 from olp.timing.result import Timing
 
