@@ -381,7 +381,7 @@ def _named_argument(m: Machine, e: NamedArgument) -> Value:
     return True if e.value is None else evaluate(m, e.value)
 
 
-# What needs no other part of the interpreter; machine.py adds the rest.
+# What needs no other part of the interpreter; interpreter.py adds the rest.
 PLAIN: Mapping[type, Callable[[Machine, Any], Value]] = {
     Number: lambda m, e: e.value,
     Text: lambda m, e: e.value,

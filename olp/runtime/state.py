@@ -105,7 +105,7 @@ class CallFrame:
 
 
 class Operations(NamedTuple):
-    """What parts of the interpreter ask of one another; machine.py puts them together, so that none imports all."""
+    """What parts of the interpreter ask of one another; interpreter.py puts them together, so that none imports all."""
 
     evaluators: Mapping[type, Callable[[Machine, Any], Value]]  # by the class of the expression
     declare: Callable[[Machine, RunnableRoutine], None]  # the named variables of a routine's file
