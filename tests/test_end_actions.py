@@ -79,6 +79,6 @@ def test_a_trigger_sets_its_output_on_the_way() -> None:
     ]
     assert happens == [
         10,
-        (("SIGNAL#(do5)",), 1.0), 12, (("SIGNAL#(do5)",), 0.0), (("SIGNAL#(ao1)",), 4.0),
+        (("SIGNAL#(do5)",), 1.0), 12, (("SIGNAL#(ao1)",), 4.0), (("SIGNAL#(do5)",), 0.0),
         13,
     ]  # fmt: skip

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from translated_texts import ROBOT, module, read, run_elsewhere
+from translated_texts import converted as translated_at_once
 
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.ir.program import Call, Move, SetOutput
 from olp.transpile import Context
+from olp.transpile.compare import compare_plans
 from olp.transpile.convert import convert
 
 HEAD = (
@@ -45,3 +48,62 @@ def test_a_process_move_is_refused_with_what_it_does_beside_moving():
     assert not any(isinstance(s, Move) for s in body)
     says = "the option TriggL means nothing in KRL, and the move without it is another one"
     assert says in {loss.says for loss in made.translated.losses if loss.leaves_out}
+
+
+# --- triggers ---------------------------------------------------------------------------------------------
+
+
+_TRIGGERS = (
+    "VAR triggdata gun;", "VAR triggdata off;", "VAR num x:=3;",
+    "CONST robtarget p1:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+    "CONST robtarget p2:=[[900,200,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+)  # fmt: skip
+_MOVES = (
+    "MoveJ p1,v100,fine,tool0;",
+    "TriggL p2,v100,gun\\T2:=off,z10,tool0;",
+    "TriggL p1,v100,gun,fine,tool0;",
+)
+
+
+@pytest.mark.parametrize("target", LANGUAGES)
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("TriggIO gun,20\\DOp:=do1,1;", "TriggIO off,5\\Start\\DOp:=do2,0;"),
+        ("TriggIO gun,5\\DOp:=do1,1;", "TriggEquip off,60,0.1\\DOp:=do1,0;"),
+        ("TriggIO gun,0.1\\Time\\DOp:=do1,1;", "TriggIO off,0.2\\Time\\DOp:=do2,0;"),
+    ],
+)
+def test_outputs_on_the_way_stand_at_the_nearer_end_in_their_order_and_the_receipt_says_so(rows, target):
+    text = module(*rows, *_MOVES, data=_TRIGGERS)
+    one, other = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
+    found = compare_plans(one, other)
+    assert found.differences == []
+    assert found.steps == 6
+    told = translated_at_once(text, "rapid", target).translated.losses
+    assert {loss.line for loss in told if loss.part == "order"} >= {11, 12}
+    assert not [loss for loss in told if loss.leaves_out]
+
+
+def test_an_output_at_the_very_end_is_exact():
+    text = module("TriggIO gun,0\\DOp:=do1,1;", "TriggL p1,v100,gun,fine,tool0;", data=_TRIGGERS)
+    assert [loss.line for loss in translated_at_once(text, "rapid", "tp").translated.losses] == [8]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("TriggIO gun,20\\DOp:=do1,x;", "TriggIO off,5\\DOp:=do2,0;"),
+        ("TriggIO gun,20\\DOp:=do1,1;", "TriggIO off,5\\DOp:=do2,0;", "TriggIO gun,20\\DOp:=do3,1;"),
+        ("TriggIO gun,20\\DOp:=do1,1;", "TriggInt off,5,alarm;"),
+        ("TriggIO gun,20\\DOp:=do1,1;", "off:=gun;"),
+        ("TriggIO gun,20\\DOp:=do1,1;", "TriggIO off,0.1\\Time\\DOp:=do2,0;"),
+        ("TriggIO gun,x\\DOp:=do1,1;", "TriggIO off,5\\DOp:=do2,0;"),
+    ],
+)
+@pytest.mark.parametrize("target", ["krl", "tp"])
+def test_a_move_whose_triggers_the_text_does_not_tell_is_refused(rows, target):
+    text = module(*rows, _MOVES[1], data=_TRIGGERS)
+    told = translated_at_once(text, "rapid", target).translated.losses
+    line = text.splitlines().index(_MOVES[1]) + 1
+    assert line in {loss.line for loss in told if loss.leaves_out}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 from typing import Final
 
 from olp.core.diagnostic import Severity
@@ -293,6 +294,7 @@ def _report_unknowables(m: Machine, s: Move) -> None:
 _TRIGGER: Final = "triggdata"
 _TRIGG: Final = "trigg"
 _AT_START: Final = "start"
+_UNIT, _FAR = "unit", "far"  # how far from that end it acts [mm or s]
 
 
 def define_trigger(m: Machine, s: Process) -> bool:
@@ -306,16 +308,22 @@ def define_trigger(m: Machine, s: Process) -> bool:
         "signal": signal.index.value,
         "value": evaluate(m, given["value"]),
         _AT_START: given[_AT_START] == SignalState(True),
+        _UNIT: "s" if "s" in given else "mm",
+        _FAR: evaluate(m, given["s" if "s" in given else "mm"]),
     }
     write_name(m, name.name, Record(_TRIGGER, members))
     return True
 
 
 def outputs_on_the_way(m: Machine, s: Move, at_start: bool) -> list[SetOutput]:
-    """What a move's triggers switch near its start, or near its end, in the order in which they are named."""
+    """What a move's triggers switch near its start, or near its end, in the order of their places.
+
+    Lengths and times cannot be compared: such triggers act in the order in which they are named.
+    """
     if not s.other or not s.other[0][0].casefold().startswith(_TRIGG):
         return []
-    found = []
+    found: list[tuple[float, SetOutput]] = []
+    units = set()
     for _, value in s.other[1:]:
         slot = find_slot(m, value.name) if isinstance(value, Named) else None
         trigger = None if slot is None else slot.value
@@ -330,9 +338,14 @@ def outputs_on_the_way(m: Machine, s: Move, at_start: bool) -> list[SetOutput]:
         if not isinstance(set_to, (bool, int, float)):
             continue
         state = SignalState(set_to) if isinstance(set_to, bool) else Number(set_to)
-        found.append(SetOutput(s.line, signal, state))
+        far = trigger.members[_FAR]
+        units.add(trigger.members[_UNIT] if isinstance(far, (int, float)) else None)
+        way = float(far) if isinstance(far, (int, float)) else 0.0
+        found.append((way if at_start else -way, SetOutput(s.line, signal, state)))
     if found:
         m.assume_once(
             _TRIGGER, "outputs that switch on the way of a move are shown at the nearer of its ends"
         )
-    return found
+    if len(units) == 1:
+        found.sort(key=itemgetter(0))
+    return [output for _, output in found]

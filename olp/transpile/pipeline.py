@@ -49,6 +49,7 @@ from olp.transpile.source_only import comment_texts, foreign_words
 from olp.transpile.source_plans import plans_of, work_for
 from olp.transpile.speeds import accelerations, speeds
 from olp.transpile.temporaries import hoist
+from olp.transpile.triggers import triggers
 from olp.transpile.typed_values import enumerations, home_positions, manual_modes, powers, typed_values
 from olp.transpile.unroll import executed
 
@@ -83,6 +84,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
     first: tuple[Pass, ...] = (
         spelling,
         stopped_advance,
+        triggers,
         at_ends,
         clocks,
         foreign_words,

@@ -214,7 +214,7 @@ _TRIGGERED: Final = {"dop": "out", "gop": "out-group", "aop": "analog-out"}
 
 
 def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
-    """TriggIO, TriggEquip: kept as written, with what a run needs beside it."""
+    """TriggIO, TriggEquip: kept as written, with what a run needs beside it: how far from the end in mm or s …"""
     options = options_of(rules, given)
     bus = next((bus for word, bus in _TRIGGERED.items() if word in options), "")
     values = values_of(rules, name, given, 3)
@@ -226,6 +226,7 @@ def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument])
         ("signal", signal),
         ("value", as_state(signal, values[-1])),
         ("start", SignalState("start" in options)),
+        ("s" if "time" in options else "mm", values[1]),
     )
     return [Process(0, name, arguments)]
 
