@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.units import deg
 from olp.robots.model import Geometry, Robot
 
 Floats = NDArray[np.float64]
@@ -149,3 +150,24 @@ def reach_of(geometry: Geometry) -> float:
         links = geometry.links
         return float(links.a1 + links.a2 + np.hypot(links.a3, links.d4))
     return float(sum(np.linalg.norm(joint.offset) for joint in geometry.joints[1:]))
+
+
+# --- Turns of the tool ---
+
+_TURN_SPEED: Final = (
+    180.0 * deg
+)  # [rad/s] of the tool's orientation; assumed where no robot is known, and reported
+_TURN_ACCELERATION: Final = _TURN_SPEED / 0.3  # [rad/s²] the middle of the wrist axes of known arms
+
+
+def turn_limits(robot: Robot | None) -> tuple[float, float]:
+    """[rad/s], [rad/s²] for reorienting the tool: the slowest wrist axis, as every wrist axis may have to turn it."""
+    if robot is None or len(robot.axes) < 6:
+        return _TURN_SPEED, _TURN_ACCELERATION
+    wrist = robot.speeds[3:6]
+    accelerations = robot.accelerations[3:6]
+    known = accelerations[~np.isnan(accelerations)]
+    speed = float(wrist.min())
+    if len(known):
+        return speed, float(known.min())
+    return speed, float(np.min(wrist / times_to_speed(robot).median[3:6]))

@@ -18,9 +18,9 @@ from olp.robots.geometry import (
     slerp,
 )
 from olp.runtime.evaluate import evaluate, finite, number, round_half_away, whole
-from olp.runtime.functions import FUNCTIONS, as_position
+from olp.runtime.functions import FUNCTIONS
 from olp.runtime.memory import Array, PositionValue, Value
-from olp.runtime.poses import raw_pose, with_pose
+from olp.runtime.poses import as_position, raw_pose, with_pose
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 from olp.runtime.structures import pose_of_rotation_vector, pose_value, rotation_vector

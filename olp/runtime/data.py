@@ -39,9 +39,9 @@ from olp.runtime.evaluate import (
     whole,
     write_variable,
 )
-from olp.runtime.functions import as_position, set_frame, set_tool
+from olp.runtime.functions import set_frame, set_tool
 from olp.runtime.memory import INTEGERS, PositionValue, SystemPosition, Value, zero
-from olp.runtime.poses import pose_of, position_value, raw_pose
+from olp.runtime.poses import as_position, pose_of, position_value, raw_pose
 from olp.runtime.signals import read_signal, write_signal
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, Shift, StatementError, role

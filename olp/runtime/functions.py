@@ -16,9 +16,11 @@ from olp.runtime.evaluate import evaluate, number, whole
 from olp.runtime.memory import ACTIVE, PositionValue, SystemPosition, Value
 from olp.runtime.poses import (
     as_pose,
+    as_position,
     as_pulses,
     frame_pose,
     frame_state,
+    fresh_number,
     own_frame,
     pose_of,
     raw_pose,
@@ -39,7 +41,7 @@ def frame_value(m: Machine, frame: FrameRef) -> Value:
 def set_tool(m: Machine, argument: Expression, value: Value) -> None:
     """Gives a tool new data; what was recorded with the old ones keeps them."""
     tool = whole(m, argument)
-    m.tool_now[tool] = fresh = _unused(m.world.cell.tools)
+    m.tool_now[tool] = fresh = fresh_number(m.world.cell.tools)
     m.world.tools[fresh] = Tool(raw_pose(as_position(value)))
     m.plain = False
 
@@ -47,26 +49,9 @@ def set_tool(m: Machine, argument: Expression, value: Value) -> None:
 def set_frame(m: Machine, frame: FrameRef, pose: Pose) -> None:
     """Gives a user frame a new place; what was recorded in the old one stays where it was."""
     user = whole(m, frame.number) if frame.number is not None else 0
-    m.user_now[user] = fresh = _unused(m.world.cell.user_frames)
+    m.user_now[user] = fresh = fresh_number(m.world.cell.user_frames)
     m.world.cell.user_frames[fresh] = pose
     m.plain = False
-
-
-# Controllers have at most 64 tools and frames; numbers from here on are later states of them.
-FIRST_FRESH = 1_000_000
-
-
-def _unused(numbers: Mapping[int, object]) -> int:
-    return max(FIRST_FRESH, max(numbers, default=0) + 1)
-
-
-def as_position(value: Value) -> PositionValue:
-    """A robot position, also out of a system position. Raises StatementError (I213)."""
-    if isinstance(value, SystemPosition):
-        value = next((part for store, part in value.parts if store is Store.ROBOT), 0)
-    if isinstance(value, PositionValue):
-        return value
-    raise StatementError("I213", "this needs a position", "use a position variable")
 
 
 def _position(m: Machine, e: Expression) -> PositionValue:

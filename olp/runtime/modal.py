@@ -27,10 +27,9 @@ from olp.ir.program import (
 from olp.robots.coordinate_systems import Tool
 from olp.robots.geometry import Pose
 from olp.runtime.evaluate import evaluate, number, quantity, whole
-from olp.runtime.functions import FIRST_FRESH, as_position
 from olp.runtime.memory import ACTIVE, PositionValue, Record, Value
 from olp.runtime.plan import PATHS
-from olp.runtime.poses import raw_pose
+from olp.runtime.poses import as_position, fresh_number, raw_pose
 from olp.runtime.scope import find_slot
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
@@ -260,7 +259,7 @@ def _number_of(m: Machine, kind: str, pose: Pose, known: Mapping[int, object]) -
     values = _told(pose)[0]
     number = m.placed.get((kind, values))
     if number is None:
-        number = m.placed[(kind, values)] = max(FIRST_FRESH, max(known, default=0) + 1)
+        number = m.placed[(kind, values)] = fresh_number(known)
         if kind == "tool":
             m.world.tools[number] = Tool(pose)
         else:

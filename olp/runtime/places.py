@@ -14,10 +14,9 @@ from olp.ir.program import Move, Path
 from olp.robots.coordinate_systems import EXTERNAL_AXES, in_frame
 from olp.robots.geometry import Pose
 from olp.runtime.evaluate import evaluate
-from olp.runtime.functions import as_position
 from olp.runtime.memory import ACTIVE, PositionValue
 from olp.runtime.modal import frame_place, position_in, tool_number
-from olp.runtime.poses import current_frames, here, moved_by, pose_of, raw_pose
+from olp.runtime.poses import as_position, current_frames, here, moved_by, pose_of, raw_pose
 from olp.runtime.recorder import NOWHERE
 from olp.runtime.scope import position_of
 from olp.runtime.spelling import spell

@@ -6,6 +6,7 @@ A written position becomes an entry of the plan's pool of positions.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -16,12 +17,30 @@ from olp.ir.points import PointKind, PointState
 from olp.robots.coordinate_systems import in_frame
 from olp.robots.geometry import Pose
 from olp.runtime.evaluate import is_whole, read_variable, whole
-from olp.runtime.memory import ACTIVE, PositionValue
+from olp.runtime.memory import ACTIVE, PositionValue, SystemPosition, Value
 from olp.runtime.recorder import NOWHERE
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
 _POSE_SIZE = 6
+
+
+# Controllers have at most 64 tools and frames; numbers from here on are later states of them.
+_FIRST_FRESH = 1_000_000
+
+
+def fresh_number(numbers: Iterable[int]) -> int:
+    """Of a later state of a tool or frame, beside those that are taken."""
+    return max(_FIRST_FRESH, max(numbers, default=0) + 1)
+
+
+def as_position(value: Value) -> PositionValue:
+    """A robot position, also out of a system position. Raises StatementError (I213)."""
+    if isinstance(value, SystemPosition):
+        value = next((part for store, part in value.parts if store is Store.ROBOT), 0)
+    if isinstance(value, PositionValue):
+        return value
+    raise StatementError("I213", "this needs a position", "use a position variable")
 
 
 def pose_of(m: Machine, mechanism: int, value: PositionValue) -> Pose:

@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.ir.program import Path
+from olp.robots.times_to_speed import turn_limits
 from olp.runtime.paths import point_on_arc, point_on_parabola
 from olp.runtime.plan import PATHS, BlendCode, Plan
 from olp.timing.blending.law import Corners, load_law
-from olp.timing.demand import Demand, turn_limits
+from olp.timing.demand import Demand
 from olp.timing.result import CornerPieces, LawCorners
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg
 from olp.ir.program import Path
-from olp.robots.times_to_speed import times_to_speed
+from olp.robots.times_to_speed import turn_limits
 from olp.runtime.plan import PATHS, Moves, Plan
 from olp.timing.accelerations import MotionLimits, of_axes, of_lines
 
@@ -26,11 +26,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 _JOINT = PATHS.index(Path.JOINT)
 _NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
-
-DEFAULT_TURN_SPEED = (
-    180.0 * deg
-)  # [rad/s] of the tool's orientation; assumed where no robot is known, and reported
-DEFAULT_TURN_ACCELERATION = DEFAULT_TURN_SPEED / 0.3  # [rad/s²] the middle of the wrist axes of known arms
 
 
 @dataclass(slots=True)
@@ -123,19 +118,6 @@ def _travel(plan: Plan, moves: Moves, rows: NDArray[np.intp], limits: MotionLimi
     if (turning & np.isnan(moves.turn[rows])).any():
         where = plan.robot.name if plan.robot else "no robot known"
         limits.report(f"the tool turns at no more than {turn_limit / deg:.0f} deg/s ({where})")
-
-
-def turn_limits(robot: Robot | None) -> tuple[float, float]:
-    """[rad/s], [rad/s²] for reorienting the tool: the slowest wrist axis, as every wrist axis may have to turn it."""
-    if robot is None or len(robot.axes) < 6:
-        return DEFAULT_TURN_SPEED, DEFAULT_TURN_ACCELERATION
-    wrist = robot.speeds[3:6]
-    accelerations = robot.accelerations[3:6]
-    known = accelerations[~np.isnan(accelerations)]
-    speed = float(wrist.min())
-    if len(known):
-        return speed, float(known.min())
-    return speed, float(np.min(wrist / times_to_speed(robot).median[3:6]))
 
 
 def _axes(

@@ -93,8 +93,8 @@ def motions_of(
     `report` is called with what had to be assumed of the axes.
     """
     from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR
+    from olp.robots.times_to_speed import turn_limits
     from olp.timing.accelerations import MotionLimits, constant_axes
-    from olp.timing.demand import turn_limits
 
     count = len(moves)
     axes = max(len(robot.axes) if robot else 0, 2)
