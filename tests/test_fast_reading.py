@@ -15,8 +15,8 @@ import olp
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.source import decode
 from olp.ir.program import Program
-from olp.languages.alike_lines import AlikeLines
 from olp.languages.lark_host import Grammar
+from olp.languages.short_reader import AlikeLines
 from olp.languages.vendors.rapid.clauses import Clause, Cutter
 from olp.languages.vendors.rapid.fast import PlainClauses
 from olp.languages.vendors.rapid.names import gather

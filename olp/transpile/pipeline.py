@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from olp.core.diagnostic import Diagnostic, Span, error
 from olp.ir.expressions import PositionLiteral
@@ -32,7 +32,7 @@ from olp.transpile.functions import arguments, functions
 from olp.transpile.implicit_declarations import undeclared
 from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
-from olp.transpile.name_mangling import names, spelling
+from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
 from olp.transpile.optional_parameters import optional_parameters
 from olp.transpile.own_components import own_components
@@ -41,13 +41,12 @@ from olp.transpile.postures import configurations, postures
 from olp.transpile.quaternions import quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
-from olp.transpile.schedules import schedules, tasks
 from olp.transpile.signal_aliases import signal_aliases
 from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, pulses, signals
 from olp.transpile.source_only import comment_texts, foreign_words
 from olp.transpile.source_plans import plans_of, work_for
-from olp.transpile.speeds import accelerations, speeds
+from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import hoist
 from olp.transpile.triggers import triggers
 from olp.transpile.typed_values import enumerations, home_positions, manual_modes, powers, typed_values
@@ -77,6 +76,47 @@ class Translated:
     remarks: tuple[Loss, ...] = ()
     asks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
+
+
+def started(program: Program, work: TranslationContext) -> Program:
+    """With the routine that the controller starts, which calls the program's own first one, where it lacks such."""
+    name = work.limits.started
+    if not (name and work.context.entry and program.routines):
+        return program
+    first = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    taken = {routine.name.casefold() for routine in program.routines}
+    taken |= {declare.name.casefold() for declare in program.data}
+    if name.casefold() in taken or first.parameters or first.returns or holds_data_only(program):
+        return program
+    own = Routine(name, 0, (Begin(0), Call(0, first.name), End(0)), PointTable())
+    return replace(program, routines=(*program.routines, own))
+
+
+# The last passes, to languages whose variables have numbers, and to those with names.
+_TO_NUMBERS: Final[tuple[Pass, ...]] = (
+    tasks,
+    signals,
+    share_variables,
+    fold_constants,
+    hoist,
+    share_variables,
+    flow,
+    names,
+    number,
+    comment_texts,
+)
+_TO_NAMES: Final[tuple[Pass, ...]] = (
+    turned_together,
+    flow,
+    whole_numbers,
+    begun,
+    signal_aliases,
+    signals,
+    names,
+    continued,
+    comment_texts,
+    started,
+)
 
 
 def passes(work: TranslationContext) -> tuple[Pass, ...]:
@@ -134,47 +174,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         prune,
         own_components,
     )
-    if work.limits.numbered:
-        return (
-            *first,
-            tasks,
-            signals,
-            share_variables,
-            fold_constants,
-            hoist,
-            share_variables,
-            flow,
-            names,
-            number,
-            comment_texts,
-        )
-    return (
-        *first,
-        turned_together,
-        flow,
-        whole_numbers,
-        begun,
-        signal_aliases,
-        signals,
-        names,
-        continued,
-        comment_texts,
-        started,
-    )
-
-
-def started(program: Program, work: TranslationContext) -> Program:
-    """With the routine that the controller starts, which calls the program's own first one, where it lacks such."""
-    name = work.limits.started
-    if not (name and work.context.entry and program.routines):
-        return program
-    first = next((r for r in program.routines if r.name == program.main), program.routines[0])
-    taken = {routine.name.casefold() for routine in program.routines}
-    taken |= {declare.name.casefold() for declare in program.data}
-    if name.casefold() in taken or first.parameters or first.returns or holds_data_only(program):
-        return program
-    own = Routine(name, 0, (Begin(0), Call(0, first.name), End(0)), PointTable())
-    return replace(program, routines=(*program.routines, own))
+    return (*first, *(_TO_NUMBERS if work.limits.numbered else _TO_NAMES))
 
 
 def canonical(

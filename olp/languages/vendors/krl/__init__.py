@@ -95,7 +95,7 @@ class Krl(Vendor):
         return without_folds(body)
 
     def as_called(self, program: Program) -> Program:
-        from olp.languages.vendors.krl.varstate import with_given_parameters
+        from olp.languages.vendors.krl.library import with_given_parameters
 
         return with_given_parameters(program)
 

@@ -1,4 +1,4 @@
-"""What calls of KUKA's own message library do (`MsgLib.src` of the controller's System folder), and its message window.
+"""What KUKA's own functions do: those of the message library (`MsgLib.src` of the System folder), and VARSTATE.
 
 MsgNotify shows a message, and so does MsgLoop. MsgState shows one until Clear_KrlMsg takes its handle, a number above
 zero, and returns TRUE. MsgQuit shows one and waits until the operator has acknowledged it: its loop asks
@@ -8,11 +8,13 @@ controller's message database; `%1` stands for the number, else the text, that i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 from olp.ir.expressions import (
     CallValue,
+    Compare,
     Expression,
     Function,
     Item,
@@ -20,10 +22,12 @@ from olp.ir.expressions import (
     Number,
     SignalState,
     Text,
+    Unary,
     Unknown,
 )
-from olp.ir.program import Routine
+from olp.ir.program import Program, Routine
 from olp.ir.statements import Assign, Call, Message, Pause, Statement, Wait
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED
 
 _SHOWS: Final = frozenset({"msgnotify", "msgquit", "msgloop", "msgstate"})
@@ -97,3 +101,69 @@ def _clears(condition: Expression) -> bool:
         and len(condition.arguments) == 1
         and _is_window(condition.arguments[0])
     )
+
+
+# --- Handed parameters ---
+# `VARSTATE("P") == #INITIALIZED`: whether a routine was handed a parameter, as the calls of the program tell it.
+#
+# VARSTATE tells #DECLARED, #INITIALIZED or #UNKNOWN of a variable; a parameter that a call leaves out is not
+# initialized until the routine sets it (KSS 8, programming instructions for system integrators, "VARSTATE()").
+
+
+_ASKS: Final = "varstate"
+_GIVEN: Final = "#INITIALIZED"
+
+
+def with_given_parameters(program: Program) -> Program:
+    """The program with what all its calls decide alike as TRUE or FALSE."""
+    if not any(_is_asked(s) for s in program.statements()):
+        return program
+    calls: dict[str, list[tuple[Expression, ...]]] = {}
+    for s in program.statements():
+        for routine, arguments in _calls(s):
+            calls.setdefault(routine.casefold(), []).append(arguments)
+    routines = tuple(_decided(r, calls.get(r.name.casefold(), [])) for r in program.routines)
+    return replace(program, routines=routines)
+
+
+def _decided(routine: Routine, calls: list[tuple[Expression, ...]]) -> Routine:
+    if not calls or not routine.parameters or not any(map(_is_asked, routine.body)):
+        return routine
+    given: dict[str, set[bool]] = {
+        p.name.casefold(): {at < len(one) and type(one[at]) is not Unknown for one in calls}
+        for at, p in enumerate(routine.parameters)
+    }
+
+    def change(e: Expression) -> Expression:
+        if type(e) is Unary and e.operator == "not" and type(e.operand) is SignalState:
+            return SignalState(not e.operand.on)
+        if not (type(e) is Compare and e.operator in ("=", "<>")):
+            return e
+        match e.left, e.right:
+            case CallValue(name, (Text(of),)), Text(state) if name.casefold() == _ASKS:
+                known = given.get(of.casefold(), set())
+                if state.upper() == _GIVEN and len(known) == 1:
+                    return SignalState((True in known) == (e.operator == "="))
+        return e
+
+    rows: list[Statement] = []
+    for s in routine.body:
+        rows.append(mapped(s, change) if _is_asked(s) else s)
+        if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.casefold() in given:
+            given[s.target.name.casefold()].add(True)  # from here on some way may have set it
+    return replace(routine, body=tuple(rows))
+
+
+def _is_asked(s: Statement) -> bool:
+    return not (calls_nothing(s) or sets_numbers(s)) and any(
+        type(e) is CallValue and e.routine.casefold() == _ASKS for e in expressions_of(s)
+    )
+
+
+def _calls(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
+    if isinstance(s, Call):
+        yield s.routine, s.arguments
+    if not (calls_nothing(s) or sets_numbers(s)):
+        for e in expressions_of(s):
+            if type(e) is CallValue:
+                yield e.routine, e.arguments
