@@ -9,6 +9,7 @@ from translated_texts import ROBOT, converted, krl, read, run_elsewhere, transla
 
 from olp.runtime.interpreter import run
 from olp.transpile.compare import WRITTEN, compare_plans
+from olp.transpile.context import Fate
 
 JOINTS = "{A1 10,A2 -80,A3 90,A4 0,A5 30,A6 0}"
 REACHED = "{A1 0,A2 -10,A3 20,A4 0,A5 10,A6 0}"
@@ -88,3 +89,65 @@ def test_a_speed_that_only_a_move_names_is_declared_and_told(target):
     assert left_out(text, target) == []
     if target == "rapid":
         assert re.search(r"VAR num Quick;", translated(text, "krl", "rapid"))
+
+
+# --- tools by computed numbers ------------------------------------------------------------------------------
+
+
+_CHOOSES = (
+    "BAS (#INITMOV,0)", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}", "go(1)", "go(2)", "END",
+    "DEF go(nTool:IN)", "INT nTool", "%s", "BAS(#BASE,0)", "$VEL.CP=0.1", "LIN {X 900,Y 0,Z 400,A 0,B 0,C 180}",
+    "nTool=5", "LIN {X 900,Y 100,Z 400,A 0,B 0,C 180}",
+)  # fmt: skip
+
+
+def test_a_tool_whose_number_is_computed_is_chosen_by_a_register_that_keeps_it() -> None:
+    text = krl(*_CHOOSES) % "BAS(#TOOL,nTool)"
+    made = converted(text, "krl", "tp")
+    go = next(data for name, data in made.files.items() if name.casefold() == "go.ls").decode("cp1252")
+    rows = [row.split(":", 1)[1].strip(" ;") for row in go.splitlines() if re.match(r" *\d+:", row)]
+    chosen = [row for row in rows if re.match(r"R\[|UTOOL|L P", row)]
+    assert chosen == [
+        "R[2:tool]=R[1:nTool]", "UTOOL_NUM=R[2:tool]", "L P[1] 100mm/sec FINE",
+        "R[1:nTool]=5", "L P[2] 100mm/sec FINE",
+    ]  # fmt: skip
+    assert go.count("UT : F") == 2  # the tool that is selected
+    told = [loss for loss in made.translated.losses if "UTOOL[n]" in loss.says]
+    assert [(loss.line, loss.fate) for loss in told] == [(9, Fate.APPROXIMATED)]
+    one, other = read(text, "krl").plan(robot=ROBOT), run_elsewhere(text, "krl", "tp")
+    assert compare_plans(one, other).differences == []
+
+
+@pytest.mark.parametrize(
+    ("target", "before"), [("inform", ""), ("tp", "$TOOL={X 0,Y 0,Z 50,A 0,B 0,C 0}\r\nPTP $POS_ACT\r\n")]
+)
+def test_a_computed_tool_beside_one_that_is_written_out_and_one_for_inform_are_refused(
+    target, before
+) -> None:
+    text = krl(*_CHOOSES) % (before + "BAS(#TOOL,nTool)")
+    made = converted(text, "krl", target)
+    lines = [n for n, row in enumerate(text.splitlines(), 1) if row.startswith("LIN")]
+    assert {loss.line for loss in made.translated.losses if loss.leaves_out} >= set(lines)
+
+
+def test_a_base_whose_number_is_computed_is_chosen_by_a_register() -> None:
+    point = "LIN {X 1200,Y %d,Z 800,A 0,B 0,C 180}"
+    rows = (
+        "INT n",
+        "n=2",
+        "IF $IN[3] THEN",
+        "n=3",
+        "ENDIF",
+        "BAS(#TOOL,1)",
+        "$VEL.CP=0.1",
+        "$BASE=BASE_DATA[1]",
+    )
+    text = krl(*rows, point % 0, "$BASE=BASE_DATA[n]", "n=4", point % 90, "$BASE=BASE_DATA[1]", point % 0)
+    chosen = [row for row in listing(text) if re.match(r"UFRAME|R\[|L P", row)]
+    held, n = "R[2:frame]", "R[1:n]"
+    moves = [f"L P[{number}] 100mm/sec FINE" for number in (1, 2, 1)]
+    assert [row for row in chosen if row != f"{held}=0"] == [
+        f"{n}=2", f"{n}=3", "UFRAME_NUM=1", moves[0], f"{held}={n}", f"{n}=4", f"UFRAME_NUM={held}", moves[1],
+        "UFRAME_NUM=1", moves[2],
+    ]  # fmt: skip
+    assert translated(text, "krl", "tp").count("UF : F") == 1

@@ -195,6 +195,10 @@ class _Systems(SystemNames):
         self, kind: str, number: int, value: Expression, line: int, comment: str = ""
     ) -> list[Statement]:
         """The statements that set the values of a numbered tool or frame."""
+        if isinstance(value, FrameRef) and value.number is not None and not isinstance(value.number, Number):
+            says = f"the {system_words(kind)}'s number is computed while the program runs"
+            self.work.lose(line, Fate.REFUSED, system_words(kind), says)
+            return []
         if not self.work.limits.frame_functions:
             return [
                 Assign(line, FrameRef(kind, Number(number)), self._position(kind, number, value), comment)

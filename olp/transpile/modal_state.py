@@ -80,6 +80,7 @@ _UNSET_TOOL: Final = "see which tool was active where the program chooses none (
 _CALLED = {_LAST: "speed", _TURN: "turning speed", _RATE: "acceleration"}
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
+_KINDS: Final[Mapping[Key, str]] = {_TOOL: "tool", _FRAME: "user"}
 _OVERRIDE: Final[Key] = ("override",)
 _TURNING: Final[Key] = (_TURN,)
 _RATES: Final[Mapping[bool, tuple[Key, Key]]] = {
@@ -107,6 +108,7 @@ class _Modal:
     keys: set[Key] = field(default_factory=set)  # that any statement sets
     state: State | None = None  # before the statement that is looked at
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
+    by_number: frozenset[Key] = frozenset()  # whose variable holds the number of a tool or frame
     unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
 
     # --- definitions ------------------------------------------------------------------------------------
@@ -201,7 +203,10 @@ class _Modal:
             name = self.variables[key] = Named(self.work.helper("_".join(str(part) for part in key)))
             frame = key in (_TOOL, _FRAME)
             value: Any = unset if frame else Number(0.0)
-            self.declared.append(Declare(0, name.name, str(key[0]) if frame else "real", value, shared=True))
+            kind = str(key[0]) if frame else "real"
+            if key in self.by_number:
+                kind, value = "integer", Number(0)
+            self.declared.append(Declare(0, name.name, kind, value, shared=True))
         for number in found:
             if number != UNSET:
                 self.assigned[number] = (key, name)
@@ -350,6 +355,9 @@ class _Modal:
         for key, value in _settings(s).items() if self.assigned else ():
             wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
             if wanted is not None:
+                if key in self.by_number:
+                    value = self._number_of(key, value)
+                    self._tell_number(s, key, value)
                 rows.append(Assign(s.line, wanted[1], _counted(value, key)))
         comment = getattr(s, "comment", "")
         if isinstance(s, SetOverride) and self.work.limits.has_override:
@@ -357,6 +365,50 @@ class _Modal:
         if comment:
             rows.insert(0, Comment(s.line, comment))
         return rows
+
+    def note_numbers(self) -> None:
+        """Tools and frames that are chosen by numbers alone, which the target has, too, and which stay as they are."""
+        mapping = self.work.context.mapping
+        if self.work.limits.tool_and_frame != "modal" or self.work.limits.named_frames:
+            return
+        chosen: dict[Key, list[Expression]] = {_TOOL: [], _FRAME: []}
+        for s in self.program.statements():
+            if isinstance(s, SetTool):
+                chosen[_TOOL].append(s.tool)
+            elif isinstance(s, SetFrame):
+                chosen[_FRAME].append(s.frame)
+            elif isinstance(s, Move):
+                chosen[_TOOL] += [] if s.tool is None else [s.tool]
+                chosen[_FRAME] += [] if s.frame is None else [s.frame]
+        tables = {_TOOL: mapping.tools, _FRAME: mapping.frames}
+        self.by_number = frozenset(
+            key
+            for key, named in chosen.items()
+            if not tables[key] and all(self._number_of(key, e) is not None for e in named)
+        )
+
+    def _number_of(self, key: Key, system: object) -> Expression | None:
+        """The number by which a tool or frame is chosen, None for any other one."""
+        if isinstance(system, Item) and isinstance(system.base, Named) and len(system.indices) == 1:
+            spelt = self.work.conventions.frame_spelling.get(_KINDS[key], "")
+            return system.indices[0] if spelt.format("n") == f"{system.base.name.upper()}[n]" else None
+        if not isinstance(system, FrameRef) or system.kind == LOST:
+            return None
+        return Number(0) if system.kind in ("base", "robot") else system.number
+
+    def _tell_number(self, s: Statement, key: Key, number: object) -> None:
+        """What the controller has to hold, of a number that is computed."""
+        if isinstance(number, Number):
+            return
+        kind = _KINDS[key]
+        here, there = (
+            one.frame_spelling.get(kind, "{}").format("n")
+            for one in (self.work.conventions, self.work.target_conventions)
+        )
+        largest = self.work.limits.frame_numbers[kind]
+        says = f"{there} has to hold the values of {here}, and n must be 1 to {largest}"
+        self.work.lose(s, Fate.APPROXIMATED, str(key[0]), says)
+        self.work.ask(f"set {there} on the controller, for each n that the program computes", here)
 
 
 def _settings(s: Statement) -> dict[Key, object]:
@@ -425,6 +477,7 @@ def modal(program: Program, work: TranslationContext) -> Program:
     if not _needs(program):
         return program
     own = _Modal(program, work, work.symbols(program))
+    own.note_numbers()
     own.unset_tool = _UNSET_TOOL if _chooses_by_statement(program.vendor) else None
     kinds = _MODAL_KINDS | {Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):

@@ -478,7 +478,7 @@ class _Numbers(PositionNumbers):
             changes["via"] = self._target(s.via, place, before, s)
         changes["targets"] = tuple([self._target(t, place, before, s) for t in s.targets])
         self._called(s.targets[0], s, changes)
-        for name in ("speed", "blend") if is_usual(s) else _VALUES:
+        for name in ("tool", "frame", "speed", "blend") if is_usual(s) else ("tool", "frame", *_VALUES):
             old = getattr(s, name)
             if old is not None and (new := mapped(old, self._change)) is not old:
                 changes[name] = new
@@ -657,9 +657,15 @@ def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointSta
 
 
 def place_of(s: Move) -> Place:
-    """The tool and the frame of a move by their numbers."""
+    """The tool and the frame of a move by their numbers, -1 for one that is computed."""
     tool, frame = s.tool, s.frame
-    number = int(tool.number.value) if type(tool) is FrameRef and type(tool.number) is Number else 0
-    if type(frame) is FrameRef and frame.kind == "user" and type(frame.number) is Number:
-        return number, int(frame.number.value)
+    number = _number_of(tool) if type(tool) is FrameRef else 0
+    if type(frame) is FrameRef and frame.kind == "user" and frame.number is not None:
+        return number, _number_of(frame)
     return number, None
+
+
+def _number_of(system: FrameRef) -> int:
+    if system.number is None:
+        return 0
+    return int(system.number.value) if type(system.number) is Number else -1

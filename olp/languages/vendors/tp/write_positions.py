@@ -261,7 +261,8 @@ def configuration(flags: tuple[int, ...]) -> str:
 
 
 def _frames_of(state: PointState) -> Frames:
-    return (0 if state.frame in ("base", "robot") else state.user, state.tool)
+    user = None if state.user == MODAL else state.user
+    return (0 if state.frame in ("base", "robot") else user, state.tool)
 
 
 def _axis(kind: PointKind, at: int) -> str:
