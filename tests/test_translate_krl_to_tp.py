@@ -151,3 +151,9 @@ def test_a_base_whose_number_is_computed_is_chosen_by_a_register() -> None:
         "UFRAME_NUM=1", moves[2],
     ]  # fmt: skip
     assert translated(text, "krl", "tp").count("UF : F") == 1
+
+
+@pytest.mark.parametrize(("first", "is_left_out"), [("n=1", False), ("n=20", True), ("n=m+8", True)])
+def test_a_computed_tool_that_the_text_shows_to_be_beyond_those_of_the_target_is_refused(first, is_left_out):
+    text = krl("INT n", "INT m", "m=3", first, "go(n)", *_CHOOSES[4:]) % "BAS(#TOOL,nTool)"
+    assert any("#TOOL" in says for says in left_out(text)) is is_left_out

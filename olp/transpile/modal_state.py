@@ -18,6 +18,7 @@ from olp.ir.program import (
     Assign,
     Blend,
     BlendKind,
+    Call,
     Comment,
     Declare,
     Move,
@@ -80,6 +81,7 @@ _UNSET_TOOL: Final = "see which tool was active where the program chooses none (
 _CALLED = {_LAST: "speed", _TURN: "turning speed", _RATE: "acceleration"}
 _TOOL: Final[Key] = ("tool",)
 _FRAME: Final[Key] = ("frame",)
+_DEEP: Final = 4  # calls and assignments through which a tool's number is followed
 _KINDS: Final[Mapping[Key, str]] = {_TOOL: "tool", _FRAME: "user"}
 _OVERRIDE: Final[Key] = ("override",)
 _TURNING: Final[Key] = (_TURN,)
@@ -371,21 +373,46 @@ class _Modal:
         mapping = self.work.context.mapping
         if self.work.limits.tool_and_frame != "modal" or self.work.limits.named_frames:
             return
-        chosen: dict[Key, list[Expression]] = {_TOOL: [], _FRAME: []}
-        for s in self.program.statements():
-            if isinstance(s, SetTool):
-                chosen[_TOOL].append(s.tool)
-            elif isinstance(s, SetFrame):
-                chosen[_FRAME].append(s.frame)
-            elif isinstance(s, Move):
-                chosen[_TOOL] += [] if s.tool is None else [s.tool]
-                chosen[_FRAME] += [] if s.frame is None else [s.frame]
+        chosen: dict[Key, list[tuple[Routine, Expression]]] = {_TOOL: [], _FRAME: []}
+        for routine in self.program.routines:
+            for s in routine.body:
+                for key, field_name in ((_TOOL, "tool"), (_FRAME, "frame")):
+                    system = (
+                        getattr(s, field_name, None) if isinstance(s, (SetTool, SetFrame, Move)) else None
+                    )
+                    if system is not None:
+                        chosen[key].append((routine, system))
         tables = {_TOOL: mapping.tools, _FRAME: mapping.frames}
         self.by_number = frozenset(
             key
             for key, named in chosen.items()
-            if not tables[key] and all(self._number_of(key, e) is not None for e in named)
+            if not tables[key] and all(self._has_number(key, routine, system) for routine, system in named)
         )
+
+    def _has_number(self, key: Key, routine: Routine, system: Expression) -> bool:
+        """Whether a tool or frame has a number that is, as far as the text shows, one that the target has."""
+        number = self._number_of(key, system)
+        most = self.work.limits.frame_numbers[_KINDS[key]]
+        return number is not None and self._highest(number, routine, _DEEP) <= most
+
+    def _highest(self, number: Expression, routine: Routine, deep: int) -> float:
+        """The highest of the numbers that the text shows to be computed, 0 where it shows none."""
+        if isinstance(number, Number):
+            return number.value
+        if isinstance(number, Binary) and number.operator == "+":
+            return sum(self._highest(part, routine, deep) for part in (number.left, number.right))
+        if not isinstance(number, Named) or not deep:
+            return 0
+        symbol = self.symbols.find(routine.name, number.name)
+        found: list[tuple[Expression, Routine]] = [(symbol.value, routine)] if symbol and symbol.value else []
+        at = next((n for n, p in enumerate(routine.parameters) if p.name == number.name), -1)
+        for other in self.program.routines:
+            for s in other.body:
+                if isinstance(s, Assign) and s.target == number:
+                    found.append((s.value, other))
+                elif isinstance(s, Call) and s.routine == routine.name and 0 <= at < len(s.arguments):
+                    found.append((s.arguments[at], other))
+        return max((self._highest(value, where, deep - 1) for value, where in found), default=0)
 
     def _number_of(self, key: Key, system: object) -> Expression | None:
         """The number by which a tool or frame is chosen, None for any other one."""
