@@ -420,14 +420,16 @@ class End:
 class Disabled:
     """A statement switched off by the programmer; kept word for word.
 
-    `handler`: it is switched on, and runs where something fails (RAPID's ERROR, UNDO, BACKWARD), which no plan shows.
+    `handler`: it is switched on, and belongs to the handler of this name, which runs where something fails: `ERROR`,
+    `UNDO`, `BACKWARD`, `LISTED` (an ERROR of some errors alone). No plan shows that. `means`: its statements.
     `beside`: what the words mean beyond the statement before, which they stand for; a translation leaves that out.
     """
 
     line: int
     text: str
-    handler: bool = False
+    handler: str = ""
     beside: str = ""
+    means: tuple[Statement, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -216,6 +216,7 @@ def _field_names(kind: type) -> tuple[str, ...]:
 
 _ATOMS: Final = frozenset(
     {"str", "int", "float", "bool", "tuple[float, ...]", "tuple[int, ...]", "tuple[tuple[str, str], ...]"}
+    | {"tuple[Statement, ...]"}  # of a handler, which the program's run does not come to
 )
 
 

@@ -204,6 +204,8 @@ class Limits:
     wait_poll: float = (
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )
+    # How a program learns that a wait has reached its limit: it is "asked", a "jump", or "": the condition tells.
+    timed_out: str = "asked"
     data_beside: bool = False  # data go into a file beside the program: the writer takes `pair`
     # Moves as the pendant's own editor writes them, which numbers tools and frames: the writer takes `forms`
     forms: bool = False

@@ -71,6 +71,23 @@ class MoveOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class ErrorHandling:
+    """How a language recovers from errors: a handler of the routine, or of a caller, runs where a statement fails.
+
+    `number`: the variable that holds the error, `names`: of errors, `wait`: of that of a wait at its limit, `foreign`:
+    of those that only statements raise which no other language has; all case folded. `again`, `onward`: processes that
+    run the failed statement again, or go on behind it.
+    """
+
+    number: str
+    names: re.Pattern[str]
+    wait: str
+    again: str
+    onward: str
+    foreign: re.Pattern[str]
+
+
+@dataclass(frozen=True, slots=True)
 class Conventions:
     """What programs of one language mean, where languages differ: the translation reads nothing else of a vendor.
 
@@ -148,6 +165,7 @@ class Conventions:
     idle_words: frozenset[str] = (
         frozenset()
     )  # first words, case folded, of declarations that olp keeps as text
+    errors: ErrorHandling | None = None  # None: no statement fails in a way that a program can handle
     wait_limit_prefix: str = ""  # of system variables that only bound waits
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths

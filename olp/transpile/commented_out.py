@@ -28,6 +28,7 @@ from olp.ir.program import (
     Clear,
     Comment,
     Declare,
+    Disabled,
     End,
     Program,
     ReadInput,
@@ -130,7 +131,8 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
     found = {}
     for s in program.statements():
         names: set[str] = set()
-        note_names(s, names)
+        for one in (s, *(s.means if isinstance(s, Disabled) else ())):
+            note_names(one, names)
         names.update(e.name for e in expressions_of(s) if isinstance(e, Function))
         if isinstance(s, (Call, StartTask)):
             names.add(s.routine)

@@ -178,7 +178,8 @@ class _Joined:
 
     def _called(self, routine: Routine) -> list[str]:
         found: list[str] = []
-        for _, s in self._look(routine).rare:
+        look = self._look(routine)
+        for s in (*(s for _, s in look.rare), *look.handled()):
             if isinstance(s, Call) and s.routine:
                 found.append(s.routine)
             elif type(s).__name__ in ("Assign", "If", "While", "Return", "SetOutput"):
@@ -201,6 +202,8 @@ class _Joined:
             known |= {d.name.casefold() for d in routine.data}
             known |= {s.name.casefold() for _, s in look.rare if isinstance(s, Declare)}
             found |= look.names()
+            for s in look.handled():
+                note_names(s, found)
         return {name.casefold() for name in found if not name.startswith("$")} - known
 
     def _add(self, other: Program, rows: list[Declare]) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from operator import is_
 
 from olp.ir.expressions import Expression, Named, Number, PositionLiteral
-from olp.ir.program import Declare, Move, Program, Routine, Statement
+from olp.ir.program import Declare, Disabled, Move, Program, Routine, Statement, Wait
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
 
 
@@ -31,6 +31,12 @@ class Look:
                 self.plain.append(s)  # type: ignore[arg-type]
             elif not sets_numbers(s):
                 self.rare.append((at, s))
+
+    def handled(self) -> list[Statement]:
+        """Where a wait has a limit, what handlers may do about it."""
+        if not any(isinstance(s, Wait) and s.timeout is not None for _, s in self.rare):
+            return []
+        return [inner for _, s in self.rare if isinstance(s, Disabled) for inner in s.means]
 
     @property
     def expressions(self) -> list[Expression]:

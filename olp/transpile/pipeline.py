@@ -29,6 +29,7 @@ from olp.transpile.first_values import begun, first_values
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions
+from olp.transpile.handlers import handlers
 from olp.transpile.implicit_declarations import undeclared
 from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
@@ -122,6 +123,7 @@ _TO_NAMES: Final[tuple[Pass, ...]] = (
 def passes(work: TranslationContext) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
+        handlers,
         spelling,
         stopped_advance,
         triggers,

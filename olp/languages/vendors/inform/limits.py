@@ -54,6 +54,7 @@ LIMITS: Final = Limits(
     radius_step=0.1 * mm,
     has_endless=False,
     nested_logic=False,
+    timed_out="",
     pulse=0.3,
     registers=Registers(
         stores={

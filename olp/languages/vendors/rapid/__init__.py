@@ -6,7 +6,15 @@ import re
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, statements
+from olp.languages.vendor import (
+    ArmFlags,
+    Conventions,
+    CornerSpelling,
+    ErrorHandling,
+    MoveOptions,
+    Vendor,
+    statements,
+)
 
 _MODULE = re.compile(r"\s*MODULE\s+\w+\s*(?:\(|!|$)", re.IGNORECASE)
 _HEADER = re.compile(r"\s*%%%")
@@ -44,6 +52,18 @@ class Rapid(Vendor):
         controller_names=True,
         numeric_booleans=True,
         names_read_frames=True,
+        errors=ErrorHandling(
+            "errno",
+            re.compile(r"err_\w+"),
+            "err_wait_maxtime",
+            "RETRY",
+            "TRYNEXT",
+            # Sockets, message queues, files, raw bytes, modules that are loaded.
+            re.compile(
+                "err_(?:sock_\\w+|rmq_\\w+|file(?:acc|exist|open|size)|filnotfnd|dev_maxtime|rcvdata|ranybin_(?:chk|eof)"
+                "|loaded|loadno_(?:inuse|nouse)|prgmemfull|unload)"
+            ),
+        ),
         for_declares=True,
         rounds_to_decimals=True,
         on_pulse="High",

@@ -61,6 +61,8 @@ class ModuleReader:
         self._line = 0
         self._comment = ""
         self._handler = 0  # its first line
+        self._handlers: dict[int, str] = {}  # first line of each -> ERROR, LISTED, UNDO or BACKWARD
+        self._handled: dict[int, list[Statement]] = {}  # line -> the handlers' statements
         self._body: list[Statement] = []
         self._blocks = OpenBlocks(findings)
         self.routines: list[Routine] = []
@@ -181,7 +183,9 @@ class ModuleReader:
             self._findings.error("P457", message, span_of(clause), "move it between PROC and ENDPROC")
             return
         self._blocks.note(statements)
-        if not self._handler:
+        if self._handler:
+            self._handled.setdefault(clause.line, []).extend(statements)
+        else:
             self._body += statements
 
     def _tell_uneven(self, clause: Clause) -> None:
@@ -221,7 +225,7 @@ class ModuleReader:
             case "ALIAS":
                 self._flush(f"T {_one_line(clause)}")
             case "HANDLER":
-                self._handle(clause)
+                self._handle(frame, clause)
             case "PROC" | "FUNC" | "TRAP":
                 self._open_routine(frame, clause)
             case _:
@@ -249,8 +253,8 @@ class ModuleReader:
         self._plain.forget()
         self._parsing.forget()
 
-    def _handle(self, clause: Clause) -> None:
-        """An ERROR, UNDO or BACKWARD handler: checked, and kept word for word, for it runs in no plan."""
+    def _handle(self, frame: FramingClause, clause: Clause) -> None:
+        """An ERROR, UNDO or BACKWARD handler: kept word for word with what it means, for it runs in no plan."""
         if self._head is None:
             message = "a handler outside of a routine"
             self._findings.error("P457", message, span_of(clause), "move it into a routine")
@@ -258,6 +262,7 @@ class ModuleReader:
         if not self._handler:
             self._handler = clause.line
             self._blocks.close()
+        self._handlers[clause.line] = "LISTED" if "(" in clause.text else frame.name
         message = "a handler is kept and not modelled: in a plan nothing fails"
         self._findings.once(Severity.INFO, "P461", "", message, span_of(clause))
 
@@ -304,6 +309,7 @@ class ModuleReader:
             )
         )
         self._before, self._body, self._head, self._handler = [], [], None, 0
+        self._handlers, self._handled = {}, {}
         self._names.local = {}
         self._parsing.forget()
         self._plain.forget()
@@ -311,11 +317,15 @@ class ModuleReader:
     def _keep_handler(self, last: int) -> None:
         """The lines of the handlers, word for word."""
         kinds, lines = self._findings.kinds, self._findings.source.lines
+        handler = ""
         for number in range(self._handler, last + 1):
+            handler = self._handlers.get(number, handler)
             text = lines[number - 1].strip()
             word = _HANDLER.search(text) if number == self._handler else None
             if text:
-                self._body.append(Disabled(number, text[word.start() :] if word else text, handler=True))
+                means = tuple(self._handled.get(number, ()))
+                kept = text[word.start() :] if word else text
+                self._body.append(Disabled(number, kept, handler=handler, means=means))
                 if kinds[number - 1] != LineKind.ERROR:
                     kinds[number - 1] = LineKind.OPAQUE
 

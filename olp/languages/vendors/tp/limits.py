@@ -48,6 +48,7 @@ LIMITS: Final = Limits(
     has_parameters=True,
     nested_expressions=True,
     one_routine_per_file=True,
+    timed_out="jump",
     pulse=0.4,  # $DEFPULSE as delivered
     reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
     external_axes=3,

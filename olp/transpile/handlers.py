@@ -1,0 +1,454 @@
+"""Handlers of errors: in the place of the waits that they serve, or out of use with the statements that they serve.
+
+In some languages a wait that reaches its limit is an error: a handler of the routine runs, else one of a caller, else
+the program stops. Other targets have no handlers. A wait gets a branch there with what the handler does about its
+error, or stops the program and waits again. What a handler does about errors that nothing in the translation makes is
+left out, which is told. The rest of a handler stays for `source_only` to refuse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import count
+from typing import Any, Final
+
+from olp.ir.block_structure import Block, Node, flat, negated, parse
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Logic,
+    Member,
+    Named,
+    Number,
+    Signal,
+    SignalState,
+    SystemValue,
+    Text,
+    Unary,
+)
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Call,
+    Case,
+    Comment,
+    Declare,
+    Default,
+    Disabled,
+    Else,
+    ElseIf,
+    End,
+    EndIf,
+    EndSwitch,
+    If,
+    Jump,
+    Label,
+    Opaque,
+    Pause,
+    Process,
+    Program,
+    PulseOutput,
+    ReadInput,
+    Repeat,
+    Return,
+    Routine,
+    SetOutput,
+    Statement,
+    Switch,
+    Until,
+    Wait,
+)
+from olp.ir.transformer import expressions_of
+from olp.languages.vendor import ErrorHandling, language_of
+from olp.transpile.context import Fate, TranslationContext
+
+_HANDLES: Final = "ERROR"  # the handler of all errors, of `Disabled.handler`
+_LISTED: Final = "LISTED"  # that of some
+_OWN_TYPE: Final = "errnum"
+_OTHER: Final = ""  # any error that the handler does not name
+_TIMED_OUT: Final = SystemValue("timed-out")
+_STOPS: Final = (
+    "a wait at its limit is an error in {}: there the program stops, and waits again when it is started"
+)
+_ASKED_AGAIN: Final = "whether the wait has reached its limit: the condition is asked for again"
+_ENDLESS: Final = (
+    "{} gives up after some repetitions (4, or as its controller is set up): there it goes on without end"
+)
+_BUS: Final = "left out: it handles {}; there the controller itself stops where the bus of a signal fails"
+_LEFT_OUT: Final = "left out: nothing in the translation raises what it handles ({})"
+# Kinds of statements that cannot fail, as long as nothing in them can; and of such expressions.
+_PLAIN: Final = """
+    Assign Update Clear Dwell Message Pause Return If ElseIf Else EndIf While EndWhile For Next Repeat Until Break
+    Continue Switch Case Default EndSwitch Label Jump Call Declare
+"""
+_SIGNALLING: Final = (SetOutput, PulseOutput, ReadInput, Wait)  # fail with their bus alone
+_SAFE: Final = frozenset(_PLAIN.split())
+_UNTRANSLATED: Final = (Comment, Disabled, Process, Opaque, Begin, End)
+_SAFE_VALUES: Final = (Number, Text, Signal, SignalState, Named, Member, Compare, Logic, Unary, Binary)
+_MARKERS: Final = (If, ElseIf, Else, EndIf, Switch, Case, Default, EndSwitch)
+_SAFE_OPERATORS: Final = frozenset({"+", "-", "*"})
+_SAFE_FUNCTIONS: Final = frozenset({"given"})
+
+
+def handlers(program: Program, work: TranslationContext) -> Program:
+    """What handlers do about waits at their limits, behind these waits; what they do for nothing is left out."""
+    known = work.conventions.errors
+    if known is None or not any(_has_handler(r) or _failing(r) for r in program.routines):
+        return program
+    pass_ = _Handlers(program, work, known)
+    return replace(program, routines=tuple([pass_.routine(r) for r in program.routines]))
+
+
+def _has_handler(routine: Routine) -> bool:
+    return any(isinstance(s, Disabled) and s.handler for s in routine.body)
+
+
+def _failing(routine: Routine) -> set[int]:
+    """Places of the waits that fail at their limits: nothing asks whether they have reached it."""
+    timed = [place for place, s in enumerate(routine.body) if isinstance(s, Wait) and s.timeout is not None]
+    return {place for place in timed if not _is_asked(routine.body[place + 1 : place + 2])}
+
+
+def _is_asked(following: Sequence[Statement]) -> bool:
+    return any(isinstance(s, Assign) and s.value == _TIMED_OUT for s in following)
+
+
+@dataclass(slots=True)
+class _Handlers:
+    """`answers`: by routine what its handler does about a wait that fails there, as far as that is known."""
+
+    program: Program
+    work: TranslationContext
+    known: ErrorHandling
+    routines: dict[str, Routine] = field(init=False)
+    own: frozenset[str] = field(init=False)  # errors that the program declares, case folded
+    answers: dict[str, _Answer | None] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.routines = {r.name.casefold(): r for r in self.program.routines}
+        data = (*self.program.data, *(s for s in self.program.statements() if isinstance(s, Declare)))
+        self.own = frozenset(d.name.casefold() for d in data if _OWN_TYPE in (d.type, d.native))
+        self.answers = {name: self._answer(r) for name, r in self.routines.items()}
+
+    # --- what a handler does ------------------------------------------------------------------------------------
+
+    def _answer(self, routine: Routine) -> _Answer | None:
+        """What the routine's own handler does about a wait; None where it has none, or that cannot be said."""
+        rows = [s for s in routine.body if isinstance(s, Disabled) and s.handler]
+        if not rows or any(s.handler != _HANDLES for s in rows) or not _failing(routine):
+            return None
+        nodes = parse(_statements(rows))
+        done = None if nodes is None else self._path(self.known.wait).through(nodes)
+        if not done or not self._ends(done) or not all(map(self._can_be_said, flat(done))):
+            return None
+        return _Answer(tuple(done))
+
+    def _path(self, error: str) -> _ErrorPath:
+        return _ErrorPath(self.known, self.own, error)
+
+    def _can_be_said(self, s: Statement) -> bool:
+        """Whether a handler's statement means the same behind the wait."""
+        if isinstance(s, Process):
+            return s.name in (self.known.again, self.known.onward)
+        return not isinstance(s, (Opaque, Label, Jump)) and not any(map(self._is_number, expressions_of(s)))
+
+    def _is_number(self, e: Expression) -> bool:
+        return isinstance(e, Named) and e.name.casefold() == self.known.number
+
+    def _ends(self, nodes: Sequence[Node]) -> bool:
+        """Whether the way through ends with a repetition, by going on, or by leaving the routine."""
+        last = next((n for n in reversed(nodes) if not isinstance(n, (Comment, Disabled))), None)
+        if isinstance(last, Block):
+            whole = {If: Else, Switch: Default}.get(type(last.opener))
+            markers = [type(marker) for marker, _ in last.branches]
+            inside = [nodes for m, nodes in last.branches if not isinstance(m, Switch)]
+            return whole in markers and all(map(self._ends, inside))
+        return isinstance(last, Return) or (
+            isinstance(last, Process) and last.name in (self.known.again, self.known.onward)
+        )
+
+    # --- which errors there are ---------------------------------------------------------------------------------
+
+    def _is_possible(self, routine: Routine, error: str) -> bool:
+        """Whether the translation of a routine can come to an error that its handler would get."""
+        if error == self.known.wait:
+            return self._waits_fail(routine, set())
+        return not self._is_left_out(error) and self._can_fail(routine, set())
+
+    def _is_left_out(self, error: str) -> bool:
+        """Whether only statements that are left out raise an error."""
+        return error in self.own or self.known.foreign.fullmatch(error) is not None
+
+    def _waits_fail(self, routine: Routine, seen: set[str]) -> bool:
+        """Whether a wait fails here, or in what is called, without an answer of its own."""
+        name = routine.name.casefold()
+        if name in seen:
+            return False
+        seen.add(name)
+        if self.answers[name] is None and _failing(routine):
+            return True
+        return any(self._waits_fail(called, seen) for called in self._called(routine))
+
+    def _uses_signals(self, routine: Routine, seen: set[str]) -> bool:
+        """Whether a bus may fail here, or in what is called."""
+        name = routine.name.casefold()
+        if name in seen:
+            return False
+        seen.add(name)
+        return any(
+            isinstance(s, _SIGNALLING) or any(isinstance(e, Signal) for e in expressions_of(s))
+            for s in routine.body
+        ) or any(self._uses_signals(called, seen) for called in self._called(routine))
+
+    def _called(self, routine: Routine) -> list[Routine]:
+        names = [s.routine for s in routine.body if isinstance(s, Call)]
+        names += [e.routine for s in routine.body for e in expressions_of(s) if isinstance(e, CallValue)]
+        return [self.routines[n.casefold()] for n in dict.fromkeys(names) if n.casefold() in self.routines]
+
+    def _can_fail(self, routine: Routine, seen: set[str]) -> bool:
+        """Whether anything else than a wait at its limit and a bus may fail here, or in what is called."""
+        seen.add(routine.name.casefold())
+        return any(self._may_fail(s, seen) for s in routine.body)
+
+    def _may_fail(self, s: Statement, seen: set[str]) -> bool:
+        if isinstance(s, _UNTRANSLATED):
+            return False
+        known = isinstance(s, _SIGNALLING) or type(s).__name__ in _SAFE
+        if not known or (isinstance(s, Call) and self._call_fails(s.routine, seen)):
+            return True
+        return any(self._value_fails(e, seen) for e in expressions_of(s))
+
+    def _value_fails(self, e: Expression, seen: set[str]) -> bool:
+        if isinstance(e, CallValue):
+            return self._call_fails(e.routine, seen)
+        if isinstance(e, Function):
+            return e.name not in _SAFE_FUNCTIONS
+        return not isinstance(e, _SAFE_VALUES) or (
+            isinstance(e, Binary) and e.operator not in _SAFE_OPERATORS
+        )
+
+    def _call_fails(self, name: str, seen: set[str]) -> bool:
+        called = self.routines.get(name.casefold())
+        return called is None or (called.name.casefold() not in seen and self._can_fail(called, seen))
+
+    # --- the translation ----------------------------------------------------------------------------------------
+
+    def routine(self, routine: Routine) -> Routine:
+        places = _failing(routine)
+        answer = self.answers[routine.name.casefold()]
+        dropped = self._judge(routine, answer)
+        if not places and not dropped:
+            return routine
+        labels = {s.name for s in routine.body if isinstance(s, Label)}
+        rows: list[Statement] = []
+        for place, s in enumerate(routine.body):
+            if place in places:
+                assert isinstance(s, Wait)
+                rows += self._answered(s, answer, labels)
+            elif isinstance(s, Disabled) and s.line in dropped:
+                rows += [comment] if (comment := dropped[s.line]) is not None else []
+            else:
+                rows.append(s)
+        return replace(routine, body=tuple(rows))
+
+    def _judge(self, routine: Routine, answer: _Answer | None) -> dict[int, Comment | None]:
+        """By line the rows of handlers that go: a comment for what is left out, None for what its wait has."""
+        rows = [s for s in routine.body if isinstance(s, Disabled) and s.handler in (_HANDLES, _LISTED)]
+        nodes = parse(_statements(rows)) if rows else None
+        if nodes is None:
+            return {}
+        ways = {
+            error: {s.line for s in flat(self._path(error).through(nodes))}
+            for error in (_OTHER, self.known.wait, *self._named(nodes))
+        }
+        possible = {error for error in ways if self._is_possible(routine, error)}
+        stopping = {error for error in ways if not self._is_left_out(error)} - {self.known.wait}
+        stopping = stopping if self._uses_signals(routine, set()) else set()
+        found: dict[int, Comment | None] = {}
+        line = rows[0].line
+        for s in rows:
+            line = s.line if s.means else line  # what has no meaning of its own goes with what is before it
+            errors = {error for error, lines in ways.items() if line in lines}
+            if not errors and (s is rows[0] or all(isinstance(one, _MARKERS) for one in s.means)):
+                errors = set(ways)  # it only frames what runs
+            if errors & possible:
+                continue
+            if answer is not None and self.known.wait in errors:
+                found[s.line] = None
+                self._tell_moved(s, stopping if s is rows[0] else set())
+            else:
+                found[s.line] = Comment(s.line, s.text.strip())
+                self._tell_left_out(s, _BUS if errors & stopping else _LEFT_OUT, errors)
+        return found
+
+    def _tell_moved(self, s: Disabled, stopping: set[str]) -> None:
+        """What is other of a row of a handler that stands behind its wait."""
+        if stopping:
+            self._tell_left_out(s, _BUS, stopping)
+        if any(isinstance(one, Process) and one.name == self.known.again for one in s.means):
+            says = _ENDLESS.format(language_of(self.program.vendor))
+            self.work.lose(s, Fate.APPROXIMATED, "order", says)
+
+    def _tell_left_out(self, s: Disabled, says: str, errors: set[str]) -> None:
+        names = ", ".join(sorted(error.upper() or "any other error" for error in errors))
+        self.work.lose(s, Fate.APPROXIMATED, "option", says.format(names or "nothing"))
+
+    def _named(self, nodes: Iterable[Node]) -> set[str]:
+        """The errors that a handler names, case folded."""
+        names = {e.name.casefold() for s in flat(nodes) for e in expressions_of(s) if isinstance(e, Named)}
+        return {n for n in names if n in self.own or self.known.names.fullmatch(n)}
+
+    def _answered(self, s: Wait, answer: _Answer | None, labels: set[str]) -> list[Statement]:
+        """A wait that fails, with what comes of it."""
+        way = self.work.limits.timed_out
+        late_condition = _TIMED_OUT if way else negated(s.condition)
+        if not way:
+            self.work.lose(s, Fate.APPROXIMATED, "wait", _ASKED_AGAIN)
+        again, onward = _label(labels, "again"), _label(labels, "onward")
+        if answer is None:
+            says = _STOPS.format(language_of(self.program.vendor))
+            self.work.lose(s, Fate.APPROXIMATED, "wait", says)
+            if way != "jump":
+                stop = (If(s.line, late_condition), Pause(s.line), EndIf(s.line))
+                return [Repeat(s.line), s, *stop, Until(s.line, negated(late_condition))]
+            inside: list[Statement] = [Pause(s.line), Jump(s.line, again)]
+        else:
+            ends = {self.known.again: again, self.known.onward: onward}
+            inside = [
+                Jump(one.line, ends[one.name]) if isinstance(one, Process) else one
+                for one in flat(_without_last(answer.nodes, self.known.onward))
+            ]
+        targets = {one.target for one in inside if isinstance(one, Jump)}
+        labels |= {again, onward}
+        rows: list[Statement] = [Label(s.line, again)] if again in targets else []
+        if way == "jump":
+            late = _label(labels, "late")
+            labels.add(late)
+            rows += [s, Jump(s.line, late, _TIMED_OUT), Jump(s.line, onward), Label(s.line, late), *inside]
+            return [*rows, Label(s.line, onward)]
+        rows += [s, If(s.line, late_condition), *inside, EndIf(s.line)]
+        return [*rows, Label(s.line, onward)] if onward in targets else rows
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """What a handler does where a wait has failed."""
+
+    nodes: tuple[Node, ...]
+
+
+def _statements(rows: Iterable[Disabled]) -> list[Statement]:
+    """What the rows of a handler mean, in the lines of these rows: another file's have moved."""
+    return [_in_line(one, row.line) for row in rows for one in row.means]
+
+
+def _in_line(s: Any, line: int) -> Any:
+    return replace(s, line=line)
+
+
+def _label(taken: Iterable[str], stem: str) -> str:
+    return next(name for name in (f"{stem}{n}" for n in count(1)) if name not in taken)
+
+
+@dataclass(frozen=True, slots=True)
+class _ErrorPath:
+    """One error on its way through a handler. `own`: errors that the program declares; `error`: case folded."""
+
+    known: ErrorHandling
+    own: frozenset[str]
+    error: str
+
+    def through(self, nodes: Iterable[Node]) -> list[Node]:
+        """What of a handler runs: branches that ask for another error are gone."""
+        found: list[Node] = []
+        for node in nodes:
+            if not isinstance(node, Block):
+                found.append(node)
+            elif isinstance(node.opener, Switch) and self._holds_error(node.opener.value):
+                found += self._case(node)
+            else:
+                found += self._branches(node)
+        return found
+
+    def _holds_error(self, e: Expression) -> bool:
+        return isinstance(e, Named) and e.name.casefold() == self.known.number
+
+    def _is_named(self, e: Expression) -> bool | None:
+        """Whether it is this error; None for what is no name of an error."""
+        name = e.name.casefold() if isinstance(e, Named) else ""
+        is_error = name in self.own or self.known.names.fullmatch(name)
+        return name == self.error if is_error else None
+
+    def _case(self, block: Block) -> list[Node]:
+        """What a choice by the error does."""
+        other: list[Node] = []
+        for marker, inside in block.branches[1:]:
+            if isinstance(marker, Default):
+                other = inside
+                continue
+            asked = [self._is_named(value) for value in getattr(marker, "values", ())]
+            if None in asked:
+                return [Block([(m, self.through(nodes)) for m, nodes in block.branches], block.closer)]
+            if True in asked:
+                return self.through(inside)
+        return self.through(other)
+
+    def _branches(self, block: Block) -> list[Node]:
+        """A block without the branches that do not run; alone what stands in the only one that does."""
+        branches: list[tuple[Statement, list[Node]]] = []
+        for marker, inside in block.branches:
+            holds = self._decided(marker.condition) if isinstance(marker, (If, ElseIf)) else None
+            if holds is False:
+                continue
+            done = self.through(inside)
+            if not branches and (holds or isinstance(marker, Else)):
+                return done
+            if not branches and isinstance(marker, ElseIf):
+                marker = If(marker.line, marker.condition, marker.comment)
+            branches.append((Else(marker.line) if holds else marker, done))
+            if holds:
+                break
+        return [Block(branches, block.closer)] if branches else []
+
+    def _decided(self, e: Expression) -> bool | None:
+        """Whether a condition holds; None where that depends on more than the error."""
+        match e:
+            case Compare("=" | "<>" as operator, left, right) if self._holds_error(left):
+                named = self._is_named(right)
+                return None if named is None else named == (operator == "=")
+            case Compare("=" | "<>" as operator, left, right) if self._holds_error(right):
+                return self._decided(Compare(operator, right, left))
+            case Unary("not", operand):
+                inner = self._decided(operand)
+                return None if inner is None else not inner
+            case Logic(first, rest):
+                value = self._decided(first)
+                for word, part in rest:
+                    value = _joined(word == "or", value, self._decided(part))
+                return value
+        return None
+
+
+def _joined(wins: bool, one: bool | None, other: bool | None) -> bool | None:
+    """Two conditions by "or" (`wins` True: one that holds decides) or "and" (False)."""
+    if wins in (one, other):
+        return wins
+    return None if None in (one, other) else not wins
+
+
+def _without_last(nodes: Sequence[Node], name: str) -> list[Node]:
+    """Without a process at the end of a way, behind which the same comes anyway."""
+    if not nodes:
+        return []
+    *before, last = nodes
+    if isinstance(last, Process) and last.name == name:
+        return before
+    if isinstance(last, Block) and not last.is_loop:
+        branches = [(marker, _without_last(inside, name)) for marker, inside in last.branches]
+        branches = [(marker, inside) for marker, inside in branches if inside or not isinstance(marker, Else)]
+        return [*before, Block(branches, last.closer)]
+    return list(nodes)

@@ -1,0 +1,171 @@
+"""Error handlers in languages without them: waits that fail, and handlers of what is not translated."""
+
+import math
+
+import pytest
+from translated_texts import ROBOT, converted, module, read, translated
+
+import olp
+from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey
+from olp.transpile.context import Context, Fate
+from olp.transpile.convert import convert, rerun
+from olp.transpile.link import link
+
+DATA = ("VAR num n:=0;", "VAR bool late:=FALSE;", "VAR errnum ERR_OWN:=-1;")
+TARGETS = ["krl", "tp", "inform", "urscript"]
+
+
+def handled(*handler, before=("WaitDI di2,1\\MaxTime:=3;",)):
+    return module("SetDO do2,1;", *before, "SetDO do3,1;", "ERROR", *handler, data=DATA)
+
+
+def outputs(text, target, **inputs):
+    """What the translation sets: (the source's number, value), in order; `inputs`: di2=0 …"""
+    source = read(text, "rapid")
+    given = {SignalKey(NAMED_SIGNAL, name): (value,) for name, value in inputs.items()}
+    made = converted(text, "rapid", target)
+    names = {
+        made.translated.mapping.get(("signal", f"out do{n}"), f"out {n}").split()[-1]: n for n in (2, 3, 4)
+    }
+    plan = rerun(made, target, ROBOT, source, [given]).plans[1]
+    events = [event for _, event in sorted(plan.events.items()) if event.kind == "set"]
+    numbers = [one.signals[0].rpartition("(")[2].rstrip(")") for one in events]
+    return [
+        (names.get(n, n), None if math.isnan(e.value) else e.value)
+        for n, e in zip(numbers, events, strict=True)
+    ]
+
+
+def fates(text, target):
+    made = converted(text, "rapid", target).translated.losses
+    return {loss.line: loss.fate for loss in made if loss.statement == "Disabled"}
+
+
+RETRIES = (
+    "IF ERRNO=ERR_WAIT_MAXTIME THEN",
+    "SetDO do2,0;",
+    "n:=n+1;",
+    "IF n<3 THEN",
+    "RETRY;",
+    "ELSE",
+    "TRYNEXT;",
+    "ENDIF",
+    "ENDIF",
+)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_wait_at_its_limit_does_what_its_handler_does(target):
+    text = handled(*RETRIES)
+    assert outputs(text, target, di2=1) == [(2, 1), (3, 1)]
+    assert outputs(text, target, di2=0) == [(2, 1), (2, 0), (2, 0), (2, 0), (3, 1)]
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_each_way_of_a_handler_ends_as_it_says(target):
+    choice = (
+        "TEST ERRNO",
+        "CASE ERR_WAIT_MAXTIME:",
+        "SetDO do4,1;",
+        "RETURN;",
+        "DEFAULT:",
+        "TRYNEXT;",
+        "ENDTEST",
+    )
+    assert outputs(handled(*choice), target, di2=0) == [(2, 1), (4, 1)]
+    assert outputs(handled("SetDO do4,1;", "TRYNEXT;"), target, di2=0) == [(2, 1), (4, 1), (3, 1)]
+    either = ("IF ERRNO=ERR_DIVZERO OR ERR_WAIT_MAXTIME=ERRNO THEN", "SetDO do4,1;", "ENDIF", "TRYNEXT;")
+    assert outputs(handled(*either), target, di2=0) == [(2, 1), (4, 1), (3, 1)]
+    other = ("IF ERRNO<>ERR_WAIT_MAXTIME THEN", "SetDO do4,1;", "ENDIF", "TRYNEXT;")
+    assert outputs(handled(*other), target, di2=0) == [(2, 1), (3, 1)]
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_wait_that_nothing_handles_stops_the_program_and_says_so(target):
+    text = module("SetDO do2,1;", "WaitDI di2,1\\MaxTime:=3;", "SetDO do3,1;")
+    stop = {"krl": "HALT", "tp": "PAUSE", "inform": "PAUSE", "urscript": "blocking=True"}[target]
+    made = converted(text, "rapid", target)
+    assert stop in translated(text, "rapid", target)
+    assert [loss.fate for loss in made.translated.losses if "at its limit" in loss.says] == [
+        Fate.APPROXIMATED
+    ]
+    assert outputs(text, target, di2=1) == [(2, 1), (3, 1)]
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_wait_whose_limit_the_program_asks_for_stays_as_it_is(target):
+    text = module("WaitDI di2,1\\MaxTime:=3\\TimeFlag:=late;", "SetDO do3,1;", data=DATA)
+    assert "at its limit" not in str(converted(text, "rapid", target).translated.losses)
+
+
+@pytest.mark.parametrize(
+    "handler",
+    [
+        ("IF ERRNO=ERR_WAIT_MAXTIME THEN", "SetDO do4,1;", "ENDIF"),  # how it ends is not said
+        ("IF ERRNO=ERR_WAIT_MAXTIME THEN", "RAISE;", "ENDIF"),
+        ("IF n=ERRNO THEN", "n:=ERRNO;", "ENDIF", "TRYNEXT;"),
+        ("SocketClose s;", "TRYNEXT;"),
+    ],
+)
+def test_a_handler_that_cannot_be_said_is_left_out_as_a_whole(handler):
+    text = handled(*handler)
+    assert outputs(text, "krl", di2=1) == [(2, 1), (3, 1)]
+    assert "HALT" in translated(text, "rapid", "krl")
+    first = text.splitlines().index("ERROR") + 1
+    assert set(fates(text, "krl").values()) == {Fate.COMMENTED}
+    assert min(fates(text, "krl")) == first
+
+
+def test_errors_go_to_callers_whose_handlers_are_left_out():
+    rows = [
+        "take;",
+        "ERROR",
+        "IF ERRNO=ERR_WAIT_MAXTIME TRYNEXT;",
+        "ENDPROC",
+        "PROC take()",
+        "WaitDI di2,1\\MaxTime:=3;",
+    ]
+    assert set(fates(module(*rows), "krl").values()) == {Fate.COMMENTED}
+
+
+SOCKETS = (
+    "IF ERRNO=ERR_SOCK_CLOSED THEN",
+    "SocketClose s;",
+    "RETRY;",
+    "ELSEIF ERRNO=ERR_OWN THEN",
+    "n:=1;",
+    "TRYNEXT;",
+)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_what_handles_only_what_is_not_translated_is_told_as_left_out(target):
+    data = (*DATA, "VAR socketdev s;")
+    rows = ("n:=2;", "SocketReceive s;", "IF n>3 RAISE ERR_OWN;", "ERROR", *SOCKETS, "ENDIF")
+    assert set(fates(module(*rows, data=data), target).values()) == {Fate.APPROXIMATED}
+    # The same behind a move, which may fail: what the handler does about that is lost.
+    rows = ("MoveAbsJ [[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", *rows[1:4])
+    found = fates(module(*rows, *SOCKETS, "ELSE", "n:=5;", "ENDIF", data=data), target)
+    lost = [line for line, fate in found.items() if fate is Fate.COMMENTED]
+    text = module(*rows, *SOCKETS, "ELSE", "n:=5;", "ENDIF", data=data).splitlines()
+    assert [text[line - 1] for line in lost] == [
+        "ERROR", SOCKETS[0], SOCKETS[3], "ELSE", "n:=5;", "ENDIF",
+    ]  # fmt: skip
+
+
+def test_the_handler_of_a_quotient_stays_refused():
+    text = module("n:=1/n;", "ERROR", "IF ERRNO=ERR_SOCK_CLOSED TRYNEXT;", "RETRY;", data=DATA)
+    assert set(fates(text, "krl").values()) == {Fate.COMMENTED, Fate.APPROXIMATED}
+    assert set(fates(module("f;", "ERROR", "TRYNEXT;", data=DATA), "krl").values()) == {Fate.COMMENTED}
+
+
+def test_what_a_handler_needs_of_other_files_comes_with_it(tmp_path):
+    rows = ("WaitDI di2,1\\MaxTime:=3;", "ERROR", "undo_grip most;", "TRYNEXT;")
+    (tmp_path / "M.mod").write_text(module(*rows))
+    other = "MODULE O\nCONST num most:=4;\nPROC undo_grip(num n)\nIF n>3 SetDO do9,1;\nENDPROC\nENDMODULE\n"
+    (tmp_path / "O.mod").write_text(other)
+    linked = link(olp.read(tmp_path / "M.mod")).program
+    assert "undo_grip" in {routine.name for routine in linked.routines}
+    made = b"".join(convert(linked, "krl", Context(robot=ROBOT)).files.values()).decode()
+    assert "undo_grip (most)" in made
+    assert "most=4" in made
