@@ -294,7 +294,8 @@ class _Handlers:
             self.work.lose(s, Fate.APPROXIMATED, "order", says)
 
     def _tell_left_out(self, s: Disabled, says: str, errors: set[str]) -> None:
-        names = ", ".join(sorted(error.upper() or "any other error" for error in errors))
+        told = errors - {self.known.wait} if _OTHER in errors else errors
+        names = ", ".join(sorted(error.upper() or "any other error" for error in told))
         self.work.lose(s, Fate.APPROXIMATED, "option", says.format(names or "nothing"))
 
     def _named(self, nodes: Iterable[Node]) -> set[str]:
