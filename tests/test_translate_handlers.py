@@ -160,7 +160,7 @@ def test_the_handler_of_a_quotient_stays_refused():
 
 
 def test_what_a_handler_needs_of_other_files_comes_with_it(tmp_path):
-    rows = ("WaitDI di2,1\\MaxTime:=3;", "ERROR", "undo_grip most;", "TRYNEXT;")
+    rows = ("WaitDI di2,1\\MaxTime:=3;", "ERROR", "undo_grip MOST;", "TRYNEXT;")
     (tmp_path / "M.mod").write_text(module(*rows))
     other = "MODULE O\nCONST num most:=4;\nPROC undo_grip(num n)\nIF n>3 SetDO do9,1;\nENDPROC\nENDMODULE\n"
     (tmp_path / "O.mod").write_text(other)

@@ -38,8 +38,9 @@ _LEAVES: Final = frozenset({Number, SignalState, Taught, Text, Named, PositionLi
 _MEASURED: Final = frozenset({Speed, Blend, Acceleration})
 # Of statements and expressions that hold further ones: the names of the fields that may.
 _FIELDS: dict[type, tuple[str, ...]] = {}
+# `means`: of a handler, which the program's run does not come to.
 _PLAIN: Final = frozenset(
-    {"line", "comment", "spelling", "path", "operator", "name", "store", "native", "other"}
+    {"line", "comment", "spelling", "path", "operator", "name", "store", "native", "other", "means"}
 )
 
 
@@ -216,7 +217,6 @@ def _field_names(kind: type) -> tuple[str, ...]:
 
 _ATOMS: Final = frozenset(
     {"str", "int", "float", "bool", "tuple[float, ...]", "tuple[int, ...]", "tuple[tuple[str, str], ...]"}
-    | {"tuple[Statement, ...]"}  # of a handler, which the program's run does not come to
 )
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source
 from olp.ir.expressions import CallValue, Expression, Named
-from olp.ir.program import Call, Declare, Move, Program, Routine, Statement
-from olp.ir.transformer import edited, expressions_of, mapped, note_names
+from olp.ir.program import Call, Declare, Disabled, Move, Program, Routine, Statement
+from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
 
@@ -129,7 +129,7 @@ class _Joined:
         spelt = {d.name.casefold(): d.name for d in data if id(d) not in own}
         used: set[str] = set()
         for row in (*data, *(row for r in routines for row in (*r.data, *r.body))):
-            note_names(row, used)
+            note_names(row.means if isinstance(row, Disabled) else row, used)
         wrong = {name: spelt[name.casefold()] for name in used if spelt.get(name.casefold(), name) != name}
         if not wrong:
             return routines, data
@@ -137,7 +137,8 @@ class _Joined:
         def change(e: Expression) -> Expression:
             return Named(wrong[e.name]) if type(e) is Named and e.name in wrong else e
 
-        return tuple([mapped(r, change) for r in routines]), tuple([mapped(d, change) for d in data])
+        routines = tuple([_with_handlers(mapped(r, change), change) for r in routines])
+        return routines, tuple([mapped(d, change) for d in data])
 
     def add_routines(self) -> None:
         """The routines that calls name, and those that they call; with the data of their files."""
@@ -214,6 +215,14 @@ class _Joined:
             self.lines += other.source.lines
         offset = self.offsets[id(other)]
         self.data += [_moved(d, offset) for d in rows]
+
+
+def _with_handlers(routine: Routine, change: Change) -> Routine:
+    """The same done to what handlers mean, which `mapped` passes over."""
+    if not any(isinstance(s, Disabled) and s.means for s in routine.body):
+        return routine
+    body = [replace(s, means=mapped(s.means, change)) if isinstance(s, Disabled) else s for s in routine.body]
+    return replace(routine, body=tuple(body))
 
 
 def _shifted(routine: Routine, offset: int) -> Routine:
