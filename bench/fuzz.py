@@ -5,10 +5,11 @@
     python bench/fuzz.py TARGET… --found DIR --keep     adds to the kept inputs what runs lines that none of them runs
     python bench/fuzz.py TARGET… --seconds 60           blindly changed inputs, drawn by --seed; CI draws by its commit
 
-A target gets bytes and raises when a promise is broken: anything but OlpError, other bytes than were read, more than
-a second of CPU time for up to 64 kB. Fuzzing goes on after a finding; each is written to DIR once, and run again
-afterwards without the instruments, which make everything slower. The kept inputs are in `fuzz_kept`, a file per target,
-a JSON string per line whose characters are bytes. Exit status 1 when anything is left.
+A target gets bytes and raises when a promise is broken: anything but OlpError, a warning of NumPy's, other bytes than
+were read, more than a second of CPU time for up to 64 kB. Fuzzing goes on after a finding; each is written to DIR
+once, and run again afterwards without the instruments, which make everything slower. The kept inputs are in
+`fuzz_kept`, a file per target, a JSON string per line whose characters are bytes. Exit status 1 when anything is
+left.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -350,7 +352,10 @@ def fault(name: str, data: bytes, folder: Path, limit: float = LIMIT) -> Fault |
     """What is wrong with olp, given these bytes."""
     began = time.process_time()
     try:
-        with clock():
+        with clock(), warnings.catch_warnings():
+            warnings.simplefilter(
+                "error"
+            )  # NumPy's, of numbers that it cannot hold: they would reach the user
             TARGETS[name](data, folder)
     except Hang as problem:
         return Fault("hang", _where(problem))
@@ -378,6 +383,10 @@ def warm(name: str, folder: Path) -> None:
 _EXTREMES = (
     b"1e308",
     b"-1e-308",
+    b"9e99",  # the most that readers take
+    b"-1e-99",
+    b"9" * 99 + b".9",  # where no exponents are read
+    b"0." + b"0" * 90 + b"1",
     b"9" * 40,
     b"0",
     b"-1",
@@ -388,6 +397,7 @@ _EXTREMES = (
     b"\x83\x5c",
     b"(" * 300,
 )
+_NUMBER = re.compile(rb"\d+(\.\d+)?([eE][-+]?\d+)?")
 
 
 def changed(name: str, seconds: float, seed: int) -> Run:
@@ -414,13 +424,11 @@ def changed(name: str, seconds: float, seed: int) -> Run:
 
 def _change(data: bytes, other: bytes, drawn: random.Random) -> bytes:
     """A part left out, doubled, taken from another input, or made another byte, word or number."""
+    if drawn.random() < 0.3 and (numbers := [found.span() for found in _NUMBER.finditer(data)]):
+        return _with_absurd_numbers(data, numbers, drawn)
     low, high = sorted(drawn.choices(range(len(data) + 1), k=2))
     high = min(high, low + drawn.choice((1, 8, 200, LONGEST)))
     begin = drawn.randrange(len(other) + 1)
-    numbers = [found.span() for found in re.finditer(rb"\d+", data[:4_000])]
-    if numbers and drawn.random() < 0.3:
-        low, high = drawn.choice(numbers)
-        return data[:low] + drawn.choice(_EXTREMES) + data[high:]
     part = drawn.choice(
         (
             b"",
@@ -431,6 +439,14 @@ def _change(data: bytes, other: bytes, drawn: random.Random) -> bytes:
         )
     )
     return (data[:low] + part + data[high:])[:LONGEST]
+
+
+def _with_absurd_numbers(data: bytes, numbers: list[tuple[int, int]], drawn: random.Random) -> bytes:
+    """One to four of the numbers, or a quarter of all, made ones that no arm, clock or variable has."""
+    count = drawn.choice((1, 1, 2, 4, len(numbers) // 4 + 1))
+    for low, high in sorted(drawn.sample(numbers, min(len(numbers), count)), reverse=True):
+        data = data[:low] + drawn.choice(_EXTREMES) + data[high:]
+    return data[:LONGEST]
 
 
 # --- Guided by coverage ---

@@ -1,13 +1,10 @@
 """The blind proof's own machinery: the same seed makes the same cases, olp reads them, and the scorer can tell."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench.concealed import fake
 from bench.concealed.arms import forward, inverse, random_arm

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 import shutil
-import sys
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path as FilePath
 
 import pytest
+from contract_faults import KINDS
+from contract_faults.code import source_of
 
 from olp import cli
 from olp.contracts import (
@@ -38,10 +39,6 @@ from olp.robots.robot import robot_names
 from olp.timing.motion import load_model, model_names
 from olp.timing.physics import load_term, term_names
 from olp.transpile.export import writable
-
-sys.path.insert(0, str(FilePath(__file__).parent.parent / "bench"))
-from contract_faults import KINDS
-from contract_faults.code import source_of
 
 HOSTS = FilePath(__file__).parent.parent / "hosts"
 MAKERS = sorted({name.partition("/")[0] for name in robot_names()})

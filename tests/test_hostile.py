@@ -19,6 +19,8 @@ from pathlib import Path
 
 import pytest
 
+from bench import fuzz, hostile
+from bench.hostile import JOB, SAMPLES
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.files import write_output
@@ -28,11 +30,6 @@ from olp.fluent import read, read_source
 from olp.ir.expressions import Function, Named, Number, PositionLiteral, Text
 from olp.ir.statements import Assign
 from olp.runtime import computing
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
-from bench import fuzz, hostile
-from bench.hostile import JOB, SAMPLES
 
 needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 

@@ -134,7 +134,7 @@ class Conventions:
         False  # the controller holds tools, frames and signals by names that no file declares
     )
     clocks_run: bool = False  # clocks count from the controller's start on and do not stop
-    zeroed_clock: str = ""  # what the manual leaves open of a running clock that is set to 0
+    zeroed_clock: str = ""  # what is taken, unconfirmed, of a running clock that is set to 0
     numeric_booleans: bool = False  # digital signals are numbers, 0 and 1
     names_read_frames: bool = (
         False  # reading the position may name a tool and a frame; else those that hold count

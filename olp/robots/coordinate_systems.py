@@ -54,6 +54,8 @@ class Resolved(NamedTuple):
 
 
 EXTERNAL_AXES = "external axes are not in this plan: they are assumed never to be the slowest"
+# [m, rad or pulses] Nothing that a cell holds is farther; powers of larger numbers leave what floating point can hold.
+_FARTHEST = 1e12
 ROBOT_GAP = "robot "  # begins the key of a gap that a robot for the mechanism would fill
 
 
@@ -84,7 +86,20 @@ class Cell:
 
         Pulses and joints give axes and, for an arm whose geometry is known, the pose; poses give the tool pose and,
         for such an arm, the axes of the branch that the configuration names (the nearest to `seed` (k,) without one).
+        Rows with absurd numbers are unknown.
         """
+        absurd = np.flatnonzero((np.abs(np.nan_to_num(values)) > _FARTHEST).any(axis=1))
+        if not absurd.size:
+            return self._resolve(mechanism, state, values, seed)
+        self._gap("absurd", f"positions with numbers beyond {_FARTHEST:g} are not known", True)
+        known = np.array(values)
+        known[absurd] = 0.0
+        resolved = self._resolve(mechanism, state, known, seed)
+        for column in resolved:
+            column[absurd] = np.nan
+        return resolved
+
+    def _resolve(self, mechanism: int, state: PointState, values: Floats, seed: Floats | None) -> Resolved:
         if not self.mechanisms[mechanism].is_robot:
             return self._resolve_external(mechanism, state, values)
         if state.own:
@@ -109,7 +124,7 @@ class Cell:
                     f"tool {number} is not known (no TOOL.CND beside it, no [tools] in olp.toml): the flange is used",
                 )
             return Pose.identity()
-        return tool.pose
+        return self._near(f"tool {number}", tool.pose)
 
     def user_frame(self, number: int) -> Pose:
         """A user frame in the base; the base itself when the frame is not known (reported)."""
@@ -121,7 +136,14 @@ class Cell:
                 "taken as the base frame",
             )
             return Pose.identity()
-        return frame
+        return self._near(f"user frame {number}", frame)
+
+    def _near(self, name: str, pose: Pose) -> Pose:
+        """The pose of a tool or frame; none where it is absurdly far (reported)."""
+        if (np.abs(pose.position) <= _FARTHEST).all():
+            return pose
+        self._gap(name, f"{name} is farther than {_FARTHEST:g} m: it is left out")
+        return Pose.identity()
 
     def _resolve_external(self, mechanism: int, state: PointState, values: Floats) -> Resolved:
         robot = self.robot(mechanism)

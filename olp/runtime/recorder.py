@@ -129,6 +129,7 @@ def from_share(cptp: ArrayLike, length: ArrayLike) -> Floats:
 # --- Columns ---
 
 _JOINT = PATHS.index(Path.JOINT)
+_HIGHEST_TOOL = np.iinfo(np.int32).max  # a program may write a number of any size, which is no tool's
 NOWHERE = -1  # the position before the first move
 
 # start, target, mechanism, path, unit, speed, blend code, blend, acceleration, deceleration, end of arc
@@ -204,7 +205,7 @@ def _resolve(
         known = min(resolved.axes.shape[1], axes.shape[1])  # seven pulses of an unknown arm tell nothing
         axes[rows, :known] = resolved.axes[:, :known]
         if cell.mechanisms[batch.mechanism].is_robot:
-            tools[rows] = batch.state.tool
+            tools[rows] = max(-_HIGHEST_TOOL, min(batch.state.tool, _HIGHEST_TOOL))
             says[rows] = says_of(cell, batch.mechanism, batch.state, resolved.axes)
     return Positions(position, quaternion, axes), tools, says
 

@@ -6,6 +6,7 @@ another file that shares it. Files of the folder are read when no file read so f
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, RecordLiteral, Signal, Variable
@@ -16,7 +17,7 @@ from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import Array, PositionValue, Record, Scope, Slot, Value
 from olp.runtime.state import Machine, StatementError
 
-_MOST_ITEMS = 100_000  # of an array; controllers stop far below
+_MOST_ITEMS = 100_000  # of an array, over all its dimensions; controllers stop far below
 _AXES = 6  # of the arms that URScript moves
 _STORABLE = (Named, Item, Member, Variable)  # what a routine hands a value back to; a constant stays
 _ZEROS: dict[str, Value] = {"integer": 0, "real": 0.0, "boolean": False, "string": "", "character": ""}
@@ -162,7 +163,11 @@ def _in_any_order(m: Machine, scope: Scope, waiting: tuple[Declare, ...]) -> Non
 def _slot(m: Machine, s: Declare) -> Slot:
     from olp.runtime.evaluate import evaluate, whole
 
-    sizes = [min(whole(m, size), _MOST_ITEMS) for size in s.sizes]
+    sizes = [max(0, whole(m, size)) for size in s.sizes]
+    if math.prod(size or 1 for size in sizes) > _MOST_ITEMS:  # empty ones are built, too
+        raise StatementError(
+            "I202", f"{s.name} has more than {_MOST_ITEMS:,} items", "make the array smaller"
+        )
     if s.value is None:
         return Slot(_empty(s.type, sizes), s.type, s.shared)
     value = evaluate(m, s.value)
@@ -174,8 +179,7 @@ def _slot(m: Machine, s: Declare) -> Slot:
 def _empty(type_: str, sizes: list[int]) -> Value | None:
     if not sizes:
         return _ZEROS.get(type_)
-    count = max(0, min(sizes[0], _MOST_ITEMS))
-    return Array([_empty(type_, sizes[1:]) for _ in range(count)])
+    return Array([_empty(type_, sizes[1:]) for _ in range(sizes[0])])
 
 
 def literal(m: Machine, e: RecordLiteral) -> Value:

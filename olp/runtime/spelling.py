@@ -43,7 +43,8 @@ def spell(e: Expression) -> str:
         case SignalState(on):
             return "on" if on else "off"
         case Variable(store, index, local, name):
-            place = f"{index.value:03d}" if isinstance(index, Number) else f"[{spell(index)}]"
+            number = index.value if isinstance(index, Number) else None
+            place = f"{number:03d}" if isinstance(number, int) else f"[{spell(index)}]"
             return name or f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{place}"
         case Taught(store, number):
             return f"{_TAUGHT_LETTERS.get(store, store)}{number:05d}"

@@ -153,10 +153,11 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
         for s in program.statements():
             target = _set_by(s)
             if target is not None and s.line not in lines:
-                line = next((unset[name] for name in _read_by(s) if name in unset), None)
-                if line is not None and target not in unset:
-                    unset[target] = line
-                    surely.add(target)
+                needed = [name for name in _read_by(s) if name in unset]
+                needed.sort(key=lambda name: name not in surely)
+                if needed and target not in unset:
+                    unset[target] = unset[needed[0]]
+                    surely |= {target} if needed[0] in surely else set()
     for s in program.statements() if unset else ():
         if s.line in lines or isinstance(s, Declare):
             continue

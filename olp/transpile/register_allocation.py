@@ -127,12 +127,12 @@ class PositionNumbers:
             .lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ[")
             .rstrip("]")
         )
-        first = self.registers.first_point
-        start = int(wanted) if wanted.isdecimal() else first
-        while not wanted.isdecimal() and any(at in taken for at in range(start, start + size)):
-            start += 1
-        largest = self._largest(store)
-        if start + size - 1 >= largest + first:
+        first, largest = self.registers.first_point, self._largest(store)
+        free = (
+            at for at in range(first, first + largest - size + 1) if taken.isdisjoint(range(at, at + size))
+        )
+        start = int(wanted) if wanted.isdecimal() else next(free, first + largest)
+        if start + size > first + largest:
             says = f"more than {largest} variables of one kind ({terminology.STORES[store]})"
             # What is declared in no line of its own, such as a member of a record, falls with its uses.
             self.work.lose(self.lines.get(name) or self.line, Fate.REFUSED, "variable", says)

@@ -31,7 +31,7 @@ class Tp(Vendor):
     conventions = Conventions(
         arguments_are_values=True,
         sums_of_positions=True,
-        zeroed_clock="a running timer that is reset is taken to go on: FANUC's manual does not say",
+        zeroed_clock="a running timer that is reset is taken to go on, which no manual confirmed",
         arm_flags=ArmFlags.COUNTED,
         frame_spelling={"tool": "UTOOL[{}]", "user": "UFRAME[{}]"},
         wrist_target_axes=True,

@@ -35,7 +35,7 @@ LIMITS: Final = Limits(
     names=r"[A-Za-z][A-Za-z0-9_]*",
     numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
     # At controlled start (Program Limits Setup): position registers up to 2000 for one group, numbers up to 1500 of an
-    # R-30iB; texts: no bound told.
+    # R-30iB (the numbers from memory, no page at hand); texts: no bound told.
     enlarged={Store.REAL: 1500, Store.ROBOT: 2000, Store.STRING: 1000},
     has_goto=True,
     has_if=True,
