@@ -233,6 +233,31 @@ def test_the_load_that_the_simulation_was_told_is_compared_with_the_real_one(tmp
     assert growth.low < 0.05 < growth.high
 
 
+@pytest.mark.parametrize(
+    ("loads", "carried", "names"),
+    [
+        ([0.0, 4.0, 12.0], 4.0, {"payload"}),
+        ([0.0, 4.0, 12.0], 2.0, {"payload", "acceleration"}),
+        ([0.0, 12.0], 3.0, {"payload", "acceleration"}),
+    ],
+)
+def test_a_simulation_carries_a_load_that_some_move_carries_or_has_another_acceleration(
+    loads, carried, names, tmp_path
+):
+    """With two loads a simulation that carries the heavy one, and is too quick, says the same: that is no third way
+    between which nothing would be wrong with the acceleration."""
+    _, _, way, speed = program(10)
+    rng = np.random.default_rng(10)
+    load = rng.choice(loads, COUNT)
+    ratio = (1.0 + 0.05 * carried) / (1.0 + 0.05 * load)
+    real = travel(way, speed, ACCELERATION * ratio) + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 10, {"payload_kg": load})).diagnosis
+    assert {f.term for f in found.findings} == names
+    told = next(f for f in found.findings if f.term == "payload").parameters
+    assert told["growth"].value == pytest.approx(0.05, rel=0.03)
+    assert "simulated" not in told or told["simulated"].value == carried
+
+
 def axes(folder, ramps, paces, more, noise=0.0):
     """A recording of a KR 3, an axis at a time, at four speeds, robot and simulation under an override of 85 %:
     the robot's ramps (6,) [1] and speeds (6,) [1] over the simulated ones."""

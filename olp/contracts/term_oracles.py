@@ -125,15 +125,15 @@ def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """a / (1 + k m), a (1 - k m), a / (1 + k (m - m₀)), or a (1 + k m₀) / (1 + k m) with the simulated mass of each."""
+    """a / (1 + k m), a (1 - k m), or a (1 + k m₀) / (1 + k m) with one simulated mass, or that of each."""
     mass = np.nan_to_num(case.payload)
     if form.key == "real over simulated":
         return both(case, (1.0 + values[0] * np.nan_to_num(case.sim_payload)) / (1.0 + values[0] * mass))
     if form.key == "weight":
         return both(case, 1.0 - values[0] * mass)
-    known = np.isfinite(case.payload)
-    more = values[0] * np.where(known, mass - (values[1] if len(values) > 1 else 0.0), 0.0)
-    return both(case, 1.0 / np.maximum(1.0 + more, 0.1))
+    simulated = values[1] if len(values) > 1 else 0.0
+    share = (1.0 + values[0] * simulated) / (1.0 + values[0] * mass)
+    return both(case, np.where(np.isfinite(case.payload), share, 1.0))
 
 
 def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:

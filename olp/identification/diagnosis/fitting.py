@@ -242,21 +242,26 @@ def _slopes(
     case: MeasuredMoves,
     noise: Noise,
 ) -> Floats:
-    """(n, p) by differences; `here`: the smooth prediction at `place`."""
+    """(n, p) by differences, 0 for what is listed; `here`: the smooth prediction at `place`."""
     low, high = bounds
-    steps, changes, first = [], [], 0
+    steps, changes, free, first = [], [], [], 0
     for owner, part in enumerate(model.parts):
         last = first + len(part.form.parameters)
         for index in range(first, last):
+            if part.form.parameters[index - first].listed:
+                continue
             step = _STEP * (high[index] - low[index])
             steps.append(-step if place[index] + step > high[index] else step)
             moved = place[first:last].copy()
             moved[index - first] += steps[-1]
             changes.append((owner, _placed(part, moved)))
+            free.append(index)
         first = last
     there = _unpack(model, place).smooth_with(changes, case)
-    columns = [(one - here) / step for one, step in zip(there, steps, strict=True)]
-    return whiten(np.stack(columns, axis=1), noise, case)
+    columns = np.zeros((len(case), len(place)))
+    for index, one, step in zip(free, there, steps, strict=True):
+        columns[:, index] = (one - here) / step
+    return whiten(columns, noise, case)
 
 
 def _pack(model: DurationModel) -> Floats:

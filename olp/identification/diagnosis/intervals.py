@@ -94,7 +94,8 @@ def _told(parameter: TermParameter, value: float, low: _Side, high: _Side) -> Fi
     least, most = np.log(bounds) if parameter.log else bounds
     span = float(most - least)
     place = math.log(value) if parameter.log else value
-    at_bound = min(place - least, most - place) < _AT * span and value != parameter.null
+    near = min(place - least, most - place) < _AT * span
+    at_bound = near and value != parameter.null and not parameter.listed
     # Beyond the span's ends no likelihood was asked.
     ends = np.clip([low.at, high.at], place - 20 * span, place + 20 * span)
     ends = np.exp(np.clip(ends, -700, 700)) if parameter.log else ends
@@ -126,7 +127,7 @@ def _ends(
         plain, whole = float(errors.plain[k]), float(errors.whole[k])
         deviations = near * (_QUANTILE + _SMALL / freedom) * (whole / plain if plain > 0 else 1.0)
         for sign, ends, bound in ((-1, sides[0], least[k]), (1, sides[1], most[k])):
-            if part.term.name == LATTICE or (wanted is not None and k not in wanted):
+            if part.term.name == LATTICE or parameter.listed or (wanted is not None and k not in wanted):
                 ends.append(_Side(float(place[k]), True))
                 continue
             far = distance(fitted, k, sign, plain, deviations, case, noise)
@@ -175,7 +176,14 @@ def _widen(
         null = math.log(null) if terms[at][1].log and null > 0 else null
         if other.names == fitted.names and others[0][at].at < null < others[1][at].at:
             continue  # the term acts through the form's other parameters: this one tells nothing
-        low[k], high[k] = min(low[k], others[0][at]), max(high[k], others[1][at])
+        ends = (min(low[k], others[0][at]), max(high[k], others[1][at]))
+        if (
+            other.names == fitted.names
+            and ends[0].at < null < ends[1].at
+            and not low[k].at <= null <= high[k].at
+        ):
+            continue  # neither way has the null: between them nothing is as likely
+        low[k], high[k] = ends
 
 
 def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> _Errors:

@@ -162,7 +162,8 @@ def _promising(shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: N
     root = np.sqrt(weight)[:, None]
     columns = root * whiten(shelf.columns, noise, case)
     if fitted.model.parts:
-        basis, _ = np.linalg.qr(root * slopes_of(fitted.model, case, noise))
+        slopes = root * slopes_of(fitted.model, case, noise)
+        basis, _ = np.linalg.qr(slopes[:, slopes.any(axis=0)])
         columns = columns - basis @ (basis.T @ columns)
     size = (columns**2).sum(axis=0)
     pull = columns.T @ (root[:, 0] * residual)

@@ -10,7 +10,7 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 0.1  # [kg]
 _TOLD = "real over simulated"
-_LEAST = 0.1  # of the inertia that any load leaves
+_LOADS = 6  # of those that are carried, the simulated one among them
 
 
 class Payload(MoveTerm):
@@ -39,10 +39,20 @@ class Payload(MoveTerm):
         )
         forms = [Form("", (one,), r"a(m) = a / (1 + k m)"), Form("weight", (loss,), r"a(m) = a\,(1 - k m)")]
         low, high = float(np.nanmin(mass)), float(np.nanmax(mass))
+        # A simulation carries a load that some move carries: any other says that its acceleration is another one.
         simulated = TermParameter(
-            "simulated", "kg", low, high, np.nan, False, "load that the simulation carries"
+            "simulated",
+            "kg",
+            low,
+            high,
+            np.nan,
+            False,
+            "load that the simulation carries: one that a move carries",
+            listed=True,
         )
-        forms.append(Form("from the simulated load", (one, simulated), r"a(m) = a / (1 + k (m - m_{sim}))"))
+        forms.append(
+            Form("from the simulated load", (one, simulated), r"a(m) = a\,(1 + k m_{sim}) / (1 + k m)")
+        )
         return tuple(forms)
 
     def lacks(self, case: MeasuredMoves) -> str:
@@ -52,8 +62,7 @@ class Payload(MoveTerm):
         growth = np.array([[0.02], [0.1]]) * form.parameters[0].high
         if len(form.parameters) == 1:
             return growth
-        loads = np.unique(np.quantile(case.payload[np.isfinite(case.payload)], [0.0, 0.5]))
-        return np.array([[k[0], load] for k in growth for load in loads])
+        return np.array([[k[0], load] for k in growth for load in _carried(case)])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == _TOLD:
@@ -65,8 +74,11 @@ class Payload(MoveTerm):
             rest = 1.0 - values[0] * case.once("carried", lambda: np.nan_to_num(case.payload))
             return motion.with_(accelerate=motion.accelerate * rest, decelerate=motion.decelerate * rest)
         simulated = values[1] if form.key else 0.0
-        less = np.maximum(1.0 + values[0] * np.nan_to_num(case.payload - simulated), _LEAST)
-        return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
+        carried = case.once(
+            "carried or none", lambda: np.where(np.isfinite(case.payload), case.payload, -1.0)
+        )
+        ratio = (1.0 + values[0] * simulated) / (1.0 + values[0] * np.where(carried < 0, simulated, carried))
+        return motion.with_(accelerate=motion.accelerate * ratio, decelerate=motion.decelerate * ratio)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key == _TOLD:
@@ -77,9 +89,22 @@ class Payload(MoveTerm):
                 f"there is {ratio:.1%} of the acceleration"
             )
         most = float(np.nanmax(case.payload))
-        base = float(values[1]) if len(values) > 1 else 0.0
-        less = values[0] * most if form.key == "weight" else 1.0 - 1.0 / (1.0 + values[0] * (most - base))
-        return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {base:.4g} kg"
+        least = float(np.nanmin(case.payload)) if len(values) > 1 else 0.0
+        less = 1.0 - (1.0 + values[0] * least) / (1.0 + values[0] * most)
+        less = values[0] * most if form.key == "weight" else less
+        carries = f"; the simulation carries {values[1]:.4g} kg" if len(values) > 1 else ""
+        return f"with {most:.4g} kg there is {less:.0%} less acceleration than with {least:.4g} kg{carries}"
+
+
+def _carried(case: MeasuredMoves) -> Floats:
+    """(k,) [kg] the loads that moves carry, none left out where they are few."""
+    loads = case.payload[case.moving & np.isfinite(case.payload)]
+    each = np.unique(loads)
+    return (
+        each
+        if len(each) <= _LOADS
+        else np.unique(np.quantile(loads, np.linspace(0.0, 1.0, _LOADS), method="nearest"))
+    )
 
 
 def _told(case: MeasuredMoves) -> bool:

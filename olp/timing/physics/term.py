@@ -32,7 +32,8 @@ class Stage(IntEnum):
 
 
 class TermParameter(NamedTuple):
-    """One number of a term. `null`: the value at which the term does nothing (may be infinite)."""
+    """One number of a term. `null`: the value at which the term does nothing (may be infinite); `listed`: it is one of
+    those that the term guesses, and nothing between them."""
 
     name: str
     unit: str  # SI, "1" for a ratio
@@ -41,6 +42,7 @@ class TermParameter(NamedTuple):
     null: float
     log: bool = False  # whether the search walks in its logarithm (positive scales)
     meaning: str = ""
+    listed: bool = False
 
 
 class Form(NamedTuple):
