@@ -15,11 +15,12 @@ from typing import ClassVar, NamedTuple
 NUMBER = "\0"  # in a piece's lines: where the number of a position stands
 COUNTER = "\1"  # as often as the number of the line has columns
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
-_BLANKS = re.compile(r"\s+")
-_BESIDE_SIGNS = re.compile(r" (?=[=,(){}\[\]:;<>])|(?<=[=,(){}\[\]:;<>]) ")
+_BLANKS = re.compile(r"\s{2,}|[^\S ]")
+_BESIDE_SIGNS = re.compile(r" (?:(?=[=,(){}\[\]:;<>])|(?<=[=,(){}\[\]:;<>] ))")
 _NEVER = re.compile(r"(?!)")
 _DECIMAL = re.compile(r"(?<![\w.])\d++\.\d++(?![\w.])")
-_NO_SIGN = re.compile(r"(?<=[\s,:=({\[])-(?=0\.?(?![\w.]))")
+_ENDS_IN_ZERO = re.compile(r"0(?![\w.])")
+_NO_SIGN = re.compile(r"-(?<=[\s,:=({\[]-)(?=0\.?(?![\w.]))")
 _DIGITS = re.compile(r"\d+")
 
 
@@ -182,8 +183,9 @@ class MergeRules:
     def _plain(self, words: str) -> str:
         if self.ignores_case:
             words = words.casefold()
-        words = self.reals.sub(r"\g<0>.", words)
-        if "." in words:
+        if self.reals is not _NEVER:
+            words = self.reals.sub(r"\g<0>.", words)
+        if "." in words and _ENDS_IN_ZERO.search(words):
             words = _DECIMAL.sub(lambda match: match[0].rstrip("0"), words)
         return _NO_SIGN.sub("", words) if "-0" in words else words
 

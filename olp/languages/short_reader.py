@@ -166,45 +166,52 @@ class LineParser:
     ) -> None:
         self.findings, self.codes, self.broken = findings, codes, 0
         self._language, self._rules, self._known, self._moves = language, rules, known, moves
+        self._shelf = shelf(f"{language} lowered") if rules.settled_by is not None else None
 
     def parse(self, text: str, number: int) -> list[Any]:
         """What the instruction in line `number` stands for; empty where it is broken. Never raises."""
-        from lark.exceptions import UnexpectedInput, VisitError
+        from lark.exceptions import UnexpectedInput
 
         self.findings.kinds[number - 1] = LineKind.STATEMENT
-        if self._too_much(text, number):
+        found = self._lowered_before(text) if self.broken < MOST_BROKEN else None
+        if found is None and self._too_much(text, number):
             return []
         try:
-            found = self._lowered(text)
+            found = self._lowered(text) if found is None else found
         except UnexpectedInput as refused:
             return self._refused(text, number, refused)
-        except VisitError as problem:
-            if isinstance(problem.orig_exc, BrokenLineError):
-                self._tell(text, number, problem.orig_exc.message, 1, problem.orig_exc.wanted)
-                return []
-            if isinstance(problem.orig_exc, NotModelledError):
-                return [self.opaque(text, number)]
-            raise
+        except BrokenLineError as problem:
+            self._tell(text, number, problem.message, 1, problem.wanted)
+            return []
+        except NotModelledError:
+            return [self.opaque(text, number)]
         several = found if isinstance(found, list) else [found]
         return [placed(one, number) if hasattr(one, "line") else one for one in several]
 
     def _lowered(self, text: str) -> Any:
-        """What the rules make of the text; where somebody remembers, once, as long as its names are spelled alike."""
+        """What the rules make of the text, kept where somebody remembers."""
         rules = self._rules
-        known = shelf(f"{self._language} lowered") if rules.settled_by is not None else None
-        if known is None:
+        if self._shelf is None:
             return _lines(self._language).read(text, rules.transform)
-        key = text, rules.settled_by
-        names, found = known.get(key) or ((), None)
-        if found is None or any(rules.spelled(name) != spelt for name, spelt in names):
-            asked: list[tuple[str, str]] = []
-            rules.asked = asked
-            try:
-                found = _lines(self._language).read(text, rules.transform)
-            finally:
-                rules.asked = None
-            known.put(key, (tuple(asked), found))
+        asked: list[tuple[str, str]] = []
+        rules.asked = asked
+        try:
+            found = _lines(self._language).read(text, rules.transform)
+        finally:
+            rules.asked = None
+        self._shelf.put((text, rules.settled_by), (tuple(asked), found))
         return found
+
+    def _lowered_before(self, text: str) -> Any:
+        """What the rules made of the text before, where its names are spelled as they were then; else None."""
+        known = None if self._shelf is None else self._shelf.get((text, self._rules.settled_by))
+        if known is None:
+            return None
+        spelled = self._rules.spelled
+        for name, spelt in known[0]:
+            if spelled(name) != spelt:
+                return None
+        return known[1]
 
     def opaque(self, text: str, number: int) -> Opaque:
         """The line word for word, which is told once per instruction."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.runtime.plan import BlendCode, Plan, StepKind
+from olp.runtime.plan import BlendCode, Plan, StepKind, distinct
 from olp.timing.blending.law import load_law
 from olp.timing.blending.yaskawa import PositionLevels, delays
 from olp.timing.corners import Speeds, fade, replace_ends
@@ -65,7 +65,7 @@ def chain(plan: Plan, wanted: Demand, caps: Caps | None = None) -> Chain:
     result = Chain(start, end, saving, exact & moving, trim, cornering, CornerPieces.none(count),
                    np.full(count, -1))  # fmt: skip
     era = _eras(plan, exact & ~moving)
-    for mechanism in np.unique(moves.mechanism):
+    for mechanism in distinct(moves.mechanism):
         rows = np.nonzero((moves.mechanism == mechanism) & moving & ~wanted.unknown)[0]
         if len(rows) > 1:
             _join(plan, wanted, rows, era, caps, result)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from olp.ir.program import Path
 from olp.robots.times_to_speed import turn_limits
 from olp.runtime.paths import point_on_arc, point_on_parabola
-from olp.runtime.plan import PATHS, BlendCode, Plan
+from olp.runtime.plan import PATHS, BlendCode, Plan, distinct
 from olp.timing.blending.law import Corners, load_law
 from olp.timing.demand import Demand
 from olp.timing.result import CornerPieces, LawCorners
@@ -168,7 +168,7 @@ def _change_per_speed(plan: Plan, wanted: Demand, before: Rows, after: Rows) -> 
             np.nan_to_num(steer, nan=2.0) / lowest[lines], np.nan_to_num(turned) / push
         )
     both = joint[before] & joint[after]
-    for mechanism in np.unique(plan.moves.mechanism[before[both]]):
+    for mechanism in distinct(plan.moves.mechanism[before[both]]):
         robot = plan.robots[mechanism]
         at = np.flatnonzero(both & (plan.moves.mechanism[before] == mechanism))
         if robot is None:

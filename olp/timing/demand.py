@@ -16,7 +16,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg
 from olp.ir.program import Path
 from olp.robots.times_to_speed import turn_limits
-from olp.runtime.plan import PATHS, Moves, Plan
+from olp.runtime.plan import PATHS, Moves, Plan, distinct
 from olp.timing.accelerations import MotionLimits, of_axes, of_lines
 
 if TYPE_CHECKING:
@@ -66,9 +66,9 @@ def demand(plan: Plan, limits: MotionLimits) -> Demand:
     joint = moves.path == _JOINT
     if (~joint).any():
         _travel(plan, moves, np.nonzero(~joint)[0], limits, result)
-    for mechanism in np.unique(moves.mechanism[joint]):
+    for mechanism in distinct(moves.mechanism[joint]):
         rows = np.nonzero(joint & (moves.mechanism == mechanism))[0]
-        _axes(plan, moves, rows, int(mechanism), limits, result, names)
+        _axes(plan, moves, rows, mechanism, limits, result, names)
     # A move to where the mechanism stands takes no time, whatever is not known about it.
     still = result.unknown & (moves.start == moves.target)
     result.unknown[still] = False
@@ -217,7 +217,7 @@ def slow_down(plan: Plan, limits: MotionLimits, out: Demand, names: list[str]) -
     out.slowed = found.known & ~out.unknown & (found.paced < out.speed)
     rows = np.flatnonzero(out.slowed)
     out.speed[rows] = found.paced[rows]
-    for mechanism in np.unique(plan.moves.mechanism[rows]):
+    for mechanism in distinct(plan.moves.mechanism[rows]):
         robot, name = plan.robots[mechanism], plan.mechanisms[mechanism]
         assert robot is not None
         some = rows[plan.moves.mechanism[rows] == mechanism]

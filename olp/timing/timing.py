@@ -14,7 +14,7 @@ from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
 from olp.robots.controller_effects import Effects, effects_of, generation_of, settling_of
 from olp.runtime.paths import circle
-from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind, of_rows
+from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind, distinct, of_rows
 from olp.timing.acceleration import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
 from olp.timing.blending.law import load_law as load_corners
@@ -591,7 +591,7 @@ def _travels(wanted: Demand) -> NDArray[np.bool_]:
 def _following(mechanism: NDArray[np.int16]) -> NDArray[np.intp]:
     """(m,): the next row of the same mechanism, -1 for its last."""
     result = np.full(len(mechanism), -1, dtype=np.intp)
-    for index in np.unique(mechanism):
+    for index in distinct(mechanism):
         rows = np.flatnonzero(mechanism == index)
         result[rows[:-1]] = rows[1:]
     return result

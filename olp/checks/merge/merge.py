@@ -431,9 +431,12 @@ def _seconds(timing: Timing | None, lines: Sequence[int]) -> float | None:
 
 def _budgets(path: str, program: Program, timing: Timing) -> tuple[JudgedItem, ...]:
     from olp.checks.guard.budget import budgets_for
+
+    own = [b for known in budgets_for(path) for b in known.budgets if b.covers(path) and not b.signature]
+    if not own:
+        return ()
     from olp.checks.guard.judge import judge_timing
     from olp.reports.outcome.model import Status
 
-    own = [b for known in budgets_for(path) for b in known.budgets if b.covers(path) and not b.signature]
     items, _ = judge_timing(path, program, {"": timing}, own)
     return tuple(item for item in items if item.status is not Status.HELD)

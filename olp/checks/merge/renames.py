@@ -61,13 +61,18 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
 
 
 def _may_give_names(rules: MergeRules, base: str, side: str) -> bool:
-    """Whether a name is in no line any more, and another one new: a quick answer from the lines that changed."""
+    """Whether a name is in no line any more, and one that may be it is new: quick, from the lines that changed."""
     before, now = (Counter(_LINES.split(text)) for text in (base, side))
     old, new = (_said(rules, some.elements()) for some in (before - now, now - before))
-    return all(
-        any(often >= _LEAST and name not in other for name, often in one.items())
+    gone, given = (
+        {
+            _DIGITS.sub("", name)
+            for name, often in one.items()
+            if often >= _LEAST and name not in other and _may_be_renamed(name)
+        }
         for one, other in ((old, new), (new, old))
     )
+    return bool(gone) and bool(given) and len(gone | given) > 1
 
 
 def _said(rules: MergeRules, lines: Iterable[str]) -> Counter[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from olp.languages.merging import Known, MergeRules, Piece
 
@@ -20,15 +21,19 @@ class AsMerging(MergeRules):
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         section = ""
         for number, piece in enumerate(super()._pieces(lines, known)):
-            text, end = lines[number]  # no piece of AS is longer than a line
+            text, _ = lines[number]  # no piece of AS is longer than a line
             opened = _SECTION.match(text)
             row = _ROW.match(text) if section in _TABLES and opened is None else None
             section = opened[1].upper() if opened is not None else section
-            yield (
-                Piece((text,), (end,), self.code(text), f"{section}/{row[1].casefold()}", True)
-                if row
-                else piece
-            )
+            yield self._named_row(piece, f"{section}/{row[1].casefold()}", known) if row else piece
+
+    def _named_row(self, piece: Piece, name: str, known: Known) -> Piece:
+        """A line of a table, known by its name wherever it stands."""
+        key = (piece.lines[0], piece.ends[0], name)
+        found = known.get(key)
+        if found is None:
+            found = known[key] = replace(piece, name=name, loose=True)
+        return found
 
 
 MERGING = AsMerging()

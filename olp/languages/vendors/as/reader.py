@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity, Span
+from olp.core.memory_limit import shelf
 from olp.core.source import Source
 from olp.core.units import mm
 from olp.ir.expressions import (
@@ -107,6 +108,7 @@ class _AsFile:
         self.data: dict[str, Declare] = {}
         self.room = _MOST_ROOM
         self.elements: dict[str, dict[tuple[int, ...], Expression]] = {}
+        self._values = shelf("as rows")
 
     def read(self) -> Program:
         source = self.findings.source
@@ -164,7 +166,7 @@ class _AsFile:
 
     def _row(self, word: str, text: str, number: int) -> None:
         match = _ROW.fullmatch(text)
-        value = None if match is None else _value(word, match[3])
+        value = None if match is None else self._value(word, match[3])
         if match is None or value is None:
             wanted = "a name and its values, as in p1 450.5 -10 300 0 180 45"
             self.findings.error("P586", "this is no row of a table", self.findings.whole_line(number), wanted)
@@ -179,6 +181,15 @@ class _AsFile:
             self.findings.error("P586", "an index out of range", self.findings.whole_line(number), wanted)
             return
         self.elements.setdefault(name, {})[index] = value
+
+    def _value(self, word: str, text: str) -> Expression | None:
+        """What the columns of a row say; where somebody remembers, worked out once."""
+        found: Expression | None = None if self._values is None else self._values.get((word, text))
+        if found is None:
+            found = _value(word, text)
+            if self._values is not None and found is not None:
+                self._values.put((word, text), found)
+        return found
 
     def _close_arrays(self) -> None:
         for name, elements in self.elements.items():

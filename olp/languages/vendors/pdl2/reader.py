@@ -146,9 +146,9 @@ class _Pdl2File:
 
     def _lines(self) -> Iterator[Pdl2Line]:
         """Instructions, a MOVE with its WITH lines as one."""
-        lines, number = self.findings.source.lines, 1
+        lines, number = list(map(_parted, self.findings.source.lines)), 1
         while number <= len(lines):
-            text, comment = _parted(lines[number - 1])
+            text, comment = lines[number - 1]
             if not text.strip():
                 self.kinds[number - 1] = LineKind.BLANK if comment is None else LineKind.COMMENT
                 part = self.part or self.program
@@ -158,7 +158,7 @@ class _Pdl2File:
                 continue
             count = 1
             while number + count <= len(lines) and count < _MOST_JOINED:
-                more, _ = _parted(lines[number + count - 1])
+                more, _ = lines[number + count - 1]
                 if not _goes_on(text, more):
                     break
                 text = f"{text.removesuffix('&').rstrip()} {more}"
@@ -246,11 +246,11 @@ class _Pdl2File:
     def _declaration(self, text: str, number: int) -> None:
         part = self.part or self.program
         match = _VARIABLES.fullmatch(text)
-        constant = _CONSTANT.fullmatch(text)
+        constant = _CONSTANT.fullmatch(text) if match is None else None
         if part is None or self.section == "TYPE" or (match is None and constant is None):
             self.parser.opaque(text, number)
             return
-        if constant is not None and match is None:
+        if constant is not None:
             value = _literal(constant[2].strip())
             if value is None:
                 self.parser.opaque(text, number)

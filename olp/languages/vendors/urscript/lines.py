@@ -273,6 +273,10 @@ class UrscriptLineReader:
 
     def _statements(self, text: str, number: int) -> list[UrscriptLine]:
         """The instruction that begins here; those of a whole `if` in one line, which is parted at elif and else."""
+        known = None if self._shelf is None else self._shelf.get((text,))
+        if known is not None:
+            self._kinds[number - 1] = LineKind.STATEMENT
+            return [UrscriptLine(number, number, *known)]
         code, comment = split_comment(text)
         last = number
         if _open_brackets(code) > 0 or _GOES_ON.fullmatch(code):
@@ -284,6 +288,8 @@ class UrscriptLineReader:
             self._quick(one) or _seen.get(one) or self._parse(one, number, last, begin)
             for begin, one in parts
         ]
+        if self._shelf is not None and len(found) == 1 and last == number and type(found[0]) is not Broken:
+            self._shelf.put((text,), (found[0], comment))
         comments = [""] * (len(parts) - 1) + [comment]
         return [UrscriptLine(number, last, one, said) for one, said in zip(found, comments, strict=True)]
 

@@ -54,7 +54,8 @@ class UrScriptMerging(MergeRules):
         return texts[0], texts[1], texts[2]
 
     def code(self, line: str) -> str:
-        return _NODE.sub(r"\1", super().code(line))
+        code = super().code(line)
+        return _NODE.sub(r"\1", code) if "$" in code else code
 
     def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
