@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -40,7 +40,7 @@ def work_for(
 def plans_of(program: Program, robot: Robot | None) -> Planned:
     """What makes the plan of a program when it is first asked for."""
 
-    @cache
+    @lru_cache(maxsize=2)  # without and with inputs
     def planned(with_inputs: bool) -> Plan | None:
         if not with_inputs:
             return plan_of(program, robot, None, 200_000)
@@ -82,7 +82,6 @@ def asked_inputs(program: Program) -> dict[SignalKey, tuple[int, ...]]:
 
 
 def _inputs(s: Statement) -> set[SignalKey]:
-
     signals = [] if isinstance(s, Move) else [e for e in expressions_of(s) if isinstance(e, Signal)]
     found = set()
     for signal in signals:
