@@ -77,6 +77,12 @@ def test_a_sound_program_is_told_nothing_of(tmp_path: Path) -> None:
     assert told(tmp_path, "cell.src", KRL) == []
 
 
+def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one(tmp_path: Path) -> None:
+    full = RAPID.replace('label:="";', f'label:="{"x" * 76}\\0D\\0A\\\\"";')
+    assert told(tmp_path, "Cell.mod", full.replace('""', 'x"')) == []
+    assert told(tmp_path, "Cell.mod", full.replace('""', 'xx"')) == [("K103", 5)]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "code"),
     [
@@ -252,6 +258,8 @@ def test_a_sound_script_may_call_what_a_urcap_or_another_file_adds(tmp_path: Pat
     ]  # PolyScope writes URCaps' functions along
     (tmp_path / "library.script").write_text("def rq_activate_and_wait():\n  sync()\nend\n")
     assert told(tmp_path, "exported.script", exported) == []
+    written = exported.replace("get_actual_tcp_pose()", "tool_pose()")
+    assert told(tmp_path, "exported.script", written) == []  # PolyScope's own, in no manual
 
 
 @pytest.mark.parametrize(

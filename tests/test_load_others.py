@@ -295,6 +295,38 @@ def test_what_may_stand_elsewhere_is_not_missed(tmp_path: Path) -> None:
     assert told(tmp_path, "val3", "esStatus", "cs9Status") == []  # of a later version
 
 
+def test_what_versions_take_otherwise_is_no_mistake(tmp_path: Path) -> None:
+    for sound in (
+        "cls(scPage)",
+        "gotoxy(scPage,0,1)",
+        "gotoxy(0,1)",
+        "nKey=getKey(scPage)",
+        "delete(sNames[1])",
+    ):
+        new = f"l_nPart=1 // {sound}\n    {sound.replace('scPage', 'x_nCount').replace('nKey', 'x_nCount')}"
+        new = new.replace("sNames", "l_nPart")
+        assert told(tmp_path, "val3", "waitEndMove()", new) == [], sound
+    assert ("K112", 15) in told(tmp_path, "val3", "waitEndMove()", "gotoxy(0)")
+
+
+def test_only_call_means_a_program_of_val3_that_has_a_functions_name(tmp_path: Path) -> None:
+    (tmp_path / "isSettled.pgx").write_text(VAL3.beside["pick.pgx"].replace("pick", "isSettled"))
+    assert told(tmp_path, "val3", "esStatus()==0", "isSettled()") == []
+    assert told(tmp_path, "val3", "call pick(", "call isSettled(") == []
+    assert told(tmp_path, "val3", "call pick(l_nPart,", "call isSettled(") == [("K112", 16)]
+
+
+def test_a_program_of_karel_is_not_its_listing(tmp_path: Path) -> None:
+    assert told(tmp_path, "tp", "CALL GRIP", "CALL GR_IP") == []
+
+
+def test_a_pdl2_program_exports_its_own_routine(tmp_path: Path) -> None:
+    head = "ROUTINE drop(k : INTEGER; VAR r, q : REAL)"
+    exported = f"{head} EXPORTED FROM cell GLOBAL\n{head}"
+    assert told(tmp_path, "pdl2", head, exported) == []
+    assert told(tmp_path, "pdl2", head, f"{exported}\nBEGIN\nEND drop\n{head}") == [("K102", 12)]
+
+
 def test_a_backup_holds_all_jobs(tmp_path: Path) -> None:
     (tmp_path / "SYSTEM.SYS").write_text("R1 : 1-06VX88-A0*(GP88)\n")
     assert told(tmp_path, "inform", "JOB:WELD", "JOB:GRIND") == [("K101", 24)]

@@ -35,13 +35,14 @@ _ASSIGNED: Final = re.compile(
 )
 _LABEL: Final = re.compile(r"\s*([A-Z_]\w*)\s*::", re.IGNORECASE)
 _CALLED: Final = re.compile(r"(?<![\w$.])([A-Z_]\w*)\s*\(", re.IGNORECASE)
+_FROM: Final = re.compile(r"\b(?:FROM|EXTERNAL)\b", re.IGNORECASE)
 _PARAMETERS: Final = re.compile(r"\bVAR\b", re.IGNORECASE)
 
 
 @dataclass(slots=True)
 class Pdl2Part:
     """The program (the last part of a file) or a routine. `names`: what it declares, with lines; `least`, `most`:
-    arguments; `late`: declarations behind its BEGIN."""
+    arguments; `late`: declarations behind its BEGIN; `announced`: whether its body stands further down."""
 
     name: str
     line: int
@@ -51,6 +52,7 @@ class Pdl2Part:
     constants: set[str] = field(default_factory=set)
     body: list[tuple[int, str]] = field(default_factory=list)
     late: list[int] = field(default_factory=list)
+    announced: bool = False
 
 
 @dataclass(slots=True)
@@ -67,8 +69,8 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     found = LoadFindings(source)
     text = text_of(source)
     program = text.program
-    shared = [*program.names, *((one.name, one.line) for one in text.routines)]
-    routines = {one.name.casefold(): one for one in text.routines}
+    shared = [*program.names, *((one.name, one.line) for one in text.routines if not one.announced)]
+    routines = {one.name.casefold(): one for one in text.routines if not one.announced}
     for part in (program, *text.routines):
         names = sorted(shared if part is program else part.names, key=lambda one: one[1])
         found.doubles((name.casefold(), name, found.place_of(number, name)) for name, number in names)
@@ -92,15 +94,20 @@ def text_of(source: Source) -> Pdl2Text:
     """The parts of a program, as far as they can be told."""
     text = Pdl2Text(Pdl2Part("", 1))
     part, section, in_type = text.program, "", False
-    for number, line in _joined(source):
-        code = _code(line)
+    lines = [(number, _code(line)) for number, line in _joined(source)]
+    written = {
+        head[1].casefold()
+        for _, code in lines
+        if (head := _ROUTINE.match(code)) and not _FROM.search(head[3])
+    }
+    for number, code in lines:
         if not code.strip():
             continue
         word = code.split(None, 1)[0].upper()
         if word == "PROGRAM" and (head := _PROGRAM.match(code)) and not text.program.name:
             text.program.name, text.program.line, section = head[1], number, "VAR"
         elif word == "ROUTINE" and (routine := _ROUTINE.match(code)):
-            part = _routine(text, routine, number)
+            part = _routine(text, routine, number, routine[1].casefold() in written)
             section = "VAR"
         elif opened := _SECTION.match(code):
             late = section == "BEGIN" and word in ("VAR", "CONST", "TYPE")
@@ -141,7 +148,9 @@ def _code(line: str) -> str:
     return bare.partition("--")[0].rstrip(" \t;\x1a")
 
 
-def _routine(text: Pdl2Text, head: re.Match[str], number: int) -> Pdl2Part:
+def _routine(text: Pdl2Text, head: re.Match[str], number: int, written: bool) -> Pdl2Part:
+    """Adds a routine; gives what the next lines belong to. `written`: whether a head without FROM names it, too, as
+    where a program exports its own routine."""
     part = Pdl2Part(head[1], number)
     for group in (head[2] or "").split(";"):
         names, _, kind = group.partition(":")
@@ -150,7 +159,9 @@ def _routine(text: Pdl2Text, head: re.Match[str], number: int) -> Pdl2Part:
         part.most += len(given)
         part.least += 0 if "(" in kind or "=" in kind else len(given)
     text.routines.append(part)
-    return text.program if re.search(r"\b(?:FROM|EXTERNAL)\b", head[3], re.IGNORECASE) else part
+    elsewhere = _FROM.search(head[3]) is not None
+    part.announced = elsewhere and written
+    return text.program if elsewhere else part
 
 
 def _declared(part: Pdl2Part, section: str, code: str, number: int) -> None:

@@ -4,7 +4,8 @@ arguments that they do not take.
 Names and parameters: "URScript Programming Language", the script manual for e-Series SW 5, as github.com/ahernguo/
 urscript-extension lists its functions (`src/*Functions.json`). Where versions differ, what any of them takes is taken.
 From memory: `set_tcp` takes up to 2, `get_inverse_kin` from 1, `str_sub` from 2.
-From Universal Robots' examples: `eip_…_factory`.
+From Universal Robots' examples: `eip_…_factory`. What PolyScope writes and no manual lists, such as `tool_pose`: the
+list of the controller's words in RoboDK's post processor for Elite robots, which take UR's scripts.
 """
 
 from __future__ import annotations
@@ -93,6 +94,18 @@ _TEXT_NEWER: Final = """
     set_gp_boolean_input_action set_mass_properties set_payload_from_attached_frames set_pos
     tool_wrench_limit_disable tool_wrench_limit_set
 """
+# Words that no call is believed to mean.
+_TEXT_UNLISTED: Final = """
+    assert_equals blocking_usleep cma_avg cma_max cma_min cma_reset cma_tick cma_tock debugmsg end_joint_torque_mode
+    get_joint_speeds get_max_torque_fraction get_numerical_inverse_kin get_robot_power get_tcp_power get_tcp_speed
+    get_tool_digital_output_mode get_tool_output_mode joint_torque_mode jump_to_label labelmsg
+    modbus_request_update_signal_value movel_rel pathj read_register rpc_stub script_stop
+    send_joint_regulation_parameter servol set_configurable_digital_in set_digital_in set_joint_param
+    set_max_torque_fraction set_runstate_output_to_value set_runstate_outputs set_runstate_standard_analog_outputs
+    set_runstate_tool_digital_outputs set_standard_digital_in set_tcp_wrench set_tool_digital_in socket_send_byte_list
+    tool_pose tracka varmsg write_register
+"""
+_UNLISTED: Final = frozenset(_TEXT_UNLISTED.split())
 _FUNCTIONS: Final = KNOWN | _ARGUMENTS.keys() | frozenset(_TEXT_NEWER.split())
 _NODE: Final = re.compile(r'\s*\$ \d+ "')  # PolyScope's mark of a program node
 _PACKED: Final = (b"\x1f\x8b", b"<")  # a `.urp` program, which PolyScope itself writes
@@ -129,7 +142,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
             continue
         elif call.name in _ARGUMENTS:
             found.arguments(call.name, _at(found, call), _ARGUMENTS[call.name], call.given)
-        elif call.name in _FUNCTIONS:
+        elif call.name in _FUNCTIONS | _UNLISTED:
             continue
         elif call.name.casefold() in spellings:
             says = f"the function {call.name[:60]} is declared nowhere: upper and lower case differ"

@@ -3,8 +3,9 @@ the program nor the application's data declare, programs that the application do
 arguments, names declared twice.
 
 From memory of the "VAL3 reference manual" (versions 5 to 8): the words, constants and functions of the language, and
-how many arguments its functions take. A function that is not listed here is told only where it
-is nearly a known one.
+how many arguments its functions take, in any of these versions. From projects for the CS8 and the CS9: functions of
+the user page take a screen first; a program may have a function's name, for only `call` and `taskCreate` mean it.
+A function that is not listed here is told only where it is nearly a known one.
 """
 
 from __future__ import annotations
@@ -32,20 +33,21 @@ _TEXT_CONSTANTS: Final = """
 """
 _CONSTANTS: Final = frozenset(_TEXT_CONSTANTS.split())
 _TEXT_NO_ARGUMENTS: Final = """
-    clock cls disablePower enablePower esStatus getKey getMonitorSpeed herej isCompliant isEmpty isPowered isSettled
-    restartMove stopMove waitEndMove
+    clock disablePower enablePower esStatus getMonitorSpeed herej isCompliant isEmpty isPowered isSettled restartMove
+    stopMove waitEndMove
 """
 _TEXT_ONE_ARGUMENT: Final = """
-    abs acos aioGet asin atan autoConnectMove chr close config cos delay dioGet exp isInRange isKeyPressed len ln log
-    open round roundDown roundUp setMonitorSpeed sin sqrt tan taskKill taskStatus taskSuspend wait
+    abs acos aioGet asin atan chr close config cos delay dioGet exp isInRange len ln log open round roundDown roundUp
+    setMonitorSpeed sin sqrt tan taskKill taskStatus taskSuspend wait
 """
 _TEXT_TWO_ARGUMENTS: Final = """
-    aioSet align appro asc dioSet distance find gotoxy here left max min position power right taskResume toString watch
+    aioSet align appro asc dioSet distance find here left max min position power right taskResume toString watch
 """
-_TEXT_THREE_ARGUMENTS: Final = "compose delete insert jointToPoint limit mid movej movel sel toNum"
+_TEXT_THREE_ARGUMENTS: Final = "compose jointToPoint limit mid movej movel sel toNum"
 _TEXT_FOUR_ARGUMENTS: Final = "movec pointToJoint replace setFrame"
-_ARGUMENTS: Final[Mapping[str, int]] = {
-    name: count
+# At least and at most.
+_ARGUMENTS: Final[Mapping[str, tuple[int, int]]] = {
+    name: (count, count)
     for count, text in enumerate(
         (
             _TEXT_NO_ARGUMENTS,
@@ -56,15 +58,22 @@ _ARGUMENTS: Final[Mapping[str, int]] = {
         )
     )
     for name in text.split()
+} | {
+    "autoConnectMove": (0, 1),
+    "cls": (0, 1),
+    "getKey": (0, 1),
+    "gotoxy": (2, 3),
+    "isKeyPressed": (1, 2),
 }
 # Their number of arguments differs from version to version.
 _TEXT_OTHERS: Final = """
-    alter alterBegin alterEnd alterMovej alterMovel alterMovec alterStopTime clearBuffer codeAscii first get getData
-    getDate getDisplayLen getJointForce getLatch getMoveId getProfile getPositionErr getSpeed getVersion hibernateRobot
-    ioBusStatus ioStatus isCalibrated isDefined isGravity last libDelete libExist libList libLoad libPath libSave link
-    logMsg movejSync movejc next nrand popUpMsg prev put putln rand resetMotion resetTurn resize setMoveId
-    setMutex setProfile setTextMode sioCtrl sioGet sioSet size stopApp timeToNum title toBinary fromBinary userPage
-    workingMode encode decode
+    aioLink alter alterBegin alterEnd alterMovej alterMovel alterMovec alterStopTime append bAnd bNot bOr bXor
+    clearBuffer codeAscii delete dioLink first get getData getDate getDisplayLen getJointForce getLatch getMoveId
+    getProfile getPositionErr getSpeed getVersion hibernateRobot insert interpolateC interpolateL ioBusStatus ioStatus
+    isCalibrated isDefined isGravity last libDelete libExist libList libLoad libPath libSave link logMsg movejSync
+    movejc movejf movelf next nrand popUpMsg prev put putln rand resetMotion resetTurn resize setLatch setMoveId
+    setMutex setProfile setTextMode sioCtrl sioGet sioLink sioSet size stopApp timeToNum title toBinary fromBinary
+    userPage workingMode encode decode
 """
 _FUNCTIONS: Final = _ARGUMENTS.keys() | frozenset(_TEXT_OTHERS.split())
 
@@ -113,7 +122,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     for program in own.programs:
         found.doubles((name, name, found.place_of(number, name)) for name, number in program.variables)
         for name, number in program.variables:
-            if name in _WORDS | _CONSTANTS:
+            if name in _WORDS:
                 says = f"{name} is a word of VAL3 and no name"
                 found.tell("K104", says, found.place_of(number, name), "call it otherwise")
         known = data | {name for name, _ in program.variables} | _CONSTANTS
@@ -164,7 +173,9 @@ def _line(
     programs: Mapping[str, Val3Program],
 ) -> None:
     tokens = [one for one in _TOKEN.findall(line) if not one.startswith("//")]
-    called = tokens[:1] == ["call"] or tokens[:1] in (["taskCreate"], ["taskCreateSync"])
+    called = 1 if tokens[:1] == ["call"] else -1
+    if tokens[:1] in (["taskCreate"], ["taskCreateSync"]):
+        called = _last_call(tokens)
     for i, name in enumerate(tokens):
         before, after = (tokens[i - 1] if i else ""), (tokens[i + 1] if i + 1 < len(tokens) else "")
         if not re.match(r"[A-Za-z_]", name) or before in (".", ":") or after == ":" or name in _WORDS:
@@ -175,17 +186,15 @@ def _line(
                 found.known.add(name)
             else:
                 found.unknown.append((name, span, "the variable"))
-        elif name in _FUNCTIONS and name not in programs:
-            if name in _ARGUMENTS:
-                takes = _ARGUMENTS[name]
-                found.arguments(name, span, (takes, takes), given_arguments(tokens, i + 1))
-        elif name in programs:
+        elif i == called and name in programs:
             found.known.add(name)
             takes = programs[name].parameters
             found.arguments(name, span, (takes, takes), given_arguments(tokens, i + 1))
-        elif called and i == (1 if tokens[0] == "call" else _last_call(tokens)):
+        elif i == called:
             found.unknown.append((name, span, "the program"))
-        elif name not in known:
+        elif name in _ARGUMENTS:
+            found.arguments(name, span, _ARGUMENTS[name], given_arguments(tokens, i + 1))
+        elif name not in _FUNCTIONS and name not in programs and name not in known:
             functions.unknown.append((name, span, "the function"))
 
 
