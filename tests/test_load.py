@@ -77,6 +77,19 @@ def test_a_sound_program_is_told_nothing_of(tmp_path: Path) -> None:
     assert told(tmp_path, "cell.src", KRL) == []
 
 
+def test_what_the_folder_above_declares_is_not_missing(tmp_path: Path) -> None:
+    (tmp_path / "cell").mkdir()
+    text = RAPID.replace("count:=height", "counnt:=height")
+    assert told(tmp_path / "cell", "Cell.mod", text) == [("K101", 10)]
+    (tmp_path / "Shared.mod").write_text("MODULE Shared\n    VAR num counnt:=0;\nENDMODULE\n")
+    assert told(tmp_path / "cell", "Cell.mod", text) == []
+
+
+@pytest.mark.parametrize("name", ["TOOL", "MAXIMUM", "BASE"])
+def test_a_word_of_one_place_may_name_something_else(tmp_path: Path, name: str) -> None:
+    assert told(tmp_path, "cell.src", KRL.replace("COUNT", name)) == []
+
+
 def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one(tmp_path: Path) -> None:
     full = RAPID.replace('label:="";', f'label:="{"x" * 76}\\0D\\0A\\\\"";')
     assert told(tmp_path, "Cell.mod", full.replace('""', 'x"')) == []

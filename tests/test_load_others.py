@@ -327,6 +327,24 @@ def test_a_pdl2_program_exports_its_own_routine(tmp_path: Path) -> None:
     assert told(tmp_path, "pdl2", head, f"{exported}\nBEGIN\nEND drop\n{head}") == [("K102", 12)]
 
 
+@pytest.mark.parametrize(
+    ("language", "old", "new"),
+    [
+        ("val3", "movej(jHome", "movej(pHome"),  # its type, in its first letter
+        ("tp", "CALL GRIP", "CALL GRIT"),
+        ("inform", "JOB:WELD", "JOB:WELT"),
+        ("as", '$MID("a,b",1,1)', '$MID("a,b",1)'),
+    ],
+)
+def test_a_name_of_a_series_is_no_mistake(language: str, old: str, new: str, tmp_path: Path) -> None:
+    sound = ALL[language]
+    files = {sound.file: sound.text.replace(old, new), **sound.beside}
+    assert files[sound.file] != sound.text
+    for name in files.keys() - {"cell.pjx"}:  # which says that no file is missing
+        (tmp_path / name).write_text(files[name])
+    assert lint_load(str(tmp_path / sound.file), Job(), "").findings == ()
+
+
 def test_a_backup_holds_all_jobs(tmp_path: Path) -> None:
     (tmp_path / "SYSTEM.SYS").write_text("R1 : 1-06VX88-A0*(GP88)\n")
     assert told(tmp_path, "inform", "JOB:WELD", "JOB:GRIND") == [("K101", 24)]

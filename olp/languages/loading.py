@@ -6,6 +6,7 @@ that a controller refuses is often one that no reader understands. Codes: K1nn, 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -34,10 +35,12 @@ _DIGITS: Final = re.compile(r"\d+")  # names that differ in their numbers are di
 
 @dataclass(frozen=True, slots=True)
 class LoadedCell:
-    """The files that a controller loads with a program, that one first. `controller`: as `--controller` says."""
+    """The files that a controller loads with a program, that one first. `controller`: as `--controller` says.
+    `above`: those in the folder above, where a project may keep what all its programs share."""
 
     sources: tuple[Source, ...]
     controller: str
+    above: tuple[Source, ...] = ()
 
 
 @dataclass(slots=True)
@@ -142,8 +145,11 @@ def given_arguments(code: Sequence[str], opened: int) -> int:
 
 
 def is_near(one: str, name: str) -> bool:
-    """Whether two names are probably one, mistyped: their numbers agree, and one letter differs, or two of a long name;
-    what only goes on is another name."""
+    """Whether two names are probably one, mistyped: their numbers agree, and one letter differs, or two of a long name.
+
+    What only goes on is another name, and so is what has another first or last letter in one of its parts: nCount and
+    sCount are of two types, PICK_L and PICK_R of a series.
+    """
     short, long = sorted((one, name), key=len)
     if short == long or len(short) < _SHORTEST or len(long) - len(short) > _LETTERS:
         return False
@@ -151,7 +157,15 @@ def is_near(one: str, name: str) -> bool:
         long.startswith(short) and len(long) - len(short) > 1
     ):
         return False
+    differ = [i for i, (a, b) in enumerate(zip(one, name, strict=False)) if a != b]
+    if len(one) == len(name) and len(differ) == 1 and not _is_inside(one, differ[0]):
+        return False
     return _distance(short, long) <= (_LETTERS if len(short) >= _LONG else 1)
+
+
+def _is_inside(name: str, at: int) -> bool:
+    """Whether letters stand on both sides of a letter."""
+    return name[:at][-1:].isalpha() and name[at + 1 :][:1].isalpha()
 
 
 def _distance(one: str, other: str) -> int:
@@ -175,28 +189,39 @@ class Loading:
     controllers: tuple[str, ...]
     check: Callable[[Source, LoadedCell], list[Diagnostic]]
     suffixes: tuple[str, ...] = ()  # of further files that declare names
+    looks_above: bool = False  # whether the folder above may declare names, too
 
 
 def cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str = "") -> LoadedCell:
     """The program with the files that a controller loads with it."""
-    sources: list[Source] = [source]
+    sources: tuple[Source, ...] = (source,)
+    above: tuple[Source, ...] = ()
     path = Path(source.path) if source.path else None
     if path is not None and path.is_file():
-        size = 0
         suffixes = (*vendor.suffixes, *vendor.list_suffixes, *loading.suffixes)
-        for other in _others(path, vendor, suffixes):
-            size += other.stat().st_size
-            if len(sources) >= _MOST_FILES or size > _MOST_BYTES:
-                break
-            try:
-                sources.append(load(other))
-            except OlpError:
-                continue
-    return LoadedCell(tuple(sources), controller or loading.controllers[0])
+        sources += _loaded(_others(path, vendor.folders_with(path.parent), suffixes))
+        if loading.looks_above:
+            above = _loaded(_others(path, (path.parent.parent,), suffixes))
+    return LoadedCell(sources, controller or loading.controllers[0], above)
 
 
-def _others(path: Path, vendor: Vendor, suffixes: Sequence[str]) -> Iterable[Path]:
-    for folder in vendor.folders_with(path.parent):
-        for one in sorted(folder.iterdir()):
+def _loaded(paths: Iterable[Path]) -> tuple[Source, ...]:
+    """What can be read of the files, until there are too many."""
+    sources: list[Source] = []
+    size = 0
+    for path in paths:
+        size += path.stat().st_size
+        if len(sources) >= _MOST_FILES or size > _MOST_BYTES:
+            break
+        try:
+            sources.append(load(path))
+        except OlpError:
+            continue
+    return tuple(sources)
+
+
+def _others(path: Path, folders: Iterable[Path], suffixes: Sequence[str]) -> Iterable[Path]:
+    for folder in folders:
+        for one in sorted(folder.iterdir()) if os.access(folder, os.R_OK | os.X_OK) else ():
             if one.suffix.lower() in suffixes and one.is_file() and not one.samefile(path):
                 yield one

@@ -19,12 +19,12 @@ from olp.languages.loading import LoadedCell, LoadFindings, Loading, given_argum
 _LONGEST: Final = 15  # characters of a name, without the sign of its type
 _TEXT_ONE_ARGUMENT: Final = "$chr abs acos asin cos dx dy dz int len sin sqrt"
 _TEXT_TWO_ARGUMENTS: Final = "$left $right atan2 distance"
-_TEXT_THREE_ARGUMENTS: Final = "$decode $mid"
+# At least and at most; the last argument of some may be left out.
 _ARGUMENTS: Final = {
-    name: count
-    for count, text in enumerate((_TEXT_ONE_ARGUMENT, _TEXT_TWO_ARGUMENTS, _TEXT_THREE_ARGUMENTS), 1)
+    name: (count, count)
+    for count, text in enumerate((_TEXT_ONE_ARGUMENT, _TEXT_TWO_ARGUMENTS), 1)
     for name in text.split()
-}
+} | dict.fromkeys(("$decode", "$mid"), (2, 3))
 _TEXT_WORDS: Final = """
     abort above accel accuracy align always any aport base below bits bits32 brake break c1move c2move call case
     clampon close closei cp cproc decel decompose defsig delay do dout draw drive else elseif end
@@ -120,10 +120,10 @@ def _instruction(found: LoadFindings, number: int, code: str, programs: dict[str
                 f"the program {name[:40]} is declared nowhere", span, f"did you mean {meant}?", False
             )
     for match in _FUNCTION.finditer(code):
-        takes = _ARGUMENTS.get(match[1].casefold(), -1)
-        if takes >= 0:
+        takes = _ARGUMENTS.get(match[1].casefold())
+        if takes is not None:
             span, given = found.place_of(number, match[1]), given_arguments(code, match.end() - 1)
-            found.arguments(match[1], span, (takes, takes), given)
+            found.arguments(match[1], span, takes, given)
     _word(found, number, code)
 
 

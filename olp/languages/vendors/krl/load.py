@@ -26,9 +26,11 @@ _TOKEN: Final = re.compile(
 )
 _LONGEST: Final = 24  # characters of a name
 _TEXT_TYPES: Final = """
-    axis bool cell_t char circ_type date direction e6axis e6pos eki_access eki_status eki_type ekrlmsgpartype
+    axis bool box cell_t char circ_type cp date direction e3axis e3pos e6axis e6pos eki_access eki_status eki_type
+    ekrlmsgpartype
     ekrlmsgtype error_t esys fdat frame inertia int ipo_mode krlmsg_t krlmsgdlgsk_t krlmsgopt_t krlmsgpar_t
-    krlmsgpartype_t ldat load modus_t ori_type p00_command p00_config pdat pos real state_t stopmess var_state
+    krlmsgpartype_t ldat load modus_t mode_op ori_type p00_command p00_config pdat pos
+    pro_ip pro_mode pro_state real siginf state_t stopmess stopm sw_onoff var_state
 """
 _TYPES: Final = frozenset(_TEXT_TYPES.split())
 # What the words of a statement are; they name nothing.
@@ -44,6 +46,11 @@ _TEXT_WORDS: Final = """
     with
 """
 _WORDS: Final = frozenset(_TEXT_WORDS.split())
+# Of these, words at one place of a statement alone, which may name something else.
+_TEXT_IN_PLACE: Final = """
+    base disable enable f maximum minimum part path process start state static step sync tech time tool
+"""
+_IN_PLACE: Final = frozenset(_TEXT_IN_PLACE.split())
 # Of options that many cells have: "CREAD/CWRITE" and "KUKA.Ethernet KRL 3.1".
 _TEXT_OPTIONS: Final = """
     cast_from cast_to eki_check eki_checkbuffer eki_clear eki_clearbuffer eki_close eki_getbool eki_getboolarray
@@ -386,10 +393,7 @@ def _heads(found: LoadFindings, own: File, mine: str) -> None:
     names = [r.name for r in own.routines] + [n for r in own.routines for n, _ in r.names]
     for name in names:
         found.too_long("name", name.text, name.span, _LONGEST)
-        if (
-            name.key in _WORDS - {"f", "time", "tech", "state", "path", "part", "start", "process"}
-            and len(name.key) > 2
-        ):
+        if name.key in _WORDS - _IN_PLACE and len(name.key) > 2:
             found.tell("K104", f"{name.text} is a word of KRL and no name", name.span, "call it otherwise")
     first = own.routines[0].name
     named = re.fullmatch(r"[A-Z_]\w*", mine) is not None  # else no controller has the file under this name

@@ -146,6 +146,11 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         r.name.text for m in modules for r in m.routines
     }
     names |= {d.name.text for r in own.routines for d in (*r.data, *r.parameters)}
+    above = [module_of(one) for one in cell.above]
+    elsewhere = {name.key for one in above for name in _shared_names(one)} | {
+        k for one in above for k in one.types
+    }
+    found.unknown = [one for one in found.unknown if one[0].casefold() not in elsewhere]
     has_main = any(r.name.key == "main" for m in modules for r in m.routines)
     return found.finish(names, _is_whole(cell), shared=not has_main)
 
@@ -699,4 +704,4 @@ def _is_known(key: str) -> bool:
     return key in _PREDEFINED or key in INSTRUCTIONS or key in FUNCTIONS or key.startswith(_PREFIXES)
 
 
-LOAD: Final = Loading(("irc5-6.13", "irc5-5.15", "omnicore-7"), check, (".pgf",))
+LOAD: Final = Loading(("irc5-6.13", "irc5-5.15", "omnicore-7"), check, (".pgf",), looks_above=True)
