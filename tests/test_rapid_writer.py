@@ -132,10 +132,10 @@ KEPT = [
     "p:=CRobT(\\Tool:=t\\WObj:=w);",
     "j:=CalcJointT(p,t\\WObj:=w);",
     "p:=CalcRobT(j,t);",
-    "n:=(a + b) * c - a / 2 DIV -b;",
+    "n:=-(a + b) * c - a / 2 DIV (-b);",
     "n:=Pow(2,a) + Sqrt(Abs(b)) - ATan2(a,b) + Round(c\\Dec:=2);",
-    "flag:=NOT (flag OR a>1) AND b<>2 XOR flag;",
-    "flag:=flag AND NOT di1=1;",
+    "flag:=(NOT (flag OR a>1)) AND b<>2 XOR flag;",
+    "flag:=flag AND di1=0;",
     's:="a ""b"" \\\\" + ValToStr(n) + NumToStr(n,2);',
     "SetDO doGrip,1;",
     "SetGO goCode,n + 1;",
@@ -452,7 +452,10 @@ def test_conditions_without_precedence_get_parentheses() -> None:
     a, b, c = (Compare("=", Named("count"), Number(n)) for n in (1, 2, 3))
     chain = Logic(a, (("or", b), ("and", c)))
     assert rows(Wait(1, chain)) == ["WaitUntil (count=1 OR count=2) AND count=3;"]
-    assert rows(Wait(1, Unary("not", Signal("in", Number(4))))) == ["WaitUntil NOT di4=1;"]
+    assert rows(Wait(1, Unary("not", Signal("in", Number(4))))) == ["WaitUntil di4=0;"]
+    assert rows(Wait(1, Logic(Unary("not", Named("ready")), (("and", Unary("not", a)),)))) == [
+        "WaitUntil (NOT ready) AND (NOT count=1);"
+    ]  # the syntax of the kernel manual has NOT at the head alone, and it takes in all that AND joins
 
 
 def test_signals_with_numbers_get_names() -> None:

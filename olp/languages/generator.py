@@ -320,7 +320,11 @@ class Generator(ABC):
         if found is None:
             raise CannotSayError(terminology.operation(e.operator), self.operator_help)
         text, own = found
-        return f"{self.value(e.left, own)}{text}{self.value(e.right, own + 1)}", own
+        right = self.value(e.right, own + 1)
+        sign = self.unary["-"][1]
+        if sign < own and e.operator in "*/" and _begins_with_sign(e.left):
+            return f"{self.value(e.left, sign)}{text}{right}", sign
+        return f"{self.value(e.left, own)}{text}{right}", own
 
     def spell_compare(self, e: ex.Compare) -> Spelled:
         own, wanted = self.compared
@@ -465,6 +469,12 @@ def _merged(cls: type, name: str) -> dict[Any, Any]:
     for base in reversed(cls.__mro__):
         found.update(base.__dict__.get(name, {}))
     return found
+
+
+def _begins_with_sign(e: ex.Expression) -> bool:
+    while type(e) is ex.Binary and e.operator in "*/":
+        e = e.left
+    return (type(e) is ex.Unary and e.operator == "-") or (type(e) is ex.Number and e.value < 0)
 
 
 def _unsaid(self: Generator, s: st.Statement) -> Lines:

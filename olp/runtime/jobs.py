@@ -6,12 +6,13 @@ A loop depends on the statements that leave it and the variables that decide.
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity
-from olp.core.source import Source
+from olp.core.source import Source, load
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.expressions import (
     Binary,
@@ -275,7 +276,8 @@ class Jobs:
         default_factory=dict
     )  # (source, name): a file's own routines win
     _read_files: set[Path] = field(default_factory=set)
-    _all_read: bool = False
+    _beside: dict[Path, bytes] | None = None  # files not read so far, and what they hold in lower case
+    _searched: set[str] = field(default_factory=set)  # names that no file left in `_beside` holds
 
     def __post_init__(self) -> None:
         if self.folder is not None and self.program.path:
@@ -296,26 +298,42 @@ class Jobs:
         if job is None:
             self._read(key)
             job = self._jobs.get(key)
-        if job is None and self.read_all():
+        if job is None and self.read_naming((name,)):
             job = self._jobs.get(key)
         return job
 
-    def read_all(self) -> bool:
-        """Reads the other files of the folder for what they declare, where the language shares names between files."""
-        if self._all_read or self.folder is None or not self.program.path:
+    def read_naming(self, names: Iterable[str]) -> bool:
+        """Reads the other files of the folder that hold one of `names`, where the language shares names between files.
+
+        Of a controller's whole archive most files hold none, and their lists of points are long.
+        """
+        if self.folder is None or not self.program.path:
             return False
-        self._all_read = True
-        vendor = find_vendor(self.program.vendor)
-        if not vendor.shares_names:
+        if self._beside is None:
+            self._beside = dict(self._files_to_search(self.folder))
+        new = {name.strip().lower() for name in names} - self._searched
+        if not new:
             return False
+        self._searched |= new
+        plain = all(name.isascii() for name in new)  # others are spelled as the file's encoding says
+        words = b"|".join(re.escape(name.encode()) for name in new)
+        pattern = re.compile(rb"(?<![\w$])(?:" + words + rb")(?!\w)")
         before = len(self.programs)
-        size = 0
-        for path in _files_beside(self.folder, vendor):
-            size += path.stat().st_size
-            if path in self._read_files or len(self.programs) > _MOST_FILES or size > _MOST_BYTES:
-                continue
-            self._add_file(path, asked=False)
+        for path, text in [*self._beside.items()]:
+            if not text or not plain or pattern.search(text):
+                del self._beside[path]
+                if path not in self._read_files and before <= _MOST_FILES:
+                    self._add_file(path, asked=False)
         return len(self.programs) > before
+
+    def _files_to_search(self, folder: Path) -> Iterator[tuple[Path, bytes]]:
+        """The files that may declare a name, and their texts; empty where other files hold what they declare."""
+        vendor = find_vendor(self.program.vendor)
+        size = 0
+        for path in _files_beside(folder, vendor) if vendor.shares_names else ():
+            size += path.stat().st_size
+            if path not in self._read_files and size <= _MOST_BYTES:
+                yield path, _text_of(path, vendor) if vendor.list_suffixes else b""
 
     def near(self, name: str) -> list[str]:
         """Names that `name` may have meant."""
@@ -381,6 +399,15 @@ def _files_beside(folder: Path, vendor: Vendor) -> Iterator[Path]:
             for stem, path in sorted(files_by_stem(place, suffix).items()):
                 if stem not in known and not stem.startswith("$"):
                     yield path
+
+
+def _text_of(path: Path, vendor: Vendor) -> bytes:
+    """A file and the lists of its name, in lower case."""
+    lists = (files_by_stem(path.parent, suffix).get(path.stem.upper()) for suffix in vendor.list_suffixes)
+    try:
+        return b" ".join(load(one).raw.lower() for one in (path, *lists) if one is not None)
+    except OSError:
+        return b""  # and reading it says why
 
 
 def _points(routine: Routine) -> PointTable:

@@ -34,7 +34,7 @@ def find_slot(m: Machine, name: str) -> Slot | None:
     slot = m.frame.names.get(key) or job.data.get(key)
     if slot is None:
         slot = m.modules.get(job.source, {}).get(key) or _shared(m, key)
-    if slot is None and m.jobs.read_all():
+    if slot is None and m.jobs.read_naming((name,)):
         for source in range(len(m.jobs.programs)):
             declare_module(m, source)
         slot = _shared(m, key)

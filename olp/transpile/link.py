@@ -165,8 +165,8 @@ class _Joined:
         open_names = self._undeclared()
         if not open_names or not find_vendor(self.program.vendor).shares_names:
             return
-        self.jobs.read_all()  # which a routine that is nowhere may have done already
         while open_names:
+            self.jobs.read_naming(open_names)
             before = len(self.data)
             for other in self.jobs.programs[1:]:
                 rows = [d for d in other.data if d.shared and d.name.casefold() in open_names]

@@ -25,7 +25,7 @@ POSE: Final = tuple(zip(("X", "Y", "Z", "A", "B", "C"), (0, 1, 2, 5, 4, 3), stri
 AXIS_WORDS: Final = ("A1", "A2", "A3", "A4", "A5", "A6")
 _BITS: Final = {"and": ("B_AND", 7), "xor": ("B_EXOR", 6), "or": ("B_OR", 5)}
 _CONDITIONS: Final = (ex.Logic, ex.Compare, ex.SignalState)
-_UNARY, _PRODUCT, _ATOM = 12, 13, 14
+_SUM, _UNARY, _PRODUCT, _ATOM = 10, 12, 13, 14  # a sign stands in parentheses behind an operator
 _MILLISECONDS: Final = ex.Number(1000)  # of a second
 _DIGITS = 12
 _DECIMALS = 9
@@ -140,8 +140,8 @@ class KrlValues(Generator):
     """Spells expressions and declarations. `strings`: names whose values are texts in another language."""
 
     language = "KRL"
-    binary: ClassVar = {"+": ("+", 10), "-": ("-", 10), "*": ("*", 11)}
-    unary: ClassVar = {"-": ("-{}", _UNARY, _UNARY), "not": ("NOT {}", _UNARY, _PRODUCT)}
+    binary: ClassVar = {"+": ("+", _SUM), "-": ("-", _SUM), "*": ("*", 11)}
+    unary: ClassVar = {"-": ("-{}", _SUM, _UNARY), "not": ("NOT {}", _UNARY, _PRODUCT)}
     logic: ClassVar = {"and": (" AND ", 4), "or": (" OR ", 2)}
     comparisons: ClassVar = {"=": "=="}
     compared = (1, 8)
@@ -212,7 +212,7 @@ class KrlValues(Generator):
 
     def spell_number(self, e: ex.Number) -> Spelled:
         text = self.number(e)
-        return (text, _UNARY) if text[0] == "-" else text
+        return (text, _SUM) if text[0] == "-" else text
 
     def spell_position_literal(self, e: ex.PositionLiteral) -> str:
         if e.native and dict(e.native).get("name") and not any(e.values):

@@ -12,6 +12,7 @@ from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading
 from olp.languages.vendors.rapid.known_routines import FUNCTIONS, INSTRUCTIONS, RESERVED, TYPES
+from olp.languages.vendors.rapid.limits import LONGEST_TEXT
 from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
 
 _TOKEN: Final = re.compile(
@@ -19,7 +20,6 @@ _TOKEN: Final = re.compile(
     r"|(?P<sign>:=|<>|<=|>=|[-+*/=<>(){}\[\],;:.\\|%?])|(?P<odd>\S)"
 )
 _NAME_LENGTH: Final = {"irc5-5.15": 16, "irc5-6.13": 32, "omnicore-7": 32}
-_TEXT_LENGTH: Final = 80
 _ONE_CHARACTER: Final = re.compile(r'""|\\\\|\\[0-9A-Fa-f]{2}')  # of a text, written as two or three
 _KINDS: Final = frozenset(("var", "pers", "const"))
 _ROUTINES: Final = {"proc": "endproc", "func": "endfunc", "trap": "endtrap"}
@@ -328,8 +328,8 @@ def _texts(found: LoadFindings, module: Module, longest: int) -> None:
             )
         elif token.kind == "text" and (len(token.text) < 2 or not token.text.endswith('"')):
             found.tell("K105", "the text does not end within its line", token.span, 'close it with "')
-        elif token.kind == "text" and len(_ONE_CHARACTER.sub("x", token.text[1:-1])) > _TEXT_LENGTH:
-            found.tell("K103", f"a text holds at most {_TEXT_LENGTH} characters", token.span, "split it")
+        elif token.kind == "text" and len(_ONE_CHARACTER.sub("x", token.text[1:-1])) > LONGEST_TEXT:
+            found.tell("K103", f"a text holds at most {LONGEST_TEXT} characters", token.span, "split it")
     declared = [d.name for d in module.data] + [r.name for r in module.routines] + list(module.types.values())
     declared += [d.name for r in module.routines for d in (*r.data, *r.parameters)]
     for name in declared:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from textwrap import wrap
 from typing import ClassVar, Final
 
 from olp.core.units import percent
@@ -12,6 +13,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import changed_by
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
+from olp.languages.vendors.rapid.limits import LONGEST_TEXT
 from olp.languages.vendors.rapid.literals import quoted, zero
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import SIGNAL_TYPES
@@ -200,7 +202,7 @@ class RapidStatements(RapidMoves):
             return f"{target}:=NOT {target};"
         if s.operator in "+-" and s.operand == ex.Number(1):
             return f"{'Incr' if s.operator == '+' else 'Decr'} {target};"
-        operand = self.value(s.operand, 6)
+        operand = self.value(s.operand, 7)
         if s.operator == "+":
             return f"Add {target},{self.value(s.operand)};"
         word = s.operator.upper() if s.operator.isalpha() else s.operator
@@ -232,7 +234,13 @@ class RapidStatements(RapidMoves):
             case _:
                 return f"SetDO {signal},{self.value(s.value)};"
         condition = self.condition(s.value)
-        return [f"IF {condition} THEN", f"SetDO {signal},1;", "ELSE", f"SetDO {signal},0;", "ENDIF"]
+        return [
+            f"IF {condition} THEN",
+            f"{self.step}SetDO {signal},1;",
+            "ELSE",
+            f"{self.step}SetDO {signal},0;",
+            "ENDIF",
+        ]
 
     def _is_boolean(self, name: str) -> bool:
         """Whether a routine of the program returns TRUE or FALSE."""
@@ -328,6 +336,8 @@ class RapidStatements(RapidMoves):
         match s.text:
             case ex.Function("joined-text", (ex.Text() as text, ex.Function("text-of-value", (value,)))):
                 return f"TPWrite {self.value(text)}\\Num:={self.value(value)};"
+            case ex.Text(text) if len(text) > LONGEST_TEXT and not self.own:
+                return [f"TPWrite {quoted(part)};" for part in wrap(text, LONGEST_TEXT)]
         return f"TPWrite {self.value(s.text)};"
 
     def write_process(self, s: st.Process) -> Lines:

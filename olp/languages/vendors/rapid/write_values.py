@@ -13,6 +13,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed
+from olp.languages.vendors.rapid.limits import LONGEST_TEXT
 from olp.languages.vendors.rapid.literals import confdata, quoted
 from olp.languages.vendors.rapid.names import RapidNames, signal_like
 from olp.languages.vendors.rapid.predefined_data import PREDEFINED_NAMES
@@ -24,7 +25,10 @@ _READERS: Final = {
 }  # fmt: skip
 FRAMES: Final = {"tooldata": "tframe", "wobjdata": "uframe"}
 _ANALOG: Final = ("gi", "go", "ai", "ao")
-_UNARY, _COMPARED, _CONJUNCTION, _INVERTED = 7, 4, 3, 2
+# How strongly operators bind. The kernel manual has a sign and NOT at the head of an expression alone: elsewhere
+# they stand in parentheses, and NOT takes in what AND joins.
+_INVERTED, _OR, _CONJUNCTION, _COMPARED, _SUM, _PRODUCT, _FACTOR = range(7)
+_POSITIONS: Final = ("robtarget", "jointtarget", "pose")
 _POSES: Final = ("pose-product", "pose-inverse")
 _ANGLES: Final = ("rx", "ry", "rz")
 _BEFORE: Final = {
@@ -51,18 +55,18 @@ class RapidValues(Generator):
 
     language = "RAPID"
     binary: ClassVar = {
-        "+": (" + ", 5),
-        "-": (" - ", 5),
-        "*": (" * ", 6),
-        "/": (" / ", 6),
-        "div": (" DIV ", 6),
-        "mod": (" MOD ", 6),
-        "and": (" AND ", 3),
-        "or": (" OR ", 1),
-        "xor": (" XOR ", 1),
+        "+": (" + ", _SUM),
+        "-": (" - ", _SUM),
+        "*": (" * ", _PRODUCT),
+        "/": (" / ", _PRODUCT),
+        "div": (" DIV ", _PRODUCT),
+        "mod": (" MOD ", _PRODUCT),
+        "and": (" AND ", _CONJUNCTION),
+        "or": (" OR ", _OR),
+        "xor": (" XOR ", _OR),
     }
-    unary: ClassVar = {"-": ("-{}", _UNARY, _UNARY), "not": ("NOT {}", _INVERTED, _INVERTED)}
-    logic: ClassVar = {"and": (" AND ", _CONJUNCTION), "or": (" OR ", 1), "xor": (" XOR ", 1)}
+    unary: ClassVar = {"-": ("-{}", _SUM, _FACTOR), "not": ("NOT {}", _INVERTED, _COMPARED)}
+    logic: ClassVar = {"and": (" AND ", _CONJUNCTION), "or": (" OR ", _OR), "xor": (" XOR ", _OR)}
     no_value = "a value that RAPID has no words for"
     signals: ClassVar = {
         "in": "di", "out": "do", "in-group": "gi", "out-group": "go", "analog-in": "ai", "analog-out": "ao",
@@ -169,9 +173,11 @@ class RapidValues(Generator):
         return self.value(e)
 
     def spell_number(self, e: ex.Number) -> Spelled:
-        return number(e.value), ATOM if e.value >= 0 else _UNARY
+        return number(e.value), ATOM if e.value >= 0 else _SUM
 
     def spell_text(self, e: ex.Text) -> str:
+        if len(e.value) > LONGEST_TEXT and not self.own:
+            raise CannotSayError(f"a text of more than {LONGEST_TEXT} characters")
         return quoted(e.value)
 
     def spell_unknown(self, e: ex.Unknown) -> str:
@@ -197,10 +203,13 @@ class RapidValues(Generator):
         return self.value(it, _COMPARED + 1)
 
     def operand(self, e: ex.Expression, strength: int) -> str:
-        """NOT needs no parentheses behind AND."""
-        if strength > _CONJUNCTION and isinstance(e, ex.Unary) and e.operator == "not":
-            return f"NOT {self.condition(e.operand, _COMPARED)}"
+        """An operand of AND, OR and NOT: a signal alone is compared, too."""
         return self.condition(e, strength)
+
+    def spell_unary(self, e: ex.Unary) -> Spelled:
+        if e.operator == "not" and isinstance(e.operand, ex.Signal) and self.is_digital(e.operand):
+            return f"{self._read(e.operand)}=0", _COMPARED
+        return super().spell_unary(e)
 
     def condition(self, it: ex.Expression, strength: int = 0) -> str:
         """A truth value: a signal alone is compared with 1."""
@@ -215,6 +224,10 @@ class RapidValues(Generator):
             if isinstance(base, (ex.SystemValue, ex.Function)):
                 base = self.stored(base, "jointtarget")
             return f"{self.value(base)}.robax.rax_{indices[0].value}"
+        if isinstance(base, ex.Item):  # dimensions stand in one pair of braces
+            if self.type_of(base) in _POSITIONS:
+                raise CannotSayError("a component of a position by a computed number")
+            return self.spell_item(ex.Item(base.base, (*base.indices, *indices)))
         return f"{self.value(base)}{{{','.join(self.value(index) for index in indices)}}}"
 
     def spell_member(self, e: ex.Member) -> str:
@@ -491,8 +504,9 @@ class RapidValues(Generator):
         return f"CJointT({self.arguments(given)})"
 
     def function_joined_text(self, given: Arguments, kind: str = "") -> Spelled:
-        first, second = given
-        return f"{self.value(first, 5)} + {self.value(second, 6)}", 5
+        first, *others = given
+        texts = [self.value(first, _SUM), *(self.value(one, _PRODUCT) for one in others)]
+        return " + ".join(texts), _SUM if others else ATOM
 
 
 def common_base(values: tuple[ex.Expression, ...], names: tuple[str, ...]) -> ex.Expression | None:

@@ -18,6 +18,7 @@ from olp.ir import program as st
 from olp.ir.expressions import Expression, Named
 from olp.ir.program import Assign, Declare, Move, Program
 from olp.languages.generator import CannotSayError, as_text
+from olp.languages.vendors.rapid.limits import RESERVED
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.write_statements import RapidStatements, native_type
 from olp.languages.vendors.rapid.write_values import TIMED_OUT
@@ -106,7 +107,7 @@ class RapidWriter(RapidStatements):
         if not name or not name[0].isalpha():
             name = f"M_{name}"[:_LONGEST].rstrip("_") if name else "Module1"
         taken = {one.name.lower() for one in self.program.routines} | set(self.globals)
-        return f"M_{name}"[:_LONGEST] if name.lower() in taken else name
+        return f"M_{name}"[:_LONGEST] if name.lower() in taken or name.upper() in RESERVED else name
 
     # --- between routines -------------------------------------------------------------------------------------
 
