@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from olp.core.diagnostic import Diagnostic, OlpError
     from olp.fluent import Plan, Program, convert, read, time
     from olp.recorded import Recording, Signature, calibrate, diagnose, predict
-    from olp.robots.robot import Robot, load_robot, robot_names
+    from olp.robots.model import Robot
+    from olp.robots.robot import load_robot, robot_names
 
 install()
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from olp.core.diagnostic import Diagnostic
     from olp.identification.signature.document import Signature
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.runtime.assumptions import Assumptions
     from olp.timing.result import Timing
 

@@ -139,7 +139,8 @@ def olp_time(request: pytest.FixtureRequest) -> Callable[..., Timing]:
 
     Paths are seen from pytest's root folder; further words are those of `olp.reports.batch.Job`. Raises OlpError.
     """
-    from olp.reports.batch import Job, plan_and_time
+    from olp.identification.timing_job import plan_and_time
+    from olp.reports.batch import Job
 
     root = request.config.rootpath
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from olp.identification.diagnosis.diagnose import DiagnosisOutcome
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

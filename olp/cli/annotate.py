@@ -43,9 +43,9 @@ def _remove(path: Path, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
 
 
 def _annotate(path: Path, job: Job, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
+    from olp.identification.timing_job import time_program
     from olp.languages.read import read
     from olp.reports.annotate import annotate
-    from olp.reports.batch import time_program
     from olp.timing.result import assumed
 
     program = read(path, encoding=job.encoding)

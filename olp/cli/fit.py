@@ -105,8 +105,8 @@ def run(args: Namespace) -> int:
     from olp.checks.fit.report import as_json, as_text, front_file, refuse_front
     from olp.cli.time import settings_of
     from olp.core.units import mm
+    from olp.identification.timing_job import time_program
     from olp.languages.read import read
-    from olp.reports.batch import time_program
 
     job = settings_of(args)
     into = args.output.endswith(("/", os.sep)) or Path(args.output).is_dir()

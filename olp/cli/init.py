@@ -29,8 +29,9 @@ def run(args: Namespace) -> int:
     from olp.cli.time import print_diagnostics
     from olp.core.diagnostic import OlpError, error
     from olp.core.files import expand_paths, write_output
+    from olp.identification.timing_job import plan_and_time
     from olp.languages.vendor import vendor_suffixes
-    from olp.reports.batch import Job, plan_and_time, shown, time_files
+    from olp.reports.batch import Job, shown, time_files
     from olp.reports.cell import started
     from olp.robots.robot import load_robot
     from olp.runtime.folder import find_arms

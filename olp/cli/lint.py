@@ -184,7 +184,7 @@ def _fixed(result: Linted, job: Job, asked: RuleChoice, unsafe: bool, changes: l
     """What remains of a file's findings after its fixes, which are added to `changes`."""
     from olp.checks.lint.fix import fix_file
     from olp.checks.lint.run import lint
-    from olp.reports.batch import time_program
+    from olp.identification.timing_job import time_program
 
     if result.unreadable or not result.findings:
         return result

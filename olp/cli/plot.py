@@ -17,7 +17,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.reports.batch import plan_and_time
+    from olp.identification.timing_job import plan_and_time
     from olp.reports.plot.output import picture, refuse_unknown
     from olp.reports.plot.program import program_figure
 

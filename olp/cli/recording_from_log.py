@@ -45,7 +45,7 @@ def run(args: Namespace) -> int:
     from olp.core.diagnostic import OlpError, error
     from olp.core.files import refuse_inputs
     from olp.identification.recording.log_reader import read_log
-    from olp.reports.batch import plan_and_time
+    from olp.identification.timing_job import plan_and_time
 
     target = Path(args.output) / "moves.csv"
     if target.exists() and not args.force:

@@ -10,7 +10,7 @@ from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.units import deg, mm
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Axis, Robot
+    from olp.robots.model import Axis, Robot
 
 SUMMARY = "list the known robots and what is known of each"
 

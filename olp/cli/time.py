@@ -186,7 +186,8 @@ def job_of(args: Namespace, count: int) -> Job:
 
 def settings_of(args: Namespace) -> Job:
     """What `add_timing_arguments` took. Raises OlpError for a robot, model or olp.toml that is none."""
-    from olp.reports.batch import Job, check_job
+    from olp.identification.timing_job import check_job
+    from olp.reports.batch import Job
 
     job = Job(
         robot=args.robot,
@@ -300,7 +301,7 @@ def _shown(diagnostic: Diagnostic, colour: bool) -> str:
 
 def run_explain(args: Namespace) -> int:
     """The words go to standard output, the picture to `-o`. Raises OlpError for several programs, and E001 to E005."""
-    from olp.reports.batch import plan_and_time
+    from olp.identification.timing_job import plan_and_time
     from olp.reports.explain import as_text, explain
 
     if len(args.jobs) != 1:

@@ -30,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.reports.batch import plan_and_time
+    from olp.identification.timing_job import plan_and_time
     from olp.timing.result import assumed
     from olp.timing.track import track
 

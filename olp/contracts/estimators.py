@@ -31,7 +31,8 @@ from olp.identification.signature.estimator import (
 from olp.identification.signature.moveset import MoveSet, moves_of_recording
 from olp.robots.geometry import rotation_from_angles
 from olp.robots.kinematics.inverse import inverse
-from olp.robots.robot import Robot, load_robot
+from olp.robots.model import Robot
+from olp.robots.robot import load_robot
 
 Array = NDArray[np.float64]
 RECORDING: Final = Path(__file__).resolve().parents[2] / "samples" / "up20"

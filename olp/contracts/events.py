@@ -15,7 +15,8 @@ from olp.ir.expressions import Compare, Expression, Named, Number, Signal, Signa
 from olp.ir.program import Declare, Path, Program, PulseOutput, SetOutput, Wait
 from olp.languages.vendor import Vendor
 from olp.robots.kinematics.chain import forward
-from olp.robots.robot import Robot, load_robot
+from olp.robots.model import Robot
+from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.timing.blending.law import load_law
 

@@ -26,7 +26,7 @@ from olp.timing.blending.law import load_law
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -79,7 +79,7 @@ def check_job(job: TimingJob) -> None:
         load_model(job.model)
     _learnt(job.signature)
     if job.acceleration_law is not None:
-        from olp.timing.acceleration import load_law
+        from olp.timing.acceleration.law import load_law
 
         load_law(job.acceleration_law)
     if job.encoding is not None:

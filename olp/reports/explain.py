@@ -19,7 +19,7 @@ from olp.timing.motion.model import load_model
 from olp.timing.track import states, tool_speed
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.timing.result import Timing
 
 

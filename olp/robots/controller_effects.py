@@ -14,7 +14,7 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.units import percent
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 HIGHEST_OVERRIDE: Final = 1.5  # [1] Yaskawa's playback speed override ends at 150 %
 

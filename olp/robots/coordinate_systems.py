@@ -17,7 +17,7 @@ from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import Pose, compose, invert, quaternion_from_rotation, rotation_from_angles
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

@@ -30,7 +30,7 @@ from olp.robots.geometry import (
 from olp.runtime.plan import PATHS, Moves, Positions
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 _JOINT: Final = PATHS.index(Path.JOINT)
 _TURN = 2.0 * math.pi

@@ -29,7 +29,7 @@ from olp.runtime.assumptions import Assumptions
 if TYPE_CHECKING:
     from olp.ir.program import Program
     from olp.robots.backup.backup import Backup
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 # A name record stands in the first lines; whole files of 800 kB would take seconds in a large folder.

@@ -121,7 +121,7 @@ if TYPE_CHECKING:
     import os
 
     from olp.ir.program import Program
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.runtime.plan import Plan
 
 

@@ -18,7 +18,7 @@ from olp.core.source import Source
 from olp.ir.program import Path
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 PATHS: tuple[Path, ...] = tuple(Path)

@@ -29,7 +29,7 @@ from olp.runtime.paths import circle, cross, shape_paths, swept_angle, turn_betw
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Event, Moves, Plan, Positions, StepKind
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 # --- Whole arcs ---

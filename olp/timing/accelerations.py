@@ -17,8 +17,8 @@ from olp.robots.times_to_speed import times_to_speed
 from olp.runtime.plan import Plan
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
-    from olp.timing.acceleration import AccelerationLaw
+    from olp.robots.model import Robot
+    from olp.timing.acceleration.law import AccelerationLaw
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.robots.kinematics.chain import Sweep
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, JointMotions, gradient, posture_functions
 

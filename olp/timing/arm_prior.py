@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.robots.controller_effects import KnownEffect, generation_of, generations_in
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.timing.arm import MAIN, POSTURE, ArmTiming, names_of
 from olp.timing.arm_moves import PriorArm
 

@@ -20,7 +20,7 @@ from olp.runtime.plan import PATHS, Moves, Plan, distinct
 from olp.timing.accelerations import MotionLimits, of_axes, of_lines
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]

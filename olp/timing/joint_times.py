@@ -13,7 +13,7 @@ from olp.timing.arm_moves import JointLaw, JointMoves, JointTimes, joint_moves, 
 from olp.timing.demand import Demand, fractions
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

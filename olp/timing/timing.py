@@ -15,7 +15,7 @@ from olp.ir.program import Path
 from olp.robots.controller_effects import Effects, effects_of, generation_of, settling_of
 from olp.runtime.paths import circle
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind, distinct, of_rows
-from olp.timing.acceleration import load_law
+from olp.timing.acceleration.law import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
 from olp.timing.blending.law import load_law as load_corners
 from olp.timing.chain import Caps, Chain, chain

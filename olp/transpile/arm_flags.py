@@ -15,7 +15,7 @@ from olp.ir.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Progr
 from olp.ir.transformer import edited, mapped
 from olp.languages.vendor import ArmFlags, maker_of
 from olp.robots.kinematics.configuration import TURN_AXES, same_posture
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of

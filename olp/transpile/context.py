@@ -48,7 +48,7 @@ from olp.transpile.symbols import Symbols
 
 if TYPE_CHECKING:
     from olp.robots.coordinate_systems import Cell
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.runtime.folder import World
     from olp.runtime.plan import Plan
 

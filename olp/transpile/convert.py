@@ -25,7 +25,7 @@ from olp.transpile.pipeline import Translated, canonical, refusals
 from olp.transpile.source_plans import MOST_AGAIN, asked_inputs, plan_of
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.runtime.assumptions import Assumptions, SignalKey
     from olp.runtime.plan import Plan
     from olp.transpile.receipt import PlanRuns

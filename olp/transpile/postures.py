@@ -16,7 +16,7 @@ from olp.ir.expressions import Expression, Function, Named, PositionLiteral
 from olp.ir.program import Declare, Move, Path, Program, Statement
 from olp.ir.transformer import edited, expressions_of, mapped
 from olp.robots.kinematics.configuration import readings_of_joints, same_posture
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import symbols_of

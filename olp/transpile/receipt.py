@@ -42,7 +42,7 @@ from olp.transpile.pipeline import Translated
 from olp.transpile.preflight import before_it_runs, places
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 # --- Verdict ---

@@ -13,7 +13,7 @@ from olp.ir.expressions import Number, Signal, Text
 from olp.ir.program import Move, Program, Statement, Wait
 from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
 from olp.languages.limits import limits_of
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.runtime.assumptions import (
     NAMED_SIGNAL,
     Assumptions,

@@ -28,7 +28,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import edited
 from olp.languages.limits import Limits, Range, range_text, within
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.transpile.context import Fate, Loss, Segment, TranslationContext, walk_through
 from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
 

@@ -18,7 +18,7 @@ from olp.transpile.export import writable
 from olp.transpile.probes import probes, program_with
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 class Support(NamedTuple):

@@ -54,8 +54,8 @@ class Versions:
 
 def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Program] | str | None:
     """The timing of one version, None where it is missing, and the reason where it cannot be read."""
+    from olp.identification.timing_job import time_program
     from olp.languages.read import read
-    from olp.reports.batch import time_program
 
     if path is None:
         return None

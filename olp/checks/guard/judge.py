@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from olp.checks.guard.budget import ENDS, Budget, label_name
 from olp.core.diagnostic import OlpError
 from olp.core.source import file_stem
+from olp.identification.timing_job import time_program
 from olp.ir.program import Call, For, Label, Program, Repeat, Routine, While
-from olp.reports.batch import Job, time_program
+from olp.reports.batch import Job
 from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import Plan, StepKind

@@ -29,7 +29,8 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import parse_json, read_input
 from olp.core.source import Source
 from olp.core.toml import TOMLDecodeError, parse_toml, toml_text
-from olp.reports.batch import Job, time_program
+from olp.identification.timing_job import time_program
+from olp.reports.batch import Job
 from olp.reports.outcome.model import OutcomeFinding, of_diagnostic
 from olp.runtime.assumptions import nearest_assumptions
 

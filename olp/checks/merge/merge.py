@@ -374,7 +374,7 @@ def _new_mistakes(
 def _timed(
     result: Merged, vendor: Vendor, merged: Program | None, texts: Sequence[bytes], job: Job
 ) -> Merged:
-    from olp.reports.batch import time_program
+    from olp.identification.timing_job import time_program
 
     programs = [_program(vendor, data, result.file) if data.strip() else None for data in texts]
     # The file itself may not be there yet, and git makes folders after it has merged what belongs into them.

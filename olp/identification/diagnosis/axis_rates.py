@@ -18,7 +18,7 @@ from olp.robots.geometry import quaternion_from_rotation, rotation_from_quaterni
 from olp.robots.kinematics.chain import joint_speeds
 from olp.robots.kinematics.configuration import wrap
 from olp.robots.kinematics.inverse import branches, inverse, newton
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.runtime.paths import circle, swept_angle
 from olp.timing.physics._case import Floats, Mask, Rates
 

@@ -39,7 +39,7 @@ from olp.timing.physics._motion import Motion
 if TYPE_CHECKING:
     from olp.identification.diagnosis.logs.result import AxisResidual, LogDiagnosis
     from olp.identification.recording.recording import Recording
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]

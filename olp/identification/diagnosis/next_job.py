@@ -40,7 +40,7 @@ from olp.languages.vendor import find_vendor, maker_of, probe_language, vendor_n
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

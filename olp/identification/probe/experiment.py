@@ -24,7 +24,7 @@ from olp.robots.geometry import angles_from_rotation, rotation_from_angles
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from olp.robots.geometry import Pose
 from olp.robots.kinematics.chain import jacobian, without_tool
 from olp.robots.kinematics.configuration import clearance, within_limits
 from olp.robots.kinematics.inverse import inverse
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -22,7 +22,7 @@ from olp.identification.recording.table import RecordingTable, TableColumn
 
 if TYPE_CHECKING:
     from olp.identification.recording.log import Log
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 _TIMES: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}

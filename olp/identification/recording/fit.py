@@ -15,7 +15,7 @@ from olp.identification.recording.moves import Floats, RecordedMoves
 from olp.identification.recording.table import RecordingTable
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 _SLACK = 0.2  # of a duration: how far two clocks may disagree before they measured different things
 _FAR = 5.0 * deg  # of an axis, at the median start

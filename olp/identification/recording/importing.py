@@ -34,7 +34,7 @@ from olp.languages.recorders import (
 from olp.robots.robot import library_name
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]

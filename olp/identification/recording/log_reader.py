@@ -53,7 +53,7 @@ from olp.identification.recording.table import (
 )
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 def read_log(

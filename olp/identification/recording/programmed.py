@@ -18,7 +18,7 @@ from olp.runtime.plan import BlendCode, StepKind
 
 if TYPE_CHECKING:
     from olp.identification.recording.log import Log
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.timing.result import Timing
 
 Floats = NDArray[np.float64]

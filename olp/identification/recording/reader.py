@@ -50,7 +50,7 @@ from olp.identification.recording.table import (
 from olp.robots.geometry import Pose
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 ROLES = ("moves", "log", "sim_log")

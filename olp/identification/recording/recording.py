@@ -15,7 +15,7 @@ from olp.identification.recording.settings import RecordingSettings
 
 if TYPE_CHECKING:
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Labels = NDArray[np.int64]
 _MOSTLY = 0.9  # of the durations are on a grid

@@ -12,7 +12,7 @@ from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.places import posture_flags
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

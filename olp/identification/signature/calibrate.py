@@ -29,7 +29,7 @@ from olp.identification.signature.moveset import MoveSet, moves_of_recording
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 AUTO = "auto"

@@ -18,7 +18,7 @@ from olp.core.registry import file_names, load_from
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

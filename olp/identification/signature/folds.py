@@ -12,7 +12,7 @@ from olp.identification.signature.estimator import duration_of, learnt, load_est
 from olp.identification.signature.moveset import MoveSet, direction_labels
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]

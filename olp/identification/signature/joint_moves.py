@@ -23,7 +23,7 @@ from olp.timing.arm_prior import fastest_speed
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 # --- Slow regions ---

@@ -56,7 +56,7 @@ from olp.timing.arm_prior import arm_prior
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]

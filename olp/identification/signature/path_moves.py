@@ -26,7 +26,7 @@ from olp.timing.path_law import (
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
     from olp.identification.signature.stretches import Stretches
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

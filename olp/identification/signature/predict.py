@@ -18,7 +18,7 @@ from olp.identification.signature.estimator import duration_of, load_estimator
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 # [1] An estimator that says it extrapolates is believed half.

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from olp.identification.signature.path_moves import LearntPaths
     from olp.identification.signature.term_model import PredictedRows
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.timing.arm_moves import JointLaw
 
 

@@ -19,7 +19,7 @@ from olp.timing.blending.law import load_law
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
     from olp.timing.arm_moves import JointTimes
 
 

@@ -30,7 +30,7 @@ from olp.timing.physics._case import MeasuredMoves, Rates
 
 if TYPE_CHECKING:
     from olp.robots.geometry import Pose
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 _FREE = math.inf  # a term in a file is applied, not fitted: it has no bounds

@@ -41,7 +41,7 @@ from olp.timing.timing import time_plan
 from olp.timing.track import states, tool_speed
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]

@@ -19,7 +19,8 @@ from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
 from olp.robots.controller_effects import SETTINGS
 from olp.robots.geometry import Pose
-from olp.robots.robot import Robot, load_robot, robot_names
+from olp.robots.model import Robot
+from olp.robots.robot import load_robot, robot_names
 from olp.servers.controller.controller import DEFAULT_CYCLE, Controller, State, Step
 from olp.servers.controller.target import Target
 

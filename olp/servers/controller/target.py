@@ -20,7 +20,7 @@ from olp.robots.kinematics.tracking import track
 from olp.runtime.paths import circle, point_on_arc
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 _FEWEST, _MOST, _SPACING = (

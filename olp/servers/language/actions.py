@@ -18,11 +18,11 @@ from olp.checks.fit.fit import offer
 from olp.checks.lint.fix import Edit, fixed, fixes
 from olp.core.diagnostic import OlpError
 from olp.core.source import Source
+from olp.identification.timing_job import time_program
 from olp.ir.program import Program
 from olp.languages.read import read_source
 from olp.languages.tokens import Words
 from olp.languages.vendor import find_vendor, part_of, vendor_names
-from olp.reports.batch import time_program
 from olp.reports.outcome.model import OutcomeFinding
 from olp.servers.language.analysis import Analysis, folder_of
 from olp.servers.language.document import Action, TextEdit

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.memory_limit import SupersededError, TextCache, check, remembering
 from olp.core.source import Source
+from olp.identification.timing_job import time_plan_of
 from olp.ir.program import Program
-from olp.reports.batch import Job, time_plan_of
+from olp.reports.batch import Job
 from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.interpreter import LIMIT, run
 from olp.servers.language.document import OpenDocument, read_document

@@ -96,7 +96,7 @@ def _lens(analysis: Analysis, budget: Budget, line: int) -> Lens:
 
 def _timing(analysis: Analysis, budget: Budget) -> Timing:
     """With the budget's own signature, if it has one. Raises OlpError."""
-    from olp.reports.batch import time_plan_of
+    from olp.identification.timing_job import time_plan_of
 
     assert analysis.timing is not None
     if not budget.signature:

@@ -12,7 +12,7 @@ from olp.core.diagnostic import Diagnostic, warning
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.kinematics.configuration import clearance, within_limits
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.runtime.plan import PATHS, Plan, of_rows
 from olp.timing.retiming.limits import PathLimits, Singular
 from olp.timing.retiming.path import SampledPath, spline_through

@@ -12,7 +12,7 @@ from olp.robots.geometry import compose, invert, rotation_from_quaternion, slerp
 from olp.robots.kinematics.chain import forward
 from olp.robots.kinematics.configuration import configuration_of
 from olp.robots.kinematics.inverse import inverse
-from olp.robots.robot import Robot
+from olp.robots.model import Robot
 from olp.runtime.paths import point_on_arc, point_on_parabola
 from olp.runtime.plan import PATHS, Plan
 

@@ -20,7 +20,7 @@ from olp.identification.signature.mixture import Observations, Views, answer, ru
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 # More moves tell the lengths themselves, and other methods are quicker then.
 MOST = 60

@@ -23,7 +23,7 @@ from olp.identification.signature.estimator import (
 from olp.identification.signature.moveset import MoveSet, direction_labels
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]

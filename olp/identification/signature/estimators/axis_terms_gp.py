@@ -19,7 +19,7 @@ from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.residual import estimate_residual, fit_residual, learnt_places
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 _TERMS = "axis_terms"

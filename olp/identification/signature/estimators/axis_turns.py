@@ -28,7 +28,7 @@ from olp.identification.signature.residual import (
 )
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from olp.identification.signature.estimator import (
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 class MedianSlowness(Estimator):

@@ -17,7 +17,7 @@ from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.residual import estimate_residual, fit_residual, residual_size
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 class GaussianProcess(Estimator):

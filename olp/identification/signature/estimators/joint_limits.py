@@ -19,7 +19,7 @@ from olp.identification.signature.gp import minimise
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
 

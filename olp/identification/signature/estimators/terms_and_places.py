@@ -20,7 +20,7 @@ from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.residual import estimate_residual, learnt_places
 
 if TYPE_CHECKING:
-    from olp.robots.robot import Robot
+    from olp.robots.model import Robot
 
 
 _TABLES, _TERMS, _PLACES = "factors", "axis_terms", "gaussian_process"
