@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.robots.backup import read_backup, robot_toml
-from olp.robots.backup.import_check import check_import, shortest_degrees
+from olp.robots.backup.robot_file import check_import, shortest_degrees
 from olp.robots.robot import Robot, load_robot
 
 SAMPLES = Path(__file__).parent.parent / "samples" / "backup"

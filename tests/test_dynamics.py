@@ -5,7 +5,6 @@ import pytest
 from dynamics_robots import height_energy, lagrange_torques, mass_and_weight, random_robot, robot_of
 
 from olp.core.diagnostic import OlpError
-from olp.robots.coordinate_systems import Tool
 from olp.robots.dynamics import (
     STANDARD_GRAVITY,
     Body,
@@ -21,6 +20,7 @@ from olp.robots.dynamics import (
 from olp.robots.dynamics.torques import BLOCK
 from olp.robots.geometry import Pose
 from olp.robots.kinematics import forward
+from olp.robots.kinematics.chain import Tool
 from olp.robots.robot import Drive, load_robot
 
 GRAVITY = (1.3, -4.1, -8.2)

@@ -8,9 +8,10 @@ import pytest
 from olp.core.source import decode
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Path
-from olp.robots.coordinate_systems import Cell, Mechanism, Tool
+from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
 from olp.robots.kinematics import forward, inverse, track, with_tool, without_tool
+from olp.robots.kinematics.chain import Tool
 from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan
 from olp.runtime.recorder import Recorder

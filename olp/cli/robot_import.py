@@ -60,8 +60,7 @@ def _of_machine_data(machine: Path, args: Namespace) -> Made:
 
 def _of_parameters(args: Namespace) -> Made:
     from olp.robots.backup.backup import read_backup
-    from olp.robots.backup.import_check import check_import
-    from olp.robots.backup.robot_file import robot_toml
+    from olp.robots.backup.robot_file import check_import, robot_toml
 
     backup = read_backup(args.backup)
     inputs = [Path(args.backup) / name for name in backup.files]

@@ -15,22 +15,12 @@ from numpy.typing import NDArray
 
 from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import Pose, compose, invert, quaternion_from_rotation, rotation_from_angles
+from olp.robots.kinematics.chain import Tool
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Tool:
-    """A tool on the flange. `pose`: the tool centre point; `mass` [kg], `centre` of gravity [m] on the flange."""
-
-    pose: Pose
-    name: str = ""
-    mass: float | None = None
-    centre: tuple[float, float, float] | None = None
-    inertia: tuple[float, float, float] | None = None  # [kg m²]
 
 
 @dataclass(frozen=True, slots=True)

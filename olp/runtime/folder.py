@@ -21,8 +21,9 @@ from olp.core.files import read_input
 from olp.ir.expressions import Store
 from olp.languages.read import read
 from olp.languages.vendor import find_vendor
-from olp.robots.coordinate_systems import Cell, Mechanism, Tool
+from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose
+from olp.robots.kinematics.chain import Tool
 from olp.robots.robot import library_name, load_robot, robot_names
 from olp.runtime.assumptions import Assumptions
 
@@ -188,8 +189,8 @@ def _robot_files(folders: Iterable[Path]) -> Iterator[ArmSource]:
 
 
 def _backups(folders: Iterable[Path]) -> Iterator[ArmSource]:
-    from olp.robots.backup.import_check import model_of
     from olp.robots.backup.machine_dat import find_machine_data, model_in, read_machine_data
+    from olp.robots.backup.robot_file import model_of
 
     for folder in folders:
         backup = backup_of(folder)

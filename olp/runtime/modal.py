@@ -24,8 +24,8 @@ from olp.ir.program import (
     Speed,
     SpeedUnit,
 )
-from olp.robots.coordinate_systems import Tool
 from olp.robots.geometry import Pose
+from olp.robots.kinematics.chain import Tool
 from olp.runtime.evaluate import evaluate, number, quantity, whole
 from olp.runtime.memory import ACTIVE, PositionValue, Record, Value
 from olp.runtime.plan import PATHS

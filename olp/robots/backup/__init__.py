@@ -2,9 +2,8 @@
 
 from olp.robots.backup.backup import Backup, read_backup
 from olp.robots.backup.cnd_files import ToolData, UserFrame
-from olp.robots.backup.import_check import check_import
 from olp.robots.backup.parameters import BackupControlGroup, GroupParameters, ParameterLayout, SystemInfo
-from olp.robots.backup.robot_file import robot_toml
+from olp.robots.backup.robot_file import check_import, robot_toml
 from olp.robots.backup.var_dat import PositionVariable, Variables
 
 __all__ = [

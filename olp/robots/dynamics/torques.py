@@ -24,7 +24,7 @@ from olp.robots.model import Body, Robot, Vector
 from olp.robots.reader import tensor
 
 if TYPE_CHECKING:
-    from olp.robots.coordinate_systems import Tool
+    from olp.robots.kinematics.chain import Tool
 
 
 Mounting = Literal["floor", "wall", "ceiling"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,17 @@ Array = NDArray[np.float64]
 
 # Poses per block: all intermediate arrays of a block together stay in the second-level cache.
 BLOCK = 2048
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """A tool on the flange. `pose`: the tool centre point; `mass` [kg], `centre` of gravity [m] on the flange."""
+
+    pose: Pose
+    name: str = ""
+    mass: float | None = None
+    centre: tuple[float, float, float] | None = None
+    inertia: tuple[float, float, float] | None = None  # [kg m²]
 
 
 class Sweep(NamedTuple):

@@ -27,9 +27,9 @@ from olp.core.source import Source
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Path
 from olp.robots.controller_effects import effects_of
-from olp.robots.coordinate_systems import Cell, Mechanism, Tool
+from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose, compose
-from olp.robots.kinematics.chain import forward, with_tool
+from olp.robots.kinematics.chain import Tool, forward, with_tool
 from olp.robots.kinematics.configuration import within_limits
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.runtime.recorder import Recorder
