@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import pytest
-from lark import Lark
-from lark.exceptions import UnexpectedInput
+from rapid_kernel import refused
 from translate_programs import Maker
 
 import olp
@@ -22,21 +20,6 @@ from olp.transpile.link import link
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 LISTING = "/PROG  {}\n/ATTR\nDEFAULT_GROUP = 1,*,*,*,*;\n/MN\n   1:  {} ;\n/POS\n/END\n"
-
-
-@cache
-def kernel() -> Lark:
-    grammar = Path(__file__).with_name("rapid_kernel.lark").read_text(encoding="utf-8")
-    return Lark(grammar, start="module", parser="lalr", lexer="basic")
-
-
-def refused(text: str) -> str:
-    """The line that the published syntax does not have, empty where it has all."""
-    try:
-        kernel().parse(text)
-    except UnexpectedInput as problem:
-        return text.splitlines()[problem.line - 1] if problem.line > 0 else str(problem)
-    return ""
 
 
 def written(program: olp.Program) -> list[str]:

@@ -321,9 +321,8 @@ class Generator(ABC):
             raise CannotSayError(terminology.operation(e.operator), self.operator_help)
         text, own = found
         right = self.value(e.right, own + 1)
-        sign = self.unary["-"][1]
-        if sign < own and e.operator in "*/" and _begins_with_sign(e.left):
-            return f"{self.value(e.left, sign)}{text}{right}", sign
+        if e.operator in "*/" and _begins_with_sign(e.left):
+            own = min(own, self.unary.get("-", ("", own, own))[1])
         return f"{self.value(e.left, own)}{text}{right}", own
 
     def spell_compare(self, e: ex.Compare) -> Spelled:
