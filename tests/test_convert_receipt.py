@@ -322,3 +322,22 @@ def test_joints_beyond_the_other_arms_limits_are_on_the_list(tmp_path, capsys):
     found = receipt(tmp_path, capsys, source, "tp", *more)[1]
     (item,) = [item for item in found["before_run"] if "does not have the joint range" in item]
     assert item.count(":") == 2
+
+
+def test_times_that_nobody_knows_are_no_numbers(tmp_path, capsys):
+    """The first line has no duration without a robot; JSON has no NaN."""
+    axes = "A2 -90,A3 90,A4 0,A5 30,A6 0}"
+    job = f"DEF a()\nPTP {{A1 0,{axes}\nPTP {{A1 10,{axes}\nWAIT SEC 1\nEND\n"
+    file = tmp_path / "receipt.json"
+    source = written(tmp_path, "a.src", job)
+    assert main(
+        ["convert", str(source), "--to", "tp", "-o", str(tmp_path / "out"), "--receipt", str(file)]
+    ) in (0, 1)
+    assert "at least 1.000 s before, at least 1.000 s after" in capsys.readouterr().out
+
+    def refused(word: str) -> float:
+        raise AssertionError(word)
+
+    times = json.loads(file.read_text(), parse_constant=refused)["time"]
+    assert times["source_s"] is None
+    assert [row["source_s"] for row in times["segments"]][1:] == [None, 1.0]

@@ -404,14 +404,20 @@ def _difference(c: Comparison) -> dict[str, Any]:
     }
 
 
+def _known(seconds: float) -> float | None:
+    """JSON has no number for what is not known."""
+    return None if math.isnan(seconds) else seconds
+
+
 def _time(receipt: Receipt) -> dict[str, Any] | None:
     if not receipt.times:
         return None
     return {
-        "source_s": sum(row[1] for row in receipt.times),
-        "target_s": sum(row[3] for row in receipt.times),
+        "source_s": _known(sum(row[1] for row in receipt.times)),
+        "target_s": _known(sum(row[3] for row in receipt.times)),
         "segments": [
-            {"line": a, "source_s": x, "target_line": b, "target_s": y} for a, x, b, y in receipt.times
+            {"line": a, "source_s": _known(x), "target_line": b, "target_s": _known(y)}
+            for a, x, b, y in receipt.times
         ],
     }
 

@@ -127,9 +127,15 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         yield f"with the inputs on: {again.steps} steps, {len(new) or 'no'} further differences"
         yield from (f"  {says}" for says in new[:_DIFFERENCES])
     if receipt.times:
-        source, target = (sum(row[at] for row in receipt.times) for at in (1, 3))
+        source, target = (_total([row[at] for row in receipt.times]) for at in (1, 3))
         names = " and ".join(dict.fromkeys(name for name in receipt.robots if name)) or "no robot named"
-        yield f"predicted ({names}): {source:.3f} s before, {target:.3f} s after"
+        yield f"predicted ({names}): {source} before, {target} after"
+
+
+def _total(seconds: list[float]) -> str:
+    """The sum of the times that are known."""
+    known = [one for one in seconds if not math.isnan(one)]
+    return f"{'' if len(known) == len(seconds) else 'at least '}{sum(known):.3f} s"
 
 
 def _number(value: float) -> str:
