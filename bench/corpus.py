@@ -40,7 +40,10 @@ from olp.transpile.receipt import counts_of
 
 # Origins whose programs were read; rparak has one in each half of RAPID.
 _DEVELOPMENT = {
-    "krl": ("HugoDanielson+", "LozanIvanov+", "Naqiu06+", "RoboDK+", "Shangmc+", "antcsny+"),
+    "krl": (
+        *("Bugaj32+", "HugoDanielson+", "LozanIvanov+", "Naqiu06+", "RoboDK+", "RobotExMachina+"),
+        *("Shangmc+", "antcsny+", "paulovictor237+"),
+    ),
     "rapid": (
         *("Alienspartner+", "Hussainmotiwalla+", "Maurilio97-P+", "RoboLab-FIUNER+", "Springa13+"),
         *(
