@@ -59,9 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     make_streams_robust()
     # The matrices here are small: further threads of numpy's OpenBLAS, not loaded yet, would only burn time in waiting.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    atexit.register(
-        gc.freeze
-    )  # or Python looks for cycles once more, in what the end of the process frees anyway
+    # At its exit Python looks for cycles once more, among objects that the end of the process frees anyway: frozen
+    # ones it passes over.
+    atexit.register(gc.freeze)
     try:
         status = dispatch(list(sys.argv[1:] if arguments is None else arguments))
         sys.stdout.flush()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cpu_time import cpu_time_below
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -831,7 +832,6 @@ def test_a_users_template_shapes_the_file(tmp_path):
 
 
 def test_a_hundred_thousand_moves_are_written_in_a_few_seconds():
-    import time
 
     count = 100_000
     state = PointState(PointKind.POSE, "base", configuration=(1,) + (0,) * 23)
@@ -845,7 +845,6 @@ def test_a_hundred_thousand_moves_are_written_in_a_few_seconds():
     speed = Speed(SpeedUnit.TRAVEL, metres(187.0))
     body = tuple(Move(0, Shape.LINEAR, (Taught(Store.ROBOT, n),), speed) for n in range(count))
     routine = Routine("BIG", 1, (Begin(0), *body, End(0)), table)
-    start = time.process_time()
-    data = foreign_text(Program("krl", decode(b"", "", "cp1252"), (routine,))).encode()
-    assert time.process_time() - start < 5.0
+    with cpu_time_below(5.0):
+        data = foreign_text(Program("krl", decode(b"", "", "cp1252"), (routine,))).encode()
     assert data.count(b"\r\nMOVL C") == data.count(b"\r\nC") == count

@@ -6,6 +6,7 @@ from math import isnan, radians
 
 import numpy as np
 import pytest
+from cpu_time import cpu_time_below
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from inform_jobs import job, read_lines
@@ -209,10 +210,8 @@ def test_a_long_run_takes_the_bulk_path(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_twenty_thousand_broken_rows_do_not_hang() -> None:
-    import time
 
     rows = [f"C{n:05}=1,2,3,4,5,x" for n in range(20_000)] + ["C1=" + "1," * 100_000]
-    begin = time.process_time()
-    program = read_lines(job(points=rows))
-    assert time.process_time() - begin < 2.0
+    with cpu_time_below(2.0):
+        program = read_lines(job(points=rows))
     assert sum(d.code == "P010" for d in program.diagnostics) == 20_001
