@@ -320,6 +320,48 @@ def test_an_array_of_unknown_size_takes_what_is_used_of_it(target):
     assert run_elsewhere(text, "krl", target).durations.tolist() == [2.0, 2.0]
 
 
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_an_array_that_may_be_declared_too_small_is_told(target):
+    text = krl("  DECL INT nI", "  nI = 5", "  nFar[3] = 7", "  nFar[nI] = 9", "  WAIT SEC nFar[nI]")
+    made = converted(text, "krl", target)
+    told = "nothing here tells how many elements nFar has: its declaration has the largest index written out"
+    assert [(line, says) for line, says in loss_lines(made, "index") if "nFar" in says] == [
+        (5, told),
+        (6, told),
+    ]
+    assert {loss.fate for loss in made.translated.losses if "nFar" in loss.says} == {Fate.APPROXIMATED}
+    assert list(made.translated.asks["set how many elements those have that no file here declares"]) == [
+        "nFar"
+    ]
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_members_of_structures_that_nothing_declares_are_variables_of_their_own(target):
+    """Members of elements and of members, too; `Bin_Height` is another variable of the program's own."""
+    text = krl("  Bin_Height = 8", "  Bin[2].Height = 3", "  Job.Pause.Short = 2", "  WAIT SEC Bin[2].Height",
+               "  WAIT SEC Job.Pause.Short", "  WAIT SEC Bin_Height")  # fmt: skip
+    made = converted(text, "krl", target)
+    assert {loss.fate for loss in made.translated.losses} == {Fate.APPROXIMATED}
+    assert run_elsewhere(text, "krl", target).durations.tolist() == [3.0, 2.0, 8.0]
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_a_structure_that_is_copied_and_that_nothing_declares_is_refused(target):
+    """A variable of its own for a member would not be copied along."""
+    text = krl("  Bin[1].Height = 3", "  Bin[2] = Bin[1]", "  Job.Pause = 2", "  Other = Job")
+    losses = converted(text, "krl", target).translated.losses
+    lost = {loss.line: loss.says for loss in losses if loss.fate is Fate.COMMENTED}
+    assert lost == {
+        2: "Bin is not declared here, and nothing tells the members of its type",
+        4: "Job is not declared here, and nothing tells the members of its type",
+    }
+
+
+def test_a_table_of_positions_that_nothing_declares_is_no_list_of_lists():
+    made = converted(krl("  PTP Grid[1, 2]", "  Sums[1, 2] = 4"), "krl", "urscript")
+    assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [2]
+
+
 @pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
 def test_lists_keep_their_values_and_their_places(target):
     rows = ["first = 4", "a = [1, 2, 3]", "b = 2", "i = 2", "a[1] = b + a[2]", "sleep(a[i])", "sleep(a[1])",

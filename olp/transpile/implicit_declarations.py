@@ -74,6 +74,7 @@ _WORDS: Final = {
     "tool": "a tool",
     "frame": "a frame",
 }
+_DEEPEST: Final = 6  # members of members
 _ASKS: Final = {
     "taught": "teach what no file here declares, or copy its values",
     "set": "set what no file here declares",
@@ -91,9 +92,11 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
     uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     if not uses:
         return program
-    records = {name for name, use in uses.items() if use.records and not use.whole}
-    if records:
-        program = _flattened(program, records)
+    for _ in range(_DEEPEST):
+        records = {name for name, use in uses.items() if use.records and not use.whole and not use.copied}
+        if not records:
+            break
+        program = _flattened(program, records, work)
         uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     also = work.conventions.own_names
     own = {name for name in uses if name.startswith("$") or (also is not None and also.fullmatch(name))}
@@ -101,25 +104,54 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
     uses = {name: use for name, use in uses.items() if name not in own}
     for use in uses.values():
         _tell(use, work)
+    _refuse_members(program, {name for name, use in uses.items() if use.records}, work)
+    if work.limits.dimensions == "numbers":
+        tables = {n for n, use in uses.items() if len(use.sizes) > 1 and use.kind not in NUMERIC}
+        _refuse_tables(program, tables, work)
     _tell_moves(program, uses, work)
     return replace(program, data=(*program.data, *map(_declaration, uses.values())))
 
 
-def _flattened(program: Program, records: set[str]) -> Program:
+def _flattened(program: Program, records: set[str], work: TranslationContext) -> Program:
     """Members of structures whose layout nobody knows (RAPID's vFast.v_tcp) as variables of their own."""
+    names: dict[tuple[str, str], str] = {}
 
     def change(e: Expression) -> Expression:
-        if (
-            type(e) is Member
-            and type(e.base) is Named
-            and e.base.name in records
-            and e.name not in COMPONENTS
-        ):
-            return Named(f"{e.base.name}_{e.name}")
-        return e
+        name = _member_of(e)
+        if type(e) is not Member or name not in records:
+            return e
+        key = (name, e.name.casefold())
+        if key not in names:
+            names[key] = work.fresh(f"{name}_{e.name}")
+        member = Named(names[key])
+        return replace(e.base, base=member) if type(e.base) is Item else member
 
     routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
     return replace(program, routines=routines)
+
+
+def _refuse_members(program: Program, records: set[str], work: TranslationContext) -> None:
+    """Members of structures that are also taken as a whole: without their layout there is no declaration of them."""
+    for s in program.statements() if records else ():
+        for name in sorted({_member_of(e) for e in expressions_of(s)} & records):
+            says = f"{name} is not declared here, and nothing tells the members of its type"
+            work.lose(s, Fate.REFUSED, "name", says)
+
+
+def _refuse_tables(program: Program, tables: set[str], work: TranslationContext) -> None:
+    """Rows of rows in a language that has them of numbers alone: without their sizes they become no single row."""
+    for s in program.statements() if tables else ():
+        for name in sorted(_names(s) & tables):
+            says = f"{name} is not declared here, and {language_of(work.target)} has several indices for numbers alone"
+            work.lose(s, Fate.REFUSED, "index", says)
+
+
+def _member_of(e: Expression) -> str:
+    """The variable that an expression takes a member of which no position has, "" of any other expression."""
+    if type(e) is not Member or e.name.casefold() in COMPONENTS | AXES:
+        return ""
+    base = e.base.base if type(e.base) is Item else e.base
+    return base.name if type(base) is Named else ""
 
 
 def _unwaited(program: Program) -> set[str]:
@@ -173,7 +205,7 @@ def _kept(s: Statement, work: TranslationContext) -> str:
 
 def _declaration(use: Use) -> Declare:
     storage = "persistent" if use.kind in PLACES else "variable"
-    sizes = tuple(Number(size) for size in use.sizes)
+    sizes = tuple(Number(max(size, 1)) for size in use.sizes)
     return Declare(0, use.name, use.kind, None, sizes, storage, shared=True, comment=UNDECLARED)
 
 
@@ -185,13 +217,22 @@ def _tell(use: Use, work: TranslationContext) -> None:
     verb = "taught" if use.kind in PLACES else "set"
     says = f"{use.name} is not declared here: taken for {kind}"
     if use.indices and use.sizes:
-        size = "x".join(str(size) for size in use.sizes)
+        size = "x".join(str(max(size, 1)) for size in use.sizes)
         says += f", {size} of them"
     work.lose(use.first, Fate.APPROXIMATED, "name", f"{says}; its value has to be {verb}")
     work.ask(_ASKS[verb], use.name)
-    for line in sorted(use.computed) if use.sizes and (work.limits.numbered or not all(use.sizes)) else ():
+    if not use.sizes or not use.computed:
+        return
+    if work.limits.numbered:
         says = f"{use.name} is not declared here, and nothing tells how many elements it has"
-        work.lose(line, Fate.REFUSED, "index", says)
+        for s in use.computed.values():
+            work.lose(s, Fate.REFUSED, "index", says)
+        return
+    # The controller stops at an index beyond a declaration that is too small: nothing is silently wrong.
+    work.ask("set how many elements those have that no file here declares", use.name)
+    says = f"nothing here tells how many elements {use.name} has: its declaration has the largest index written out"
+    for s in use.computed.values():
+        work.lose(s, Fate.APPROXIMATED, "index", says)
 
 
 def _tell_moves(program: Program, uses: dict[str, Use], work: TranslationContext) -> None:
@@ -346,6 +387,7 @@ class _Seen:
                     use.kinds |= {kind} - {""}
             case Item(base, indices):
                 self._item(base, indices, kind)
+                self._whole_element(base)
             case Member(base, name):
                 self._member(base, name.casefold())
             case Binary(operator, left, right):
@@ -378,7 +420,12 @@ class _Seen:
         use.indices.append(largest)
         use.kinds |= {kind} - {""}
         if any(self._largest(index) is None for index in indices):
-            use.computed.add(self.statement.line)
+            use.computed[self.statement.line] = self.statement
+
+    def _whole_element(self, base: Expression) -> None:
+        use = self._use(base)
+        if use is not None:
+            use.copied = True
 
     def _largest(self, index: Expression) -> int | None:
         """The largest value of an index that is written out, or that an open loop counts; None: not known here."""
@@ -394,11 +441,13 @@ class _Seen:
 
     def _member(self, base: Expression, name: str) -> None:
         kind = "position" if name in COMPONENTS else "joints" if name in AXES else ""
-        use = None if kind or type(base) is not Named else self._use(base)
+        use = None if kind else self._bare(base)
         if use is None:
             self.see(base, kind)
-        else:
-            use.records.add(name)
+            return
+        use.records.add(name)
+        if type(base) is Item:
+            self._item(base.base, base.indices, "")
 
     def _binary(self, operator: str, left: Expression, right: Expression, kind: str) -> None:
         if operator in ("div", "mod"):

@@ -60,16 +60,17 @@ class Use:
     """One name. `kinds`: what its uses, or those of its elements, take it for. `lines`: the first statement with it.
 
     `indices`: each use as an array; an index that is computed is None, one that a loop counts its largest value.
-    `records`: members that no position has. `whole`: it is used without an index, too.
+    `records`: members that no position has. `whole`: it is used without an index, too. `copied`: so is an element.
     """
 
     name: str
     first: Statement
     kinds: set[str] = field(default_factory=set)
     indices: list[tuple[int | None, ...]] = field(default_factory=list)
-    computed: set[int] = field(default_factory=set)  # lines with an index that nothing bounds
+    computed: dict[int, Statement] = field(default_factory=dict)  # by line: with an index that nothing bounds
     records: set[str] = field(default_factory=set)
     whole: bool = False
+    copied: bool = False
     assigned: bool = False
 
     @property
