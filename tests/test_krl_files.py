@@ -37,6 +37,7 @@ from olp.ir.moves import (
 )
 from olp.ir.program import Assign, Declare, ExternalTool, Program
 from olp.languages.vendors.krl.reader import read_program
+from olp.transpile.link import link
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
 DAT = [
@@ -188,6 +189,23 @@ def test_the_controllers_list_is_found_in_its_folders(tmp_path: Path, folder: st
     assert isinstance(tools, RecordLiteral)
     assert tools.members[1][1] == PositionLiteral("pose", (0.007, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert unplaced(program.routines[0].body[0]) == SetTool(0, Item(Named("TOOL_DATA"), (Number(2),)))
+
+
+def test_the_controllers_list_and_its_types_are_found_above_the_folders_of_a_project(tmp_path: Path) -> None:
+    """A folder below holds a routine that alone names what the list declares, of a type of its own."""
+    below = tmp_path / "main" / "place"
+    below.mkdir(parents=True)
+    (tmp_path / "main" / "part.src").write_text("DEF part ( )\nplace ( )\nEND\n")
+    (below / "place.src").write_text("DEF place ( )\nIF Bins[2].Full THEN\nHALT\nENDIF\nEND\n")
+    rows = [
+        "STRUC Lid_T BOOL Open",
+        "STRUC Bin_T Lid_T Lid,BOOL Full",
+        "DECL Bin_T Bins[3]",
+        "DECL Bin_T Other",
+    ]
+    (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *rows, "ENDDAT", ""]))
+    program = link(olp.read(tmp_path / "main" / "part.src")).program
+    assert {d.name for d in program.data} == {"Bins", "Bin_T", "Lid_T"}
 
 
 def test_a_list_is_read_alone_and_known_by_its_text(tmp_path: Path) -> None:

@@ -37,10 +37,29 @@ def test_members_are_set_copied_and_read(tmp_path, target):
         assert left <= set(range(2, len(COPIED) + 2))
 
 
-def test_a_type_with_an_array_within_is_told(tmp_path):
-    layout = LAYOUT.replace("BOOL C", "BOOL C[4]")
-    _, found = made(tmp_path, "rapid", ("P[2].N.A=3",), layout=layout)
-    assert [loss.line for loss in found.translated.losses if loss.leaves_out] == [2]
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_members_that_are_arrays_are_arrays_of_their_own(tmp_path, target):
+    layout = LAYOUT.replace("BOOL C", "REAL C[4],CHAR T[20]")
+    rows = ("I=2", "P[I].C[3]=0.5", "Q.C[I]=2", 'P[I].T[]="ab"', "Q.T[]=P[I].T[]", "WAIT SEC Q.C[2]",
+            "WAIT SEC P[2].C[I+1]")  # fmt: skip
+    program, found = made(tmp_path, target, rows, "DECL PART_T P[3]\nDECL PART_T Q\nINT I\n", layout)
+    assert not found.translated.losses
+    waits = time_plan(run_converted(found, target, ROBOT, program)).duration_s
+    assert waits.tolist() == [2.0, 0.5]
+    (written,) = found.files.values()
+    assert (b"P_T{I}" if target == "rapid" else b"SR[") in written
+
+
+def test_members_that_are_arrays_are_not_copied_at_once(tmp_path):
+    layout = LAYOUT.replace("BOOL C", "REAL C[4]")
+    _, found = made(tmp_path, "rapid", ("P.C[2]=3", "P=Q"), "DECL PART_T P\nDECL PART_T Q\n", layout)
+    assert [loss.line for loss in found.translated.losses if loss.leaves_out] == [2, 3]
+
+
+def test_a_member_that_the_declared_type_lacks_is_told(tmp_path):
+    _, found = made(tmp_path, "rapid", ("P[2].N.A=3", "P[2].LATER=7"), "DECL PART_T P[3]\n")
+    ((line, says),) = {(loss.line, loss.says) for loss in found.translated.losses}
+    assert (line, says.split(":")[0]) == (3, "P_LATER is not declared here")
 
 
 def test_more_numbers_than_the_controller_has_fall_alone(tmp_path):
@@ -55,3 +74,13 @@ def test_more_numbers_than_delivered_ask_for_a_larger_controller(tmp_path):
     assert not [loss for loss in found.translated.losses if loss.leaves_out]
     says = "set the controller up for more variables than it is delivered with"
     assert [one.split()[0] for one in found.translated.asks[says]] == ["R[240]"]
+
+
+def test_the_types_of_data_that_other_files_share_come_with_them(tmp_path):
+    (tmp_path / "kinds.dat").write_text(
+        "DEFDAT KINDS PUBLIC\nGLOBAL STRUC LID_T INT TURNS\nGLOBAL STRUC BIN_T LID_T LID,INT N[2]\n"
+        "DECL GLOBAL BIN_T BINS[3]\nENDDAT\n"
+    )
+    _, found = made(tmp_path, "rapid", ("BINS[2].LID.TURNS=3", "BINS[2].N[1]=3"), "")
+    assert not found.translated.losses
+    assert b"VAR num BINS_N{3,2};" in next(iter(found.files.values()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -17,6 +17,7 @@ from olp.ir.expressions import (
     RecordLiteral,
     SignalState,
     Text,
+    Unknown,
 )
 from olp.ir.program import Assign, Call, Declare, Parameter, Program, Routine, Statement
 from olp.ir.transformer import expressions_of, mapped
@@ -30,15 +31,20 @@ _WHOLE_TYPES: Final = {
 # Built-in records which only their own language has: as members, and as variables that a program changes.
 _PARTS: Final = {"speed": "speeddata", "zone": "zonedata"}
 _DEEPEST: Final = 6
+_ALL: Final = Unknown("")  # an index that is left out
 MemberPath = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class _Leaf:
-    """A member that is no record: the names that lead to it, and its type."""
+    """A member that is no record: the names that lead to it, its type, and the sizes of one that is an array.
+
+    Without a type nothing at hand tells it: the variable for it is one that nothing declares.
+    """
 
     path: MemberPath
     type: str
+    sizes: tuple[Expression, ...] = ()
 
 
 @dataclass(slots=True)
@@ -98,7 +104,7 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 
 def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Records:
     found = _Records(symbols)
-    layouts = {d.name.casefold(): d.value for d in program.data if d.type == "structure"} if types else {}
+    layouts = dict(_layouts(program)) if types else {}
     given = [(scope, d, one) for scope, d in _declarations(program) if (one := _element(d.value)) is not None]
     given += _without_value(program)
     used = {
@@ -113,8 +119,8 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
         if symbol is None or symbol.parameter is not None or d.name not in used:
             continue  # what no statement names is no data of the program's: it goes as it went
         kind = _kind_of(symbol, literal)
-        leaves = found.shapes.get(kind) or tuple(_leaves(literal, ())) if kind else ()
-        if kind and leaves and all(leaf.type for leaf in leaves):
+        leaves = found.shapes.get(kind) or _shape(kind, literal, layouts, types) if kind else ()
+        if kind and leaves:
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
     for scope, d in _declarations(program) if layouts else ():
@@ -123,29 +129,68 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
         if kind not in layouts or d.value is not None or symbol is None or symbol.parameter is not None:
             continue
         leaves = found.shapes.get(kind) or tuple(_laid_out(kind, layouts, types, ()))
-        if leaves and all(leaf.type for leaf in leaves):
+        if leaves:
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
+    _add_unknown(program, found, layouts.keys())
     for routine in program.routines:
         for parameter in routine.parameters:
             kind = parameter.type.casefold()
+            if any(leaf.sizes or not leaf.type for leaf in found.shapes.get(kind, ())):
+                continue
             if kind in found.shapes and (kind not in _PARTS or parameter.by_reference):
                 found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
     return found
 
 
+def _layouts(program: Program) -> Iterator[tuple[str, Expression | None]]:
+    return ((d.name.casefold(), d.value) for _, d in _declarations(program) if d.type == "structure")
+
+
+def _shape(
+    kind: str, literal: RecordLiteral, layouts: Mapping[str, Expression | None], types: Mapping[str, str]
+) -> tuple[_Leaf, ...]:
+    """The leaves of a type as its declaration has them, else those of a value: none where one of them has no type."""
+    if kind in layouts:
+        return tuple(_laid_out(kind, layouts, types, ()))
+    leaves = tuple(_leaves(literal, ()))
+    return leaves if all(leaf.type for leaf in leaves) else ()
+
+
+def _add_unknown(program: Program, found: _Records, kinds: Set[str]) -> None:
+    """Members that a program uses and its declaration of the type, which is that of another version, does not have."""
+    for routine in program.routines if found.variables and kinds else ():
+        for s in routine.body:
+            for e in expressions_of(s):
+                root = _root(e) if isinstance(e, Member) else None
+                key = None if root is None else found.of(routine.name, root.name)
+                kind = found.variables.get(key, "") if key is not None else ""
+                if kind not in kinds:
+                    continue
+                path = _chain(e)[1]
+                known = [leaf.path for leaf in found.shapes[kind]]
+                if not any(_begins(path, one) or _begins(one, path) for one in known):
+                    found.shapes[kind] = (*found.shapes[kind], _Leaf(path, ""))
+
+
+def _begins(path: MemberPath, start: MemberPath) -> bool:
+    return tuple(map(str.casefold, path[: len(start)])) == tuple(map(str.casefold, start))
+
+
 def _laid_out(
     kind: str, layouts: Mapping[str, Expression | None], types: Mapping[str, str], before: MemberPath
 ) -> Iterator[_Leaf]:
-    """The leaves of a type as its declaration has them; without a type what is an array, or nowhere declared."""
+    """The leaves of a type as its declaration has them."""
     layout = layouts.get(kind)
     for name, member in layout.members if isinstance(layout, RecordLiteral) else ():
         path = (*before, name)
-        word = member.type if isinstance(member, RecordLiteral) and not member.members else ""
-        if word.casefold() in layouts and len(path) < _DEEPEST:
+        word, sizes = "", ()
+        if isinstance(member, RecordLiteral):
+            word, sizes = member.type, tuple(size for _, size in member.members)
+        if word.casefold() in layouts and not sizes and len(path) < _DEEPEST:
             yield from _laid_out(word.casefold(), layouts, types, path)
         else:
-            yield _Leaf(path, types.get(word, ""))
+            yield _Leaf(path, types.get(word, ""), sizes)
 
 
 def _without_value(program: Program) -> list[tuple[str, Declare, RecordLiteral]]:
@@ -234,6 +279,8 @@ def _is_copy(s: Assign, routine: str, found: _Records) -> bool:
     leaves = _under(s.target, routine, found)
     if not leaves:
         return False
+    if any(leaf.sizes and leaf.type != "string" for _, _, leaf in leaves):
+        return False
     if isinstance(s.value, RecordLiteral):
         given = [leaf.path for leaf in _leaves(s.value, ())]
         inside = {repr(e) for e in expressions_of(s.value)}
@@ -259,9 +306,15 @@ def _whole(s: Statement, routine: str, found: _Records, allowed: list[Expression
         if isinstance(e, Named) and (key := found.of(routine, e.name)) is not None:
             total[e.name] = total.get(e.name, 0) + 1
     for e in expressions_of(s):
-        root = _root(e) if isinstance(e, Member) and _leaf_of(e, routine, found) else None
+        leaf = _leaf_of(e, routine, found) if isinstance(e, Member) else None
+        root = _root(e) if leaf is not None else None
         if root is not None:
             total[root.name] -= 1
+        if isinstance(e, Item) and not e.indices and isinstance(e.base, Member) and root is None:
+            leaf = _leaf_of(e.base, routine, found)
+            root = _root(e.base)
+            if leaf is not None and root is not None and leaf.sizes and leaf.type != "string":
+                total[root.name] += 1  # all elements at once
     for e in allowed:
         root = _root(e) if _under(e, routine, found) else None
         if root is not None:
@@ -326,6 +379,16 @@ def _under(e: Expression, routine: str, found: _Records) -> list[tuple[Expressio
 @dataclass(slots=True)
 class _Flat:
     found: _Records
+    _arrays: set[Expression] = field(init=False)  # variables of members that are arrays themselves
+
+    def __post_init__(self) -> None:
+        own = self.found
+        self._arrays = {
+            Named(own.names[(*key, leaf.path)])
+            for key, kind in own.variables.items()
+            for leaf in own.shapes[kind]
+            if leaf.sizes
+        }
 
     def routine(self, r: Routine) -> Routine:
         body = tuple(one for s in r.body for one in self.statement(s, r))
@@ -349,11 +412,12 @@ class _Flat:
             return [d]
         rows = []
         for at, leaf in enumerate(self.found.shapes[self.found.variables[key]]):
+            if not leaf.type:
+                continue
             value = None if d.value is None else _part(d.value, leaf.path)
             name = self.found.names[(*key, leaf.path)]
-            rows.append(
-                replace(d, name=name, type=leaf.type, value=value, native="", comment="" if at else d.comment)
-            )
+            row = replace(d, name=name, type=leaf.type, value=value, sizes=(*d.sizes, *leaf.sizes), native="")
+            rows.append(row if not at else replace(row, comment=""))
         return rows
 
     def statement(self, s: Statement, r: Routine) -> list[Statement]:
@@ -367,12 +431,12 @@ class _Flat:
 
     def _copied(self, s: Assign, routine: str) -> Iterator[Statement]:
         for at, (base, rest, leaf) in enumerate(_under(s.target, routine, self.found)):
-            target = self._named(base, leaf, routine)
+            target = _all(self._named(base, leaf, routine), leaf)
             if isinstance(s.value, RecordLiteral):
                 value: Expression | None = _part(s.value, rest)
             else:
                 value = next(
-                    self._named(b, other, routine)
+                    _all(self._named(b, other, routine), other)
                     for b, path, other in _under(s.value, routine, self.found)
                     if path == rest
                 )
@@ -399,8 +463,17 @@ class _Flat:
     def _leaf(self, e: Expression, routine: str) -> Expression:
         if isinstance(e, CallValue):
             return replace(e, arguments=self._arguments(e, routine))
+        if isinstance(e, Item) and isinstance(e.base, Item) and e.base.base in self._arrays:
+            return Item(e.base.base, (*e.base.indices, *(e.indices or (_ALL,))))
         leaf = _leaf_of(e, routine, self.found) if isinstance(e, Member) else None
         return e if leaf is None else self._named(_chain(e)[0], leaf, routine)
+
+
+def _all(e: Expression, leaf: _Leaf) -> Expression:
+    """A text as a whole, which KRL has as an array of characters."""
+    if not leaf.sizes:
+        return e
+    return Item(e.base, (*e.indices, _ALL)) if isinstance(e, Item) else Item(e, ())
 
 
 def _part(value: Expression, path: MemberPath) -> Expression | None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source
-from olp.ir.expressions import CallValue, Expression, Named
+from olp.ir.expressions import CallValue, Expression, Named, RecordLiteral
 from olp.ir.program import Call, Declare, Disabled, Move, Program, Routine, Statement
 from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
 from olp.languages.vendor import find_vendor, vendor_names
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from olp.runtime.jobs import Jobs
 
 S = TypeVar("S", bound=Statement)
+_LAYOUTS: Final = ("structure", "enumeration")
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +173,7 @@ class _Joined:
                 rows = [d for d in other.data if d.shared and d.name.casefold() in open_names]
                 open_names -= {d.name.casefold() for d in rows}
                 if rows:
-                    self._add(other, rows)
+                    self._add(other, [*self._layouts(other, rows), *rows])
             if len(self.data) == before:
                 return
             open_names = self._undeclared()
@@ -206,6 +207,18 @@ class _Joined:
             for s in look.handled():
                 note_names(s, found)
         return {name.casefold() for name in found if not name.startswith("$")} - known
+
+    def _layouts(self, other: Program, rows: list[Declare]) -> list[Declare]:
+        """The declarations of the types that rows of a file are of, and of their members."""
+        have = {d.name.casefold() for d in self.data}
+        found: list[Declare] = []
+        wanted = {d.type.casefold() for d in rows}
+        while more := [d for d in other.data if d.type in _LAYOUTS and d.name.casefold() in wanted - have]:
+            found += more
+            have |= {d.name.casefold() for d in more}
+            members = [e for d in more if isinstance(d.value, RecordLiteral) for _, e in d.value.members]
+            wanted = {e.type.casefold() for e in members if isinstance(e, RecordLiteral)}
+        return found
 
     def _add(self, other: Program, rows: list[Declare]) -> None:
         """Declarations of another file, whose lines are added where they are not yet."""

@@ -44,7 +44,7 @@ class Krl(Vendor):
         text_arrays=True,
         records_in_statements=False,
         frame_records=True,
-        member_types={word: kind for word, kind in NEUTRAL_TYPES.items() if word != "CHAR"},
+        member_types=NEUTRAL_TYPES,
         numbered_frame_values=True,
         waits_before_reading=True,
         # The advance run goes on past the next statement, and every program of KUKA's editor declares a stop handler.

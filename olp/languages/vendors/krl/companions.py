@@ -44,15 +44,16 @@ def _in_folder(folder: Path, name: str) -> Path | None:
 
 
 def tree_of(folder: Path) -> list[Path]:
-    """All folders of the robot's tree that `folder` stands in, for routines are global: KRC/R1 where it has that name.
+    """All folders of the robot's tree that `folder` stands in, for routines are global."""
+    return _below(_root(folder.resolve()))
 
-    Else the highest of the folders above that themselves hold programs, with what is below it.
-    """
-    here = folder.resolve()
+
+def _root(here: Path) -> Path:
+    """KRC/R1 where a folder above has that name, else the highest of those that themselves hold programs."""
     root = next((one for one in (here, *here.parents) if one.name.upper() in _TREES), here)
     while root.name.upper() not in _TREES and _holds_programs(root.parent):
         root = root.parent
-    return _below(root)
+    return root
 
 
 @lru_cache(maxsize=64)
@@ -116,10 +117,11 @@ def _holds_programs(folder: Path) -> bool:
 
 
 def _config(folder: Path) -> Path | None:
-    """In the folder itself, in System beside or above it, or in that of the robot's tree it stands in."""
+    """In the folder itself, in System beside or above it, or in a folder of the robot's tree it stands in."""
     here = folder.resolve()
-    trees = [one for one in here.parents if one.name.upper() in _TREES]
-    for place in (here, here.parent, *trees):
+    root = _root(here)
+    above = [one for one in here.parents if one.name.upper() in _TREES or one.is_relative_to(root)]
+    for place in dict.fromkeys((here, here.parent, *above)):
         for system in _SYSTEM_FOLDERS:
             if (place / system).is_dir():
                 found = _in_folder(place / system, _CONFIG)

@@ -215,12 +215,23 @@ class ListReader:
         only = self._only
         if only is None:
             return tuple(self.declared.values())
-        kinds = {one.native.upper() for key, one in self.declared.items() if key in only}
+        kinds = self._kinds({one.native.upper() for key, one in self.declared.items() if key in only})
         return tuple(
             one
             for key, one in self.declared.items()
-            if key in only or (one.type == "enumeration" and key in kinds)
+            if key in only or (one.type in ("enumeration", "structure") and key in kinds)
         )
+
+    def _kinds(self, kinds: set[str]) -> set[str]:
+        """These types and those of their members."""
+        todo = list(kinds)
+        while todo:
+            layout = self.declared.get(todo.pop())
+            members = layout.value.members if layout and isinstance(layout.value, RecordLiteral) else ()
+            inner = {one.type.upper() for _, one in members if isinstance(one, RecordLiteral)} - kinds
+            kinds |= inner
+            todo += inner
+        return kinds
 
 
 def _array(kind: str, elements: dict[tuple[int, ...], Expression]) -> Expression:
