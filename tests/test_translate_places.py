@@ -72,8 +72,37 @@ def test_crobt_in_the_world_is_no_position_in_the_work_object():
     text = module(*rows, "MoveL Offs(p1,10,0,0),v100,fine,tool0;", data=(WORK, "VAR robtarget p1;"))
     plan = run_elsewhere(text, "rapid", "urscript")
     assert_places(plan, FIRST, (821.6025, 106.6987, 500.0))
+    assert_places(run_elsewhere(text, "rapid", "krl"), FIRST, (821.6025, 106.6987, 500.0))
     with pytest.raises(OlpError, match="another frame"):
-        converted(text, "rapid", "krl", on_loss="error")
+        converted(
+            text.replace("CRobT(\\Tool:=tool0\\WObj:=wobj0)", "CRobT(\\WObj:=w)"),
+            "rapid",
+            "inform",
+            on_loss="error",
+        )
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_where_the_arm_stands_is_seen_with_the_tool_that_holds(target):
+    """Chosen behind the move before: with the tool of that move the place would be another one."""
+    rows = ("DECL FRAME HERE", "DECL REAL N", f"$BASE={TABLE}", "$VEL.CP=0.1", "LIN {X 100,Y -50,Z 500,A 0,B 0,C 180}",
+            "$BASE={X 10,Y 0,Z 0,A 0,B 0,C 0}", "$TOOL={X 0,Y 30,Z 40,A 0,B 0,C 0}", "HERE=$POS_ACT", "N=$POS_ACT.Z",
+            "IF $POS_ACT.X>N THEN", "N=N+1", "ENDIF", "HERE.Z=N", "LIN HERE")  # fmt: skip
+    text = krl(*rows)
+    assert not [loss for loss in converted(text, "krl", target).translated.losses if loss.leaves_out]
+    assert_places(run_elsewhere(text, "krl", target), *places(read(text, "krl").plan(robot=ROBOT)))
+
+
+def test_what_reads_with_another_tool_than_the_controller_holds_is_refused():
+    """INFORM has no statement that chooses a tool."""
+    rows = (
+        "$VEL.CP=0.1",
+        "LIN {X 900,Y 2,Z 903,A 0,B 90,C 0}",
+        "$TOOL={X 0,Y 30,Z 40,A 0,B 0,C 0}",
+        "HERE=$POS_ACT",
+    )
+    made = converted(krl("DECL FRAME HERE", *rows), "krl", "inform")
+    assert [loss.line for loss in made.translated.losses if loss.leaves_out] == [6]
 
 
 OFFSETS = (

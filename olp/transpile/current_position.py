@@ -32,9 +32,11 @@ from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.symbols import Symbols
 
 HERE: Final = SystemValue("current-pose")
-_UNSEEN: Final = (FrameRef("tool", Number(0)), FrameRef("base"))
+_BASE: Final = FrameRef("base")
+UNSEEN: Final = (FrameRef("tool", Number(0)), _BASE)  # where no move is before
 _TOOL, _FRAME = "Tool", "WObj"
 _HELD: Final = {"base": "the base", "move": "those of the move before"}
+_HEADS: Final = ("While", "Until", "ElseIf", "Case")  # before which nothing can run each time
 
 System = tuple[Expression | None, Expression | None]  # tool, frame
 
@@ -61,7 +63,7 @@ def here(program: Program, work: TranslationContext) -> Program:
 
 def _routine(routine: Routine, work: TranslationContext) -> Routine:
     rows: list[Statement] = []
-    last: System = _UNSEEN  # of the move before, in the order of writing
+    last: System = UNSEEN  # of the move before, in the order of writing
     for s in routine.body:
         rows.append(s if calls_nothing(s) else _statement(s, last, work))
         if isinstance(s, Move):
@@ -73,19 +75,25 @@ def _statement(s: Statement, last: System, work: TranslationContext) -> Statemen
     if not any(e == HERE or systems_of(e) is not None for e in expressions_of(s)):
         return s
 
-    def change(e: Expression) -> Expression:
-        asked = (None, None) if e == HERE else systems_of(e)
-        if asked is None:
-            return e
-        tool, frame = (own if own is not None else known for own, known in zip(asked, last, strict=True))
-        read_in = work.limits.position_read_in
-        held = (last[0], _UNSEEN[1]) if read_in == "base" else last
-        if read_in != "named" and (tool, frame) != held:
-            says = f"the current position with another tool or in another frame than {_HELD[read_in]}"
-            work.lose(s, Fate.REFUSED, "position", says)
-        return seen_in(tool, frame) if read_in == "named" else HERE
+    asked = [found for e in expressions_of(s) if (found := (None, None) if e == HERE else systems_of(e))]
+    for tool, frame in asked[1:]:
+        if (tool, frame) != asked[0]:
+            work.lose(s, Fate.REFUSED, "position", "two readings of the position with other tools or frames")
+    tool, frame = (own if own is not None else known for own, known in zip(asked[0], last, strict=True))
+    return read_here(s, (tool, frame), last, work)
 
-    return mapped(s, change)
+
+def read_here(s: Statement, system: System, last: System, work: TranslationContext) -> Statement:
+    """A statement that reads the position with a tool, in a frame. `last`: those of the move before."""
+    read_in = work.limits.position_read_in
+    if read_in == "move" and type(s).__name__ not in _HEADS:
+        read_in = "named"
+    held = (last[0], _BASE) if read_in == "base" else last
+    if read_in != "named" and system != held:
+        says = f"the current position with another tool or in another frame than {_HELD[read_in]}"
+        work.lose(s, Fate.REFUSED, "position", says)
+    reading = seen_in(*system) if read_in == "named" else HERE
+    return mapped(s, lambda e: reading if e == HERE or systems_of(e) is not None else e)
 
 
 # --- Current position moves ---
@@ -159,13 +167,18 @@ def _reads(s: Statement, work: TranslationContext) -> bool:
     )
 
 
+def keeps_systems(s: Statement) -> bool:
+    """Whether the statement behind this one always follows it, with the same tool and frame."""
+    return type(s).__name__ in _STRAIGHT and not any(type(e) is CallValue for e in expressions_of(s))
+
+
 def _before(body: list[Statement], at: int) -> Lead | int:
     """The row of the move that always runs before row `at`, where it does not stop; else what leads there."""
     for row in range(at - 1, -1, -1):
         s = body[row]
         if isinstance(s, Move):
             return Lead.STOP if _stops(s) else row
-        if type(s).__name__ not in _STRAIGHT or any(type(e) is CallValue for e in expressions_of(s)):
+        if not keeps_systems(s):
             return Lead.OPEN
     return Lead.BEGIN
 

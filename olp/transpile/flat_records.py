@@ -184,7 +184,8 @@ def _laid_out(
     layout = layouts.get(kind)
     for name, member in layout.members if isinstance(layout, RecordLiteral) else ():
         path = (*before, name)
-        word, sizes = "", ()
+        word = ""
+        sizes: tuple[Expression, ...] = ()
         if isinstance(member, RecordLiteral):
             word, sizes = member.type, tuple(size for _, size in member.members)
         if word.casefold() in layouts and not sizes and len(path) < _DEEPEST:

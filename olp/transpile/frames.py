@@ -41,7 +41,7 @@ from olp.robots.geometry import Pose
 from olp.runtime.assumptions import WrittenPosition
 from olp.transpile.constant_frames import Key, system_of
 from olp.transpile.context import Elsewhere, Fate, TranslationContext, world_of
-from olp.transpile.current_position import HERE, seen_in, systems_of
+from olp.transpile.current_position import HERE, keeps_systems, seen_in, systems_of
 from olp.transpile.frame_names import BASE, SystemNames, system_label, system_words
 from olp.transpile.occurrences import Look, with_rows
 from olp.transpile.records import literal_of, pose_of_literal
@@ -129,6 +129,24 @@ class _Systems(SystemNames):
             return target
         return Function("pose-product", (frame, target))
 
+    def _chosen(self, s: Statement, held: list[Expression | None]) -> tuple[list[Statement], Statement]:
+        """What chooses the tool and the frame that a statement reads the position with, and that statement."""
+        limits = self.work.limits
+        asked = next((found for e in expressions_of(s) if (found := systems_of(e)) is not None), None)
+        if asked is None:
+            return [], s
+        placed = self._placed(s, s)
+        if limits.tool_and_frame != "modal":
+            return [], placed
+        rows: list[Statement] = []
+        for at, (kind, value) in enumerate(zip(("tool", "user"), asked, strict=True)):
+            said = None if value is None else self._said(kind, value, s)
+            if said is None or said == held[at] or (kind == "user" and limits.pose_functions):
+                continue
+            rows.append(SetTool(s.line, said) if kind == "tool" else SetFrame(s.line, said))
+            held[at] = said
+        return rows, placed
+
     def _placed(self, s: Statement, node: T) -> T:
         """Readings of the position as the target says them: RAPID names tool and frame, URScript has the base."""
 
@@ -139,6 +157,8 @@ class _Systems(SystemNames):
             tool, frame = asked
             tool = None if tool is None else self._said("tool", tool, s)
             frame = None if frame is None else self._said("user", frame, s)
+            if self.work.limits.position_read_in == "move":
+                return HERE
             if not self.work.limits.pose_functions:
                 return seen_in(tool, frame)
             if frame is None or frame == BASE:
@@ -233,19 +253,25 @@ class _Systems(SystemNames):
     def routine_of(self, routine: Routine) -> Routine:
         self.routine = routine.name
         self.same.clear()
-        if self.work.limits.position_read_in == "named":
+        if self.work.limits.position_read_in != "base":
             self.reading = {id(s) for _, s in self.work.look(routine).rare}
         return with_rows(routine, [self.move(s) if type(s) is Move else s for s in routine.body])
 
     def routine_with_values(self, routine: Routine, main: bool) -> Routine:
         self.routine = routine.name
         rows: list[Statement] = []
+        reads = self.work.limits.position_read_in != "base"
+        held: list[Expression | None] = [None, None]  # tool and frame, where the text tells them
         for s in routine.body:
             if type(s) is Move:
+                held = [s.tool, s.frame]
                 rows.append(s)
                 continue
-            if self.work.limits.position_read_in == "named":
-                s = self._placed(s, s)
+            if reads:
+                before, s = self._chosen(s, held)
+                rows += before
+                if not keeps_systems(s):
+                    held = [None, None]
             if self.held:
                 s = self._with_held(s)
             if isinstance(s, Assign):

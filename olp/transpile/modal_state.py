@@ -35,10 +35,10 @@ from olp.ir.program import (
     SpeedUnit,
     Statement,
 )
-from olp.ir.transformer import edited, expressions_of, mapped
+from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import limits_of
 from olp.transpile.context import LOST, Fate, TranslationContext
-from olp.transpile.current_position import HERE, seen_in
+from olp.transpile.current_position import HERE, UNSEEN, System, read_here
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
 
@@ -111,6 +111,7 @@ class _Modal:
     state: State | None = None  # before the statement that is looked at
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
     by_number: frozenset[Key] = frozenset()  # whose variable holds the number of a tool or frame
+    last: System = UNSEEN  # of the move before, in the order of writing
     unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
 
     # --- definitions ------------------------------------------------------------------------------------
@@ -268,6 +269,7 @@ class _Modal:
             changes["tool"] = self.value(_TOOL, _FLANGE)
         if s.frame is None:
             changes["frame"] = self.value(_FRAME, _BASE)
+        self.last = (changes.get("tool", s.tool), changes.get("frame", s.frame))
         if self.unset_tool is not None and changes.get("tool") is _FLANGE:
             self.work.ask(self.unset_tool, self.routine or "the program")
         for which in ("tool", "frame"):
@@ -332,11 +334,7 @@ class _Modal:
 
     def placed(self, s: Statement) -> Statement:
         """KRL and FANUC read the position in the frame and with the tool that hold."""
-        if (
-            type(s) is not Assign
-            or HERE not in expressions_of(s)
-            or self.work.limits.position_read_in != "named"
-        ):
+        if type(s) in _MODAL_KINDS or HERE not in expressions_of(s):
             return s
         tool: Any = self.value(_TOOL, _FLANGE)
         frame: Any = self.value(_FRAME, _BASE)
@@ -344,7 +342,9 @@ class _Modal:
             if _lost(value):
                 self._lose(s, which, value)
                 return s
-        return mapped(s, lambda e: seen_in(tool, frame) if e == HERE else e)
+        if self.unset_tool is not None and tool is _FLANGE:
+            self.work.ask(self.unset_tool, self.routine or "the program")
+        return read_here(s, (tool, frame), self.last, self.work)
 
     def _lose(self, s: Statement, which: str, lost: Any) -> None:
         setting = self.program.source.line(int(lost.number.value)).strip()
@@ -511,7 +511,7 @@ def modal(program: Program, work: TranslationContext) -> Program:
         own.flow = reaching(program, own.of, kinds)
     bodies = []
     for routine in program.routines:
-        own.routine = routine.name
+        own.routine, own.last = routine.name, UNSEEN
         states = own.flow.before.get(routine.name)
         bodies.append(own.straight(routine, kinds) if states is None else own.routed(routine, states))
     routines = []

@@ -61,7 +61,15 @@ from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 # --- Temporary values ---
 # Values and conditions in what INFORM and FANUC can write; what they cannot is computed into variables beforehand.
 
+_READ: Final = {
+    "current-pose": "position",
+    "current-joints": "joints",
+}  # of which an element may be asked for
 _FLAG_WORDS: Final = ("group", "analog", "register")
+
+
+def _asks_reading(e: Expression) -> bool:
+    return type(e) is Member and type(e.base) is SystemValue and e.base.name in _READ
 
 
 @dataclass(slots=True)
@@ -126,6 +134,8 @@ class Values:
         self, e: Expression, before: list[Statement], alone: bool = False, whole: bool = False
     ) -> Expression:
         """An expression that the target can write; `alone`: a single value, as most instructions take it."""
+        if _asks_reading(e):
+            e = self._read(e, before)
         match e:
             case Number() | Text() | SignalState() | Named():
                 return e
@@ -170,6 +180,14 @@ class Values:
                 return e
         kind = kind_of_value(self.symbols, self.routine, e)
         return self._kept(new, "integer" if kind == "integer" or whole else "real", before) if alone else new
+
+    def _read(self, e: Expression, before: list[Statement]) -> Expression:
+        """An element of where the arm stands: of a position that is read before."""
+        assert isinstance(e, Member)
+        assert isinstance(e.base, SystemValue)
+        place = self.temporary(_READ[e.base.name])
+        before.append(Assign(self.line, place, e.base))
+        return replace(e, base=place)
 
     def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
         target = self.temporary(kind if kind in ("integer", "real", "string") else "integer")
@@ -306,9 +324,11 @@ class Values:
         def change(x: Expression) -> Expression:
             if isinstance(x, CallValue):
                 return self._called(x, before)
+            if _asks_reading(x):
+                return self._read(x, before)
             return self.value(x, before, alone=True) if self._is_lone(x) else x
 
-        if any(type(x) is CallValue or self._is_lone(x) for x in expressions_of(e)):
+        if any(type(x) is CallValue or _asks_reading(x) or self._is_lone(x) for x in expressions_of(e)):
             return mapped(e, change)
         return e
 
