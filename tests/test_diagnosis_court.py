@@ -7,13 +7,14 @@ import csv
 import numpy as np
 import pytest
 
+from olp.identification.diagnosis import naming
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
-from olp.identification.diagnosis.search import additions, move_terms, shelf_of
+from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
 from olp.identification.diagnosis.waits import late_moves
 from olp.identification.recording import read_recording
 
@@ -476,3 +477,95 @@ def test_a_small_name_that_a_few_moves_alone_show_matters(tmp_path):
     assert fewer.scale < 1.25 * more.scale
     assert matters(fewer, more, case, 0.02)
     assert not matters(more, more, case, 0.02)
+
+
+def ramped(way, speed, up, down):
+    """(n,) [s] between stops at an acceleration `up` and a deceleration `down` (n,) [m/s²]."""
+    slow = 1.0 / up + 1.0 / down
+    peak = np.minimum(speed, np.sqrt(2.0 * way / slow))
+    return way / peak + 0.5 * peak * slow
+
+
+@pytest.mark.parametrize("seed", [41, 45, 48])
+def test_an_inertia_that_the_simulation_has_at_one_reach_is_one_name(seed, tmp_path):
+    """As an inertia that grows from the first axis, it took an acceleration beside it."""
+    start, end, way, speed = program(seed)
+    near, far = ((place[:, :2] ** 2).sum(axis=1) - 0.75 for place in (start, end))
+    real = ramped(way, speed, ACCELERATION / (1.0 + 0.8 * near), ACCELERATION / (1.0 + 0.8 * far))
+    real += np.random.default_rng(seed).normal(0.0, 0.003, COUNT)
+    (finding,) = diagnose_recording(record(tmp_path / "r", real, seed)).diagnosis.findings
+    assert finding.term == "reach-inertia"
+    growth, simulated = finding.parameters["growth"], finding.parameters["simulated"]
+    assert growth.low < 0.8 < growth.high
+    assert simulated.low < np.sqrt(0.75) < simulated.high
+
+
+def test_weight_that_only_the_starting_ramp_feels_is_one_name(tmp_path):
+    """A controller that brakes by the written rate: a number for up and one for down took an acceleration beside it."""
+    start, end, way, speed = program(22)
+    up = ACCELERATION * (1.0 - 0.4 * (end - start)[:, 2] / way)
+    real = ramped(way, speed, up, np.full(COUNT, ACCELERATION))
+    real += np.random.default_rng(22).normal(0.0, 0.002, COUNT)
+    (finding,) = diagnose_recording(record(tmp_path / "r", real, 22)).diagnosis.findings
+    assert finding.term == "gravity"
+    share = finding.parameters["share"]
+    assert share.low < 0.4 < share.high
+    assert "braking is as simulated" in finding.says
+
+
+@pytest.mark.parametrize(("rate", "doubted"), [(1.004, True), (0.996, True), (1.03, False)])
+def test_what_rounds_to_an_override_of_100_percent_is_a_clock_sooner(rate, doubted, tmp_path):
+    """Without timers the durations say nothing of it, and with a few next to nothing."""
+    real = rate * plain(23) + np.random.default_rng(23).normal(0.0, 0.001, COUNT)
+    case, noise = case_of(record(tmp_path / "r", real, 23)).case, Noise(0.0005)
+    parts = shelf_of(case, move_terms()).parts
+    clock, scale = (
+        next(p for p in parts if (p.term.name, p.form.key) == key)
+        for key in (("clock", ""), ("speed-scale", "stretched"))
+    )
+    one, other = (fit(DurationModel((part,)), case, noise, 20) for part in (clock, scale))
+    assert (price(other) - price(one) > other.bic - one.bic + 3.0) == doubted
+
+
+@pytest.mark.parametrize("seed", [41, 42, 43])
+def test_a_small_effect_in_a_part_of_the_space_is_seen_by_coarse_stamps(seed, tmp_path):
+    """2 % of the speed, stamps of 10 ms: to first order the moves that are late by most have hardly any weight."""
+    _, end, way, speed = program(seed)
+    where = (end[:, 1] > 0.25) & (way > 0.35)
+    real = np.where(where, travel(way, 0.98 * speed, ACCELERATION), plain(seed))
+    real = np.round((real + np.random.default_rng(seed).normal(0.0, 0.003, COUNT)) / 0.01) * 0.01
+    toml = "time_resolution_s = 0.01\n"
+    (finding,) = diagnose_recording(record(tmp_path / "r", real, seed, toml=toml)).diagnosis.findings
+    assert finding.term == "speed-scale"
+    assert finding.condition
+
+
+def test_waits_are_looked_for_again_where_a_name_that_fell_had_them(monkeypatch, tmp_path):
+    _, _, way, _ = program(31)
+    late = np.argsort(way)[[-1, -2, 5]]
+    real = plain(31) + np.random.default_rng(31).normal(0.0, 0.0015, COUNT)
+    real[late] += (0.6, 0.2, 0.4)
+    recording = record(tmp_path / "r", real, 31)
+    longest = Condition((Statement("length", above=float(np.sort(way)[-3] + 1e-6)),))
+    found, greedy = naming._found, []
+
+    def takes_two(clean, noise, shelf):
+        if greedy:
+            return found(clean, noise, shelf)
+        greedy.append(next(p for p in shelf.parts if p.term.name == "dispatch")._replace(condition=longest))
+        return fit(DurationModel(tuple(greedy)), clean, noise, 20)
+
+    monkeypatch.setattr(naming, "_found", takes_two)
+    monkeypatch.setattr(naming, "_ROUNDS", 1)
+    told = diagnose_recording(recording).diagnosis
+    assert [finding.term for finding in told.findings] == ["external-wait"]
+    assert set(told.findings[0].moves) == set((late + 1).tolist())
+
+
+def test_ten_moves_that_are_late_the_more_the_longer_they_take_do_not_wait(tmp_path):
+    plain_times, rng = plain(25), np.random.default_rng(25)
+    few = np.arange(COUNT) % 12 == 3
+    for late, waits in ((0.1 * plain_times, False), (rng.uniform(0.05, 0.3, COUNT), True)):
+        real = plain_times + late * few + 0.001 * rng.normal(size=COUNT)
+        case = case_of(record(tmp_path / "moves", real, 25)).case
+        assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits

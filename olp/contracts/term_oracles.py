@@ -262,6 +262,7 @@ def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         "steep": (1.0 - k * np.abs(rise),) * 2,
         "against and with": (1.0 - k * rise, 1.0 + k * rise),
         "against alone": (np.minimum(1.0, 1.0 - k * rise), np.minimum(1.0, 1.0 + k * rise)),
+        "starting alone": (1.0 - k * rise, np.ones(len(case))),
         "up and down apart": (1.0 - np.where(rise > 0, k * rise, -values[-1] * rise),) * 2,
     }[form.key]
     return both(case, np.maximum(up, 0.05), np.maximum(down, 0.05))
@@ -275,12 +276,36 @@ def _lifted(case: MeasuredMoves, values: Array) -> Columns:
     slope = (
         np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
     )
-    pulls = [
-        in_ramp(case, slope, end, whole=True).mean(axis=1) @ np.array([values[1], values[0]])
-        for end in (0, 1)
-    ]
-    up, down = (np.where(straight(case), pull, 0.0) for pull in pulls)
-    return both(case, np.maximum(1.0 - up, 0.05), np.maximum(1.0 + down, 0.05))
+    return _against(case, slope @ np.array([values[1], values[0]]))
+
+
+def _against(case: MeasuredMoves, pull: Array) -> Columns:
+    """A pull (n, m) along the way takes from the ramp at the start and gives to that at the end, walked in small steps
+    of speed; how fast a short way gets depends on both, so the walk is repeated until that stays."""
+    base = case.base
+    pull = np.where(straight(case)[:, None], np.nan_to_num(pull), 0.0)
+    forces = (1.0 - pull, 1.0 + pull[:, ::-1])
+    top = top_speed(case)
+    for _ in range(20):
+        up, down = (
+            slow / _walked(np.maximum(force, 0.05), top**2 / (slow * np.maximum(base.way, 1e-9)))
+            for slow, force in zip((base.accelerate, base.decelerate), forces, strict=True)
+        )
+        peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / up + 1.0 / down))
+        top = np.minimum(base.speed, peak)
+    return {"accelerate": up, "decelerate": down}
+
+
+def _walked(force: Array, ramp: Array) -> Array:
+    """(n,) `longer` of a force (n, m) along the way from a ramp's rest on; `ramp`: V²/a over the way."""
+    grid, result = np.linspace(0.0, 1.0, force.shape[1]), np.zeros(len(force))
+    for k in range(len(force)):
+        place = 0.0
+        for u in _U:
+            here = float(np.interp(place, grid, force[k]))
+            result[k] += 2.0 * (1.0 - u) / here / _FINE
+            place += ramp[k] * u / here / _FINE
+    return result
 
 
 def _pulled_anywhere(case: MeasuredMoves, values: Array) -> Columns:
@@ -296,9 +321,7 @@ def _pulled_anywhere(case: MeasuredMoves, values: Array) -> Columns:
     rising, farther = (np.gradient(one, axis=1) * 200 / way for one in (z, r))
     up, inward, higher, far, mixed = values
     pull = (up + higher * zeta - mixed * rho) * rising - (inward + far * rho - mixed * zeta) * farther
-    pull = np.where(about[:, None], np.nan_to_num(pull), 0.0)
-    forces = [np.maximum(1.0 - sign * in_ramp(case, pull, end), 0.05) for end, sign in ((0, 1.0), (1, -1.0))]
-    return both(case, *(1.0 / longer(force) for force in forces))
+    return _against(case, pull)
 
 
 # --- limits -------------------------------------------------------------------------------------------------

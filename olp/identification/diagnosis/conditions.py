@@ -33,9 +33,8 @@ _FEWEST = 5  # moves inside, and outside
 _CUTS = 9  # places where a column is cut at first
 _ROUNDS = 2  # of fitting values and moving bounds
 _MOST = 40  # words of a column that are tried
-_WORTH = 30.0  # [1] what is left promises more, else all that there is to tell is told
 _GUESSES, _FORMS = 2, 2  # of a form, and of a term, that are tried
-_SIZES = (0.5, 1.0, 2.0)  # times what a part does at its guess
+_SIZES = (0.25, 0.5, 1.0, 2.0)  # times what a part does at its guess
 
 
 class _Said(NamedTuple):
@@ -80,11 +79,8 @@ def conditioned(best: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartSh
     said = _said(case)
     if not said.statements:
         return best
-    winner = _restricted(best, case, noise, said)
     beside = _promising(best, case, shelf, said, count)
-    if winner is best and (not beside or beside[0].gain < _WORTH):
-        return best  # there is nothing left to be told
-    winner = _better(winner, best, beside, case, noise, said)
+    winner = _better(_restricted(best, case, noise, said), best, beside, case, noise, said)
     alone = [m for m in (best.model.without(k) for k in range(len(best.model.parts))) if m.parts]
     for model in (DurationModel(), *alone) if best.model.parts else ():
         bare = fit(model, case, noise, 8)
@@ -134,8 +130,10 @@ def _exchanged(
     first = min(others, key=price, default=winner)
     if price(first) >= price(winner):
         return winner
-    part = next(part for part in first.model.parts if part.condition is not None)
-    return min(first, _fitted(rest, part, case, noise, said), key=price)
+    placed = [
+        part for part in first.model.parts if part.condition is not None
+    ]  # none: a term that acts everywhere
+    return min([first, *(_fitted(rest, part, case, noise, said) for part in placed)], key=price)
 
 
 def _other_forms(

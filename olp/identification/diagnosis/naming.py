@@ -30,6 +30,7 @@ from olp.identification.diagnosis.search import (
     WIDE,
     PartShelf,
     exchanged,
+    merged,
     move_terms,
     search,
     shelf_of,
@@ -76,10 +77,12 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
     best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
-    if late.any() and not _waits(best, case, noise).any():
-        # Beside the names that hold, these moves are late no longer.
-        late, clean, clean_folds = np.zeros(len(case), dtype=bool), case, folds
+    if not np.array_equal(again := _waits(best, case, noise), late):
+        # Beside the names that hold, some are late no longer; or some are, and a name that fell had them.
+        late, clean_folds = again, Folds(folds.by, folds.labels[~again])
+        clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
+        best = _found(clean, noise, shelf) if late.any() else best
         best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
     seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
@@ -106,7 +109,8 @@ def _stamped(noise: Noise) -> Noise:
 
 
 def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
-    best = exchanged(chosen(search(clean, noise, shelf, WIDE), clean, noise), shelf, clean, noise)
+    best = chosen(search(clean, noise, shelf, WIDE), clean, noise)
+    best = merged(exchanged(best, shelf, clean, noise), shelf, clean, noise)
     return conditioned(best, clean, noise, shelf, WIDE.additions)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -224,6 +225,24 @@ def exchanged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Nois
         if price(first) >= price(best):
             break
         best = first
+    return best
+
+
+def merged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
+    """The fit, or one with a name less: another form of a term, with more parameters, does what a second name made up
+    for (an inertia that grows from a reach, beside an acceleration that makes up for where it grows from)."""
+    parts = best.model.parts
+    for kept, gone in permutations(range(len(parts)), 2):
+        rest = [part for k, part in enumerate(parts) if k not in (kept, gone)]
+        richer = [
+            other._replace(condition=parts[kept].condition)
+            for other in shelf.parts
+            if other.label == parts[kept].label and len(other.values) > len(parts[kept].values)
+        ]
+        tried = [fit(DurationModel((*rest, other)), case, noise, WIDE.steps) for other in richer]
+        first = min(tried, key=price, default=best)
+        if price(first) < price(best):
+            return merged(first, shelf, case, noise)
     return best
 
 

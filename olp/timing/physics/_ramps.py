@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
+from olp.timing.physics._motion import Motion
 
 
 def ramp_weights(case: MeasuredMoves, places: int, end: int) -> Floats:
@@ -42,11 +43,8 @@ def where_passed(case: MeasuredMoves, values: Floats, end: int) -> Floats:
     """(n, k) of values (n, m) along the way, where the simulation's ramp at one end passes the speeds of `PASSED`."""
     slow = case.base.decelerate if end else case.base.accelerate
     way = np.maximum(case.base.way, 1e-9)[:, None]
-    place = (PASSED * case.base.top()[:, None]) ** 2 / (2.0 * slow[:, None]) / way
-    place = np.clip(1.0 - place if end else place, 0.0, 1.0) * (values.shape[1] - 1)
-    low = np.minimum(place.astype(np.int64), values.shape[1] - 2)
-    rows = np.arange(len(values))[:, None]
-    return np.asarray(values[rows, low] + (place - low) * (values[rows, low + 1] - values[rows, low]))
+    share = (PASSED * case.base.top()[:, None]) ** 2 / (2.0 * slow[:, None]) / way
+    return _at(values, 1.0 - share if end else share)
 
 
 _WEIGHTS = (1.0 - PASSED) * (2.0 / len(PASSED))
@@ -63,3 +61,40 @@ def longer(force: Floats) -> Floats:
 def slower(over: Floats) -> Floats:
     """(n,) the same where the acceleration that is there is one over `over` (n, k)."""
     return np.asarray(over @ _WEIGHTS)
+
+
+def pulled(motion: Motion, pull: Floats, least: float) -> Motion:
+    """The motion where a `pull` (n, m) along the way, as a share of the acceleration, takes from the ramp at the start
+    and gives to the one at the end; `least` of either remains.
+
+    How fast a short move gets, and where a ramp passes a speed, depend on what is left of the ramps: both are worked
+    out anew from a first result.
+    """
+    forces = np.maximum(1.0 - pull, least), np.maximum(1.0 + pull[:, ::-1], least)
+    first = _with_forces(motion, motion.top(), forces)
+    return _with_forces(motion, first.top(), forces)
+
+
+def _with_forces(motion: Motion, top: Floats, forces: tuple[Floats, Floats]) -> Motion:
+    way = np.maximum(motion.way, 1e-9)
+    up, down = (
+        slow / longer(_passing(force, (top**2 / (slow * way))[:, None]))
+        for slow, force in zip((motion.accelerate, motion.decelerate), forces, strict=True)
+    )
+    return motion.with_(accelerate=up, decelerate=down)
+
+
+def _passing(force: Floats, ramp: Floats) -> Floats:
+    """(n, k) of `force` (n, m) from the ramp's rest on, where it passes the speeds of `PASSED`; `ramp` (n, 1): twice
+    the ramp's share of the way with the whole force (E. Picard's iteration, one step)."""
+    steps = ramp * (PASSED / len(PASSED)) / _at(force, 0.5 * ramp * PASSED**2)
+    return _at(force, np.cumsum(steps, axis=1) - 0.5 * steps)
+
+
+def _at(values: Floats, share: Floats) -> Floats:
+    """(n, k) of values (n, m) along the way, at shares (n, k) of it."""
+    last = values.shape[1] - 1
+    place = np.clip(share, 0.0, 1.0) * last
+    low = np.minimum(place.astype(np.int64), last - 1)
+    rows = np.arange(len(values))[:, None]
+    return np.asarray(values[rows, low] + (place - low) * (values[rows, low + 1] - values[rows, low]))

@@ -6,12 +6,14 @@ import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics._ramps import longer, over_ramp, where_passed
+from olp.timing.physics._ramps import pulled
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _STEEP = 0.2  # sine of the steepest incline that has to be there
 _UPWARD, _SIDEWAYS = 0.25, 120.0  # of the other numbers, and in BIC what less of going up costs
 _PLACES = 9  # along a straight move
+# What a pull adds to the braking ramp. A controller may brake by its written rate, whatever helps.
+_BRAKING = {"against and with": 1.0, "against alone": 1.0, "starting alone": 0.0}
 _LEAST = 0.05  # of the acceleration remains, whatever gravity takes
 
 
@@ -63,6 +65,11 @@ class Gravity(MoveTerm):
                 r"a_{acc} = a\,\min(1, 1 - k\sin\gamma),\; a_{dec} = a\,\min(1, 1 + k\sin\gamma)",
             ),
             Form(
+                "starting alone",
+                (share,),
+                r"a_{acc} = a\,(1 - k\sin\gamma),\; a_{dec} = a",
+            ),
+            Form(
                 "up and down apart",
                 _apart(),
                 r"a_\gamma = a\,(1 - k_u \max(\sin\gamma, 0) - k_d \max(-\sin\gamma, 0))",
@@ -81,22 +88,16 @@ class Gravity(MoveTerm):
             return np.array([[0.2, 0.2], [0.5, 0.1], [0.1, 0.5]])
         if form.key == "up and down apart":
             return np.array([[0.3, 0.0], [0.0, 0.3], [0.3, 0.3]])
-        return np.array([[-0.2], [0.2]]) if form.key in ("both ramps", "steep") else np.array([[0.2], [0.5]])
+        return (
+            np.array([[-0.2], [0.2]])
+            if form.key in ("both ramps", "steep", "starting alone")
+            else np.array([[0.2], [0.5]])
+        )
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        if form.key == "whole arm":
-            start, end = (case.once(f"lift {k}", lambda k=k: _lifts(case, k)) @ values for k in (0, 1))  # type: ignore[misc]
-            return motion.with_(
-                accelerate=motion.accelerate * np.maximum(1.0 - start, _LEAST),
-                decelerate=motion.decelerate * np.maximum(1.0 + end, _LEAST),
-            )
-        if form.key == "any arm":
-            start, end = (case.once(f"work {k}", lambda k=k: _works(case, k)) for k in (0, 1))  # type: ignore[misc]
-            pulls = [(at.reshape(-1, len(values)) @ values).reshape(len(case), -1) for at in (start, end)]
-            return motion.with_(
-                accelerate=motion.accelerate / longer(np.maximum(1.0 - pulls[0], _LEAST)),
-                decelerate=motion.decelerate / longer(np.maximum(1.0 + pulls[1], _LEAST)),
-            )
+        if form.key in ("whole arm", "any arm"):
+            slopes = case.once(form.key, lambda: (_lifts if form.key == "whole arm" else _works)(case))
+            return pulled(motion, slopes @ values, _LEAST)
         if form.key == "lift and reach":
             pull = case.once("lift and reach", lambda: _outside(case)) @ values
             return motion.with_(
@@ -109,10 +110,7 @@ class Gravity(MoveTerm):
             start = end = 1.0 - pull
         else:
             pull = values[0] * (np.abs(rise) if form.key == "steep" else rise)
-            start, end = (
-                1.0 - pull,
-                1.0 + (pull if form.key in ("against and with", "against alone") else -pull),
-            )
+            start, end = 1.0 - pull, 1.0 + _BRAKING.get(form.key, -1.0) * pull
         most = 1.0 if form.key == "against alone" else np.inf
         return motion.with_(
             accelerate=motion.accelerate * np.clip(start, _LEAST, most),
@@ -147,6 +145,10 @@ class Gravity(MoveTerm):
             way, back = ("up", "down") if values[0] > 0 else ("down", "up")
             less = f"{abs(values[0]):.0%} less acceleration"
             return f"straight {way} both ramps have {less}, straight {back} as much more"
+        if form.key == "starting alone":
+            way, back = ("up", "down") if values[0] > 0 else ("down", "up")
+            less = f"{abs(values[0]):.0%} less acceleration"
+            return f"straight {way} the starting ramp has {less}, straight {back} as much more; braking is as simulated"
         if form.key == "up and down apart":
             up, down = (f"{abs(v):.0%} {'less' if v >= 0 else 'more'}" for v in values)
             return f"straight up both ramps have {up} acceleration, straight down {down}"
@@ -164,15 +166,15 @@ def _apart() -> tuple[TermParameter, TermParameter]:
     return up, down
 
 
-def _lifts(case: MeasuredMoves, end: int) -> Floats:
-    """(n, 2) how much wrist and elbow rise per way, over the ramp at one end; 0 for joint moves."""
+def _lifts(case: MeasuredMoves) -> Floats:
+    """(n, m, 2) how much wrist and elbow rise per way, along it; 0 for joint moves."""
     assert case.rates is not None
     assert case.rates.bodies is not None
     height = case.rates.bodies[:, :, ::-1, 2]
     slope = (
         np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
     )
-    return np.where((case.joint | ~case.moving)[:, None], 0.0, np.nan_to_num(over_ramp(case, slope, end)))
+    return np.where((case.joint | ~case.moving)[:, None, None], 0.0, np.nan_to_num(slope))
 
 
 def _outside(case: MeasuredMoves) -> Floats:
@@ -202,8 +204,8 @@ def _anywhere() -> Form:
     )
 
 
-def _works(case: MeasuredMoves, end: int) -> Floats:
-    """(n, k 5) what each number of `any arm` adds to the pull, where the simulation's ramp passes the speeds `PASSED`.
+def _works(case: MeasuredMoves) -> Floats:
+    """(n, m, 5) what each number of `any arm` adds to the pull along the way.
 
     zeta and rho: height and reach from the middle of all moves' ends, in units of how far they spread.
     """
@@ -223,5 +225,4 @@ def _works(case: MeasuredMoves, end: int) -> Floats:
     up = np.gradient(height, axis=1) * (_PLACES - 1) / way
     inward = -np.gradient(reach, axis=1) * (_PLACES - 1) / way
     basis = [up, inward, zeta * up, rho * inward, zeta * inward - rho * up]
-    passed = [where_passed(case, np.where(linear[:, None], np.nan_to_num(b), 0.0), end) for b in basis]
-    return np.stack(passed, axis=2).reshape(len(case), -1)
+    return np.where(linear[:, None, None], np.nan_to_num(np.stack(basis, axis=2)), 0.0)

@@ -9,6 +9,8 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _STRETCHED, _OVERRIDE = "stretched", "override"
+# Overrides are set in whole percents: what rounds to 100 % is a clock sooner than an override.
+_LEAST, _UNSET = 0.005, 4.0
 
 
 class SpeedScale(MoveTerm):
@@ -49,6 +51,9 @@ class SpeedScale(MoveTerm):
         if form.key in (_STRETCHED, _OVERRIDE):
             return motion.with_(rate=motion.rate / np.where(case.moving, scale, 1.0))
         return motion.with_(speed=motion.speed * scale)
+
+    def doubt(self, form: Form, values: Floats) -> float:
+        return _UNSET if form.key == _STRETCHED and abs(values[0] - 1.0) < _LEAST else 0.0
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key.startswith(_OVERRIDE):
