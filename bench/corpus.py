@@ -38,21 +38,16 @@ from olp.transpile.convert import convert
 from olp.transpile.link import link
 from olp.transpile.receipt import counts_of
 
-# Origins whose programs were read; rparak has one in each half of RAPID.
+# Origins whose programs were read.
 _DEVELOPMENT = {
     "krl": (
         *("Bugaj32+", "HugoDanielson+", "LozanIvanov+", "Naqiu06+", "RoboDK+", "RobotExMachina+"),
         *("Shangmc+", "antcsny+", "paulovictor237+"),
     ),
     "rapid": (
-        *("Alienspartner+", "Hussainmotiwalla+", "Maurilio97-P+", "RoboLab-FIUNER+", "Springa13+"),
-        *(
-            "bristolroboticslab+",
-            "harshbhatt99+",
-            "robotics+",
-            "rparak+ABB-RobotStudio-Sorting",
-            "rpiRobotics+",
-        ),
+        *("Alienspartner+", "BossyMr+", "Hussainmotiwalla+", "Maurilio97-P+", "RoboDK+", "RoboLab-FIUNER+"),
+        *("Springa13+", "Wlups+", "bristolroboticslab+", "harshbhatt99+", "liamjosephnolan+", "robotics+"),
+        *("rparak+", "rpiRobotics+"),
     ),
 }
 _LINE = re.compile(rb"\r\n|\n|\r")

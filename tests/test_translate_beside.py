@@ -38,6 +38,22 @@ def test_entries_of_the_log_are_messages():
     assert 'str_cat(str_cat(str_cat(str_cat("head", ": "), "why"), ": "), "more")' in written
 
 
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_how_a_controller_passes_singularities_is_its_own_and_proven_beside(target):
+    text = module("SingArea \\Wrist;", "WaitTime 1;", "SingArea \\Off;")
+    assert fates(text, "rapid", target) == {3: {Fate.APPROXIMATED}, 5: {Fate.APPROXIMATED}}
+    assert "SingArea \\Wrist" in translated(text, "rapid", target)
+
+
+def test_an_output_that_is_waited_for_switches_and_is_waited_for():
+    """SetDO \\Sync was kept as text, and switched nothing."""
+    written = translated(module("SetDO \\Sync,do1,1;"), "rapid", "krl")
+    assert [row for row in written.splitlines() if "$OUT[" in row] == [
+        "$OUT[1]=TRUE",
+        "WAIT FOR $OUT[1]==TRUE",
+    ]
+
+
 def test_krl_chooses_by_integers_alone():
     """SWITCH takes INT, CHAR and enumerations."""
     rows = ("TEST {0}", "CASE 1:", "WaitTime 1;", "ENDTEST", "{0}:={1};")

@@ -152,6 +152,9 @@ class Conventions:
     silent_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # likewise, where nobody would write a comment in its place
+    manner_processes: Mapping[str, str] = field(
+        default_factory=dict
+    )  # process -> what it says of how moves are made, which every controller does in a way of its own
     window_process: str = ""  # how the window of the message behind it looks
     idle_routines: Mapping[str, str] = field(
         default_factory=dict

@@ -241,7 +241,7 @@ def receipt_of(
     comparison: Comparison | None = None
     again: list[Comparison] = []
     times: tuple[tuple[int, float, int, float], ...] = ()
-    left_out = {loss.line for loss in translated.losses if loss.leaves_out}
+    left_out = {loss.line for loss in translated.losses if loss.part == "statement"}
     for before, after in zip(runs.source, runs.target, strict=False):
         if before is None or after is None:
             continue

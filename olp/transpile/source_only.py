@@ -200,6 +200,11 @@ class _ForeignWords:
         ):
             self.work.note_at(s, "the title and the look of the message's window are left out")
             return []
+        manner = self.work.conventions.manner_processes.get(s.name)
+        if manner is not None:
+            says = f"{manner} is the controller's own there: a comment says what was set"
+            self.work.lose(s, Fate.APPROXIMATED, "statement", says)
+            return [Comment(s.line, untranslated(self.program, s))]
         shown = dict(s.arguments).get(SHOWN)
         if shown is not None:
             self.work.lose(s, Fate.APPROXIMATED, "option", f"what {s.name} keeps in a log is a message there")

@@ -49,6 +49,11 @@ class Rapid(Vendor):
         ),
         own_names=re.compile(r"(?i:errno|intno|errdomain|err_\w+)"),
         idle_processes={"TPErase": "clearing the pendant's window"},
+        manner_processes={
+            "SingArea": "how the arm passes singularities",
+            "CirPathMode": "how the tool turns on arcs",
+            "CornerPathWarning": "whether missed corners are told",
+        },
         controller_names=True,
         numeric_booleans=True,
         names_read_frames=True,

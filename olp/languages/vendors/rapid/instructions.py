@@ -73,12 +73,15 @@ def values_of(
 
 
 def _output(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
-    """SetDO, SetGO, SetAO; with a delay they are kept as written."""
-    if options_of(rules, given):
+    """SetDO, SetGO, SetAO; with a delay they are kept as written, with \\Sync they wait until the output is set."""
+    options = options_of(rules, given)
+    if set(options) - {"sync"}:
         return None
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
-    return [SetOutput(0, signal, as_state(signal, value))]
+    state = as_state(signal, value)
+    is_set = Wait(0, Compare("=", signal, state), spelling=f"Wait{name[3:]}")
+    return [SetOutput(0, signal, state), *([is_set] if options else [])]
 
 
 def _alias(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
