@@ -84,3 +84,13 @@ def test_the_types_of_data_that_other_files_share_come_with_them(tmp_path):
     _, found = made(tmp_path, "rapid", ("BINS[2].LID.TURNS=3", "BINS[2].N[1]=3"), "")
     assert not found.translated.losses
     assert b"VAR num BINS_N{3,2};" in next(iter(found.files.values()))
+
+
+def test_frames_of_a_list_are_computed_by_components_before_they_are_chosen(tmp_path):
+    """FANUC's frames have numbers: what a program computes with is a position register."""
+    layout = "DEFDAT PART\nFRAME PALLET={X 700,Y 100,Z 50,A 0,B 0,C 0}\nFRAME BY={X 5,Y 6,Z 7,A 0,B 0,C 0}\n{}ENDDAT\n"
+    rows = ("PALLET.X=BY.Y+10", "PALLET.Z=PALLET.Y", "$BASE=PALLET", "LIN {X 1,Y 2,Z 3,A 0,B 0,C 0}")
+    program, found = made(tmp_path, "tp", rows, "", layout.replace("{X", "{{X").replace("0}", "0}}"))
+    assert not [loss for loss in found.translated.losses if loss.leaves_out]
+    (target,) = [step.target for step in run_converted(found, "tp", ROBOT, program).steps()]
+    assert (1000 * target).tolist() == pytest.approx([16 + 1, 100 + 2, 100 + 3])

@@ -36,7 +36,7 @@ from olp.ir.program import (
     SetTool,
     Statement,
 )
-from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
 from olp.robots.geometry import Pose
 from olp.runtime.assumptions import WrittenPosition
 from olp.transpile.constant_frames import Key, system_of
@@ -45,7 +45,7 @@ from olp.transpile.current_position import HERE, keeps_systems, seen_in, systems
 from olp.transpile.frame_names import BASE, SystemNames, system_label, system_words
 from olp.transpile.occurrences import Look, with_rows
 from olp.transpile.records import literal_of, pose_of_literal
-from olp.transpile.symbols import Symbols, kind_of_value
+from olp.transpile.symbols import Symbols, base_of, kind_of_value
 
 T = TypeVar("T")
 _FLANGE: Final = FrameRef("tool", Number(0))
@@ -314,7 +314,7 @@ def frames(program: Program, work: TranslationContext) -> Program:
         shared = _names_of_data(work.source)
         for routine in routines:
             systems.note_components(routine, shared)
-    data = program.data
+    data = program.data if work.limits.named_frames else _with_copied(program, systems)
     main = program.main or (routines[0].name if routines else "")
     routines = tuple(systems.routine_with_values(routine, routine.name == main) for routine in routines)
     if not work.limits.named_frames:
@@ -323,6 +323,24 @@ def frames(program: Program, work: TranslationContext) -> Program:
             replace(r, data=tuple(d for d in r.data if d.type not in ("tool", "frame"))) for r in routines
         )
     return replace(program, routines=routines, data=(*data, *systems.declared))
+
+
+def _with_copied(program: Program, systems: _Systems) -> tuple[Declare, ...]:
+    """The data of a program: tools and frames that have no number, and are computed or copied, as positions."""
+    numbered = {base.name for _, key in systems.numbers if (base := base_of(key)) is not None}
+    used: set[str] = set()
+    for routine in program.routines:
+        for _, s in systems.work.look(routine).rare:
+            if type(s) is Assign:
+                note_names(s, used)
+    used -= numbered
+
+    def change(d: Declare) -> Declare:
+        known = d.value is None or isinstance(d.value, PositionLiteral)
+        kept = d.type in ("tool", "frame") and d.name in used and known and not d.sizes
+        return replace(d, type="position") if kept else d
+
+    return tuple(map(change, program.data))
 
 
 def _names_of_data(program: Program) -> set[str]:
