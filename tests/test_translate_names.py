@@ -335,6 +335,14 @@ def test_an_array_that_may_be_declared_too_small_is_told(target):
     ]
 
 
+def test_a_constant_is_an_index_that_is_known():
+    data = ["CONST num last:=5;", "VAR num sum;"]
+    made = converted(module("sum:=nFar{last};", "sum:=nFar{last-1};", data=data), "rapid", "krl")
+    assert [says for _, says in loss_lines(made, "index")] == []
+    (says,) = [says for _, says in loss_lines(made, "name") if says.startswith("nFar")]
+    assert "5 of them" in says
+
+
 @pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
 def test_members_of_structures_that_nothing_declares_are_variables_of_their_own(target):
     """Members of elements and of members, too; `Bin_Height` is another variable of the program's own."""

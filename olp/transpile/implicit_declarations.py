@@ -433,6 +433,9 @@ class _Seen:
             case Number(value):
                 return int(value)
             case Named(name):
+                fixed = self.symbols.fixed_value(self.routine.name, index)
+                if isinstance(fixed, Number):
+                    return int(fixed.value)
                 return (self.counted.get(name) or [None])[-1]
             case Binary("+" | "-" as operator, left, Number(value)):
                 largest = self._largest(left)
