@@ -493,8 +493,13 @@ def test_an_inertia_that_the_simulation_has_at_one_reach_is_one_name(seed, tmp_p
     near, far = ((place[:, :2] ** 2).sum(axis=1) - 0.75 for place in (start, end))
     real = ramped(way, speed, ACCELERATION / (1.0 + 0.8 * near), ACCELERATION / (1.0 + 0.8 * far))
     real += np.random.default_rng(seed).normal(0.0, 0.003, COUNT)
-    (finding,) = diagnose_recording(record(tmp_path / "r", real, seed)).diagnosis.findings
+    found = diagnose_recording(record(tmp_path / "r", real, seed)).diagnosis
+    (finding,) = found.findings
     assert finding.term == "reach-inertia"
+    assert found.indistinguishable == (
+        ("reach-inertia", "acceleration"),
+    )  # the same law from the first axis on
+    assert any("plainer one beside acceleration" in note for note in found.notes)
     growth, simulated = finding.parameters["growth"], finding.parameters["simulated"]
     assert growth.low < 0.8 < growth.high
     assert simulated.low < np.sqrt(0.75) < simulated.high

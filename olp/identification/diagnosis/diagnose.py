@@ -30,7 +30,7 @@ from olp.identification.diagnosis.result import (
     Remainder,
 )
 from olp.identification.diagnosis.scatter import Scatter, digits_of, scatter_of
-from olp.identification.diagnosis.search import move_terms, nearest_single, price, swaps
+from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price, swaps
 from olp.identification.diagnosis.waits import spread
 from olp.timing.physics import load_term
 from olp.timing.physics._case import MeasuredMoves
@@ -118,7 +118,7 @@ def _answer(
     notes = (*notes, *tuned)
     if verdict not in ("explained", "partly-explained"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
-        told = ReportedFindings([], [], [])
+        told = ReportedFindings([], [], [], [])
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:
@@ -141,7 +141,7 @@ def _answer(
         heldout_before=errors_of(raw, named.clean.measured),
         heldout_after=errors_of(held, named.clean.measured),
         placebo=evidence.placebo(named.fit, named.clean, named.noise, named.shelf),
-        notes=(*notes, *_untold(case), *(log.notes if log is not None else ())),
+        notes=(*notes, *told.notes, *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
@@ -167,6 +167,7 @@ def _without_tuning(told: ReportedFindings, case: MeasuredMoves) -> tuple[Report
         [f for f in told.findings if f.term not in undone],
         [told.alike[k] for k in kept],
         [told.rivals[k] for k in kept],
+        told.notes,
     )
     return told, (
         f"the simulated times are {abs(case.stretch - 1.0):.2%} {'longer' if case.stretch > 1.0 else 'shorter'} than "
@@ -208,7 +209,9 @@ def _experiment(
     from olp.identification.diagnosis.next_experiment import design_experiment
 
     if told.rivals:
-        each = [design_experiment(case, rivals, sigma, recording) for rivals in told.rivals]
+        each = [
+            design_experiment(case, rivals, sigma, recording) for rivals in told.rivals if len(rivals) > 1
+        ]
         return NextExperiment(
             "; ".join(dict.fromkeys(one.why for one in each if one.why)),
             tuple(dict.fromkeys(move for one in each for move in one.moves)),
@@ -469,16 +472,18 @@ def no_case() -> MeasuredMoves:
 # --- Findings ---
 # What is believed, as findings: sentences, parameters, contributions, evidence, what could stand in their place.
 
+_BESIDE = 2  # names that are tried beside a plainer form
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
 _ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
 
 class ReportedFindings(NamedTuple):
-    """Findings, groups of names that cannot be told apart, and for each such group its models."""
+    """Findings, groups of names that cannot be told apart, for each such group its models, and what to note."""
 
     findings: list[Finding]
     alike: list[tuple[str, ...]]
-    rivals: list[list[DurationModel]]
+    rivals: list[list[DurationModel]]  # one alone where no move could tell more
+    notes: list[str]
 
 
 class _Rival(NamedTuple):
@@ -496,7 +501,7 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
     rivals_of = {name: _rivals(best, parts, named) for name, parts in by_term.items()}
     as_good = [r.model for rivals in rivals_of.values() for r in rivals if r.alternative.delta_bic < ALIKE]
     parameters = parameters_with_intervals(best, named.clean, named.noise, as_good, floor)
-    told = ReportedFindings([], [], [])
+    told = ReportedFindings([], [], [], [])
     for term, parts in by_term.items():
         rivals = rivals_of[term]
         told.findings.append(
@@ -506,6 +511,10 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
         if alike:
             told.alike.append((term, *(r.alternative.term for r in alike)))
             told.rivals.append([best.model, *(r.model for r in alike)])
+        for other in sorted(_beside_a_plainer_form(best, parts[0], named) if len(parts) == 1 else ()):
+            told.alike.append((term, other))
+            told.rivals.append([best.model])  # the same law: no move tells them apart
+            told.notes.append(f"{term} as it is told here is the same law as a plainer one beside {other}")
     waits = _waiting(named, case)
     return told if waits is None else told._replace(findings=[*told.findings, waits])
 
@@ -520,6 +529,23 @@ def _rivals(best: ModelFit, parts: list[int], named: NamingResult) -> list[_Riva
         if name is not None and worse < _RIVALS:
             rivals.append(_Rival(Alternative(name, worse), other.model))
     return rivals
+
+
+def _beside_a_plainer_form(best: ModelFit, index: int, named: NamingResult) -> set[str]:
+    """The names that explain as much beside a form of the term with fewer numbers: an inertia that is right at one
+    reach is the same law as one from the first axis with another acceleration."""
+    part, rest = best.model.parts[index], best.model.without(index).parts
+    shelf, case, noise = named.shelf, named.clean, named.noise
+    found = set[str]()
+    for plainer in shelf.parts:
+        if plainer.label != part.label or len(plainer.values) >= len(part.values):
+            continue
+        bare = fit(DurationModel((*rest, plainer._replace(condition=part.condition))), case, noise, 8)
+        for other in additions(shelf, bare, case, noise, _BESIDE):
+            both = fit(DurationModel((*bare.model.parts, other)), case, noise, 20)
+            if both.bic - best.bic < ALIKE:
+                found.add(other.term.name)
+    return found - set(best.names)
 
 
 def _finding(
