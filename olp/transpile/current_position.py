@@ -6,12 +6,13 @@ KRL and FANUC mean those that hold, RAPID those of the move before or those that
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final
 
 from olp.core.units import deg, mm
 from olp.ir.expressions import (
+    Binary,
     CallValue,
     Expression,
     FrameRef,
@@ -24,11 +25,12 @@ from olp.ir.expressions import (
     SystemValue,
 )
 from olp.ir.moves import BlendKind
-from olp.ir.program import Assign, ExternalTool, Move, Program, Routine, ShiftOff, ShiftOn, Statement
+from olp.ir.program import Assign, Declare, ExternalTool, Move, Program, Routine, ShiftOff, ShiftOn, Statement
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.transpile.blends import STOP
 from olp.transpile.context import BETWEEN, SETTING, Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.partial_positions import component, written_component
 from olp.transpile.symbols import Symbols
 
 HERE: Final = SystemValue("current-pose")
@@ -229,14 +231,15 @@ def relative(program: Program, work: TranslationContext) -> Program:
                     work.lose(s, Fate.REFUSED, "statement", says)
                 if shifted:  # elsewhere than where it is meant
                     work.lose(s, Fate.REFUSED, "shift", "a move within a shift of all targets")
-                rows.append(own.move(s))
+                rows += own.move(s)
             elif isinstance(s, (ShiftOn, ShiftOff)) and not work.limits.has_shift:
                 work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")
                 rows.append(s)
             else:
                 rows.append(s)
         routines.append(with_rows(routine, rows))
-    return with_routines(program, routines)
+    program = with_routines(program, routines)
+    return replace(program, data=(*program.data, *own.declared)) if own.declared else program
 
 
 @dataclass(slots=True)
@@ -246,21 +249,37 @@ class _Relative:
     symbols: Symbols
     native: frozenset[str]
     name: str = ""
+    declared: list[Declare] = field(default_factory=list)  # axis values that are put together
 
-    def move(self, s: Move) -> Move:
+    def move(self, s: Move) -> list[Statement]:
         if s.relative is not None and "relative" not in self.native:
-            return self._from_here(s)
+            by = self.symbols.fixed_position(self.name, s.targets[0])
+            if by is not None and by.kind == "joint":
+                return self._joints_from_here(s, by)
+            return [self._from_here(s, by)]
         if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
-            return self._offset(s)
-        return s
+            return [self._offset(s)]
+        return [s]
 
-    def _from_here(self, s: Move) -> Move:
+    def _joints_from_here(self, s: Move, by: PositionLiteral) -> list[Statement]:
+        """A move to the axis values that the arm has, each with its offset added before."""
+        if any(by.external):
+            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset of external axes")
+            return [s]
+        name = Named(self.work.helper("target"))
+        self.declared.append(Declare(0, name.name, "joints", shared=True))
+        before: list[Statement] = [Assign(s.line, name, SystemValue("current-joints"))]
+        for at, value in enumerate(by.values[:6]):
+            if value:
+                axis = component(name, by.kind, at)
+                moved = Binary("+", axis, written_component(value, by.kind, at))
+                before.append(Assign(s.line, axis, moved))
+        return [*before, replace(s, targets=(name,), relative=None)]
+
+    def _from_here(self, s: Move, by: PositionLiteral | None) -> Move:
         assert s.relative is not None
-        by = self.symbols.fixed_position(self.name, s.targets[0])
-        if by is None or by.kind == "joint":
-            self.work.lose(
-                s, Fate.REFUSED, "relative", "a move by an offset that is computed or in joint values"
-            )
+        if by is None:
+            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that is computed")
             return s
         values = _written(by)
         if s.relative.kind == "tool":

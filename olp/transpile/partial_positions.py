@@ -19,8 +19,18 @@ from olp.ir.expressions import (
     PositionLiteral,
     SystemValue,
 )
-from olp.ir.program import Assign, Comment, Declare, Dwell, Move, Program, Routine, SetOutput, Statement
-from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, mapped
+from olp.ir.program import (
+    Assign,
+    Comment,
+    Declare,
+    Dwell,
+    Move,
+    Program,
+    Routine,
+    SetOutput,
+    Statement,
+)
+from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
@@ -30,10 +40,25 @@ _STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool
 _SAME: Final = 1e-9  # [rad]
 _PLACE: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
+_READ: Final = {"pose": ("position", "current-pose"), "joint": ("joints", "current-joints")}
+
+
+def component(position: Expression, kind: str, at: int) -> Expression:
+    """One of the six components of a pose or of joint values (kind), counted from 0."""
+    return Item(position, (Number(at + 1),)) if kind == "joint" else Member(position, (*_PLACE, *_ANGLES)[at])
+
+
+def written_component(value: float, kind: str, at: int) -> Number:
+    """A component [m or rad] as programs count it [mm or degrees]."""
+    number = round(value / (mm if kind == "pose" and at < len(_PLACE) else deg), 9)
+    return Number(int(number) if number.is_integer() else number)
 
 
 def partial(program: Program, work: TranslationContext) -> Program:
-    """Targets with all components: as the move before names them, or as the run has them; else refused."""
+    """Targets with all components: as the move before names them, or read when the arm is there.
+
+    Where the target has no single axes they are as the run has them; else they are refused.
+    """
     if not work.conventions.partial_targets or not any(_leaves_out(r, work) for r in program.routines):
         return _whole_data(program, work)
     own = _Partial(work, symbols_of(program))
@@ -65,31 +90,32 @@ class _Partial:
     def _move(self, s: Move, routine: str) -> list[Statement]:
         before: list[Statement] = []
         if _has_gaps(s):
-            s = edited(s, {"targets": tuple(self._filled(t, s) for t in s.targets)})
-            if _has_gaps(s) and is_usual(s) and len(s.targets) == 1:
-                s = self._put_together(s, before)
-            elif _has_gaps(s):
+            via = None if s.via is None else self._filled(s.via, s)
+            s = edited(s, {"targets": tuple(self._filled(t, s) for t in s.targets), "via": via})
+            if _has_gaps(s) and len(s.targets) == 1:
+                target = self._put_together(s.targets[0], s, before)
+                via = None if s.via is None else self._put_together(s.via, s, before)
+                s = edited(s, {"targets": (target,), "via": via})
+            if _has_gaps(s):
                 self.work.lose(s, Fate.REFUSED, "position", _SAYS)
         target = self.symbols.fixed_value(routine, s.targets[-1])
         self.last = target if isinstance(target, PositionLiteral) and not s.relative else None
         return [*before, s]
 
-    def _put_together(self, s: Move, before: list[Statement]) -> Move:
-        """A move to where the arm stands, with the components that are written."""
-        target = s.targets[0]
-        assert isinstance(target, PositionLiteral)
-        if target.kind != "pose":
-            self.work.lose(s, Fate.REFUSED, "position", _SAYS)
-            return s
+    def _put_together(self, e: Expression, s: Move, before: list[Statement]) -> Expression:
+        """Where the arm is when it comes to a move, with the components that are written."""
+        if not isinstance(e, PositionLiteral) or not _is_partial(e) or e.kind not in _READ:
+            return e
         name = Named(self.work.helper("target"))
-        self.declared.append(Declare(0, name.name, "position", shared=True))
-        before.append(Assign(s.line, name, SystemValue("current-pose")))
-        for component, value in zip((*_PLACE, *_ANGLES), target.values[:6], strict=True):
+        kind, reading = _READ[e.kind]
+        self.declared.append(Declare(0, name.name, kind, shared=True))
+        before.append(Assign(s.line, name, SystemValue(reading)))
+        for at, value in enumerate(e.values[:6]):
             if not math.isnan(value):
-                number = round(value / (mm if component in _PLACE else deg), 9)
-                written = Number(int(number) if number.is_integer() else number)
-                before.append(Assign(s.line, Member(name, component), written))
-        return edited(s, {"targets": (name,)})
+                before.append(
+                    Assign(s.line, component(name, e.kind, at), written_component(value, e.kind, at))
+                )
+        return name
 
     def _filled(self, e: Expression, s: Move) -> Expression:
         if not isinstance(e, PositionLiteral) or not _is_partial(e):
@@ -97,7 +123,10 @@ class _Partial:
         before = self.last
         if before is not None and before.kind == e.kind and not _is_partial(before):
             return _joined(e, before.values)
-        run = self._run_of(s.line) if e.kind == "joint" else None
+        registers = self.work.limits.registers
+        if e.kind != "joint" or registers is None or not registers.joint_elements:
+            return e
+        run = self._run_of(s.line)
         if run is None:
             return e
         says = "its other axes stay as they are: written as this run has them there"
