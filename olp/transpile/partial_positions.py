@@ -98,8 +98,8 @@ class _Partial:
                 s = edited(s, {"targets": (target,), "via": via})
             if _has_gaps(s):
                 self.work.lose(s, Fate.REFUSED, "position", _SAYS)
-        target = self.symbols.fixed_value(routine, s.targets[-1])
-        self.last = target if isinstance(target, PositionLiteral) and not s.relative else None
+        end = self.symbols.fixed_value(routine, s.targets[-1])
+        self.last = end if isinstance(end, PositionLiteral) and not s.relative else None
         return [*before, s]
 
     def _put_together(self, e: Expression, s: Move, before: list[Statement]) -> Expression:
