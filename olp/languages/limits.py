@@ -142,6 +142,7 @@ class Limits:
     registers: Registers | None = None  # of a language with numbered variables
     # Moves
     separate_deceleration: bool = False  # a move can brake otherwise than it speeds up
+    arcs_by_angle: bool = False  # an arc may turn by an angle instead of ending at its target
     chained_arcs: bool = False  # an arc is a chain of moves, each to one of its points
     native_offsets: frozenset[str] = (
         frozenset()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from operator import itemgetter
 from typing import Final
 
@@ -12,6 +13,7 @@ from olp.ir.expressions import (
     Expression,
     Named,
     Number,
+    PositionLiteral,
     Signal,
     SignalState,
     Store,
@@ -22,6 +24,7 @@ from olp.ir.expressions import (
     Variable,
 )
 from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, Process, SetOutput
+from olp.robots.geometry import Pose
 from olp.runtime.evaluate import evaluate, quantity, read_variable, whole
 from olp.runtime.memory import Record, SystemPosition, Value
 from olp.runtime.modal import (
@@ -36,7 +39,8 @@ from olp.runtime.modal import (
     share,
     turn_rate,
 )
-from olp.runtime.places import place_of
+from olp.runtime.paths import arc_by_angle
+from olp.runtime.places import arc_poses, place_of
 from olp.runtime.plan import BlendCode
 from olp.runtime.poses import missing, place
 from olp.runtime.recorder import NO_EXTRA, NOWHERE, Extra
@@ -48,6 +52,7 @@ _EXACT, _ZONE, _UNTAGGED, _RADIUS = (
     int(c) for c in (BlendCode.EXACT, BlendCode.ZONE, BlendCode.UNTAGGED, BlendCode.RADIUS)
 )
 _HIGHEST_LEVEL = 8
+_MOST_TURNS = 100  # of one arc
 _NAN = math.nan
 # Looked up once: every move asks.
 _ROBOT, _BY_RADIUS, _BY_SPEED = Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
@@ -114,6 +119,10 @@ def _is_simple(s: Move) -> bool:
 
 def _compound(m: Machine, s: Move) -> None:
     """A move of several mechanisms, or with anything besides target, speed and blend."""
+    if s.arc is not None:
+        for arc in _by_angle(m, s, quantity(m, s.arc)):
+            _compound(m, arc)
+        return
     path = PATH_CODES[s.path]
     if _stays(m, s):
         m.assume("the move goes to the current position, which is unknown: it goes nowhere")
@@ -167,6 +176,40 @@ def _compound(m: Machine, s: Move) -> None:
         m.operations.act(m, s, False)
 
 
+def _by_angle(m: Machine, s: Move, angle: float) -> list[Move]:
+    """An arc that turns by an angle [rad], whatever its target, as arcs through points, passed without a stop.
+
+    Itself, to its target, where its points are on a line. Raises StatementError (I213) for more than a hundred turns.
+    """
+    assert s.via is not None
+    if not abs(angle) <= _MOST_TURNS * 2.0 * math.pi:
+        turns = f"{abs(angle) / (2.0 * math.pi):.6g}"
+        raise StatementError(
+            "I213", f"an arc of {turns} turns", f"write an angle of up to {_MOST_TURNS} turns"
+        )
+    mechanism = role(m, 0, _ROBOT)
+    start, via, end = arc_poses(m, mechanism, s)
+    arcs = arc_by_angle(start, via.position, end, angle)
+    whole = replace(s, arc=None, relative=None)
+    if not arcs:
+        return [replace(s, arc=None)]
+    last = len(arcs) - 1
+    return [
+        replace(
+            whole,
+            via=_literal(Pose(point, pose.rotation)),
+            targets=(_literal(pose),),
+            blend=s.blend if k == last else Blend(BlendKind.CONTINUOUS),
+            other=s.other if k == last else (),
+        )
+        for k, (point, pose) in enumerate(arcs)
+    ]
+
+
+def _literal(pose: Pose) -> PositionLiteral:
+    return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()))
+
+
 def _stays(m: Machine, s: Move) -> bool:
     """Whether a program begins by moving to where the arm stands, as KUKA's do so that a block selection is safe."""
     here = len(s.targets) == 1 and isinstance(s.targets[0], SystemValue) and s.relative is None
@@ -186,8 +229,7 @@ def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
     via = -1
     if s.via is not None:
         via = place_of(m, mechanism, s, s.via)
-    arc = _NAN if s.arc is None else quantity(m, s.arc)
-    return Extra(rate, turn, via, arc)
+    return Extra(rate, turn, via)
 
 
 def _targets_of(

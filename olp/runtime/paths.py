@@ -8,14 +8,16 @@ also begins the next one (controller manuals, circular interpolation).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.ir.program import Path
 from olp.robots.coordinate_systems import Floats
+from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
 from olp.runtime.plan import PATHS, Moves, Positions
 
 _CIRCULAR, _SPLINE = PATHS.index(Path.CIRCULAR), PATHS.index(Path.SPLINE)
@@ -139,6 +141,36 @@ def circle(a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats, Floats]:
     # A via point within a millionth of the chord of the line gives no circle that anyone could have meant.
     radius = np.where(ww <= 1e-12 * uu * vv, np.inf, np.linalg.norm(offset, axis=1))
     return a + offset, radius, axis
+
+
+_WHOLE_ARC: Final = math.radians(
+    350.0
+)  # beyond it an arc's ends are too near to each other to tell its circle
+
+
+def arc_by_angle(start: Pose, via: Floats, end: Pose, angle: float) -> list[tuple[Floats, Pose]]:
+    """(point on the way (3,) [m], end) of each arc that turns a tool by `angle` [rad] from `start` altogether.
+
+    The circle runs through `start`, `via` (3,) [m] and `end`, and a positive angle turns in this order. The tool's turn
+    is that from `start` to `end` (KSS manual, CIRC with CA; that the last orientation is the programmed one is not
+    said there). Empty where the three points tell no circle.
+    """
+    centre, radius, axis = circle(start.position[None], via[None], end.position[None])
+    if not np.isfinite(radius[0]) or not angle:
+        return []
+    spoke = start.position[None] - centre
+    count = 1 if abs(angle) <= _WHOLE_ARC else math.ceil(abs(angle) / np.pi)
+    turns = quaternion_from_rotation(start.rotation), quaternion_from_rotation(end.rotation)
+
+    def point(share: float) -> Floats:
+        sine, cosine = np.sin(angle * share), np.cos(angle * share)
+        result: Floats = (centre + spoke * cosine + cross(axis, spoke) * sine)[0]
+        return result
+
+    def pose(share: float) -> Pose:
+        return Pose(point(share), rotation_from_quaternion(slerp(*turns, share)))
+
+    return [(point((k + 0.5) / count), pose((k + 1) / count)) for k in range(count)]
 
 
 def swept_angle(first: Floats, last: Floats, axis: Floats) -> Floats:

@@ -29,11 +29,36 @@ _JOINT_PATH, _POSE = Path.JOINT, PointKind.POSE  # looked up once: every move as
 
 def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     """The pool index of a move's target or via point."""
+    value = _value_of(m, mechanism, s, target)
+    return m.recorder.position(mechanism, value.state, value.values)
+
+
+def arc_poses(m: Machine, mechanism: int, s: Move) -> tuple[Pose, Pose, Pose]:
+    """Start, via point and target of an arc, in its own frame and with its own tool.
+
+    Raises StatementError (I212) where the arm's place is not known.
+    """
+    assert s.via is not None
+    tool, place = _own_tool(m, s), _own_place(m, s)
+    values = (here(m, mechanism), *(_value_of(m, mechanism, s, e) for e in (s.via, s.targets[0])))
+    start, via, end = (raw_pose(_seen(m, mechanism, value, place, tool)) for value in values)
+    return start, via, end
+
+
+def _own_tool(m: Machine, s: Move) -> int:
+    return m.active_tool if s.tool is None else tool_number(m, s.tool)
+
+
+def _own_place(m: Machine, s: Move) -> Place:
+    return m.active_frame if s.frame is None else frame_place(m, s.frame)
+
+
+def _value_of(m: Machine, mechanism: int, s: Move, target: Expression) -> PositionValue:
+    """A move's target or via point, with all its components."""
     value = literal_position(target) if type(target) is PositionLiteral else evaluate(m, target)
     if not isinstance(value, PositionValue):
         value = position_of(value, spell(target))
-    tool = m.active_tool if s.tool is None else tool_number(m, s.tool)
-    place = m.active_frame if s.frame is None else frame_place(m, s.frame)
+    tool, place = _own_tool(m, s), _own_place(m, s)
     own_tool = value.state.frame not in (ACTIVE, "joint") and s.tool is None
     value = position_in(value, place, value.state.tool if own_tool else tool)
     if value.state.frame == "user" or own_tool:
@@ -56,7 +81,7 @@ def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
         m.assume_once("external axes", EXTERNAL_AXES)
     if s.tool is not None and s.frame is not None:
         m.active_tool, m.active_frame = tool, place  # for RAPID's CRobT(), behind this move
-    return m.recorder.position(mechanism, value.state, value.values)
+    return value
 
 
 def _relative(

@@ -70,12 +70,6 @@ def beyond_targets(
         if not np.isfinite(radius[0]):
             continue
         swept = float(swept_angle(a - centre, c - centre, axis)[0])
-        if not np.isnan(extra.arc):
-            swept = extra.arc
-            target[row] = add(_turned(a, centre, axis, swept), end)
-            following = np.flatnonzero((moves.mechanism == moves.mechanism[row]) & (moves.start == end))
-            following = following[following > row][:1]
-            start[following] = target[row]
         third[row] = add(_turned(a, centre, axis, swept + (2 * np.pi - swept % (2 * np.pi)) / 2), end)
     if not added:
         return positions, moves, third
@@ -140,14 +134,13 @@ class Extra(NamedTuple):
     """What moves of some languages say besides, as it stands in the first row of a move.
 
     `rate` [m/s²], of a joint move [rad/s²]. `turn` [rad/s]: bound of the tool's turning. `via`: pool index of the point
-    that an arc passes on its way (-1: none). `arc` [rad]: what it turns about its axis, whatever its target (nan).
-    `blend`: the kind of blend whose number becomes metres once the path is known.
+    that an arc passes on its way (-1: none). `blend`: the kind of blend whose number becomes metres once the path is
+    known.
     """
 
     rate: float = math.nan
     turn: float = math.nan
     via: int = -1
-    arc: float = math.nan
     blend: str = ""
 
 

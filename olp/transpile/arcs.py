@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.ir.expressions import Expression, FrameRef, Named, Number, PositionLiteral, SystemValue
-from olp.ir.program import Assign, Comment, Declare, Move, Path, Program, Routine, Statement
+from olp.ir.program import Assign, Blend, BlendKind, Comment, Declare, Move, Path, Program, Routine, Statement
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
+from olp.runtime.paths import arc_by_angle
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.records import literal_of, pose_of_literal
 from olp.transpile.symbols import Symbols, symbols_of
@@ -52,9 +53,59 @@ class _Arcs:
 
     def routine(self, routine: Routine) -> Routine:
         self.name = routine.name
-        if self.work.limits.chained_arcs:
-            return replace(routine, body=tuple(self._chained(routine.body)))
-        return replace(routine, body=tuple(self._whole(list(routine.body))))
+        body = list(routine.body) if self.work.limits.arcs_by_angle else self._through_points(routine.body)
+        return replace(
+            routine, body=tuple(self._chained(body) if self.work.limits.chained_arcs else self._whole(body))
+        )
+
+    # --- arcs by their angle ----------------------------------------------------------------------------
+
+    def _through_points(self, body: Sequence[Statement]) -> list[Statement]:
+        """Arcs that turn by an angle as arcs through points."""
+        rows: list[Statement] = []
+        before: Move | None = None  # the move that ends where the arm is known to be
+        for s in body:
+            if isinstance(s, Move):
+                rows += [s] if s.arc is None else self._turned(s, before)
+                before = rows[-1] if isinstance(rows[-1], Move) else None
+                continue
+            if type(s).__name__ not in _STRAIGHT:
+                before = None
+            rows.append(s)
+        return rows
+
+    def _turned(self, s: Move, before: Move | None) -> list[Statement]:
+        assert s.arc is not None
+        assert s.via is not None
+        start = None if before is None else self._seen(before, s)
+        points = [None if e is None else self._known(e) for e in (start, s.via, s.targets[0])]
+        angle = s.arc.literal
+        if angle is None or s.relative is not None or any(point is None for point in points):
+            says = "an arc that is given by its angle, from or over a place that the text does not tell"
+            self.work.lose(s, Fate.REFUSED, "arc", says)
+            return [s]
+        first, via, end = (pose_of_literal(point) for point in points if point is not None)
+        arcs = arc_by_angle(first, via.position, end, angle)
+        if not arcs:
+            return [replace(s, arc=None)]
+        moves = [
+            replace(
+                s,
+                arc=None,
+                via=literal_of(Pose(point, pose.rotation)),
+                targets=(literal_of(pose),),
+                blend=Blend(BlendKind.CONTINUOUS),
+                comment="",
+            )
+            for point, pose in arcs
+        ]
+        return [*moves[:-1], replace(moves[-1], blend=s.blend, comment=s.comment)]
+
+    def _known(self, e: Expression) -> PositionLiteral | None:
+        """A pose of which the text tells all six components."""
+        literal = self.symbols.fixed_position(self.name, e)
+        whole = literal is not None and literal.kind == "pose" and not any(v != v for v in literal.values[:6])
+        return literal if whole else None
 
     # --- chains -----------------------------------------------------------------------------------------
 
@@ -76,8 +127,6 @@ class _Arcs:
         return rows
 
     def _chain(self, s: Move, before: Move | None) -> list[Statement]:
-        if s.arc is not None:
-            self.work.lose(s, Fate.REFUSED, "arc", "an arc that is given by its angle")
         assert s.via is not None
         through = replace(s, targets=(s.via,), via=None, blend=None, comment="")
         end = replace(s, via=None, end_of_arc=True)

@@ -238,6 +238,8 @@ def _arc_steps(
                 continue
             if not all(s.path is Path.CIRCULAR for s in (*run, *other)):
                 continue
+            if all(s.still for s in run) != all(s.still for s in other):
+                continue  # a whole circle ends where it begins
             if _distance(run[-1].position, other[-1].position) <= tolerance:
                 return more, total - more
     return 0, 0

@@ -57,6 +57,7 @@ LIMITS: Final = Limits(
     joint_blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE}),
     longest_pulse=3.0,  # PULSE, as its inline form, takes 0.1 to 3 s
     reserved=RESERVED | {"TEXT_WHOLE", *HELPERS},
+    arcs_by_angle=True,
     native_offsets=frozenset({"relative"}),
     frame_numbers={"tool": 16, "user": 32},
     first_signal=1,
