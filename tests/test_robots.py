@@ -308,7 +308,7 @@ def test_a_chain_needs_a_joint_for_every_axis(tmp_path):
         ("", "known makers: "),
     ],
 )
-def test_an_unknown_name_lists_close_ones_and_those_of_its_maker(name, hint):
+def test_an_unknown_name_lists_close_ones_else_those_of_its_maker(name, hint):
     with pytest.raises(OlpError) as caught:
         load_robot(name)
     (only,) = caught.value.diagnostics

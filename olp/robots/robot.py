@@ -95,19 +95,29 @@ def _full_name(text: str) -> str:
 
 def _unknown(text: str, wanted: str, names: Sequence[str]) -> Diagnostic:
     maker, _, model = wanted.rpartition("/")
-    models = {name.split("/")[1]: name for name in names}
-    close = difflib.get_close_matches(model, models, n=3, cutoff=0.5)
-    advice = f"did you mean {', '.join(models[it] for it in close)}? " if close else ""
-    makers = sorted({name.split("/")[0] for name in names})
     known = [name for name in names if name.startswith(f"{maker}/")]
-    if maker and not known:
-        advice = f"no robot of {maker} is known yet, but you can describe any (docs/robots.md); "
-    said = f"known of {maker}: {', '.join(known)}" if known else f"known makers: {', '.join(makers)}"
+    close = [] if maker and not known else _alike(model, known or names)
+    if close:
+        advice = f"did you mean {', '.join(close)}? "
+    elif known:
+        advice = f"known of {maker}: {', '.join(known)}; "
+    else:
+        advice = (
+            f"no robot of {maker} is known yet, but you can describe any (docs/robots.md); " if maker else ""
+        )
+        advice += f"known makers: {', '.join(sorted({name.split('/')[0] for name in names}))}; "
     return error(
         "R001",
         f"no robot is called {text!r}",
-        help=f"{advice}{said}; olp robots lists all; a file of your own is given as a path ending in .toml",
+        help=f"{advice}olp robots lists all; a file of your own is given as a path ending in .toml",
     )
+
+
+def _alike(model: str, names: Sequence[str]) -> list[str]:
+    """Robots of which a model's name is the beginning, else those with a similar one."""
+    models = {name.split("/")[1]: name for name in names}
+    longer = [name for it, name in models.items() if model and it.startswith(model)]
+    return longer[:8] or [models[it] for it in difflib.get_close_matches(model, models, n=3, cutoff=0.5)]
 
 
 __all__ = [
