@@ -103,6 +103,21 @@ def test_measured_length_is_the_length_of_the_curve_that_is_travelled(path, shap
     assert plan.moves.length[row] == pytest.approx(length, rel=1e-7)
     assert way[0] == pytest.approx(points[row])
     assert way[-1] == pytest.approx(points[row + 1])
+    chords = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    assert chords == pytest.approx(length / len(chords), rel=1e-5)  # a fraction is one of the length
+
+
+@pytest.mark.parametrize("bend", [0.0, 1e-9, 1e-7, 1e-5, 1e-3, 0.1, 1.0])
+@pytest.mark.parametrize("before", [True, False])
+def test_a_spline_runs_evenly_however_much_it_bends_and_where_it_turns_back(bend, before):
+    for points in ([(0, 0, 0), (1, 0, 0), (2, bend, 0)], [(0, 0, 0), (1, 0, 0), (0, bend, 0)]):
+        a, b, c = (np.array(p, dtype=float) for p in points)
+        start, target, third = (b, c, a) if before else (a, b, c)
+        way, length = _measured(point_on_parabola, start, target, third, before)
+        chords = np.linalg.norm(np.diff(way, axis=0), axis=1)
+        assert chords[2:-2] == pytest.approx(
+            length / len(chords), rel=2e-4
+        )  # at a narrow turn a chord is short
 
 
 @settings(max_examples=60, deadline=None)

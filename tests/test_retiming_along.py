@@ -19,7 +19,9 @@ from olp.timing.retiming import Singular, along_path
 from olp.timing.retiming.along import _paths
 from olp.timing.timing import time_plan
 
-LINEAR, JOINT, CIRCULAR = (PATHS.index(p) for p in (Path.LINEAR, Path.JOINT, Path.CIRCULAR))
+LINEAR, JOINT, CIRCULAR, SPLINE = (
+    PATHS.index(p) for p in (Path.LINEAR, Path.JOINT, Path.CIRCULAR, Path.SPLINE)
+)
 ROBOT = load_robot("yaskawa/ma2010")
 CALM = np.array([0.1, 0.2, -0.1, 0.3, -0.8, 0.2])
 BY_AXES = PointState(PointKind.JOINT)
@@ -63,6 +65,15 @@ def test_speed_axis_and_place_are_those_of_a_close_look(seed):
     assert found.axis[0] == np.argmin(by_axis)
     steepest = slope[:, found.axis[0]]
     assert np.interp(found.place[0], place, steepest) == pytest.approx(steepest.max(), rel=0.01)
+
+
+def test_a_spline_that_turns_back_is_as_fast_as_the_line_that_it_is():
+    """Its parameter stands still where it turns back; the arm does not have to."""
+    there = CALM + np.array([0.2, 0.1, -0.1, 0.1, 0.1, 0.2])
+    splines, lines = (along_path(plan_of(CALM, there, CALM, there, path=p)) for p in (SPLINE, LINEAR))
+    assert splines.known.all()
+    assert splines.speed == pytest.approx(lines.speed, rel=1e-3)
+    assert splines.acceleration == pytest.approx(lines.acceleration, rel=1e-3)
 
 
 def near_the_wrist(speed: float) -> Plan:

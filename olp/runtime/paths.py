@@ -227,12 +227,50 @@ def point_on_arc(
 def point_on_parabola(
     start: Floats, target: Floats, third: Floats, before: NDArray[np.bool_], fraction: Floats
 ) -> Floats:
-    """(n, 3) [m]: where a spline move is at `fraction` (n,) of its parameter; on the chord where there is no curve."""
+    """(n, 3) [m]: where a spline move is at `fraction` (n,) of its length; on the chord where there is no curve."""
     a, b, c = _ordered(start, target, third, before)
     curve = _parabola(a, b, c)
     low, high = np.where(before, curve.middle, 0.0), np.where(before, curve.end, curve.middle)
-    t = (low + (high - low) * fraction)[:, None]
+    with np.errstate(invalid="ignore"):
+        t = _parameter(curve, low, high, fraction)[:, None]
     point = a + t * curve.d1 + t * (t - curve.middle[:, None]) * curve.d2
     chord = start + (target - start) * fraction[:, None]
     result: Floats = np.where(np.isfinite(point), point, chord)
     return result
+
+
+_HALVINGS: Final = 46  # of an interval: the rest is below what a float tells of it
+_EVEN: Final = 1e-5  # how much the parameter's pace changes along a piece whose length is proportional to it
+
+
+def _parameter(curve: _Parabola, low: Floats, high: Floats, fraction: Floats) -> Floats:
+    """(n,) the parameter between `low` and `high` at which a share of that piece's length is behind.
+
+    The length is the integral of |u + 2 t d2|, in closed form; it grows with the parameter, so halving finds it. The
+    parameter itself runs unevenly, and stands still where a path turns back at a point.
+    """
+    u = curve.d1 - curve.middle[:, None] * curve.d2
+    square = 4.0 * np.sum(curve.d2**2, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vertex = -2.0 * np.sum(u * curve.d2, axis=1) / square
+        bend = np.maximum(np.sum(u**2, axis=1) / square - vertex**2, 0.0)
+
+    def length(t: Floats) -> Floats:
+        """Over the square root of `square`, from the vertex on."""
+        x = t - vertex
+        root = np.sqrt(x * x + bend)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(bend > 0.0, bend * np.arcsinh(x / np.sqrt(bend)), 0.0)
+        result: Floats = (x * root + turn) / 2.0
+        return result
+
+    even = low + (high - low) * fraction
+    first, whole = length(low), length(high) - length(low)
+    below, above = low.copy(), high.copy()
+    for _ in range(_HALVINGS):
+        t = (below + above) / 2.0
+        short = length(t) - first < fraction * whole
+        below, above = np.where(short, t, below), np.where(short, above, t)
+    steady = ~(high - low > _EVEN * np.sqrt((low - vertex) ** 2 + bend))
+    found: Floats = np.where(steady | ~np.isfinite(whole), even, (below + above) / 2.0)
+    return found
