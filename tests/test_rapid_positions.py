@@ -101,10 +101,27 @@ def test_a_quaternion_of_another_length_is_brought_to_unit_length_and_told_once(
     )
 
 
-def test_a_quaternion_of_zeros_is_refused() -> None:
-    assert errors(read(module([], f"CONST robtarget p:=[[1,2,3],[0,0,0,0],[0,0,0,0],{NO_AXES}];"))) == [
-        "P451 2"
-    ]
+@pytest.mark.parametrize(
+    "data",
+    [
+        f"CONST robtarget p:=[[1,2,3],[0,0,0,0],[0,0,0,0],{NO_AXES}];",
+        f"VAR robtarget p{{2}}:=[[[1,2,3],[0,0,0,0],[0,0,0,0],{NO_AXES}],[[1,2,3],[1,0,0,0],[0,0,0,0],{NO_AXES}]];",
+        "PERS tooldata t:=[TRUE,[[0,0,0],[0,0,0,0]],[0,[0,0,0],[0,0,0,0],0,0,0]];",
+        "VAR orient o:=[0,0,0,0];",
+    ],
+)
+def test_a_quaternion_of_zeros_is_told_where_it_is_declared(data: str) -> None:
+    program = read(module([], data))
+    assert not errors(program)
+    assert codes(program)["P465"] == [2]
+    assert "P463" not in codes(program)
+
+
+def test_a_move_to_a_quaternion_of_zeros_is_an_error() -> None:
+    data = f"CONST robtarget p:=[[1,2,3],[0,0,0,0],[0,0,0,0],{NO_AXES}];"
+    assert errors(read(module("MoveL p,v100,fine,tool0;", data))) == ["P465 4"]
+    literal = f"[[1,2,3],[0,0,0,0],[0,0,0,0],{NO_AXES}]"
+    assert errors(read(module(f"MoveL {literal},v100,fine,tool0;"))) == ["P451 3"]
 
 
 # --- literals -----------------------------------------------------------------------------------------------------

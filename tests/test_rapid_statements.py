@@ -137,6 +137,49 @@ def test_a_radius_replaces_that_of_the_zone() -> None:
     assert move("MoveL p,v100,z1\\Z:=7,t;").blend == Blend(BlendKind.RADIUS, Quantity(Number(7), mm), "z1\\Z")
 
 
+def test_options_may_stand_behind_a_comma() -> None:
+    data = 'PERS wobjdata w:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
+    one = move("MoveL p1,v100,\\V:=250,z10,\\Z:=3,tGun,\\WObj:=w;", data)
+    assert one == move("MoveL p1,v100\\V:=250,z10\\Z:=3,tGun\\WObj:=w;", data)
+    assert one.frame == Named("w")
+
+
+def test_speeds_and_zones_may_be_computed() -> None:
+    one = move("MoveL p1,[a,b,500,500],[FALSE,c,1,1,1,1,1],tGun;", ["VAR num a;", "VAR num b;", "VAR num c;"])
+    assert one.speed == Speed(TRAVEL, Quantity(Named("a"), mm), "")
+    assert one.turn == Quantity(Named("b"), deg)
+    assert one.blend == Blend(BlendKind.RADIUS, Quantity(Named("c"), mm), "")
+
+
+def test_functions_with_options_that_mean_something_else_stay_calls() -> None:
+    data = ("VAR robtarget p;", "VAR jointtarget j;", "VAR string s;", "VAR num n;", "VAR errnum e;")
+    for text in (
+        'p:=CRobT(\\TaskName:="T_ROB2");',
+        "j:=CJointT(\\TaskRef:=T_ROB2Id);",
+        "j:=CalcJointT(p,tGun\\ErrorNumber:=e);",
+        "s:=NumToStr(n,2\\Exp);",
+    ):
+        one = statement(text, data)
+        assert isinstance(one, Assign)
+        assert isinstance(one.value, CallValue)
+
+
+def test_options_of_triggers_and_waits_that_change_what_they_do_leave_them_unknown() -> None:
+    for text in (
+        "TriggIO t1,5\\DOp:=do1\\DODelay:=0.2,1;",
+        "WaitAI ai1,\\GT,5\\MaxTime:=2\\ValueAtTimeout:=n;",
+    ):
+        one = statement(text, ("VAR triggdata t1;", "VAR num n;"))
+        assert isinstance(one, Process)
+        assert [name for name, _ in one.arguments] == [""]
+
+
+def test_the_configuration_of_a_position_is_no_number() -> None:
+    data = ("VAR robtarget p;", "VAR robtarget q;")
+    for text in ("p.robconf:=q.robconf", "p.robconf.cf6:=1"):
+        assert statement(f"{text};", data) == Process(0, "robconf", (("", Text(text)),))
+
+
 def test_options_that_are_not_modelled_are_kept() -> None:
     found = move("MoveL \\Conc,p\\ID:=3,v100,z1\\Inpos:=inpos5,t\\WObj:=w\\Corr\\TLoad:=l;")
     assert found.no_wait
@@ -402,7 +445,7 @@ def test_functions_of_positions() -> None:
     assert statement("q:=CJointT();", data).value == SystemValue("current-joints")
     assert statement("q:=Distance(p.trans,[0,0,0]);", data).value.name == "pose-distance"
     assert statement("q:=CalcJointT(p,t\\WObj:=w);", data).value == Function(
-        "inverse", (Named("p"), Named("t"), Named("w"))
+        "inverse", (Named("p"), NamedArgument("Tool", Named("t")), NamedArgument("WObj", Named("w")))
     )
 
 

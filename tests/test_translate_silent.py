@@ -255,6 +255,77 @@ def test_components_of_one_language_alone_are_refused(target):
     assert set(refused(text, "rapid", target)) >= set(lines)
 
 
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_axes_computed_with_a_tool_and_a_frame_are_refused(target):
+    data = (*TARGETS, "VAR jointtarget j;", "VAR robtarget p;")
+    text = module("j:=CalcJointT(p1,tool0);", "p:=CalcRobT(j,tool0\\WObj:=wobj0);", data=data)
+    lines = [n for n, line in enumerate(text.splitlines(), 1) if "Calc" in line]
+    assert set(refused(text, "rapid", target)) >= set(lines)
+
+
+def test_axes_are_computed_with_the_tool_and_the_frame_that_are_named():
+    data = (
+        *TARGETS,
+        "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+        'PERS wobjdata w:=[FALSE,TRUE,"",[[30,20,10],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];',
+        "VAR jointtarget j;",
+        "VAR robtarget p;",
+    )
+    text = module(
+        "MoveJ p2,v100,fine,tool0;",
+        "MoveJ p1,v100,fine,t\\WObj:=w;",
+        "MoveJ p2,v100,fine,tool0;",
+        "j:=CalcJointT(p1,t\\WObj:=w);",
+        "MoveAbsJ j,v100,fine,t\\WObj:=w;",
+        "MoveJ p2,v100,fine,tool0;",
+        "p:=CalcRobT(j,t\\WObj:=w);",
+        "MoveJ p,v100,fine,t\\WObj:=w;",
+        data=data,
+    )
+    plan = read(text, "rapid").plan(robot=ROBOT)
+    axes = plan.positions.axes[plan.moves.target]
+    assert np.abs(axes[[3, 5]] - axes[1]).max() < 1e-6
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_a_position_with_the_configuration_and_the_axes_of_another_one_is_translated(target):
+    data = (*TARGETS, "VAR robtarget p;")
+    rows = (
+        "p:=[[p1.trans.x+5,p1.trans.y,p1.trans.z],p1.rot,p1.robconf,p1.extax];",
+        "p.robconf:=p2.robconf;",
+        "p.extax:=p2.extax;",
+        "MoveL p,v100,fine,tool0;",
+        "MoveL [[p1.trans.x,p1.trans.y+5,p1.trans.z],[0,1,0,0],p1.robconf,p1.extax],v100,fine,tool0;",
+    )
+    text = module(*rows, data=data)
+    made = converted(text, "rapid", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out and loss.fate is not Fate.EXACT]
+    told = {loss.line for loss in made.translated.losses if "configuration" in loss.says + loss.part}
+    assert told == {
+        n for n, line in enumerate(text.splitlines(), 1) if line.strip() in (rows[0], rows[1], rows[4])
+    }
+
+
+def test_axes_beside_the_arm_that_are_set_are_not_left_out():
+    data = (*TARGETS, "VAR robtarget p;")
+    text = module("p.extax.eax_a:=x;", "p.extax:=p2.extax;", "MoveL p,v100,fine,tool0;", data=data)
+    assert refused(text, "rapid", "krl")
+
+
+def test_both_points_of_an_arc_are_put_into_registers_of_their_own_in_tp():
+    text = module(
+        "MoveJ p1,v100,fine,tool0;",
+        "MoveC Offs(p1,50,50,x),Offs(p1,100,0,x),v100,fine,tool0;",
+        data=TARGETS,
+    )
+    lines = code(translated(text, "rapid", "tp"), "!")
+    (at,) = [n for n, line in enumerate(lines) if re.search(r"\bC PR\[", line)]
+    via, target = (re.search(r"PR\[(\d+)\]", lines[n])[1] for n in (at, at + 1))
+    assert via != target
+    assert any(f"PR[{via}]=P[" in line for line in lines[:at])
+    assert any(f"PR[{target}]=P[" in line for line in lines[:at])
+
+
 # --- 10: whole numbers --------------------------------------------------------------------------------------
 
 

@@ -148,10 +148,16 @@ def _joints(m: Machine, arguments: Arguments) -> Value:
     return PositionValue(PointState(PointKind.JOINT, "joint"), angles)
 
 
+def _systems(arguments: Arguments) -> tuple[Expression | None, Expression | None]:
+    """The tool and the frame that a function names."""
+    named = {a.name.casefold(): a.value for a in arguments if isinstance(a, NamedArgument)}
+    return named.get("tool"), named.get("wobj")
+
+
 def _forward(m: Machine, arguments: Arguments) -> Value:
     from olp.runtime.places import current, pose_at
 
-    return pose_at(m, _pose(m, arguments[0])) if arguments else current(m, joints=False)
+    return pose_at(m, _pose(m, arguments[0]), *_systems(arguments)) if arguments else current(m, joints=False)
 
 
 def _inverse(m: Machine, arguments: Arguments) -> Value:
@@ -159,7 +165,8 @@ def _inverse(m: Machine, arguments: Arguments) -> Value:
     from olp.runtime.places import joints_of
 
     value = _pose(m, arguments[0])
-    if len(arguments) > 1:
+    systems = _systems(arguments)
+    if len(arguments) > 1 and systems == (None, None):
         near = evaluate(m, arguments[1])
         if isinstance(near, PositionValue) and near.state.kind is PointKind.JOINT:
             try:
@@ -169,7 +176,7 @@ def _inverse(m: Machine, arguments: Arguments) -> Value:
                 m.assume_once("nearest joints", says)
                 return near
     try:
-        return joints_of(m, value)
+        return joints_of(m, value, None, *systems)
     except StatementError:
         return value
 
@@ -183,8 +190,7 @@ def _current(joints: bool) -> Computes:
     def where(m: Machine, arguments: Arguments) -> Value:
         from olp.runtime.places import current
 
-        named = {a.name.casefold(): a.value for a in arguments if isinstance(a, NamedArgument)}
-        return current(m, joints, named.get("tool"), named.get("wobj"))
+        return current(m, joints, *_systems(arguments))
 
     return where
 

@@ -200,10 +200,16 @@ def current(
     return seen._replace(state=replace(seen.state, frame=ACTIVE, user=None))
 
 
-def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = None) -> PositionValue:
-    """The axes that reach a pose in the frame and with the tool that hold, nearest to `near`, or to where the arm is.
+def joints_of(
+    m: Machine,
+    value: PositionValue,
+    near: PositionValue | None = None,
+    tool: Expression | None = None,
+    frame: Expression | None = None,
+) -> PositionValue:
+    """The axes that reach a pose, nearest to `near`, or to where the arm is.
 
-    Raises StatementError (I212).
+    With a tool and in a frame, those that hold where none is named. Raises StatementError (I212).
     """
     from olp.robots.kinematics.configuration import joints_of_readings, readings_of_joints
     from olp.runtime.state import role
@@ -211,7 +217,8 @@ def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = Non
     if value.state.kind is PointKind.JOINT:
         return value
     mechanism = role(m, 0, Store.ROBOT)
-    placed = position_in(value, m.active_frame, m.active_tool)
+    place = m.active_frame if frame is None else frame_place(m, frame)
+    placed = position_in(value, place, m.active_tool if tool is None else tool_number(m, tool))
     rows = np.asarray([placed.values[:6]], dtype=np.float64)
     robot = m.world.cell.robot(mechanism)
     read = _seed(m, mechanism) if near is None else np.array(near.values)
@@ -229,11 +236,17 @@ def joints_of(m: Machine, value: PositionValue, near: PositionValue | None = Non
     return PositionValue(PointState(PointKind.JOINT, "joint"), tuple(float(v) for v in found))
 
 
-def pose_at(m: Machine, value: PositionValue) -> PositionValue:
-    """The pose that joint values reach, in the frame and at the tool that hold. Raises StatementError (I212)."""
+def pose_at(
+    m: Machine, value: PositionValue, tool: Expression | None = None, frame: Expression | None = None
+) -> PositionValue:
+    """The pose that joint values reach, in a frame and at a tool, those that hold where none is named.
+
+    Raises StatementError (I212).
+    """
     from olp.runtime.state import role
 
     mechanism = role(m, 0, Store.ROBOT)
-    placed = position_in(value, m.active_frame, m.active_tool)
-    seen = _seen(m, mechanism, placed, m.active_frame, m.active_tool)
+    place = m.active_frame if frame is None else frame_place(m, frame)
+    number = m.active_tool if tool is None else tool_number(m, tool)
+    seen = _seen(m, mechanism, position_in(value, place, number), place, number)
     return seen._replace(state=replace(seen.state, frame=ACTIVE, user=None))

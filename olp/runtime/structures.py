@@ -16,6 +16,7 @@ from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
 _JOINT = PointState(PointKind.JOINT, "joint")
+_EXTERNAL = "extax"  # the axes beside the arm as a whole
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _SCALES = (mm, mm, mm, deg, deg, deg)
 # Types that are no structure, or one whose missing members a run may not leave open.
@@ -204,6 +205,10 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
         known = next((key for key in old.members if key.casefold() == name), target.name)
         old.members[known] = copied(value)
         _store(m, target.base, old)
+        return
+    if isinstance(old, PositionValue) and name == _EXTERNAL and isinstance(value, Record):
+        axes = [float(v) for v in value.members.values() if isinstance(v, (int, float))]
+        _store(m, target.base, old._replace(external=tuple(axes)))
         return
     if not isinstance(old, PositionValue) or not isinstance(value, (int, float)):
         raise StatementError("I224", f"{spell(target.base)} has no member {target.name}", "check the name")

@@ -56,6 +56,12 @@ def systems_of(e: Expression) -> System | None:
     return named.get(_TOOL.casefold()), named.get(_FRAME.casefold())
 
 
+def _solves_elsewhere(e: Expression) -> bool:
+    """Whether a function between axes and poses names the tool and the frame."""
+    solves = type(e) is Function and e.name in ("forward", "inverse")
+    return solves and any(isinstance(a, NamedArgument) for a in e.arguments)
+
+
 def here(program: Program, work: TranslationContext) -> Program:
     """Every reading of the position that names a tool or a frame as the target says it."""
     if not work.conventions.names_read_frames:
@@ -74,6 +80,10 @@ def _routine(routine: Routine, work: TranslationContext) -> Routine:
 
 
 def _statement(s: Statement, last: System, work: TranslationContext) -> Statement:
+    if any(_solves_elsewhere(e) for e in expressions_of(s)):
+        work.lose(
+            s, Fate.REFUSED, "position", "axes and poses computed with a tool and a frame that are named"
+        )
     if not any(e == HERE or systems_of(e) is not None for e in expressions_of(s)):
         return s
 

@@ -27,7 +27,12 @@ from olp.ir.expressions import (
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped
 from olp.languages.vendor import language_of
-from olp.robots.geometry import Pose, rotation_from_angles, rotation_from_quaternion
+from olp.robots.geometry import (
+    Pose,
+    angles_from_rotation,
+    rotation_from_angles,
+    rotation_from_quaternion,
+)
 from olp.runtime.plan import StepKind
 from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
@@ -56,7 +61,7 @@ def functions(program: Program, work: TranslationContext) -> Program:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)
-            return e if work.limits.pose_functions else _plain(e)
+            return _with_angles(e) if work.limits.pose_functions else _plain(e)
 
         for s in routine.body:
             if isinstance(s, Move) and s.path is Path.JOINT and not work.limits.near_joints:
@@ -199,6 +204,17 @@ def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> Positi
         work.lose(s, Fate.APPROXIMATED, "joints", says)
         return None
     return replace(near, values=tuple(map(float, axes[0])))
+
+
+def _with_angles(e: Expression) -> Expression:
+    """A pose whose quaternion is written out: three angles say it as well."""
+    if not isinstance(e, Function) or e.name != "pose-quaternion":
+        return e
+    parts = _numbers(e.arguments[3:7])
+    if parts is None or not np.linalg.norm(parts) > 0:
+        return e
+    angles = angles_from_rotation(rotation_from_quaternion(parts))
+    return Function("pose-angles", (*e.arguments[:3], *(Number(float(v) / deg + 0.0) for v in angles)))
 
 
 def _plain(e: Expression) -> Expression:

@@ -11,8 +11,10 @@ from olp.ir import terminology
 from olp.ir.expressions import (
     CallValue,
     Expression,
+    Function,
     Member,
     Named,
+    NamedArgument,
     Number,
     SignalState,
     Store,
@@ -70,6 +72,8 @@ from olp.transpile.context import Fate, TranslationContext
 _ACKNOWLEDGES: Final = (
     "what waited for an acknowledgement waits there until the operator starts the program again"
 )
+_AXES: Final = "extax"  # the axes beside the arm, of a position
+_EACH_AXIS: Final = frozenset(f"e{n}" for n in range(1, 7))
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
 _MODAL = frozenset({SetSpeed, SetBlend})
@@ -102,6 +106,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
         unresolved = _read_records(routine) if resolved else set[str]()
         rows: list[Statement] = []
         for s in vendor.without_editor_comments(routine.body) if vendor else routine.body:
+            s = words.without_arm(s)
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
             elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
@@ -121,19 +126,22 @@ class _ForeignWords:
     manner: Set[str]  # options of moves that change how a move is made
     defined: Set[str]  # routines
     settings: Mapping[int, str]  # lines that set what moves nothing, and what that is
+    axes_stand: bool  # whether no position of the program says anything of an axis beside the arm
     lost: list[Statement] = field(default_factory=list)
 
     @classmethod
     def of(cls, program: Program, work: TranslationContext) -> _ForeignWords:
         options = work.conventions.move_options
+        stands = _tables_stand(program, work)
         return cls(
             program,
             work,
             {s.task for s in program.statements() if isinstance(s, StartTask)},
             any(isinstance(s, ShiftOn) for s in program.statements()),
-            options.manner | options.together if _tables_stand(program, work) else options.manner,
+            options.manner | options.together if stands else options.manner,
             {routine.name.casefold() for routine in program.routines},
             _idle_settings(program, work),
+            stands and not any(map(_sets_axes, program.statements())),
         )
 
     @property
@@ -156,6 +164,26 @@ class _ForeignWords:
             return SignalState(answer[0])
 
         return mapped(s, change)
+
+    def without_arm(self, s: Statement) -> Statement:
+        """The statement with computed positions that name no arm configuration, nor axes where all stand."""
+        if not _may_name_arm(s):
+            return s
+        gone = {"conf", "axes"} if self.axes_stand else {"conf"}
+        dropped: set[str] = set()
+
+        def change(e: Expression) -> Expression:
+            if type(e) is not Function or not e.name.startswith("pose-"):
+                return e
+            kept = [a for a in e.arguments if not (type(a) is NamedArgument and a.name in gone)]
+            dropped.update(a.name for a in e.arguments if type(a) is NamedArgument and a.name in gone)
+            return e if len(kept) == len(e.arguments) else replace(e, arguments=tuple(kept))
+
+        s = mapped(s, change)
+        if "conf" in dropped:
+            says = "the arm configuration of a computed position: the arm takes the nearest one"
+            self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
+        return s
 
     def translated(self, s: Statement) -> list[Statement]:
         """The rows that stand for a statement."""
@@ -233,6 +261,9 @@ class _ForeignWords:
         return None if idle is None else f"{idle} takes no time and moves nothing"
 
     def _idle_setting(self, s: Statement) -> str | None:
+        if self.axes_stand and isinstance(s, Assign) and isinstance(s.target, Member):
+            if s.target.name.casefold() == _AXES:
+                return "no axis beside the arm moves in this program: their values"
         if isinstance(s, Assign) and (what := self.settings.get(s.line)) is not None:
             return f"{what} moves nothing"
         if (
@@ -375,6 +406,20 @@ def _tables_stand(program: Program, work: TranslationContext) -> bool:
             if any(value for point in points if point is not None for value in point.values):
                 return False
     return True
+
+
+def _may_name_arm(s: Statement) -> bool:
+    """Whether a computed position of a statement may say more than where the tool is."""
+    if isinstance(s, Move):
+        return any(type(e) is Function for e in (*s.targets, s.via))
+    return isinstance(s, (Assign, Call, Return))
+
+
+def _sets_axes(s: Statement) -> bool:
+    """Whether a statement gives axes beside the arm values of its own, or declares such."""
+    if isinstance(s, Declare):
+        return s.type == "extjoint"
+    return isinstance(s, Assign) and isinstance(s.target, Member) and s.target.name in _EACH_AXIS
 
 
 def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Move:

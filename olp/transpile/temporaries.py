@@ -561,11 +561,20 @@ class _Hoist(Values):
         return any(self._is_lone(x) for x in expressions_of(e))
 
     def _move(self, s: Move, before: list[Statement]) -> Move:
-        targets = tuple(self._position(t, before) for t in s.targets)
-        via = None if s.via is None else self._position(s.via, before)
+        targets = tuple(self._target(t, before) for t in s.targets)
+        via = None if s.via is None else self._target(s.via, before)
         if targets == s.targets and via == s.via:
             return s
         return replace(s, targets=targets, via=via)
+
+    def _target(self, e: Expression, before: list[Statement]) -> Expression:
+        """Where a move goes: a position that is put together from numbers is put into a register first."""
+        found = self._position(e, before)
+        if not isinstance(found, Function) or found.name != "pose-angles":
+            return found
+        place = self.temporary("position")
+        before.append(Assign(self.line, place, found))
+        return place
 
     def _position(self, e: Expression, before: list[Statement]) -> Expression:
         """A computed position whose numbers the target can write."""

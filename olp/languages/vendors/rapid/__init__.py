@@ -53,6 +53,7 @@ class Rapid(Vendor):
             "SingArea": "how the arm passes singularities",
             "CirPathMode": "how the tool turns on arcs",
             "CornerPathWarning": "whether missed corners are told",
+            "robconf": "which of its configurations the arm takes",
         },
         controller_names=True,
         numeric_booleans=True,

@@ -214,7 +214,14 @@ class RapidExpressionRules(Transformer[Token, Any]):
         return found
 
     def arguments(self, children: list[RapidArgument]) -> list[RapidArgument]:
-        return children
+        """Options behind a comma belong to the argument before it: `tool0, \\WObj:=wobj1`."""
+        found: list[RapidArgument] = []
+        for one in children:
+            if one.value is None and found:
+                found[-1] = found[-1]._replace(options=(*found[-1].options, *one.options))
+            else:
+                found.append(one)
+        return found
 
     def call(self, children: list[Any]) -> Expression:
         name, given = str(children[0]), children[1] or []
@@ -326,6 +333,7 @@ _USUAL: Final[Mapping[tuple[str, str], Expression]] = {
     ("wobj", "wobj0"): FrameRef("base"),
 }
 _EULER: Final = ("x", "y", "z")
+_HERE: Final = frozenset({"tool", "wobj"})
 MODES: Final = {"op_man_prog": "manual-reduced", "op_man_test": "manual-full"}  # what OpMode() gives
 _ZEROS: Final = (Number(0), Number(0), Number(0))
 
@@ -376,17 +384,24 @@ def _distance(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expres
     return Function("pose-distance", (_value(rules, given, 0, "pos"), _value(rules, given, 1, "pos")))
 
 
-def _place_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
-    """CRobT and its like; in which frame and with which tool is kept where it is written."""
+def _place_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    """CRobT; in which frame and with which tool is kept where it is written. None: of another task's robot."""
     options = _options(rules, given)
     if not options:
         return SystemValue("current-pose")
+    if not options.keys() <= _HERE:
+        return None
     return Function("current-pose", tuple(NamedArgument(name, value) for name, value in _kept(rules, given)))
 
 
-def _joints_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
-    options = tuple(NamedArgument(name, value) for name, value in _kept(rules, given))
-    return Function("current-joints", options) if options else SystemValue("current-joints")
+def _spot_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    """CPos: CRobT without its turn."""
+    here = _place_now(rules, given)
+    return None if here is None else literals.place_of(here)
+
+
+def _joints_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    return None if _options(rules, given) else SystemValue("current-joints")
 
 
 def _kept(rules: RapidExpressionRules, given: list[RapidArgument]) -> list[tuple[str, Expression | None]]:
@@ -405,18 +420,26 @@ def _system(
     return _USUAL.get(key) or rules.coerce(value, "")
 
 
-def _solved(name: str, kind: str) -> Callable[[RapidExpressionRules, list[RapidArgument]], Expression]:
-    """CalcRobT, CalcJointT: the tool and the work object behind the position."""
+def _solved(name: str, kind: str) -> Special:
+    """CalcRobT, CalcJointT: the tool and the work object behind the position; None with any other option."""
 
-    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
-        values = rules.plain_arguments(given, (kind,))
-        return Function(name, values)
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+        options = _options(rules, given)
+        tool = next(iter([one.value for one in given if one.value is not None][1:2]), None)
+        if tool is None or not options.keys() <= {"wobj"}:
+            return None
+        frame = next((value for key, value in _kept(rules, given) if key.lower() == "wobj"), FrameRef("base"))
+        systems = (("Tool", _system(rules, "tool", tool)), ("WObj", frame))
+        return Function(
+            name, (_value(rules, given, 0, kind), *(NamedArgument(key, value) for key, value in systems))
+        )
 
     return lowered
 
 
-def _text(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
-    return Function("text-of-value", rules.plain_arguments(given))
+def _text(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+    """NumToStr and ValToStr; None with an exponent."""
+    return None if _options(rules, given) else Function("text-of-value", rules.plain_arguments(given))
 
 
 def _match(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
@@ -454,9 +477,7 @@ SPECIAL: Final[Mapping[str, Special]] = {
     "distance": _distance,
     "crobt": _place_now,
     "cjointt": _joints_now,
-    "cpos": lambda rules, given: (
-        None if _options(rules, given) else literals.place_of(SystemValue("current-pose"))
-    ),
+    "cpos": _spot_now,
     "calcrobt": _solved("forward", "jointtarget"),
     "calcjointt": _solved("inverse", "robtarget"),
     "numtostr": _text,

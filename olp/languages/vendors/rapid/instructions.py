@@ -129,8 +129,10 @@ def _dwell(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -
 _COMPARED: Final = {"lt": "<", "gt": ">", "noteq": "<>"}
 
 
-def _wait_signal(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
+def _wait_signal(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     options = options_of(rules, given)
+    if "maxtime" in options and "valueattimeout" in options:
+        return None
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
     operator = next((sign for option, sign in _COMPARED.items() if option in options), "=")
@@ -209,8 +211,14 @@ def _log(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> 
     more = [value for option, value in options_of(rules, given).items() if option.startswith("rl")]
     text: Expression = rows[0]
     for row in (*rows[1:], *more):
-        text = Function("joined-text", (Function("joined-text", (text, Text(": "))), row))
+        text = _joined(_joined(text, Text(": ")), row)
     return [Process(0, name, ((SHOWN, text),))]
+
+
+def _joined(first: Expression, second: Expression) -> Expression:
+    if isinstance(first, Text) and isinstance(second, Text):
+        return Text(first.value + second.value)
+    return Function("joined-text", (first, second))
 
 
 _TRIGGERED: Final = {"dop": "out", "gop": "out-group", "aop": "analog-out"}
@@ -221,7 +229,7 @@ def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument])
     options = options_of(rules, given)
     bus = next((bus for word, bus in _TRIGGERED.items() if word in options), "")
     values = values_of(rules, name, given, 3)
-    if not bus or not isinstance(values[0], Named):
+    if not bus or not isinstance(values[0], Named) or options.keys() - _TRIGGERED.keys() - {"start", "time"}:
         return None
     signal = rules.signal(options[next(word for word in _TRIGGERED if word in options)], bus)
     arguments = (

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import isfinite, pi
 from typing import Final
@@ -49,6 +49,8 @@ _QUARTER: Final = pi / 2
 _MOST_QUARTERS = 12  # of a turn, more than any axis reaches
 _MOST_CFX = 7
 _FREE: Final = math.nan
+_UNTURNED: Final = ("orient", "0,0,0,0")
+_NO_TURN: Final = (1.0, 0.0, 0.0, 0.0)
 _DEEPEST: Final = 8  # structures in one another
 _PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": SignalState(False)}
 _TEXTS: Final = frozenset({"text-of-value", "joined-text", "part-of-text"})
@@ -120,7 +122,7 @@ def coerced(value: Expression | RapidAggregate, kind: str, names: RapidNames, si
         case "pos":
             return _pos(value)
         case "orient":
-            return _orient(value)
+            return _orient(value, names)
         case "jointtarget":
             return _jointtarget(value, names)
     return _record(value, kind, names)
@@ -235,11 +237,11 @@ def _pos(value: RapidAggregate) -> Expression:
     return Function("pose-angles", (*plain_items(value), *_NO_ANGLES))
 
 
-def _orient(value: RapidAggregate) -> Expression:
+def _orient(value: RapidAggregate, names: RapidNames | None = None) -> Expression:
     _expect(value, 4, "an orient")
     found = numbers(value, 4)
     if found is not None:
-        return pose_literal((0.0, 0.0, 0.0), found)
+        return _turned((0.0, 0.0, 0.0), found, names)
     return Function("pose-quaternion", (*_NO_ANGLES, *plain_items(value)))
 
 
@@ -262,8 +264,22 @@ def _literal_pose(place: object, turn: object, names: RapidNames) -> PositionLit
     xyz, quaternion = numbers(place, 3), numbers(turn, 4)
     if xyz is None or quaternion is None:
         return None
-    names.uneven = names.uneven or not is_unit(quaternion)
-    return pose_literal(xyz, quaternion)
+    return _turned(xyz, quaternion, names)
+
+
+def _turned(place: tuple[float, ...], turn: tuple[float, ...], names: RapidNames | None) -> PositionLiteral:
+    """A pose; with a quaternion of zeros, which a controller loads, one that turns nothing, and `names` tells it."""
+    if names is None or any(turn):
+        if names is not None:
+            names.uneven = names.uneven or not is_unit(turn)
+        return pose_literal(place, turn)
+    names.unturned = True
+    return replace(pose_literal(place, _NO_TURN), native=(_UNTURNED,))
+
+
+def is_unturned(value: Expression | None) -> bool:
+    """Whether a pose was written with a quaternion of zeros."""
+    return isinstance(value, PositionLiteral) and _UNTURNED in value.native
 
 
 def is_unit(quaternion: tuple[float, ...]) -> bool:

@@ -42,6 +42,7 @@ from olp.languages.vendors.rapid.statements import FramingClause, at_line
 _HANDLER: Final = re.compile(r"\b(?:ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
 _ENDS: Final = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
 _SILENT: Final = (Disabled, Opaque)  # have no room for a comment but their text
+_UNTURNED_HELP: Final = "teach it before a move goes to it"
 _POSITIONS: Final = frozenset({"position", "joints"})
 
 
@@ -136,6 +137,10 @@ class ModuleReader:
             found, rest = self._parsing.read(clause, self._head)
         if self._names.uneven:
             self._tell_uneven(clause)
+        if self._names.unturned:
+            self._names.unturned = False
+            message = "a quaternion of zeros is no rotation: it is taken as one that turns nothing"
+            self._findings.once(Severity.WARNING, "P465", "", message, span_of(clause), _UNTURNED_HELP)
         if found is None:
             self._stand_in(clause)
         elif isinstance(found, FramingClause):

@@ -76,6 +76,9 @@ def lower_move(rules: RapidExpressionRules, name: str, given: list[RapidArgument
     other = _process(rules, name, roles, positional)
     reader = _Arguments(rules, found)
     target = reader.value("j") if "j" in found else reader.value("t")
+    if rules.names.unturned:
+        rules.names.unturned = False
+        raise BrokenLineError("a quaternion of zeros is no rotation", word="[")
     speed, turn = reader.speed()
     frame, options = reader.frame_and_options()
     search = _search(rules, positional) if name.lower().startswith("search") else None
@@ -235,7 +238,10 @@ def speed_of(value: Expression | RapidAggregate, names: RapidNames) -> tuple[Spe
     if written is not None:
         return _speed(written, f"[{','.join(map(number_text, written))}]")
     if isinstance(value, RapidAggregate):
-        raise BrokenLineError("this is no speed", word="[", wanted="[v_tcp, v_ori, v_leax, v_reax]")
+        items = [item for item in value.items if not isinstance(item, RapidAggregate)]
+        if len(items) != len(value.items) or len(items) != 4:
+            raise BrokenLineError("this is no speed", word="[", wanted="[v_tcp, v_ori, v_leax, v_reax]")
+        return Speed(SpeedUnit.TRAVEL, Quantity(items[0], mm), ""), Quantity(items[1], deg)
     native = value.name if isinstance(value, Named) else ""
     turn = Quantity(Member(value, "v_ori"), deg)
     return Speed(SpeedUnit.TRAVEL, Quantity(Member(value, "v_tcp"), mm), native), turn
@@ -266,10 +272,13 @@ def blend_of(value: Expression | RapidAggregate, names: RapidNames) -> Blend:
             return found
     if isinstance(value, RapidAggregate):
         flag, rest = value.items[:1], numbers(RapidAggregate(value.items[1:]), 6)
-        if rest is None or not flag or not isinstance(flag[0], SignalState):
+        size = value.items[1] if len(value.items) == 7 else value
+        if not flag or not isinstance(flag[0], SignalState) or isinstance(size, RapidAggregate):
             raise BrokenLineError(
                 "this is no zone", word="[", wanted="[finep, pzone_tcp, pzone_ori, pzone_eax, zone_ori, …]"
             )
+        if rest is None:
+            return Blend(BlendKind.RADIUS, Quantity(Number(0) if flag[0].on else size, mm), "")
         native = f"[{'TRUE' if flag[0].on else 'FALSE'},{','.join(map(number_text, rest))}]"
         return _blend(0.0 if flag[0].on else rest[0], native)
     native = value.name if isinstance(value, Named) else ""

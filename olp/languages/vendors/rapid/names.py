@@ -68,6 +68,7 @@ class RapidNames:
     local: dict[str, str] = field(default_factory=dict)  # types of the routine that is read
     arrays: dict[str, int] = field(default_factory=dict)  # name -> number of dimensions
     uneven: bool = False  # a quaternion that is not of unit length was read
+    unturned: bool = False  # a quaternion of zeros was read
 
     def spelled(self, name: str) -> str:
         """The name as its first declaration, or its first use, spells it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from typing import Final
 
@@ -25,6 +25,7 @@ from olp.ir.expressions import (
 from olp.ir.program import Declare, Jump, Label, LineKind, Move, Program, Routine, Speed, Statement
 from olp.languages.findings import Findings
 from olp.languages.vendors.rapid.clauses import Cutter
+from olp.languages.vendors.rapid.literals import is_unturned
 from olp.languages.vendors.rapid.modules import ModuleReader
 from olp.languages.vendors.rapid.names import RapidNames, gather
 from olp.languages.vendors.rapid.predefined_data import FASTEST
@@ -170,9 +171,10 @@ def check_program(
     """Everything that holds for the whole file."""
     _check_names(findings, routines, data)
     _check_frames(findings, data)
+    unturned = {one.name.lower() for one in data if one.storage == "constant" and is_unturned(one.value)}
     for routine in routines:
         _check_labels(findings, routine)
-        _check_moves(findings, routine, names)
+        _check_moves(findings, routine, names, unturned)
 
 
 def _check_names(findings: Findings, routines: Sequence[Routine], data: Sequence[Declare]) -> None:
@@ -222,7 +224,8 @@ def _check_labels(findings: Findings, routine: Routine) -> None:
             )
 
 
-def _check_moves(findings: Findings, routine: Routine, names: RapidNames) -> None:
+def _check_moves(findings: Findings, routine: Routine, names: RapidNames, unturned: Set[str]) -> None:
+    """`unturned`: constants, lower case, with a quaternion of zeros."""
     inside = names.inside.get(routine.line, {})
     told: set[str] = set(_OWN)
     fastest: set[int] = set()
@@ -252,6 +255,9 @@ def _check_moves(findings: Findings, routine: Routine, names: RapidNames) -> Non
             elif base is not None and base.name not in told:
                 told.add(base.name)
                 key = base.name.lower()
+                if key in unturned and key not in inside:
+                    message = f"{base.name[:40]} has a quaternion of zeros, which is no rotation"
+                    findings.error("P465", message, findings.whole_line(one.line), "teach it")
                 if key not in inside and key not in names.types and key not in _OWN:
                     message = f"{base.name[:40]} is declared in another file"
                     span = findings.whole_line(one.line)

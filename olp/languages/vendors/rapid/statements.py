@@ -233,10 +233,12 @@ class ClauseRules(RapidExpressionRules):
     def target(self, children: list[Any]) -> tuple[str, list[Any]]:
         return str(children[0]), children[1:]
 
-    def assign(self, children: list[Any]) -> Assign:
+    def assign(self, children: list[Any]) -> Assign | Process:
         (name, postfixes), value = children
         base: Expression = Named(self.names.spelled(name))
         last = postfixes[-1].lower() if postfixes and isinstance(postfixes[-1], str) else ""
+        if any(isinstance(one, str) and one.lower() == "robconf" for one in postfixes[-2:]):
+            return self._process("robconf", " ".join(self.raw.removesuffix(";").split()))
         if last in ("trans", "rot"):
             place = self.parts(base, postfixes[:-1])
             if literals.type_of(place, self.names) in ("robtarget", "pose", ""):

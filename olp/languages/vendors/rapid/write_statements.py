@@ -343,7 +343,7 @@ class RapidStatements(RapidMoves):
     def write_process(self, s: st.Process) -> Lines:
         texts = [value.value for _, value in s.arguments if isinstance(value, ex.Text)]
         raw = texts[0] if texts else ""
-        if s.name in ("interrupt", "call"):
+        if s.name in ("interrupt", "call", "robconf"):
             return f"{raw};"
         return f"{s.name} {raw};" if raw else f"{s.name};"
 

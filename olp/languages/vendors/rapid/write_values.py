@@ -490,9 +490,10 @@ class RapidValues(Generator):
         return self._solved("CalcJointT", self.as_robtarget(given[0]), given)
 
     def _solved(self, word: str, first: str, given: Arguments) -> str:
-        tool = self.value(given[1]) if len(given) > 1 and self.own else "tool0"
-        frame = f"\\WObj:={self.value(given[2])}" if len(given) > 2 and self.own else ""
-        return f"{word}({first},{tool}{frame})"
+        named = {one.name: one.value for one in given if isinstance(one, ex.NamedArgument)}
+        tool, frame = named.get("Tool"), named.get("WObj")
+        chosen = "" if frame in (None, ex.FrameRef("base")) else f"\\WObj:={self.value(frame)}"
+        return f"{word}({first},{'tool0' if tool is None else self.value(tool)}{chosen})"
 
     def function_given(self, given: Arguments, kind: str = "") -> str:
         return f"Present({self.value(given[0])})"

@@ -242,6 +242,7 @@ _USUAL: Final = {
 
 _POSE_AXES: Final = 6
 _LENGTHS: Final = 3
+_VIA: Final = 3  # of the registers of one move: behind that of its target and those of two offsets
 _BUILDERS: Final = ("pose-angles", "pose-vector")
 _DECIMALS: Final = 5
 Components = tuple[ex.Expression, ...]  # x y z [mm], W P R [deg]
@@ -295,7 +296,8 @@ class TpMoves(TpValues):
             return [*lines, f"A {target}{tail}"]
         if offsets:
             raise CannotSayError("an arc whose end is computed", "compute it into a position register first")
-        return [*lines, f"C {self._position(s.via, s, lines)}    \n{target}{tail}"]
+        via = self._position(s.via, s, lines, _VIA)
+        return [*lines, f"C {via}    \n{target}{tail}"]
 
     # --- frames -----------------------------------------------------------------------------------------
 
@@ -327,7 +329,8 @@ class TpMoves(TpValues):
 
     # --- where ------------------------------------------------------------------------------------------
 
-    def _position(self, it: ex.Expression, s: st.Move, lines: list[str]) -> str:
+    def _position(self, it: ex.Expression, s: st.Move, lines: list[str], place: int = 0) -> str:
+        """`place`: of the register that holds it where it has to be built."""
         if type(it) is ex.Taught:
             if it.store is not ex.Store.ROBOT:
                 raise CannotSayError(f"a taught position as a {terminology.STORES[it.store]} on its own")
@@ -342,9 +345,9 @@ class TpMoves(TpValues):
         if isinstance(it, ex.Function):
             shift = shift_of(it)
             if shift is not None:
-                return self._shifted(*shift, s, lines)
+                return self._shifted(*shift, s, lines, place)
         if isinstance(it, ex.SystemValue) and it.name in _HERE:
-            register = self.scratch.register()
+            register = self.scratch.register(place)
             lines.append(f"PR[{register}]=JPOS")  # where the arm stands, whatever the tool and the frame
             return f"PR[{register}]"
         raise CannotSayError("a computed position", "compute it into a position register first")
@@ -354,11 +357,11 @@ class TpMoves(TpValues):
         return f"P[{number}:{name}]" if name else f"P[{number}]"
 
     def _shifted(
-        self, start: ex.Expression, by: tuple[ex.Expression, ...], s: st.Move, lines: list[str]
+        self, start: ex.Expression, by: tuple[ex.Expression, ...], s: st.Move, lines: list[str], place: int
     ) -> str:
         """A position moved along the axes of its frame: copied into a register, whose x, y and z are added to."""
-        register = self.scratch.register()
-        lines.append(f"PR[{register}]={self._position(start, s, lines)}")
+        register = self.scratch.register(place)
+        lines.append(f"PR[{register}]={self._position(start, s, lines, place)}")
         lines.extend(self.added_lines(register, by))
         return f"PR[{register}]"
 
