@@ -180,6 +180,27 @@ def test_the_configuration_of_a_position_is_no_number() -> None:
         assert statement(f"{text};", data) == Process(0, "robconf", (("", Text(text)),))
 
 
+def test_a_weld_moves_as_its_weld_data_say() -> None:
+    data = (
+        "PERS seamdata s:=[0,0];",
+        "PERS welddata w:=[12.5,0,[5,0,24,120,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];",
+    )
+    for word, value in (("ArcL", 12.5), ("ArcLEnd", 12.5), ("ArcLStart", 1000)):
+        found = move(f"{word} p1,v1000,s,w,z1,tGun;", data).speed
+        assert found is not None
+        assert found.value == Quantity(Number(value), mm)
+    found = move("ArcC p1,p2,v1000,s,elsewhere,z1,tGun;", data).speed
+    assert found is not None
+    assert found.value == Quantity(Member(Named("elsewhere"), "weld_speed"), mm)
+
+
+def test_answers_of_dialogs_are_numbers() -> None:
+    found = statement("ok:=answer=resYes;", ("VAR btnres answer;", "VAR bool ok;"))
+    assert isinstance(found, Assign)
+    assert found.value == Compare("=", Named("answer"), Number(6))
+    assert read(module((), "VAR btnres answer;")).data[0].type == "real"
+
+
 def test_options_that_are_not_modelled_are_kept() -> None:
     found = move("MoveL \\Conc,p\\ID:=3,v100,z1\\Inpos:=inpos5,t\\WObj:=w\\Corr\\TLoad:=l;")
     assert found.no_wait

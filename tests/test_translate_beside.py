@@ -35,7 +35,7 @@ def test_entries_of_the_log_are_messages():
     text = module('ErrWrite \\W,"head","why"\\RL2:="more";', "TPErase;")
     assert fates(text, "rapid", "urscript")[3] == {Fate.APPROXIMATED}
     written = translated(text, "rapid", "urscript")
-    assert 'str_cat(str_cat(str_cat(str_cat("head", ": "), "why"), ": "), "more")' in written
+    assert 'textmsg("head: why: more")' in written
 
 
 @pytest.mark.parametrize("target", ["krl", "tp", "urscript"])

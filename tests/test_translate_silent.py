@@ -13,7 +13,9 @@ from olp.core.diagnostic import OlpError
 from olp.robots.robot import load_robot
 from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile.compare import compare_plans
-from olp.transpile.context import Fate
+from olp.transpile.context import PROCESS, Fate
+from olp.transpile.convert import runs_of
+from olp.transpile.receipt import verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
 P1, P2 = (1, 0, 1, 900, 0, 400, 180, 0, 0), (2, 0, 1, 900, 100, 400, 180, 0, 0)
@@ -324,6 +326,40 @@ def test_both_points_of_an_arc_are_put_into_registers_of_their_own_in_tp():
     assert via != target
     assert any(f"PR[{via}]=P[" in line for line in lines[:at])
     assert any(f"PR[{target}]=P[" in line for line in lines[:at])
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_move_with_a_process_is_made_without_it_and_is_not_proven(target):
+    data = (*TARGETS, "PERS welddata w:=[10,0,[5,0,24,120,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];")
+    text = module(
+        "MoveJ p1,v100,fine,tool0;",
+        "ArcLStart p1,v100,s,w\\Weave:=v,fine,tool0;",
+        "ArcLEnd p2,v100,s,w,fine,tool0;",
+        "SpotL p1,v100,g,sp,tool0;",
+        data=data,
+    )
+    lines = [n for n, line in enumerate(text.splitlines(), 1) if line.startswith(("Arc", "Spot"))]
+    made = converted(text, "rapid", target)
+    found = {loss.line: loss for loss in made.translated.losses if loss.part == PROCESS}
+    assert list(found) == lines
+    assert {loss.fate for loss in found.values()} == {Fate.APPROXIMATED}
+    source = read(text, "rapid")
+    runs = runs_of(source, made, target, (ROBOT, None))
+    told = verdict_of(made.translated, runs, ()).objections
+    assert {(one.kind, one.line) for one in told} >= {("left-out", line) for line in lines}
+
+
+@pytest.mark.parametrize("option", ["\\Corr", "\\T1:=x"])
+def test_what_a_process_does_to_the_way_is_refused_with_its_move(option):
+    text = module(f"ArcLEnd p2,v100,s,w,fine,tool0{option};", data=TARGETS)
+    assert refused(text, "rapid", "krl")
+
+
+@pytest.mark.parametrize("word", ["GripLoad load0;", "gripload load0;", "MotionSup\\Off;", "ActUnit STN1;"])
+def test_what_each_controller_sets_in_its_own_way_is_a_comment_that_is_told(word):
+    made = converted(module(word, "MoveJ p1,v100,fine,tool0;", data=TARGETS), "rapid", "krl")
+    found = [loss for loss in made.translated.losses if loss.line == 6]
+    assert [loss.fate for loss in found] == [Fate.APPROXIMATED]
 
 
 # --- 10: whole numbers --------------------------------------------------------------------------------------

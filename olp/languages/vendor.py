@@ -56,7 +56,8 @@ class MoveOptions:
     Names are case folded, without what stands before a backslash. A move with any other option is refused.
 
     `harmless`: change nothing where they are left out. `harmless_values`: option -> its values, case folded, with which
-    it is harmless. `manner`: change how a move is made, neither where it ends nor what happens on the way. `together`:
+    it is harmless. `processes`: first words of moves that do something besides -> what that is, `process_options`: what
+    belongs to it. `manner`: change how a move is made, neither where it ends nor what happens on the way. `together`:
     keep step with a table, and are `manner` as long as every table stands. `ends_elsewhere`: values, in capitals, of
     whatever option, with which the move ends elsewhere than its target says. `silent`: what options begin with that
     say nothing to a reader.
@@ -64,6 +65,8 @@ class MoveOptions:
 
     harmless: frozenset[str] = frozenset()
     harmless_values: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    processes: Mapping[str, str] = field(default_factory=dict)
+    process_options: frozenset[str] = frozenset()
     manner: frozenset[str] = frozenset()
     together: frozenset[str] = frozenset()
     ends_elsewhere: frozenset[str] = frozenset()
@@ -148,13 +151,13 @@ class Conventions:
     rounds_to_decimals: bool = False  # functions that round take a number of decimals
     idle_processes: Mapping[str, str] = field(
         default_factory=dict
-    )  # process -> display name, where it does nothing
+    )  # process, case folded -> display name, where it does nothing
     silent_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # likewise, where nobody would write a comment in its place
     manner_processes: Mapping[str, str] = field(
         default_factory=dict
-    )  # process -> what it says of how moves are made, which every controller does in a way of its own
+    )  # process, case folded -> what it says of how moves are made, which every controller does in a way of its own
     window_process: str = ""  # how the window of the message behind it looks
     idle_routines: Mapping[str, str] = field(
         default_factory=dict

@@ -321,6 +321,11 @@ def _report_unknowables(m: Machine, s: Move) -> None:
         m.assume_once("coordinated", says)
     if s.passes:
         m.assume_once("passes", "the tags of multi-pass welding are not followed: every pass runs as written")
+    process = m.conventions.move_options.processes.get(s.other[0][0].casefold()) if s.other else None
+    if process is not None:
+        m.assume_once(
+            s.other[0][0], f"{s.other[0][0]}: the move alone is planned, {process} takes no further time"
+        )
     if s.no_wait:
         m.assume("the statements after this move are taken to run behind it, not beside it")
 

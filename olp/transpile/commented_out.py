@@ -30,6 +30,7 @@ from olp.ir.program import (
     Declare,
     Disabled,
     End,
+    Move,
     Program,
     ReadInput,
     Return,
@@ -174,9 +175,14 @@ def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
     """Name, case folded -> the first line that sets it and goes."""
     found: dict[str, int] = {}
     for s in (*program.data, *(d for r in program.routines for d in r.data), *program.statements()):
-        name = _set_by(s) if s.line in lines else None
+        if s.line not in lines:
+            continue
+        name = _set_by(s)
         if name is not None:
             found.setdefault(name, s.line)
+        elif isinstance(s, Move) and s.search is not None:  # beside its move stands where it found something
+            for place in [e for tag, e in s.other if not tag and isinstance(e, Named)]:
+                found.setdefault(place.name.casefold(), s.line)
     for routine in program.routines if lines else ():
         gone = [s.line for s in routine.body if isinstance(s, Return) and s.value and s.line in lines]
         if gone:

@@ -53,6 +53,9 @@ if TYPE_CHECKING:
     from olp.runtime.plan import Plan
 
 Planned: TypeAlias = "Callable[[bool], Plan | None]"
+PROCESS: Final = (
+    "process"  # part of a loss: what a move does besides moving, without which the work is not done
+)
 LOST: Final = (
     "lost"  # the kind of a tool or frame whose choice is left out; its number is the line of that choice
 )

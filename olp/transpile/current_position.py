@@ -58,8 +58,9 @@ def systems_of(e: Expression) -> System | None:
 
 def _solves_elsewhere(e: Expression) -> bool:
     """Whether a function between axes and poses names the tool and the frame."""
-    solves = type(e) is Function and e.name in ("forward", "inverse")
-    return solves and any(isinstance(a, NamedArgument) for a in e.arguments)
+    if type(e) is not Function or e.name not in ("forward", "inverse"):
+        return False
+    return any(isinstance(a, NamedArgument) for a in e.arguments)
 
 
 def here(program: Program, work: TranslationContext) -> Program:

@@ -35,7 +35,7 @@ from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_key, signal_
 from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Event, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
-from olp.transpile.context import Fate, Loss
+from olp.transpile.context import PROCESS, Fate, Loss
 from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
 from olp.transpile.pipeline import Translated
@@ -143,7 +143,8 @@ def _follows(one: PlanDifference, before: int, turned: set[int]) -> bool:
 def _left_out(losses: Sequence[Loss]) -> Iterator[Objection]:
     told: set[int] = set()
     for loss in losses:
-        if loss.fate in (Fate.COMMENTED, Fate.REFUSED) and loss.line not in told:
+        gone = loss.fate in (Fate.COMMENTED, Fate.REFUSED) or loss.part == PROCESS
+        if gone and loss.line not in told:
             told.add(loss.line)
             yield Objection("left-out", loss.line, loss.says)
 

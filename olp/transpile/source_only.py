@@ -67,7 +67,7 @@ from olp.languages.vendor import (
     vendor_names,
 )
 from olp.transpile.clocks import is_clock
-from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.context import PROCESS, Fate, TranslationContext
 
 _ACKNOWLEDGES: Final = (
     "what waited for an acknowledgement waits there until the operator starts the program again"
@@ -228,7 +228,7 @@ class _ForeignWords:
         ):
             self.work.note_at(s, "the title and the look of the message's window are left out")
             return []
-        manner = self.work.conventions.manner_processes.get(s.name)
+        manner = self.work.conventions.manner_processes.get(s.name.casefold())
         if manner is not None:
             says = f"{manner} is the controller's own there: a comment says what was set"
             self.work.lose(s, Fate.APPROXIMATED, "statement", says)
@@ -255,15 +255,15 @@ class _ForeignWords:
             name = s.routine.casefold()
             idle = known.idle_routines.get(name) if name not in self.defined else None
         elif isinstance(s, Process):
-            idle = known.idle_processes.get(s.name)
+            idle = known.idle_processes.get(s.name.casefold())
         else:
             return self._idle_setting(s)
         return None if idle is None else f"{idle} takes no time and moves nothing"
 
     def _idle_setting(self, s: Statement) -> str | None:
-        if self.axes_stand and isinstance(s, Assign) and isinstance(s.target, Member):
-            if s.target.name.casefold() == _AXES:
-                return "no axis beside the arm moves in this program: their values"
+        target = s.target if isinstance(s, Assign) else None
+        if self.axes_stand and isinstance(target, Member) and target.name.casefold() == _AXES:
+            return "no axis beside the arm moves in this program: setting their values"
         if isinstance(s, Assign) and (what := self.settings.get(s.line)) is not None:
             return f"{what} moves nothing"
         if (
@@ -428,6 +428,12 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     said = [name for name, value in s.other if not _is_harmless(name, value, options)]
     if not said:
         return replace(s, other=())
+    process = options.processes.get(said[0].casefold())
+    if process is not None and all(_word(name) in options.process_options for name in said[1:] if name):
+        says = f"{said[0]}: {process} is left out, the move alone is made"
+        work.lose(s, Fate.APPROXIMATED, PROCESS, says)
+        text = " ".join([*([s.comment] if s.comment else []), f"[{said[0]}]"])
+        return replace(s, other=(), comment=text)
     texts = [
         f"{name} {value.value}" if isinstance(value, Text) else name
         for name, value in s.other
@@ -448,9 +454,13 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     return replace(s, other=(), comment=" ".join([*([s.comment] if s.comment else []), *_bracketed(shown)]))
 
 
+def _word(option: str) -> str:
+    return option.rpartition("\\")[2].casefold()
+
+
 def _is_harmless(name: str, value: Expression, options: MoveOptions) -> bool:
     """Whether an option of a move says nothing of where it ends and what happens on the way."""
-    word = name.rpartition("\\")[2].casefold()
+    word = _word(name)
     return word in options.harmless or (
         type(value) is Named and value.name.casefold() in options.harmless_values.get(word, ())
     )
@@ -471,6 +481,11 @@ def untranslated(program: Program, s: Statement) -> str:
 # names is no constant all the same: the person who puts another instruction in its place sets it.
 
 
+_FIRST: Final[Mapping[str, Expression]] = {
+    **dict.fromkeys(("real", "integer"), Number(0)),
+    "boolean": SignalState(False),
+    "string": Text(""),
+}
 _QUOTED: Final = re.compile(r'"[^"]*"')
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 
@@ -505,26 +520,31 @@ def _given(declared: Mapping[str, Declare], lines: Mapping[str, int]) -> dict[De
     return {
         d: lines[name.casefold()]
         for name, d in declared.items()
-        if name.casefold() in lines
-        and d.storage == "variable"
-        and isinstance(d.value, (Number, SignalState, Text))
+        if name.casefold() in lines and d.storage != "constant"
     }
+
+
+def _first_value(d: Declare) -> Expression | None:
+    """What a number, a truth value or a text holds at first; None for other data."""
+    value = _FIRST.get(d.type) if d.value is None and not d.sizes else d.value
+    return value if isinstance(value, (Number, SignalState, Text)) else None
 
 
 def _begun(r: Routine, given: Iterable[Declare]) -> Routine:
     at = next((n for n, s in enumerate(r.body) if not isinstance(s, (Begin, Declare))), len(r.body))
-    rows = [Assign(d.line, Named(d.name), d.value) for d in given if d.value is not None]
+    first = [(d, _first_value(d)) for d in given if d.storage == "variable"]
+    rows = [Assign(d.line, Named(d.name), value) for d, value in first if value is not None]
     return replace(r, body=(*r.body[:at], *rows, *r.body[at:]))
 
 
 def _tell(program: Program, r: Routine, given: Mapping[Declare, int], work: TranslationContext) -> None:
     lines = {d.name: line for d, line in given.items()}
     for s in r.body if lines else ():
-        if calls_nothing(s) or isinstance(s, Declare):
+        if (calls_nothing(s) and not isinstance(s, Move)) or isinstance(s, Declare):
             continue
         names: set[str] = set()
         note_names(s, names)
-        for name in sorted(names & lines.keys()):
+        for name in sorted(names & lines.keys()) if s.line not in lines.values() else ():
             setting = program.source.line(lines[name]).strip()
             says = f"it needs {name}, which '{setting}' sets in a way that the target cannot"
             work.lose(s, Fate.APPROXIMATED, "value", says)

@@ -16,6 +16,28 @@ from olp.languages.vendor import (
     statements,
 )
 
+_PROCESSES = {
+    **dict.fromkeys(
+        [
+            f"arc{path}{number}{end}"
+            for path in "lc"
+            for number in ("", "1", "2")
+            for end in ("", "start", "end")
+        ],
+        "the weld",
+    ),
+    **dict.fromkeys(("spotl", "spotj", "spotml", "spotmj"), "the spot weld"),
+    **dict.fromkeys(("paintl", "paintc"), "the paint"),
+    **dict.fromkeys(("displ", "dispc"), "what is dispensed"),
+    **dict.fromkeys(("laserl", "laserc", "cutl", "cutc", "capl", "capc"), "the cut"),
+    **dict.fromkeys(("nutl", "nutj"), "the nut"),
+}
+_PROCESS_OPTIONS = frozenset(
+    (
+        *("on", "off", "conc", "weave", "track", "seamname", "retract", "opentool"),
+        *("e1", "e2", "e3", "e4", "g1", "g2", "g3", "g4"),
+    )
+)
 _MODULE = re.compile(r"\s*MODULE\s+\w+\s*(?:\(|!|$)", re.IGNORECASE)
 _HEADER = re.compile(r"\s*%%%")
 _LISTED = re.compile(r"\s*<Program\b")
@@ -46,14 +68,31 @@ class Rapid(Vendor):
             harmless=frozenset({"noeoffs", "id", "tload"}),
             # How exactly a stop is reached; other data of stop points wait there, or follow a conveyor.
             harmless_values={"inpos": frozenset({"inpos20", "inpos50", "inpos100"})},
+            processes=_PROCESSES,
+            process_options=_PROCESS_OPTIONS,
         ),
         own_names=re.compile(r"(?i:errno|intno|errdomain|err_\w+)"),
-        idle_processes={"TPErase": "clearing the pendant's window"},
+        idle_processes={
+            "tperase": "clearing the pendant's window",
+            "tpshow": "what the pendant shows",
+            "errlog": "an entry in the event log",
+            "skipwarn": "a missing entry in the event log",
+            **dict.fromkeys(("spystart", "spystop"), "recording what runs"),
+            **dict.fromkeys(("testsigndefine", "testsignreset"), "measuring a signal of the drives"),
+        },
         manner_processes={
-            "SingArea": "how the arm passes singularities",
-            "CirPathMode": "how the tool turns on arcs",
-            "CornerPathWarning": "whether missed corners are told",
+            "singarea": "how the arm passes singularities",
+            "cirpathmode": "how the tool turns on arcs",
+            "cornerpathwarning": "whether missed corners are told",
             "robconf": "which of its configurations the arm takes",
+            **dict.fromkeys(("gripload", "mechunitload"), "what load is carried"),
+            "motionsup": "when a collision is detected",
+            **dict.fromkeys(("pathacclim", "worldacclim"), "how fast the tool may accelerate"),
+            **dict.fromkeys(("speedlimaxis", "speedlimcheckpoint"), "how fast axes and their ends may move"),
+            **dict.fromkeys(("tuneservo", "tunereset"), "how the drives are tuned"),
+            "pathresol": "in which steps paths are computed",
+            "motionprocessmodeset": "for which process moves are tuned",
+            **dict.fromkeys(("actunit", "deactunit"), "which mechanical units are active"),
         },
         controller_names=True,
         numeric_booleans=True,

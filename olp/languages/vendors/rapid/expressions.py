@@ -32,10 +32,17 @@ from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
 from olp.languages.vendors.rapid.literals import RapidAggregate, ShapeError, coerced, unquoted
 from olp.languages.vendors.rapid.names import RapidNames
-from olp.languages.vendors.rapid.predefined_data import FUNCTIONS, SIGNAL_TYPES, SIGNAL_USERS
+from olp.languages.vendors.rapid.predefined_data import CONSTANTS, FUNCTIONS, SIGNAL_TYPES, SIGNAL_USERS
 from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
-_CONSTANTS: Final = {"pi": Number(math.pi), "high": Number(1), "low": Number(0)}
+_CONSTANTS: Final[Mapping[str, Expression]] = {
+    **{name: Number(value) for name, value in CONSTANTS.items()},
+    "pi": Number(math.pi),
+    "high": Number(1),
+    "low": Number(0),
+    "stempty": Text(""),
+    "str_empty": Text(""),
+}
 
 
 class RapidExpressionRules(Transformer[Token, Any]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final, NamedTuple
 
 from olp.core.units import deg, mm
@@ -62,6 +63,8 @@ LAYOUTS: Final[dict[str, ArgumentLayout]] = {
         ("calibl", _L), ("calibj", _J))},
 }  # fmt: skip
 PLAIN: Final = frozenset({"movej", "movel", "movec", "moveabsj"})
+# Those that weld all the way: ArcLStart strikes the arc at its end.
+_WELDS: Final = re.compile(r"arc[lc][12]?(?:end)?", re.IGNORECASE)
 _KINDS: Final = {"t": "robtarget", "v": "robtarget", "j": "jointtarget", "o": "tooldata"}
 _ROLE_WORDS: Final = {"t": "target", "v": "via point", "j": "target", "s": "speed", "z": "zone", "o": "tool"}
 
@@ -80,6 +83,8 @@ def lower_move(rules: RapidExpressionRules, name: str, given: list[RapidArgument
         rules.names.unturned = False
         raise BrokenLineError("a quaternion of zeros is no rotation", word="[")
     speed, turn = reader.speed()
+    if speed is not None and _WELDS.fullmatch(name) and len(extra := _extra(roles, positional)) > 1:
+        speed = _weld_speed(rules, extra[1], speed)
     frame, options = reader.frame_and_options()
     search = _search(rules, positional) if name.lower().startswith("search") else None
     for option in leading:
@@ -99,6 +104,23 @@ def lower_move(rules: RapidExpressionRules, name: str, given: list[RapidArgument
         tool=reader.tool(),
         frame=frame,
     )
+
+
+def _extra(roles: str, positional: list[RapidArgument]) -> list[RapidArgument]:
+    """The arguments of the process."""
+    return [one for role, one in zip(roles, positional, strict=True) if role == "x"]
+
+
+def _weld_speed(rules: RapidExpressionRules, weld: RapidArgument, speed: Speed) -> Speed:
+    """While it welds, the tool moves as the weld data say and not as the speed of the instruction does."""
+    native = f"{speed.native}{OWN}weld"
+    if isinstance(weld.value, RapidAggregate) and weld.value.items:
+        return Speed(SpeedUnit.TRAVEL, Quantity(rules.coerce(weld.value.items[0], ""), mm), native)
+    if not isinstance(weld.value, Named):
+        return speed
+    found = rules.names.steady(weld.value.name, "welddata")
+    number = Member(weld.value, "weld_speed") if found is None else as_number(float(found[0]))
+    return Speed(SpeedUnit.TRAVEL, Quantity(number, mm), native)
 
 
 def _roles(name: str, layout: ArgumentLayout, positional: list[RapidArgument]) -> str:

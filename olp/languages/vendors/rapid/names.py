@@ -18,7 +18,9 @@ _DATA: Final = re.compile(
 _BEGIN: Final = re.compile(
     r"(?:(?:LOCAL|TASK)\s++)?(?:CONST|PERS|VAR)\s++(\w++)\s++(\w++)\s*+:=", re.IGNORECASE
 )
-_OF_VALUE: Final = frozenset({"speeddata", "zonedata"})
+_OF_VALUE: Final = frozenset({"speeddata", "zonedata", "welddata"})
+# The weld speed of a welddata whose electrical data are a list; older ones begin with the number of a schedule.
+_FIRST: Final = re.compile(r"\s*\[\s*([0-9.]+(?:E[-+]?[0-9]{1,2})?)\s*,[^][]*\[", re.IGNORECASE)
 _HEAD: Final = re.compile(
     r"(?:LOCAL\s+)?(PROC|FUNC|TRAP)\s+(?:(\w+)\s+)??(\w+)\s*(?:\((.*)\)\s*)?\Z", re.IGNORECASE | re.DOTALL
 )
@@ -189,7 +191,10 @@ def _data(names: RapidNames, match: re.Match[str], inside: dict[str, str] | None
     _declared(names, kind, name, inside)
     if sizes:
         names.arrays.setdefault(key, sizes.count(",") + 1)
-    if kind in ("speeddata", "zonedata") and value and not sizes:
+    if kind == "welddata" and value and not sizes:
+        if (first := _FIRST.match(value)) is not None:
+            names.constants.setdefault(key, (kind, (first[1],)))
+    elif kind in ("speeddata", "zonedata") and value and not sizes:
         value = value.rstrip("; \t\n").lstrip()
         numbers = _NUMBERS.match(value)
         if numbers is not None:

@@ -53,6 +53,7 @@ TYPES: Final[Mapping[str, str]] = {
     "num": "real",
     "dnum": "real",
     "byte": "integer",
+    **dict.fromkeys(("btnres", "buttondata", "icondata", "dionum", "errnum"), "real"),
     "bool": "boolean",
     "string": "string",
     "robtarget": "position",
@@ -98,6 +99,14 @@ RECORDS: Final[Mapping[str, tuple[tuple[str, str], ...]]] = {
         ("oframe", "pose"),
     ),
 }
+# Answers, buttons and pictures of dialogs, and ends of files (technical reference manual: btnres, buttondata, icondata,
+# ReadNum, ReadBin).
+CONSTANTS: Final[Mapping[str, float]] = {
+    "resunkwn": 0, "resok": 1, "resabort": 2, "resretry": 3, "resignore": 4, "rescancel": 5, "resyes": 6, "resno": 7,
+    "btnnone": -1, "btnok": 0, "btnabrtrtryign": 1, "btnokcancel": 2, "btnretrycancel": 3, "btnyesno": 4,
+    "btnyesnocancel": 5, "iconnone": 0, "iconinfo": 1, "iconwarning": 2, "iconerror": 3, "eof_bin": -1,
+    "eof_num": 9.998e36,
+}  # fmt: skip
 SIGNAL_TYPES: Final[Mapping[str, str]] = {
     "signaldi": "in",
     "signaldo": "out",
@@ -134,7 +143,7 @@ _PROCESS: Final = """
     fitcircle fricidactl fricidcurve getdatavalue getsysdata gettorquemargin gettrapdata gripload hollowwristreset
     iobusstart iobusstate iodisable ioenable iplarm loadload load loadid makedir manloadid manualaxis mechunitload
     movepnp motionplannermode motionsup mtoolrotcalib offslimit open opendir packdnheader packrawbytes
-    pathaccelleration pathaccel pathaccellim pathaccelerationlim pathlengthreset pathlengthstart pathlengthstop
+    pathaccelleration pathaccel pathacclim pathlengthreset pathlengthstart pathlengthstop
     pathreclock pathrecmovebwd pathrecmovefwd pathrecstart pathrecstop pathresol pathtohome perspos procerrrecovery
     puls readanybin readblock readcfgdata readerrdata readrawbytes readvar readvarararr removeall removeallcycbool
     removedir removefile renamefile resetaxisdistance resetaxismovetime resetppmoved resetretrycount resettorquemargin
@@ -151,7 +160,7 @@ _PROCESS: Final = """
     tryint tunereset tuneservo uiMsgBox uimsgbox uimsgwrite uimsgwriteabort uishow uneload unload unpackrawbytes
     vectorcorr waitload waitrob waitsensor waitsynctask waittestandset waitungracefully waitwobj warmstart
     weldgeton worldaccLim worldacclim write writeanybin writebin writeblock writecfgdata writerawbytes writestrbin
-    writevar wzboxdef wzcyldef wzdisable wzdosetdef wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
+    writevar wzboxdef wzcyldef wzdisable wzdoset wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
     pdispset errlogw iwaituntil restart indamove indcmove inddmove indrmove indreset signalchange cap capapTrSetup
     readpathdata setgapsync weldon weldoff
     moveextj camflush camgetloadedjob camgetparameter camgetresult camloadjob camreqimage camsetexposure
