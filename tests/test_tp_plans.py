@@ -73,6 +73,23 @@ def test_a_position_stands_in_its_frame() -> None:
     )
 
 
+def test_a_register_chooses_the_point_and_a_number_that_nobody_taught_is_told() -> None:
+    plan = plan_of(
+        "R[7]=1", "L P[R[7]] 100mm/sec FINE", "R[7]=R[7]+1", "PR[5]=P[R[7]]", "L PR[5] 100mm/sec FINE"
+    )
+    assert_at(plan, *(matrix(FRAME) @ matrix(point(n)) for n in (1, 2)))
+    lost = read(listing("R[7]=9", "L P[R[7]] 100mm/sec FINE")).plan(robot=ROBOT, assumptions=CELL)
+    assert [found.code for found in lost.diagnostics if found.is_error] == ["I206"]
+
+
+def test_what_is_missing_is_asked_for_in_files_that_the_controller_has() -> None:
+    program = read(listing("UTOOL_NUM=3", "UFRAME_NUM=3", "PR[5]=PR[6]", "L PR[5] 100mm/sec FINE"))
+    plan = program.plan(robot=ROBOT)
+    said = [found.help for found in plan.diagnostics] + [it.text for it in plan.assumptions]
+    assert any("olp.toml" in it for it in said)
+    assert not any(".CND" in it or "VAR.DAT" in it for it in said)
+
+
 def test_an_offset_is_added_in_the_frame_and_a_tool_offset_along_the_tool() -> None:
     offset, by_tool = (10.0, -20.0, 30.0, 4.0, 5.0, -6.0), (3.0, 4.0, -25.0, 0.0, 10.0, 0.0)
     lines = [

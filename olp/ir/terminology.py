@@ -151,6 +151,7 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "pose-relative-tool": "a pose with an offset along the tool",
     "pose-vector": "a pose whose turning vector is computed",
     "random": "a random number",
+    "taught": "a taught point by a computed number",
     "timer": "a clock",
     "timer-running": "asking whether a clock runs",
     "step-position": "the position of another step",

@@ -101,6 +101,9 @@ class Conventions:
     frame_spelling: Mapping[str, str] = field(
         default_factory=dict
     )  # of numbered tools ("tool") and frames ("user")
+    frame_files: Mapping[str, str] = field(
+        default_factory=dict
+    )  # the controller's file beside a program that gives the numbered tools ("tool") and frames ("user") their values
     first_variable: int = 1  # number of the first one, where variables have numbers
     # Moves
     taught_frames: bool = False  # a point was taught with a tool and a frame, and moves name neither

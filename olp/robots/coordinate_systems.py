@@ -59,12 +59,16 @@ class Gap(NamedTuple):
 
 @dataclass(slots=True)
 class Cell:
-    """Mechanisms, tools and frames. `gaps` collects what was missing, once each."""
+    """Mechanisms, tools and frames. `gaps` collects what was missing, once each.
+
+    `frame_files`: the controller's file that would tell the "tool" or the "user" frames.
+    """
 
     mechanisms: Sequence[Mechanism]
     tools: Mapping[int, Tool] = field(default_factory=dict)
     user_frames: dict[int, Pose] = field(default_factory=dict)
     gaps: dict[str, Gap] = field(default_factory=dict)
+    frame_files: Mapping[str, str] = field(default_factory=dict)
 
     def robot(self, mechanism: int) -> Robot | None:
         return self.mechanisms[mechanism].robot
@@ -111,7 +115,7 @@ class Cell:
             if self.tools or number:
                 self._gap(
                     f"tool {number}",
-                    f"tool {number} is not known (no TOOL.CND beside it, no [tools] in olp.toml): the flange is used",
+                    f"tool {number} is not known ({self._absent('tool', 'tools')}): the flange is used",
                 )
             return Pose.identity()
         return self._near(f"tool {number}", tool.pose)
@@ -122,11 +126,15 @@ class Cell:
         if frame is None:
             self._gap(
                 f"user {number}",
-                f"user frame {number} is not known (no UFRAME.CND beside it, no [frames] in olp.toml): "
-                "taken as the base frame",
+                f"user frame {number} is not known ({self._absent('user', 'frames')}): taken as the base frame",
             )
             return Pose.identity()
         return self._near(f"user frame {number}", frame)
+
+    def _absent(self, kind: str, table: str) -> str:
+        """Where nothing was said about a tool or a frame."""
+        beside = f"no {self.frame_files[kind]} beside it, " if kind in self.frame_files else ""
+        return f"{beside}no [{table}] in olp.toml"
 
     def _near(self, name: str, pose: Pose) -> Pose:
         """The pose of a tool or frame; none where it is absurdly far (reported)."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, Function, Named, NamedArgument
+from olp.ir.expressions import Expression, Function, Named, NamedArgument, Store, Taught
 from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import (
     Pose,
@@ -291,6 +291,7 @@ _FURTHER: Mapping[str, Computes] = {
     "get_list_length": _length,
     "norm": _norm,
     "get_steptime": lambda m, arguments: 0.002,  # e-Series: 500 Hz
+    "taught": lambda m, arguments: evaluate(m, Taught(Store.ROBOT, whole(m, arguments[0]))),
     "current-pose": _current(joints=False),
     "current-joints": _current(joints=True),
     "NumToDnum": lambda m, arguments: number(m, arguments[0]),

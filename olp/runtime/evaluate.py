@@ -54,13 +54,15 @@ def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
     name = f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{index:03d}"
     if store in POSITION_STORES:
         del values[key]
+        beside = "put VAR.DAT beside the job, or " if m.conventions.saved_variables else ""
         raise StatementError(
             "I203",
             f"position {name} has no value",
-            f"put VAR.DAT beside the job, or say it in olp.toml: [variables] {name} = {{ pulse = [ … ] }}",
+            f"{beside}say it in olp.toml: [variables] {name} = {{ pulse = [ … ] }}",
         )
     shown = '""' if store is Store.STRING else "0"
-    where = "never set before it is read here" if local else "not in VAR.DAT or olp.toml"
+    files = "VAR.DAT or olp.toml" if m.conventions.saved_variables else "olp.toml"
+    where = "never set before it is read here" if local else f"not in {files}"
     m.assume(f"{name} is taken as {shown}: {where}")
     return value
 

@@ -531,6 +531,7 @@ def run(
         m.known_routines = part_of(program.vendor, "known_routines") or {}
         m.law = find_vendor(program.vendor).blending
         m.conventions = find_vendor(program.vendor).conventions
+        world.cell.frame_files = m.conventions.frame_files
         m.case_sensitive = find_vendor(program.vendor).case_sensitive
         m.advance_stops = find_vendor(program.vendor).advance_stops
     m.allow(STEPS * cycles if max_steps is None else max_steps)

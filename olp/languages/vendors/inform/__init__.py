@@ -28,6 +28,7 @@ class Inform(Vendor):
         arguments_are_values=True,
         arm_flags=ArmFlags.FLAGS,
         frame_spelling={"tool": "TL#({})", "user": "UF#({})"},
+        frame_files={"tool": "TOOL.CND", "user": "UFRAME.CND"},
         first_variable=0,
         taught_frames=True,
         speed_persists=True,

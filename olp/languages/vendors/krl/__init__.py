@@ -40,6 +40,7 @@ class Krl(Vendor):
     conventions = Conventions(
         arm_flags=ArmFlags.SIGNS,
         frame_spelling={"tool": "TOOL_DATA[{}]", "user": "BASE_DATA[{}]"},
+        frame_files={"tool": "$config.dat", "user": "$config.dat"},
         partial_targets=True,
         text_arrays=True,
         records_in_statements=False,
