@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from translated_texts import ROBOT, converted, krl, read, run_elsewhere, translated
 
@@ -178,3 +180,152 @@ def test_members_of_a_forms_data_count_for_the_move_behind_them():
     written = translated(text, "krl", "rapid")
     assert "v300" in written
     assert "tool_3\\WObj:=frame_4" in written
+
+
+RECORDS = (
+    "DECL KRLMSG_T M",
+    "DECL KRLMSGPAR_T P[3]",
+    "DECL KRLMSGOPT_T O",
+    "DECL INT H",
+    'M={MODUL[] "CELL",NR 1,MSG_TXT[] "part %1 is missing"}',
+    "P[1]={PAR_TYPE #VALUE,PAR_INT H}",
+    "H=Set_KrlMsg(#NOTIFY,M,P[],O)",
+)
+
+
+def test_a_message_that_is_a_record_shows_its_text_with_its_parameters():
+    text = krl(*RECORDS)
+    assert 'TPWrite "part " + ValToStr(H) + " is missing";' in translated(text, "krl", "rapid")
+    assert "MESSAGE[part <H> is missing]" in translated(text, "krl", "tp")
+    fates = {loss.line: loss.fate for loss in converted(text, "krl", "rapid").translated.losses}
+    assert fates == {7: "approximated"}  # what tells how the parameter is shown
+
+
+def test_a_loop_until_a_message_is_acknowledged_is_a_stop():
+    loop = ("WHILE Exists_KrlMsg(H)", "WAIT SEC 0.1", "ENDWHILE", "$OUT[3]=TRUE")
+    text = krl(*RECORDS, *loop)
+    assert "Stop;" in translated(text, "krl", "rapid")
+    assert "WHILE" not in translated(text, "krl", "rapid")
+    assert left_out(text, "rapid") == left_out(text, "tp") == []
+
+
+@pytest.mark.parametrize("row", ["USER_GRP(0,DUMMY,DUMMY,GDEFAULT)", "USERSPOT(#INIT)", "A20_INI()"])
+def test_the_start_of_an_option_package_does_nothing(row):
+    losses = converted(krl(row), "krl", "rapid").translated.losses
+    assert {loss.fate for loss in losses} == {"exact"}
+
+
+def test_a_gripper_is_no_start_of_its_package():
+    losses = converted(krl("USER_GRP(2,DUMMY,DUMMY,GDEFAULT)"), "krl", "rapid").translated.losses
+    assert "commented" in {loss.fate for loss in losses}
+
+
+def test_a_cyclic_flag_is_its_condition_wherever_it_is_read():
+    text = krl("$CYCFLAG[1]=$IN[1] AND NOT $IN[2]", "WAIT FOR $CYCFLAG[1]")
+    assert "WaitUntil di1=1 AND di2=0;" in translated(text, "krl", "rapid")
+    assert "WAIT (DI[1] AND !DI[2])" in translated(text, "krl", "tp")
+
+
+def test_a_cyclic_flag_with_two_conditions_is_none_of_them():
+    text = krl("$CYCFLAG[1]=$IN[1]", "$CYCFLAG[1]=$IN[2]", "WAIT FOR $CYCFLAG[1]")
+    losses = converted(text, "krl", "rapid").translated.losses
+    assert [loss.line for loss in losses if loss.fate == "commented"] == [2, 3]
+
+
+def test_a_flag_of_a_clock_tells_that_its_time_is_over():
+    text = krl("$TIMER[1]=-2000", "$TIMER_STOP[1]=FALSE", "WAIT FOR $TIMER_FLAG[1] OR $IN[4]")
+    assert "WaitUntil ClkRead(clock1)>=2 OR di4=1;" in translated(text, "krl", "rapid")
+    assert "WAIT (TIMER[1]>=2 OR DI[4])" in translated(text, "krl", "tp")
+
+
+def test_a_clock_that_is_set_to_several_times_is_compared_with_the_last_one():
+    rows = ("DECL INT N", "N=500", "$TIMER[1]=-N", "$TIMER_STOP[1]=FALSE", "WAIT FOR $TIMER_FLAG[1]")
+    written = translated(krl(*rows, "$TIMER[1]=0", "WAIT FOR $TIMER[1]>300"), "krl", "rapid")
+    assert "WaitUntil ClkRead(clock1)>=clock_passes_0;" in written
+    assert "clock_passes_0:=0.0;" in written
+    assert "WaitUntil ClkRead(clock1)>clock_passes_0 + 0.3;" in written
+
+
+STATES = (
+    # what the program asks, in RAPID, in TP
+    ("$MODE_OP==#T1", "OpMode()=OP_MAN_PROG", "UO[8]"),
+    ("$MODE_OP<>#T1", "NOT OpMode()=OP_MAN_PROG", "!UO[8]"),
+    ("$EXT", "NOT (OpMode()=OP_MAN_PROG OR OpMode()=OP_MAN_TEST)", "!UO[8]"),
+    ("$PERI_RDY", "doMotorsOn=1", "UO[2]"),
+    ("$MOVE_ENABLE", "doRunChainOk=1", "UI[8]"),
+)
+
+
+@pytest.mark.parametrize(("asked", "rapid", "tp"), STATES)
+def test_what_the_controller_knows_of_itself_is_asked_of_its_own_signals(asked, rapid, tp):
+    text = krl(f"IF {asked} THEN", "$OUT[3]=TRUE", "ENDIF")
+    assert f"IF {rapid} THEN" in translated(text, "krl", "rapid")
+    assert f"IF ({tp}) THEN" in translated(text, "krl", "tp")
+    assert {x.fate for x in converted(text, "krl", "rapid").translated.losses if x.line == 2} <= {
+        "approximated"
+    }
+
+
+def test_what_says_how_moves_are_made_is_told_and_does_not_stop_a_translation():
+    text = krl("$LOAD.M=5", "$ACC.ORI1=200", "$GEAR_JERK[1]=50", "$ORI_TYPE=#JOINT", "$ORI_TYPE=#CONSTANT")
+    fates = {loss.line: loss.fate for loss in converted(text, "krl", "rapid").translated.losses}
+    assert fates == {**dict.fromkeys((2, 3, 4, 5), "approximated"), 6: "commented"}
+
+
+CHARACTERS = krl(
+    "DECL CHAR DIGIT[3]",
+    "DECL CHAR TEXT[9]",
+    "DECL CHAR ONE",
+    'DIGIT[2]="2"',
+    "ONE=DIGIT[2]",
+    'TEXT[]="abcd"',
+    "ONE=TEXT[3]",
+)
+
+
+def test_characters_that_are_never_taken_together_are_texts_of_one():
+    written = translated(CHARACTERS, "krl", "rapid")
+    assert "VAR string DIGIT{3};" in written
+    assert 'DIGIT{2}:="2";' in written
+    assert "ONE:=StrPart(TEXT_1,3,1);" in written or "ONE:=StrPart(TEXT,3,1);" in written
+    assert left_out(CHARACTERS, "rapid") == left_out(CHARACTERS, "tp") == []
+
+
+def test_setting_one_character_of_a_text_is_refused():
+    text = krl("DECL CHAR TEXT[9]", 'TEXT[]="abcd"', 'TEXT[2]="x"')
+    assert left_out(text, "rapid") == ["setting a single character of the text TEXT"]
+
+
+FUNCTION = """DEFFCT FRAME UP(B:IN,H:IN)
+FRAME B,T
+INT H
+T=B
+T.Z=B.Z+H*10
+RETURN (T)
+ENDFCT
+"""
+
+
+@pytest.mark.parametrize("kind", ["FRAME", "E6POS"])
+def test_a_position_stays_one_as_a_parameter_and_as_a_result(kind):
+    rows = (
+        f"{kind} F",
+        "F={X 1000,Y 100,Z 1200,A 0,B 90,C 0}",
+        "BAS(#TOOL,1)",
+        "BAS(#BASE,1)",
+        "LIN UP(F,2)",
+    )
+    text = krl(*rows) + FUNCTION.replace("FRAME", kind)
+    tp = translated(text, "krl", "tp")
+    assert not re.search(r"(?<!P)R\[\d+(:\w+)?\]=PR", tp)
+    assert re.search(r"L PR\[\d+:temp_position\]", tp)
+    assert "LOCAL FUNC robtarget UP(robtarget B,num H)" in translated(text, "krl", "rapid")
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_just_one_of_two_conditions_is_no_exclusive_or_of_bits(target):
+    text = krl("DECL BOOL B", "B=FALSE", "B=B EXOR $IN[4]", "$OUT[3]=B")
+    assert {"rapid": "B:=B XOR di4=1;", "tp": "IF (R[1:B]<>DI[4]) THEN"}[target] in translated(
+        text, "krl", target
+    )
+    assert left_out(text, target) == []

@@ -41,8 +41,8 @@ def test_a_manual_mode_is_the_enabled_pendant(condition):
     assert "PAUSE" in rows
 
 
-@pytest.mark.parametrize("condition", ["$T1", "$T1 AND $T2", "$T2 AND $IN[3]"])
-def test_one_of_the_manual_modes_is_not_told_by_the_pendant(condition):
+@pytest.mark.parametrize("condition", ["$T1 AND $T2", "$T2 AND $IN[3]"])
+def test_the_manual_mode_at_full_speed_is_not_told_by_the_pendant(condition):
     assert left_out(krl(f"IF {condition} THEN", "HALT", "ENDIF"))
 
 

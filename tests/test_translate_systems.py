@@ -251,21 +251,25 @@ def test_a_frame_holds_what_config_dat_says_until_the_program_sets_it(tmp_path, 
     assert found.worst_position < 1e-5
 
 
-ELEMENTS = [
-    ("BASE_DATA[2].X = 100.0", "one element of a frame"),
-    ("TOOL_DATA[1].Z = TOOL_DATA[1].Z + 5", "one element of a tool"),
-    ("BASE_DATA[nOwn] = {X 1,Y 2,Z 3,A 0,B 0,C 0}", "computed while the program runs"),
-]
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_a_component_of_a_frame_that_krl_sets_moves_what_stands_in_it(tmp_path, target):
+    (tmp_path / "$config.dat").write_text("\r\n".join(FRAMES))
+    rows = ("$TOOL=$NULLFRAME", "BASE_DATA[2].X=BASE_DATA[2].X+40.5", "BASE_DATA[2].Z=7.5", "$BASE=BASE_DATA[2]",
+            "$VEL.CP=0.5", "LIN {X 400,Y 90,Z 300,A 10,B 20,C 170}", "BASE_DATA[2].X=BASE_DATA[2].X-25",
+            "$BASE=BASE_DATA[2]", "LIN {X 400,Y 90,Z 300,A 10,B 20,C 170}")  # fmt: skip
+    program = written(tmp_path, part_src=krl(*rows)).program
+    one = made(program, target)
+    found = difference(program, one, target)
+    assert found.steps == 2
+    assert found.worst_position < 1e-5
 
 
-@pytest.mark.parametrize(("row", "reason"), ELEMENTS)
 @pytest.mark.parametrize("config", [False, True])
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
-def test_an_element_of_a_frame_is_no_register_that_other_variables_have(
-    tmp_path, target, config, row, reason
-):
+def test_an_element_of_a_frame_is_no_register_that_other_variables_have(tmp_path, target, config):
     if config:
         (tmp_path / "$config.dat").write_text("\r\n".join(FRAMES))
+    row, reason = "BASE_DATA[nOwn] = {X 1,Y 2,Z 3,A 0,B 0,C 0}", "computed while the program runs"
     rows = ["DECL INT nOwn", "DECL REAL rKept", "nOwn = 2", row, "rKept = 2.5", "WAIT SEC rKept"]
     program = written(tmp_path, part_src=krl(*rows)).program
     one = made(program, target, on_loss="comment")

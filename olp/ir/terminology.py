@@ -158,7 +158,6 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "tool-data": "the values of a tool",
 }
 VALUES: Final[Mapping[str, str]] = {
-    "at-home": "whether the arm stands at its home position",
     "current-frame": "the frame in use",
     "current-joints": "the axis values of the current position",
     "current-pose": "the current position",
@@ -170,6 +169,17 @@ VALUES: Final[Mapping[str, str]] = {
     "timer": "a clock",
     "timer-running": "asking whether a clock runs",
     "weld-speed": "the speed that the welding equipment sets",
+}
+# What a program asks of the controller that runs it
+STATES: Final[Mapping[str, str]] = {
+    "at-home": "whether the arm stands at home",
+    "automatic": "whether the mode is automatic",
+    "faulted": "whether an error stands",
+    "guard-closed": "whether the guard is closed",
+    "may-move": "whether the arm may move",
+    "motors-on": "whether the motors are on",
+    "no-emergency-stop": "whether no emergency stop stands",
+    "running": "whether a program runs",
 }
 SYSTEMS: Final[Mapping[str, str]] = {
     "base": "the base",
@@ -240,7 +250,7 @@ def function(name: str) -> str:
 
 def value(name: str) -> str:
     """What people call a value that only the controller knows."""
-    return VALUES.get(name, f"the controller's value {name}")
+    return VALUES.get(name) or STATES.get(name, f"the controller's value {name}")
 
 
 def operation(operator: str) -> str:

@@ -151,6 +151,7 @@ class Limits:
     computed_turns: bool = True  # an offset may turn by a computed angle
     near_joints: bool = False  # a pose can be given with joint values near which it is reached
     watches_flags: bool = False  # a statement says whether joint moves obey the arm flags
+    external_units: int = 0  # how many external axes a position has, each with a unit
     no_external_axes: str = ""  # why positions have no external axes, "" where they have
     joint_values_note: str = ""  # to joint values of another maker's robot that does not couple axes 2 and 3
     # Tools, frames, signals
@@ -173,6 +174,8 @@ class Limits:
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
     value_types: ValueTypes | None = None  # None: types need not fit
     message: int = 0  # characters of a message; 0: any number
+    fixed_messages: bool = False  # a message shows no value of a variable
+    has_exclusive_or: bool = True  # of conditions
     has_power: bool = False  # a function raises a number to a power
     has_integers: bool = False  # numbers that are whole by their type
     unset_variables: bool = False  # a variable has no value until it is set, and reading it stops the program
@@ -200,8 +203,9 @@ class Limits:
     clock_form: str = ""
     clock_unit: float = 1.0
     zeroing_stops: bool = True  # a clock that is set to 0 stops, or nothing tells whether it does
-    # Bus and number or name of what is on while the arm stands at its home position, and what makes it so
-    home_signal: tuple[str, int | str, str] | None = None
+    # State of the controller, as `terminology.STATES` names it -> bus and number or name of what is on in it, and what
+    # makes it so
+    state_signals: Mapping[str, tuple[str, int | str, str]] = field(default_factory=dict)
     wait_poll: float = (
         0.0  # [s] between two looks where a wait with a limit is a loop; 0: the language has one
     )

@@ -171,6 +171,9 @@ class Conventions:
     idle_settings: Mapping[str, tuple[str, float]] = field(
         default_factory=dict
     )  # system variable, case folded -> what it is, and the least number from which on it moves nothing
+    manner_settings: Mapping[str, str] = field(
+        default_factory=dict
+    )  # system variable, case folded -> what it says of how moves are made
     idle_words: frozenset[str] = (
         frozenset()
     )  # first words, case folded, of declarations that olp keeps as text

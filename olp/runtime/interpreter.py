@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error, errors, warning
+from olp.ir import terminology
 from olp.ir.expressions import (
     Binary,
     CallValue,
@@ -318,8 +319,8 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
     if value.name in ("manual-reduced", "manual-full"):
         m.assume("the mode is taken to be automatic")
         return False
-    if value.name == "at-home":
-        m.assume("the arm is taken not to stand at its home position")
+    if value.name in terminology.STATES:
+        m.assume(f"{terminology.STATES[value.name]}: taken not to be so")
         return False
     if value.name == "timer":
         m.assume(f"the clock {value.index} is taken to stand at 0")

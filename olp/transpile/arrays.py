@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final
@@ -490,7 +490,10 @@ _WHOLE = Unknown("")  # an index that is left out
 
 
 def texts(program: Program, work: TranslationContext) -> Program:
-    """NAME[] is the text itself, NAMES[2,] one of several. A single character of a text is refused."""
+    """NAME[] is the text itself, NAMES[2,] one of several; characters that are never taken together are texts of one.
+
+    A single character of a text is read as a part of it; setting one is refused.
+    """
     if not work.conventions.text_arrays:
         return program
     rows = {
@@ -498,28 +501,65 @@ def texts(program: Program, work: TranslationContext) -> Program:
         for d in (*program.data, *(d for r in program.routines for d in _declared(r, work)))
         if d.type == "string" and d.sizes
     }
+    single = _characters(program, rows, work)
+    rows = {name: count for name, count in rows.items() if name not in single}
+
+    def shorter(d: Declare) -> Declare:
+        return d if d.name.casefold() in single else _shorter(d)
+
     routines = tuple(
         replace(
-            changed_rare(r, work.look(r), lambda s: _row(s, rows, work)), data=tuple(map(_shorter, r.data))
+            changed_rare(r, work.look(r), lambda s: _row(s, rows, single, work)),
+            data=tuple(map(shorter, r.data)),
         )
         for r in program.routines
     )
-    return replace(program, routines=routines, data=tuple(map(_shorter, program.data)))
+    return replace(program, routines=routines, data=tuple(map(shorter, program.data)))
+
+
+def _characters(program: Program, rows: Mapping[str, int], work: TranslationContext) -> set[str]:
+    """Of the arrays of characters those of which each use names one character, in lower case."""
+    counts: dict[str, list[int]] = {}  # uses, and those of one character
+    for r in program.routines if rows else ():
+        for p in r.parameters:
+            counts.setdefault(p.name.casefold(), [0, 0])[0] += 1
+        for _, s in work.look(r).rare:
+            for e in () if isinstance(s, Declare) else expressions_of(s):
+                if type(e) is Named:
+                    counts.setdefault(e.name.casefold(), [0, 0])[0] += 1
+                elif (character := _character(e, rows)) is not None:
+                    counts.setdefault(character.name.casefold(), [0, 0])[1] += 1
+    given = {d.name.casefold() for d in program.data if d.value is not None}
+    return {
+        name for name in rows if name not in given and (c := counts.get(name)) is not None and c[0] == c[1]
+    }
+
+
+def _character(e: Expression, rows: Mapping[str, int]) -> Named | None:
+    """The text of which an expression names one character."""
+    if type(e) is not Item or type(e.base) is not Named:
+        return None
+    return e.base if len(e.indices) == rows.get(e.base.name.casefold()) and e.indices[-1] != _WHOLE else None
 
 
 def _declared(routine: Routine, work: TranslationContext) -> list[Declare]:
     return [*(s for _, s in work.look(routine).rare if isinstance(s, Declare)), *routine.data]
 
 
-def _row(s: Statement, rows: dict[str, int], work: TranslationContext) -> Statement:
+def _row(s: Statement, rows: Mapping[str, int], single: Set[str], work: TranslationContext) -> Statement:
     if isinstance(s, Declare):
-        s = _shorter(s)
-    for e in expressions_of(s) if rows else ():
-        if type(e) is not Item or type(e.base) is not Named:
-            continue
-        if len(e.indices) == rows.get(e.base.name.casefold()) and e.indices[-1] != _WHOLE:
-            work.lose(s, Fate.REFUSED, "statement", f"a single character of the text {e.base.name}")
-    return mapped(s, _whole)
+        s = s if s.name.casefold() in single else _shorter(s)
+    target = s.target if isinstance(s, Assign) else None
+    if target is not None and (set_one := _character(target, rows)) is not None:
+        work.lose(s, Fate.REFUSED, "statement", f"setting a single character of the text {set_one.name}")
+
+    def change(e: Expression) -> Expression:
+        if e is not target and type(e) is Item and _character(e, rows) is not None:
+            text = Item(e.base, e.indices[:-1]) if len(e.indices) > 1 else e.base
+            return Function("part-of-text", (text, e.indices[-1], Number(1)))
+        return _whole(e)
+
+    return mapped(s, change)
 
 
 def _shorter(d: Declare) -> Declare:

@@ -19,6 +19,7 @@ from olp.ir.expressions import (
     Number,
     SignalState,
     SystemValue,
+    Unary,
 )
 from olp.ir.program import Assign, Comment, Declare, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
@@ -32,6 +33,7 @@ _STOPPED, _STARTED = 0, 1
 _STEPS: Final = "each controller counts a clock in steps of its own, of 1 to 12 ms"
 _ASKS: Final = "see that no other program uses these clocks, and set them to 0 before the first start"
 _OTHER_TIME: Final = "a clock that is set to another time than 0"
+_AHEAD: Final = "it starts at 0 there, and what is compared with it is later by as much"
 _SOMETIMES: Final = "a clock that is set to 0 while it runs on some ways here and stands on others"
 _ASKED: Final = "asking whether a clock runs"
 _OWN: Final = "a clock of a routine's own, which begins anew with each call"
@@ -102,6 +104,8 @@ class _Clocks:
     known: dict[Key, Expression] = field(default_factory=dict)  # a clock of the source -> that of the target
     taken: set[int] = field(default_factory=set)
     local: set[str] = field(default_factory=set)  # names of routines' own ones, case folded
+    ahead: dict[Key, Expression | None] = field(default_factory=dict)  # [s] when it passes 0, None: 0
+    held: list[Named] = field(default_factory=list)  # variables of those times
 
     def note(self, program: Program) -> None:
         """Numbers that clocks have already stay theirs, as far as the target has them."""
@@ -112,10 +116,29 @@ class _Clocks:
                 number = _clock(e)
                 if isinstance(number, Number) and 1 <= number.value <= self.work.limits.clocks:
                     self.taken.add(int(number.value))
+        if self.work.limits.clock_unit == 1.0:
+            self._note_times(program)
+
+    def _note_times(self, program: Program) -> None:
+        """Clocks that are set to other times than 0: the target's run from 0 on."""
+        times: dict[Key, set[float | None]] = {}
+        for s in program.statements():
+            if isinstance(s, Assign) and is_clock(s.target) and s.target.name == COUNTED:
+                times.setdefault(_key(_clock(s.target)), set()).add(_seconds(s.value))
+        for key, found in times.items():
+            (only,) = found if len(found) == 1 else (None,)
+            if found == {0.0}:
+                continue
+            if only is not None:
+                self.ahead[key] = Number(-only)
+                continue
+            self.held.append(Named(self.work.helper("clock_passes_0")))
+            self.ahead[key] = self.held[-1]
 
     def declares(self) -> list[Declare]:
         named = [e for e in self.known.values() if isinstance(e, Named)]
-        return [Declare(0, e.name, TYPE) for e in named]
+        times = [Declare(0, e.name, "real", Number(0.0)) for e in self.held]
+        return [*(Declare(0, e.name, TYPE) for e in named), *times]
 
     def routine(self, routine: Routine) -> Routine:
         rows: list[Statement] = []
@@ -147,8 +170,22 @@ class _Clocks:
     def _set(self, routine: Routine, at: int, s: Assign, target: SystemValue | Function) -> list[Statement]:
         if _switches(s):
             return [self._there(s)]
-        if target.name == RUNNING or _seconds(s.value) != 0.0:
+        ahead = self.ahead.get(_key(_clock(target)))
+        if target.name == RUNNING or (_seconds(s.value) != 0.0 and ahead is None):
             return self._refuse(s, _OTHER_TIME)
+        if ahead is not None:
+            self.work.lose(s, Fate.APPROXIMATED, "value", _AHEAD)
+        rows = self._zeroed(routine, at, s, target)
+        if isinstance(ahead, Named):
+            seconds = _seconds(s.value)
+            later = Number(-seconds or 0.0) if seconds is not None else Unary("-", s.value)
+            return [*rows, Assign(s.line, ahead, later)]
+        return rows
+
+    def _zeroed(
+        self, routine: Routine, at: int, s: Assign, target: SystemValue | Function
+    ) -> list[Statement]:
+        """What sets a clock to 0, which runs or stands as before."""
         zeroed = self._there(replace(s, value=Number(0)))
         clock = _clock(target)
         on, off = (
@@ -177,11 +214,16 @@ class _Clocks:
 
     def _there(self, s: Statement) -> Statement:
         """A statement with the target's clocks, comparisons in its unit."""
+        if isinstance(s, Assign) and is_clock(s.target):
+            target = _of(s.target.name, self._known(_clock(s.target)))
+            return replace(s, target=target, value=mapped(s.value, self._changed))
         return mapped(s, self._changed)
 
     def _changed(self, e: Expression) -> Expression:
         if is_clock(e):
-            return _of(e.name, self._known(_clock(e)))
+            ahead = self.ahead.get(_key(_clock(e))) if e.name == COUNTED else None
+            clock = _of(e.name, self._known(_clock(e)))
+            return clock if ahead is None else Binary("-", clock, ahead)
         if isinstance(e, Binary) and e.operator == "div" and any(map(is_clock, expressions_of(e))):
             return Function("trunc", (Binary("/", e.left, e.right),))
         return self._in_units(e)
@@ -215,30 +257,33 @@ class _Clocks:
         if not isinstance(e, Compare):
             return e
         unit = self.work.limits.clock_unit
-        scale, clock, limit = _compared(e.left, e.right)
-        if clock is None or limit is None:
+        left: Expression = e.left
+        ahead: Expression | None = None
+        scale = _scale_of(left)
+        if scale is not None and isinstance(left, Binary):
+            left = left.left
+        if isinstance(left, Binary) and left.operator == "-" and is_clock(left.left):
+            ahead = left.right
+            left = left.left
+        if not (is_clock(left) and left.name == COUNTED and isinstance(e.right, Number)):
             return e
-        number = limit / scale / unit
+        clock: Expression = left
+        number = e.right.value / (scale or 1.0) / unit
+        if isinstance(ahead, Number):
+            number += ahead.value / unit
         number = int(round(number, 6)) if float(round(number, 6)).is_integer() else round(number, 6)
         counted: Expression = clock if unit == 1.0 else Binary("*", clock, Number(round(1.0 / unit)))
-        return replace(e, left=counted, right=Number(number))
+        right: Expression = Number(number)
+        if ahead is not None and not isinstance(ahead, Number):
+            right = Binary("+", ahead, right) if number else ahead
+        return replace(e, left=counted, right=right)
 
 
-def _compared(left: Expression, right: Expression) -> tuple[float, Expression | None, float | None]:
-    """(units a second, the clock, the number beside it)"""
-    if not isinstance(right, Number):
-        return 1.0, None, None
-    scale = 1.0
-    if (
-        isinstance(left, Binary)
-        and left.operator == "*"
-        and isinstance(left.right, Number)
-        and left.right.value
-    ):
-        scale, left = float(left.right.value), left.left
-    if is_clock(left) and left.name == COUNTED:
-        return scale, left, float(right.value)
-    return 1.0, None, None
+def _scale_of(e: Expression) -> float | None:
+    """By what a value is multiplied, None: by nothing that is written out."""
+    if isinstance(e, Binary) and e.operator == "*" and isinstance(e.right, Number) and e.right.value:
+        return float(e.right.value)
+    return None
 
 
 def _of(name: str, clock: Expression) -> Expression:

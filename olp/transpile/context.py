@@ -167,6 +167,8 @@ class TranslationContext:
     names: dict[tuple[str, str], str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
+    named_systems: set[str] = field(default_factory=set)  # variables of numbered tools and frames
+    external_units: tuple[tuple[str, str], ...] = ()  # of external axes, in order: name in the target, unit
     systems: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)  # tools and frames set once
     elsewhere: dict[tuple[str, int], Elsewhere] = field(
         default_factory=dict

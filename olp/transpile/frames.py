@@ -311,7 +311,7 @@ def frames(program: Program, work: TranslationContext) -> Program:
     systems.note_numbers(program)
     routines = tuple(systems.routine_of(routine) for routine in program.routines)
     if not work.limits.named_frames:
-        shared = _names_of_data(work.source)
+        shared = _names_of_data(work.source) | work.named_systems
         for routine in routines:
             systems.note_components(routine, shared)
     data = program.data if work.limits.named_frames else _with_copied(program, systems)
@@ -502,6 +502,7 @@ def written_systems(program: Program, work: TranslationContext) -> Program:
     """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
     if not work.conventions.numbered_frame_values:
         return program
+    program = _named_systems(program, work)
     assigned = [s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)]
     written = {key for s in assigned if (key := _set(s.target))}
     _refuse(assigned, written, work)
@@ -517,6 +518,59 @@ def written_systems(program: Program, work: TranslationContext) -> Program:
         replace(r, body=tuple([_statement(s, written) for s in r.body])) for r in program.routines
     )
     return replace(program, routines=routines)
+
+
+def _named_systems(program: Program, work: TranslationContext) -> Program:
+    """Numbered tools and frames of which the program sets components, or that it sets and reads, as variables."""
+    written: set[Key] = set()
+    changing: set[Key] = set()
+    for s in (s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)):
+        target: Expression = s.target
+        while isinstance(target, Member):
+            target = target.base
+        if (key := _set(target)) is not None:
+            (written if target is s.target else changing).add(key)
+    read = {
+        key
+        for r in program.routines
+        for _, s in work.look(r).rare
+        if isinstance(s, Assign)
+        for e in expressions_of(s.value)
+        if (key := _set(e)) is not None
+    }
+    known = {_ARRAYS[d.name.upper()] for d in program.data if d.name.upper() in _ARRAYS}
+    changing |= {key for key in read if key in written or key[0] not in known}
+    if not changing:
+        return program
+    names = {key: work.fresh(f"{system_words(key[0])}_{key[1]}") for key in sorted(changing)}
+    work.named_systems.update(names.values())
+
+    def change(e: Expression) -> Expression:
+        name = names.get(_set(e) or ("", 0))
+        return e if name is None else Named(name)
+
+    values = {
+        (kind, number): value
+        for d in program.data
+        if (kind := _ARRAYS.get(d.name.upper())) is not None and isinstance(d.value, RecordLiteral)
+        for number, (_, value) in enumerate(d.value.members, 1)
+        if isinstance(value, PositionLiteral)
+    }
+    declared = [
+        Declare(
+            0,
+            name,
+            "tool" if kind == "tool" else "frame",
+            values[kind, number],
+            (),
+            "persistent",
+            shared=True,
+        )
+        for (kind, number), name in names.items()
+        if (kind, number) in values
+    ]
+    routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *declared))
 
 
 def _system(e: Expression) -> FrameRef | None:
@@ -545,10 +599,7 @@ def _refuse(assigned: list[Assign], written: set[Key], work: TranslationContext)
         found = _system(target)
         if found is not None:
             word = "tool" if found.kind == "tool" else "frame"
-            if target is not s.target:
-                says = f"one element of a {word} that is set on its own: assign the {word} as a whole"
-                work.lose(s, Fate.REFUSED, word, says)
-            elif not isinstance(found.number, Number):
+            if not isinstance(found.number, Number):
                 says = f"which {word} it sets is computed while the program runs"
                 work.lose(s, Fate.REFUSED, word, says)
         if any(_set(e) in written for e in expressions_of(s.value)):

@@ -15,7 +15,7 @@ from olp.languages.vendor import find_vendor, vendor_names
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
 
 if TYPE_CHECKING:
-    from olp.runtime.jobs import Jobs
+    from olp.runtime.jobs import Jobs, RunnableRoutine
 
 S = TypeVar("S", bound=Statement)
 _LAYOUTS: Final = ("structure", "enumeration")
@@ -81,11 +81,15 @@ def _spelled_out(routine: Routine, program: Program, jobs: Jobs) -> Routine:
 
     def find(name: str) -> Routine | None:
         job = jobs.find(name, source)
-        if job is None or Path(job.program.path).stem.casefold() in vendor.library_files:
-            return None
-        return job.routine
+        return None if job is None or _is_library(job) else job.routine
 
     return with_rows(routine, vendor.spelled_out(routine.body, find))
+
+
+def _is_library(job: RunnableRoutine) -> bool:
+    """Whether a routine stands in a file of the maker's own, whose routines are known by their names."""
+    own = find_vendor(job.program.vendor).library_files
+    return bool(own) and Path(job.program.path).stem.casefold() in own
 
 
 def _as_called(program: Program, plainly: bool) -> Program:
@@ -150,6 +154,8 @@ class _Joined:
             job = None if name.casefold() in have else self.jobs.find(name)
             have.add(name.casefold())
             if job is None or any(routine is job.routine for routine in self.routines):
+                continue
+            if self.plainly and _is_library(job):
                 continue
             other = job.program
             if id(other) not in self.offsets:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -205,10 +205,22 @@ def _whole_data(program: Program, work: TranslationContext) -> Program:
 # External axes of positions (E1, extax): for languages where a track or a station is an arm of its own, or none.
 
 
+_TURN: Final = 360.0  # [deg]
+_UNITS_ARE_ASKED: Final = (
+    "see which external axes slide and which turn: the units are taken from their values"
+)
+_UNITS_ARE_OPEN: Final = "the program does not say which external axes slide [mm] and which turn [deg]"
+
+
 def externals(program: Program, work: TranslationContext) -> Program:
-    """Positions without external axes. Those that stand at zero all the time are nothing; others are refused."""
+    """Positions without external axes. Those that stand at zero all the time are nothing; others are refused.
+
+    Where the target has some and asks for their unit, it is the one that their values leave open.
+    """
     if not work.limits.no_external_axes or not any(e.external for e in work.literals(program)):
         return program
+    if work.limits.external_units:
+        return _with_units(program, work)
     symbols = work.symbols(program)
     routines = []
     for routine in program.routines:
@@ -220,6 +232,44 @@ def externals(program: Program, work: TranslationContext) -> Program:
         data = tuple(mapped(d, _without) for d in routine.data)
         routines.append(replace(routine, body=tuple(rows), data=data))
     return replace(program, data=tuple(mapped(d, _without) for d in program.data), routines=tuple(routines))
+
+
+def _with_units(program: Program, work: TranslationContext) -> Program:
+    """External axes with a unit: one whose values exceed a turn slides, any other turns, and the receipt asks."""
+    found = list(work.literals(program))
+    farthest = [0.0] * max(len(e.external) for e in found)
+    for e in found:
+        for at, value in enumerate(e.external):
+            farthest[at] = max(farthest[at], abs(value) if value == value else 0.0)
+    count = max((at for at, value in enumerate(farthest, 1) if value), default=0)
+    program = _everywhere(program, lambda e: _without(e, count))
+    if not count:
+        return program
+    if count > work.limits.external_units:
+        work.lose(0, Fate.REFUSED, "external", f"more than {work.limits.external_units} external axes")
+    units = tuple((f"E{n}", "mm" if value > _TURN else "deg") for n, value in enumerate(farthest[:count], 1))
+    work.external_units = units
+    for name, unit in units:
+        way = "slides" if unit == "mm" else "turns"
+        work.ask(_UNITS_ARE_ASKED, f"{name} {way} [{unit}]")
+    symbols = work.symbols(program)
+    for routine in program.routines:
+        for s in routine.body:
+            if any(_stands(e, symbols, routine.name) for e in _positions(s)):
+                work.lose(s, Fate.APPROXIMATED, "external", _UNITS_ARE_OPEN)
+    return program
+
+
+def _everywhere(program: Program, change: Callable[[Expression], Expression]) -> Program:
+    routines = tuple(
+        replace(
+            r,
+            body=tuple([mapped(s, change) for s in r.body]),
+            data=tuple([mapped(d, change) for d in r.data]),
+        )
+        for r in program.routines
+    )
+    return replace(program, data=tuple([mapped(d, change) for d in program.data]), routines=routines)
 
 
 def _positions(s: Statement) -> tuple[Expression, ...]:
@@ -236,8 +286,9 @@ def _stands(e: Expression, symbols: Symbols, routine: str) -> bool:
     return type(value) is PositionLiteral and any(v == v and v != 0.0 for v in value.external)
 
 
-def _without(e: Expression) -> Expression:
-    return replace(e, external=()) if type(e) is PositionLiteral and e.external else e
+def _without(e: Expression, count: int = 0) -> Expression:
+    """A position with the first `count` of its external axes."""
+    return replace(e, external=e.external[:count]) if type(e) is PositionLiteral and e.external else e
 
 
 # --- Angles of one position ---

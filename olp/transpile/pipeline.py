@@ -50,7 +50,7 @@ from olp.transpile.source_plans import plans_of, work_for
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import hoist
 from olp.transpile.triggers import triggers
-from olp.transpile.typed_values import enumerations, home_positions, manual_modes, powers, typed_values
+from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
 from olp.transpile.unroll import executed
 
 if TYPE_CHECKING:
@@ -136,8 +136,9 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         flat_records,
         enumerations,
         powers,
+        exclusive,
+        states,
         manual_modes,
-        home_positions,
         texts,
         array_values,
         single_rows,

@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
-from olp.ir.expressions import Expression, Member, Named, PositionLiteral, RecordLiteral, Text
-from olp.ir.program import Assign, Declare, Move, Program, Routine, SetFrame, SetTool, Statement
-from olp.ir.transformer import Change, changed_by, expressions_of, mapped, note_names
+from olp.ir.expressions import CallValue, Expression, Member, Named, PositionLiteral, RecordLiteral, Text
+from olp.ir.program import (
+    Assign,
+    Call,
+    Declare,
+    Move,
+    Parameter,
+    Program,
+    Return,
+    Routine,
+    SetFrame,
+    SetTool,
+    Statement,
+)
+from olp.ir.transformer import (
+    Change,
+    calls_nothing,
+    changed_by,
+    expressions_of,
+    mapped,
+    note_names,
+    sets_numbers,
+)
 from olp.robots.geometry import Pose
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare, with_rows
 
+_COPIES = 5  # of a tool or frame, one of the other
 _FLANGE = ("tframe", "tcp", "trsf")
 _PARTS = ("uframe", "oframe")  # of a work object's record (ABB: wobjdata): the pose is their product
 
@@ -74,11 +96,29 @@ def _without_frames(program: Program, work: TranslationContext) -> Program:
             note_names(s.tool, used)
         if isinstance(s, (Move, SetFrame)) and s.frame is not None:
             note_names(s.frame, used)
+        if isinstance(s, (Move, SetTool, SetFrame)):
+            used.update(_called(s))
     set_to = [(s.target.name, s.value) for s in rare if type(s) is Assign and isinstance(s.target, Named)]
-    for _ in range(5):
+    set_to += [
+        (r.name, s.value)
+        for r, look in zip(program.routines, looks, strict=True)
+        for _, s in look.rare
+        if type(s) is Return and s.value is not None
+    ]
+    handed = _handed(program, rare)
+    for _ in range(_COPIES):
+        before = len(used)
         for name, value in set_to:
             if name in used:
                 note_names(value, used)
+                used.update(e.routine for e in expressions_of(value) if type(e) is CallValue)
+        for name, value in handed:
+            names: set[str] = set()
+            note_names(value, names)
+            if name in used or names & used:
+                used |= {name, *names}
+        if len(used) == before:
+            break
 
     def plain(d: Declare) -> Declare:
         return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d
@@ -86,10 +126,42 @@ def _without_frames(program: Program, work: TranslationContext) -> Program:
     def row(s: Statement) -> Statement:
         return plain(s) if type(s) is Declare else s
 
+    def plain_parameter(p: Parameter) -> Parameter:
+        return replace(p, type="position") if p.type in ("tool", "frame") and p.name not in used else p
+
     routines = tuple(
-        replace(changed_rare(r, work.look(r), row), data=tuple(map(plain, r.data))) for r in program.routines
+        replace(
+            changed_rare(r, work.look(r), row),
+            data=tuple(map(plain, r.data)),
+            parameters=tuple(map(plain_parameter, r.parameters)),
+            returns="position" if r.returns in ("tool", "frame") and r.name not in used else r.returns,
+        )
+        for r in program.routines
     )
     return replace(program, routines=routines, data=tuple(map(plain, program.data)))
+
+
+def _called(s: Move | SetTool | SetFrame) -> set[str]:
+    """The routines whose results a statement takes for its tool or frame."""
+    systems = [getattr(s, name, None) for name in ("tool", "frame")]
+    return {
+        e.routine for one in systems if one is not None for e in expressions_of(one) if type(e) is CallValue
+    }
+
+
+def _handed(program: Program, rare: Iterable[Statement]) -> list[tuple[str, Expression]]:
+    """Parameters, each with what a call hands over for it."""
+    given = {r.name.casefold(): r.parameters for r in program.routines if r.parameters}
+    found: list[tuple[str, Expression]] = []
+    for s in rare:
+        calls = [(s.routine, s.arguments)] if isinstance(s, Call) else []
+        if given and not (calls_nothing(s) or sets_numbers(s)):
+            calls += [(e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue]
+        for routine, arguments in calls:
+            for p, value in zip(given.get(routine.casefold(), ()), arguments, strict=False):
+                if p.type in ("tool", "frame"):
+                    found.append((p.name, value))
+    return found
 
 
 def _rows(routine: Routine, work: TranslationContext, change: Change) -> Routine:

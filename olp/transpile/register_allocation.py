@@ -577,6 +577,10 @@ class _Numbers(PositionNumbers):
         if main:
             rows += [(False, at, literal, place) for at, (literal, place) in sorted(self.initial.items())]
         details = dict(routine.details) if self.work.source.vendor == self.work.target else {}
+        details |= {f"unit GP1 {name}": unit for name, unit in self.work.external_units if unit}
+        rows = [
+            (taught, at, _as_row(one, self.work.external_units), place) for taught, at, one, place in rows
+        ]
         if not self.registers.comments:
             details |= {
                 self.registers.point.format(number=at): name
@@ -641,6 +645,15 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
             {n: at for at, n in enumerate(found.tolist())},
         )
     return PointTable(tuple(states), blocks)
+
+
+def _as_row(literal: PositionLiteral, units: Iterable[tuple[str, str]]) -> PositionLiteral:
+    """A position with its external axes among its values."""
+    scales = [mm if unit == "mm" else deg for _, unit in units]
+    further = [v * scale for v, scale in zip(literal.external, scales, strict=False)]
+    if not further:
+        return literal
+    return replace(literal, values=(*literal.values, *further), external=())
 
 
 def _values(literal: PositionLiteral) -> list[float]:

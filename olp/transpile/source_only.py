@@ -68,12 +68,14 @@ from olp.languages.vendor import (
 )
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import PROCESS, Fate, TranslationContext
+from olp.transpile.symbols import base_of
 
 _ACKNOWLEDGES: Final = (
     "what waited for an acknowledgement waits there until the operator starts the program again"
 )
 _AXES: Final = "extax"  # the axes beside the arm, of a position
 _EACH_AXIS: Final = frozenset(f"e{n}" for n in range(1, 7))
+_NAMED_VALUES: Final = "messages there are fixed texts: the name of a value stands in its place"
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
 _MODAL = frozenset({SetSpeed, SetBlend})
@@ -217,6 +219,11 @@ class _ForeignWords:
             return [s]
         if isinstance(s, Process) and (rows := self._process(s)) is not None:
             return rows
+        if isinstance(s, Message) and work.limits.fixed_messages and not isinstance(s.text, Text):
+            work.lose(s, Fate.APPROXIMATED, "message", _NAMED_VALUES)
+            return [replace(s, text=Text(_with_names(s.text)))]
+        if isinstance(s, Assign) and (manner := self._manner_setting(s)) is not None:
+            return [self._manner(s, manner)]
         if (why := self._idle_because(s)) is not None:
             return [_idle(s, why, self.program, work)]
         return [self._foreign(s)] if isinstance(s, _FOREIGN) else [s]
@@ -230,9 +237,7 @@ class _ForeignWords:
             return []
         manner = self.work.conventions.manner_processes.get(s.name.casefold())
         if manner is not None:
-            says = f"{manner} is the controller's own there: a comment says what was set"
-            self.work.lose(s, Fate.APPROXIMATED, "statement", says)
-            return [Comment(s.line, untranslated(self.program, s))]
+            return [self._manner(s, manner)]
         shown = dict(s.arguments).get(SHOWN)
         if shown is not None:
             self.work.lose(s, Fate.APPROXIMATED, "option", f"what {s.name} keeps in a log is a message there")
@@ -247,6 +252,18 @@ class _ForeignWords:
             says = f"{silent} means nothing to another controller: it is left out"
             self.work.lose(s, Fate.EXACT, "statement", says)
         return [Comment(s.line, s.comment)] if s.comment else []
+
+    def _manner_setting(self, s: Assign) -> str | None:
+        """What a system variable says of how moves are made; None for another one, or where they end elsewhere."""
+        known, base = self.work.conventions, base_of(s.target)
+        manner = None if base is None else known.manner_settings.get(base.name.casefold())
+        elsewhere = isinstance(s.value, Text) and s.value.value.upper() in known.move_options.ends_elsewhere
+        return None if elsewhere else manner
+
+    def _manner(self, s: Statement, manner: str) -> Comment:
+        says = f"{manner} is the controller's own there: a comment says what was set"
+        self.work.lose(s, Fate.APPROXIMATED, "statement", says)
+        return Comment(s.line, untranslated(self.program, s))
 
     def _idle_because(self, s: Statement) -> str | None:
         """Why a statement does nothing; None where it does something, or nobody knows."""
@@ -280,6 +297,21 @@ class _ForeignWords:
         self.work.lose(s, self._fate, "statement", f"a word of {source} that means nothing in {target}")
         self.lost.append(s)
         return Comment(s.line, untranslated(self.program, s))
+
+
+def _with_names(e: Expression) -> str:
+    """A text that is put together with the names of what it shows."""
+    if isinstance(e, Text):
+        return e.value
+    if isinstance(e, Function) and e.name == "joined-text":
+        return "".join(map(_with_names, e.arguments))
+    if isinstance(e, Function) and e.arguments:
+        return _with_names(e.arguments[0])
+    names: set[str] = set()
+    note_names(Assign(0, Named(""), e), names)
+    if isinstance(e, Number):
+        return f"{e.value:g}"
+    return f"<{' '.join(sorted(names - {''})) or '…'}>"
 
 
 def _is_resolved(target: Expression, resolved: Set[str], unresolved: Set[str]) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from olp.ir import terminology
 from olp.ir.expressions import (
     CallValue,
     Compare,
@@ -286,8 +287,10 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             | Compare()
             | Logic()
             | Unary("not", _)
-            | SystemValue("manual-reduced" | "manual-full" | "at-home" | "timer-running")
+            | SystemValue("manual-reduced" | "manual-full" | "timer-running")
         ):
+            return "boolean"
+        case SystemValue(name) if name in terminology.STATES:
             return "boolean"
         case Signal(bus):
             return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"

@@ -297,7 +297,11 @@ class Values:
 
     def _called(self, e: CallValue, before: list[Statement]) -> Expression:
         """A routine's value: called before the statement."""
-        kind = kind_of_value(self.symbols, self.routine, e) or "real"
+        kind = kind_of_value(self.symbols, self.routine, e)
+        handed = self.work.handed.get(e.routine.casefold())
+        if not kind and handed is not None:
+            kind = kind_of_value(self.symbols, self.routine, handed.result)
+        kind = kind or "real"
         target = self.temporary(kind)
         arguments = tuple(self.value(a, before) for a in e.arguments)
         before.append(Call(0, e.routine, arguments, result=target))

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from olp.ir import terminology
 from olp.ir.expressions import (
     Binary,
     CallValue,
@@ -26,6 +27,7 @@ from olp.ir.expressions import (
     SignalState,
     SystemValue,
     Text,
+    Unary,
 )
 from olp.ir.program import (
     Assign,
@@ -186,9 +188,11 @@ def whole_decimals(e: Any) -> Any:
 _LARGEST_POWER: Final = 4  # that is written as a product
 _LARGEST_EXPONENT: Final = 50  # of constants that are computed here
 _MANUAL: Final = (SystemValue("manual-reduced"), SystemValue("manual-full"))
-_HOME: Final = SystemValue("at-home")
-_ASKED_AT_HOME: Final = "whether the arm stands at home is asked of a signal that the cell keeps on there"
-_AT_HOME: Final = "see that the signal for the home position is on there, and nowhere else"
+_STATES_ARE_TOLD: Final = "see that these signals tell what the program asks of the controller"
+_AUTOMATIC: Final = (
+    "automatic mode is asked for, whether a cell's controller started the program or an operator"
+)
+_REDUCED: Final = "the signal that is asked tells of manual modes at full speed, too"
 _TOLD_BY_SIGNAL: Final = (
     "whether the mode is manual is asked of the signal that the controller sets in its manual modes"
 )
@@ -245,6 +249,28 @@ def _all_data(program: Program) -> Iterator[Declare]:
         yield from (s for s in r.body if type(s) is Declare)
 
 
+def exclusive(program: Program, work: TranslationContext) -> Program:
+    """Just one of two conditions, which is no exclusive OR of bits; a difference where the target has no such word."""
+    if work.limits.numbered and work.limits.has_exclusive_or:
+        return program
+    symbols = work.symbols(program)
+
+    def change(e: Expression, routine: str) -> Expression:
+        if type(e) is not Binary or e.operator != "xor":
+            return e
+        if not all(kind_of_value(symbols, routine, one) == "boolean" for one in (e.left, e.right)):
+            return e
+        if work.limits.has_exclusive_or:
+            return Logic(e.left, (("xor", e.right),))
+        return Compare("<>", e.left, e.right)
+
+    routines = [
+        changed_rare(r, work.look(r), lambda s, name=r.name: mapped(s, lambda e: change(e, name)))  # type: ignore[misc]
+        for r in program.routines
+    ]
+    return with_routines(program, routines)
+
+
 def powers(program: Program, work: TranslationContext) -> Program:
     """Small whole powers as products, those of constants as numbers, where the target has no function for them."""
     if work.limits.has_power:
@@ -275,19 +301,28 @@ def powers(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def home_positions(program: Program, work: TranslationContext) -> Program:
-    """Whether the arm stands at home, from the signal that tells it, where the target has such."""
-    if work.limits.home_signal is None:
-        return program
-    bus, index, asks = work.limits.home_signal
-    signal = Signal(bus, Number(index) if isinstance(index, int) else Text(index))
+def states(program: Program, work: TranslationContext) -> Program:
+    """What only the controller knows of itself, from the signals that tell it, where the target has such."""
 
     def change(s: Statement) -> Statement:
-        if _HOME not in expressions_of(s):
+        asked = {e.name for e in expressions_of(s) if type(e) is SystemValue and e.name in terminology.STATES}
+        if not asked:
             return s
-        work.lose(s, Fate.APPROXIMATED, "condition", _ASKED_AT_HOME)
-        work.ask(_AT_HOME, asks)
-        return mapped(s, lambda e: signal if e == _HOME else e)
+        known: dict[Expression, Expression] = {}
+        for name in sorted(asked):
+            told = work.limits.state_signals.get(name)
+            if name == "automatic":
+                work.lose(s, Fate.APPROXIMATED, "condition", _AUTOMATIC)
+                known[SystemValue(name)] = Unary("not", Logic(_MANUAL[0], (("or", _MANUAL[1]),)))
+            elif told is not None:
+                bus, index, asks = told
+                says = f"{terminology.STATES[name]} is asked of a signal that the controller or the cell sets"
+                work.lose(s, Fate.APPROXIMATED, "condition", says)
+                work.ask(_STATES_ARE_TOLD, asks)
+                known[SystemValue(name)] = Signal(
+                    bus, Number(index) if isinstance(index, int) else Text(index)
+                )
+        return mapped(s, lambda e: known.get(e, e)) if known else s
 
     routines = [changed_rare(r, work.look(r), change) for r in program.routines]
     return with_routines(program, routines)
@@ -300,7 +335,7 @@ def manual_modes(program: Program, work: TranslationContext) -> Program:
         return program
     signal = Signal(told[0], Number(told[1]))
 
-    def change(e: Expression) -> Expression:
+    def both(e: Expression) -> Expression:
         parts = _either(e)
         if type(e) is not Logic or not all(mode in parts for mode in _MANUAL):
             return e
@@ -308,7 +343,16 @@ def manual_modes(program: Program, work: TranslationContext) -> Program:
         others = [part for part in parts if part not in _MANUAL]
         return Logic(signal, tuple(("or", part) for part in others)) if others else signal
 
-    routines = [changed_rare(r, work.look(r), lambda s: mapped(s, change)) for r in program.routines]
+    def change(s: Statement) -> Statement:
+        s = mapped(s, both)
+        if not any(e in _MANUAL for e in expressions_of(s)):
+            return s
+        if not any(e == _MANUAL[0] for e in expressions_of(s)):
+            return s
+        work.lose(s, Fate.APPROXIMATED, "condition", _REDUCED)
+        return mapped(s, lambda e: signal if e == _MANUAL[0] else e)
+
+    routines = [changed_rare(r, work.look(r), change) for r in program.routines]
     return with_routines(program, routines)
 
 

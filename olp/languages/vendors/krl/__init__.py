@@ -52,11 +52,44 @@ class Krl(Vendor):
         idle_routines={"set_cd_params": "the setting of the collision detection"},
         silent_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
         # Without an advance run no move is blended; with any, its length moves nothing.
+        idle_processes={
+            "option-start": "the start of an option package",
+            "cyclic-condition": "a condition that stands where its flag is read",
+        },
         idle_settings={
             "$advance": ("the length of the advance run", 1.0),
+            "$ov_jog": ("the speed of moving by hand", 0.0),
+            "$act_tool": ("the number of the tool that is shown", 0.0),
+            "$act_base": ("the number of the frame that is shown", 0.0),
             "$loop_cont": ("whether the operator may skip what is waited for", 0.0),
         },
+        manner_settings={
+            "$load": "the load that the arm carries",
+            "$load_a3": "the load on the arm",
+            "$jerk": "the rate of acceleration",
+            "$gear_jerk": "the rate of acceleration",
+            "$acc": "the acceleration with which the tool turns",
+            "$vel_extax": "the speed of external axes",
+            "$acc_extax": "the acceleration of external axes",
+            "$ori_type": "how the tool turns along a line",
+            "$circ_type": "how the tool turns along an arc",
+            "$spl_ori_joint_auto": "how the tool turns along a line",
+            "$target_status": "which arm flags a line may leave",
+            "$softn_end": "the limits of the axes",
+            "$softp_end": "the limits of the axes",
+            "$torqmon_def": "the collision detection",
+            "$torqmon_com": "the collision detection",
+            "$torqmon_com_def": "the collision detection",
+            "$torqmon_time": "the collision detection",
+            "$pal_mode": "how a palletizing arm keeps its tool level",
+        },
         idle_words=frozenset({"ext", "extfct", "extp", "extfctp"}),
+        manner_processes={
+            "message-detail": "how a message looks, who may clear it and how long it stands",
+            "brake": "how the arm stops while the routine of an interrupt runs",
+        },
+        window_process="message-window",
+        answers={"exists_krlmsg": (False, "no message stands there: its text is shown once")},
         off_pulse="FALSE",
         move_options=MoveOptions(
             manner=frozenset(
@@ -75,7 +108,7 @@ class Krl(Vendor):
     )
     corners = CornerSpelling(r";", (r"\b(LIN|CIRC)(?:_REL)?\b.*\S(?=\s*$)", r"\g<0> C_DIS"), r"(?!)")
     editor_names = ("kuka",)
-    library_files = frozenset({"msglib"})
+    library_files = frozenset({"msglib", "h50", "user_grp", "userspot"})
 
     def folders_with(self, folder: Path) -> list[Path]:
         from olp.languages.vendors.krl.companions import tree_of
@@ -96,9 +129,13 @@ class Krl(Vendor):
         return without_folds(body)
 
     def as_called(self, program: Program) -> Program:
-        from olp.languages.vendors.krl.library import with_given_parameters
+        from olp.languages.vendors.krl.library import (
+            with_cyclic_flags,
+            with_given_parameters,
+            with_record_messages,
+        )
 
-        return with_given_parameters(program)
+        return with_cyclic_flags(with_record_messages(with_given_parameters(program)))
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

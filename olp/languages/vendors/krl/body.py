@@ -145,7 +145,7 @@ class BodyReader:
         if isinstance(result, tuple):
             self._structure(result, comment, number)
             return None
-        put = texts.appended(result)
+        put = texts.changed(result)
         if put:
             self._several(put, comment, number)
             return None

@@ -55,10 +55,21 @@ SYSTEM_VALUES: Final = {
     "$AXIS_ACT": "current-joints",
     "$TOOL": "current-tool",
     "$BASE": "current-frame",
+    "$AXIS_ACT_MEAS": "current-joints",
+    "$POS_ACT_MES": "current-pose",
     "$T1": "manual-reduced",
     "$T2": "manual-full",
+    "$AUT": "automatic",
+    "$EXT": "automatic",
     "$IN_HOME": "at-home",
+    "$PERI_RDY": "motors-on",
+    "$PRO_ACT": "running",
+    "$STOPMESS": "faulted",
+    "$MOVE_ENABLE": "may-move",
+    "$USER_SAF": "guard-closed",
+    "$ALARM_STOP": "no-emergency-stop",
 }
+_MODES: Final = {"#T1": "manual-reduced", "#T2": "manual-full", "#AUT": "automatic", "#EX": "automatic"}
 _MILLISECONDS: Final = Number(1000)  # of a second
 _FRAMES: Final = frozenset({"$NULLFRAME", "$WORLD"})
 _COMPARISONS: Final = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
@@ -156,6 +167,9 @@ class KrlExpressionRules(Transformer[Token, Any]):
         """The controller's own variables that have a neutral name, and the parts that are left."""
         first = it.parts[0] if it.parts else ("", ())
         index = first[1][0] if len(first[1]) == 1 else None
+        if it.key == "$TIMER_FLAG" and type(index) is Number:
+            # On from 0 on: a clock that is set to -2000 ms tells that 2 s are over.
+            return Compare(">=", SystemValue("timer", int(index.value)), Number(0)), it.parts[1:]
         if it.key in BUSES and index is not None:
             return Signal(BUSES[it.key], index), it.parts[1:]
         if it.key == "$TIMER" and type(index) is Number:
@@ -251,10 +265,21 @@ def _climb(operands: list[Expression], operators: list[str], comparison: int) ->
 
 def _joined(operator: str, left: Expression, right: Expression) -> Expression:
     if operator in _COMPARISONS:
+        mode = _mode(left, right)
+        if mode is not None and operator in ("==", "<>"):
+            return mode if operator == "==" else Unary("not", mode)
         return Compare(_COMPARISONS[operator], left, right)
     if operator in ("AND", "OR"):
         return Logic(left, ((operator.lower(), right),))
     return Binary(_WORDS[operator], left, right)
+
+
+def _mode(left: Expression, right: Expression) -> SystemValue | None:
+    """`$MODE_OP==#T1`: whether the controller is in this mode."""
+    if type(left) is Named and left.name.upper() == "$MODE_OP" and type(right) is Text:
+        name = _MODES.get(right.value.upper())
+        return None if name is None else SystemValue(name)
+    return None
 
 
 def _is_integer(it: Any, types: Any) -> bool:

@@ -4,10 +4,15 @@ MsgNotify shows a message, and so does MsgLoop. MsgState shows one until Clear_K
 zero, and returns TRUE. MsgQuit shows one and waits until the operator has acknowledged it: its loop asks
 `Exists_KrlMsg`. What is assigned to $LOOP_MSG[] is shown while the program goes on. Texts may be keys of the
 controller's message database; `%1` stands for the number, else the text, that is handed over.
+
+Set_KrlMsg shows the text of a record of the type KRLMSG_T, with `%1` to `%3` replaced by records of KRLMSGPAR_T, and
+returns a handle; Exists_KrlMsg tells whether the message still stands ("User messages", KSS 8, programming
+instructions for system integrators).
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
@@ -18,15 +23,33 @@ from olp.ir.expressions import (
     Expression,
     Function,
     Item,
+    Logic,
+    Member,
     Named,
     Number,
+    RecordLiteral,
+    Signal,
     SignalState,
     Text,
     Unary,
     Unknown,
 )
 from olp.ir.program import Program, Routine
-from olp.ir.statements import Assign, Call, Message, Pause, Statement, Wait
+from olp.ir.statements import (
+    Assign,
+    Call,
+    Comment,
+    Declare,
+    Dwell,
+    EndWhile,
+    Message,
+    Pause,
+    Process,
+    SetOutput,
+    Statement,
+    Wait,
+    While,
+)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED
 
@@ -59,15 +82,27 @@ def _plain(s: Statement, find: Callable[[str], Routine | None]) -> tuple[Stateme
         if word == "msgquit":
             return (shown, Pause(s.line, spelling=ACKNOWLEDGED))
         return (shown,) if handle is None else (shown, Assign(s.line, handle, Number(1)))
+    if type(s) is Call and _starts_option(s) and find(s.routine) is None:
+        return (Process(s.line, "option-start", (), s.comment),)
     if type(s) is Assign and _takes_handle(s.value) and find(_CLEARS) is None:
         return (Message(s.line, _NOTHING, s.comment), Assign(s.line, s.target, SignalState(True)))
-    if type(s) is Wait and _takes_handle(s.condition) and find(_CLEARS) is None:
+    if type(s) is Wait and _takes_handle(_without_true(s.condition)) and find(_CLEARS) is None:
         return (Message(s.line, _NOTHING, s.comment),)
     if type(s) is Assign and _is_window(s.target):
         return (Message(s.line, s.value, s.comment),)
     if type(s) is Wait and _clears(s.condition):
         return (Message(s.line, _NOTHING, s.comment),)
     return (s,)
+
+
+def _starts_option(s: Call) -> bool:
+    """What the INI fold of each program calls: `USER_GRP(0,…)`, `USERSPOT(#INIT)`, `A20_INI()`."""
+    match s.routine.casefold(), s.arguments:
+        case ("user_grp", (Number(0), *_)) | ("userspot", (Text("#INIT"), *_)):
+            return True
+        case (("a10_ini" | "a20_ini"), ()):
+            return True
+    return False
 
 
 def _shown(arguments: tuple[Expression, ...]) -> Expression | None:
@@ -86,6 +121,13 @@ def _shown(arguments: tuple[Expression, ...]) -> Expression | None:
 def _is_window(e: Expression) -> bool:
     """`$LOOP_MSG[]`"""
     return type(e) is Item and type(e.base) is Named and e.base.name.upper() == _WINDOW
+
+
+def _without_true(e: Expression) -> Expression:
+    """What `e OR TRUE` asks beside what it does: a wait for it calls the function and goes on."""
+    if type(e) is Logic and e.rest == (("or", SignalState(True)),):
+        return e.first
+    return e
 
 
 def _takes_handle(e: Expression) -> bool:
@@ -167,3 +209,224 @@ def _calls(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
         for e in expressions_of(s):
             if type(e) is CallValue:
                 yield e.routine, e.arguments
+
+
+# --- Messages as records ---
+# `M={MODUL[] "CELL",NR 1,MSG_TXT[] "part %1 is missing"}`, `P[1]={PAR_TYPE #VALUE,PAR_INT N}`,
+# `H=Set_KrlMsg(#NOTIFY,M,P[],O)`: the record is its text. Module, number and options tell how it looks and who may
+# clear it.
+
+_RECORDS: Final = {
+    "krlmsg_t": "message",
+    "krlmsgpar_t": "parameter",
+    "krlmsgopt_t": "option",
+}
+_DETAIL: Final = Process(0, "message-detail")
+_SHOWN_AS: Final = "message-window"
+_SETS: Final = "set_krlmsg"
+_STANDS: Final = "exists_krlmsg"
+_LOOKED_BACK: Final = 40  # statements, for the parameters of a message
+_VALUES: Final = ("par_int", "par_real", "par_bool", "par_txt")
+
+
+def with_record_messages(program: Program) -> Program:
+    """The program with its messages' records as texts, and what shows them as messages."""
+    if not any(d.type.casefold() in _RECORDS for d in _declared(program)):
+        return program
+    own = {r.name.casefold() for r in program.routines}
+    if own & {_SETS, _STANDS}:
+        return program
+    shared = _kinds(program.data)
+    routines = []
+    for r in program.routines:
+        given = {p.name: p.type for p in r.parameters}
+        kinds = {**shared, **_kinds([*r.data, *(s for s in r.body if type(s) is Declare)])}
+        kinds.update({name.casefold(): "" for name, kind in given.items() if kind.casefold() not in _RECORDS})
+        routines.append(replace(r, body=_records_as_texts(r.body, kinds), data=_without_records(r.data)))
+    return replace(program, routines=tuple(routines), data=_without_records(program.data))
+
+
+def _declared(program: Program) -> Iterator[Declare]:
+    yield from program.data
+    for r in program.routines:
+        yield from r.data
+        yield from (s for s in r.body if type(s) is Declare)
+
+
+def _kinds(data: Sequence[Declare]) -> dict[str, str]:
+    return {d.name.casefold(): _RECORDS.get(d.type.casefold(), "") for d in data}
+
+
+def _without_records(data: Sequence[Declare]) -> tuple[Declare, ...]:
+    """The declarations with messages as texts, without what only tells how they look."""
+    rows: list[Declare] = []
+    for d in data:
+        kind = _RECORDS.get(d.type.casefold())
+        if kind is None:
+            rows.append(d)
+        elif kind == "message" and not d.sizes:
+            text = _text_in(d.value) if isinstance(d.value, RecordLiteral) else None
+            rows.append(replace(d, name=_text_name(d.name), type="string", native="CHAR", value=text))
+    return tuple(rows)
+
+
+def _text_name(name: str) -> str:
+    return f"{name}_TEXT"
+
+
+def _text_in(record: RecordLiteral) -> Expression | None:
+    """The text of a message, or the value of a parameter."""
+    for name, value in record.members:
+        if name.strip("[]").casefold() in ("msg_txt", *_VALUES):
+            return value
+    return None
+
+
+def _base(e: Expression) -> tuple[str, str]:
+    """The variable that an expression names as a whole or by one member, and the member."""
+    plain = e.base if isinstance(e, Item) else e
+    member = ""
+    if isinstance(plain, Member):
+        member, plain = plain.name.casefold(), plain.base
+        plain = plain.base if isinstance(plain, Item) else plain
+    return (plain.name, member) if isinstance(plain, Named) else ("", "")
+
+
+def _records_as_texts(body: Sequence[Statement], kinds: dict[str, str]) -> tuple[Statement, ...]:
+    rows: list[Statement] = []
+    end = -1  # of the last loop that waits for the operator
+    for at, s in enumerate(body):
+        if at <= end:
+            continue
+        if type(s) is Declare and s.type.casefold() in _RECORDS:
+            rows += _without_records([s])
+        elif type(s) is Assign:
+            rows += _assigned(s, body, at, kinds)
+        elif type(s) is While and _asks_whether_it_stands(s.condition):
+            end = _end_of_waits(body, at)
+            rows.append(s if end < 0 else Pause(s.line, comment=s.comment, spelling=ACKNOWLEDGED))
+        else:
+            rows.append(s)
+    return tuple(rows)
+
+
+def _assigned(s: Assign, body: Sequence[Statement], at: int, kinds: dict[str, str]) -> Sequence[Statement]:
+    name, member = _base(s.target)
+    kind = kinds.get(name.casefold(), "")
+    detail = replace(_DETAIL, line=s.line, comment=s.comment)
+    if kind == "message":
+        value = _text_in(s.value) if isinstance(s.value, RecordLiteral) else None
+        value = s.value if member == "msg_txt" else value
+        return [
+            detail if value is None else Assign(s.line, Item(Named(_text_name(name)), ()), value, s.comment)
+        ]
+    if kind:
+        return [detail]
+    if type(s.value) is CallValue and s.value.routine.casefold() == _SETS and len(s.value.arguments) > 1:
+        record, handed = s.value.arguments[1], s.value.arguments[2:3]
+        name = _base(record)[0]
+        if kinds.get(name.casefold()) == "message":
+            shown = _filled(name, _base(handed[0])[0] if handed else "", body, at)
+            return [
+                Process(s.line, _SHOWN_AS),
+                Message(s.line, shown, s.comment),
+                Assign(s.line, s.target, Number(1)),
+            ]
+    return [s]
+
+
+def _filled(message: str, parameters: str, body: Sequence[Statement], at: int) -> Expression:
+    """The text of a message; with its parameters where both are written out in the statements just before."""
+    text: Expression | None = None
+    given: dict[int, Expression] = {}
+    for s in reversed(body[max(at - _LOOKED_BACK, 0) : at]):
+        if type(s) is not Assign:
+            if type(s) in (Comment, Declare):
+                continue
+            break
+        name, member = _base(s.target)
+        if name == message and text is None:
+            text = s.value if member == "msg_txt" else None
+            text = _text_in(s.value) if isinstance(s.value, RecordLiteral) else text
+        if name == parameters and isinstance(s.value, RecordLiteral) and type(s.target) is Item:
+            (place,) = s.target.indices or (Unknown(""),)
+            value = _text_in(s.value)
+            if type(place) is Number and value is not None:
+                given.setdefault(int(place.value), value)
+    if type(text) is not Text or not any(f"%{n}" in text.value for n in given):
+        return Item(Named(_text_name(message)), ())
+    parts: list[Expression] = []
+    for n, part in enumerate(re.split(r"%(\d)", text.value)):
+        if n % 2 == 0:
+            parts += [Text(part)] if part else []
+        else:
+            value = given.get(int(part), Text(f"%{part}"))
+            is_text = type(value) is Text or (type(value) is Item and not value.indices)
+            parts.append(value if is_text else Function("text-of-value", (value,)))
+    return Function("joined-text", tuple(parts))
+
+
+def _asks_whether_it_stands(e: Expression) -> bool:
+    return type(e) is CallValue and e.routine.casefold() == _STANDS
+
+
+def _end_of_waits(body: Sequence[Statement], at: int) -> int:
+    """Where a loop ends that does nothing but wait, -1 for any other."""
+    for place in range(at + 1, len(body)):
+        if type(body[place]) is EndWhile:
+            return place
+        if type(body[place]) not in (Comment, Dwell):
+            return -1
+    return -1
+
+
+# --- Cyclic flags ---
+# `$CYCFLAG[2]=$IN[1] AND NOT $IN[2]` is computed anew all the time: whoever reads the flag asks this condition.
+
+_CYCLIC: Final = "cyclic-flag"
+_KNOWN_CONDITION: Final = "cyclic-condition"
+
+
+def with_cyclic_flags(program: Program) -> Program:
+    """The program with the conditions of cyclic flags where these are read, each where one statement gives it."""
+    given: dict[float, list[tuple[str, SetOutput]]] = {}
+    for r in program.routines:
+        for s in r.body:
+            if type(s) is SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is Number:
+                given.setdefault(s.signal.index.value, []).append((r.name, s))
+    changing = {n for n, rows in given.items() if any(type(s.value) is not SignalState for _, s in rows)}
+    if not changing:
+        return program
+    known = {n: given[n][0] for n in changing if len(given[n]) == 1}
+    routines = []
+    for r in program.routines:
+        here = {
+            n: s.value
+            for n, (routine, s) in known.items()
+            if routine == r.name or not _locals(program, routine, s)
+        }
+        routines.append(replace(r, body=tuple([_with_conditions(s, here, changing) for s in r.body])))
+    return replace(program, routines=tuple(routines))
+
+
+def _locals(program: Program, name: str, s: SetOutput) -> bool:
+    """Whether a condition names data of its routine alone."""
+    shared = {d.name.casefold() for d in program.data}
+    names = {e.name.casefold() for e in expressions_of(s.value) if type(e) is Named}
+    return not names <= shared
+
+
+def _with_conditions(s: Statement, here: dict[float, Expression], changing: set[float]) -> Statement:
+    if type(s) is SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is Number:
+        if s.signal.index.value in here:
+            return Process(s.line, _KNOWN_CONDITION, (), s.comment)
+        return Process(s.line, _CYCLIC, (), s.comment) if s.signal.index.value in changing else s
+    if calls_nothing(s) or sets_numbers(s):
+        return s
+
+    def change(e: Expression) -> Expression:
+        if type(e) is Signal and e.bus == _CYCLIC and type(e.index) is Number:
+            return here.get(e.index.value, e)
+        return e
+
+    return mapped(s, change)

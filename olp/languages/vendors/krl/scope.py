@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from olp.ir import terminology
 from olp.ir.expressions import Expression, Item, Member, Named, Number, Signal, SystemValue
 
 POSES: Final = frozenset({"FRAME", "POS", "E6POS"})
@@ -55,7 +56,7 @@ _SYSTEM_KINDS: Final = {
     "current-joints": "E6AXIS",
     "manual-reduced": "BOOL",
     "manual-full": "BOOL",
-    "at-home": "BOOL",
+    **dict.fromkeys(terminology.STATES, "BOOL"),
     "timer": "INT",
     "timer-running": "BOOL",
 }

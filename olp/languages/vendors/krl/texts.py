@@ -1,4 +1,4 @@
-"""Texts that are put together: StrAdd appends to an array of CHAR, SWRITE writes a number into it.
+"""Texts that change: StrAdd appends to an array of CHAR, SWRITE writes a number into it, StrCopy and StrClear set it.
 
 KUKA, operating and programming instructions for system integrators, functions for string variables: `n=StrAdd(A[],B[])`
 changes A[] and gives its new length; CREAD/CWRITE manual: `SWRITE(A[],STATE,OFFSET,"%.2f",X)` writes X behind the first
@@ -12,13 +12,13 @@ import re
 from collections.abc import Callable
 from typing import Final
 
-from olp.ir.expressions import CallValue, Expression, Function, Item, Named, Number, Text
+from olp.ir.expressions import CallValue, Expression, Function, Item, Named, Number, SignalState, Text
 from olp.ir.program import Assign, Statement
 
 # What joins need besides the texts themselves; the names are those of no program that is known.
 LENGTH, OFFSET, STATE, VALUE = "TEXT_LENGTH", "TEXT_OFFSET", "TEXT_STATE", "TEXT_VALUE"
 HELPERS: Final = {LENGTH: "INT", OFFSET: "INT", STATE: "STATE_T", VALUE: "REAL"}
-_APPENDS: Final = "STRADD"
+_CHANGES: Final = {"STRADD": 1, "STRCOPY": 1, "STRCLEAR": 0}  # further arguments
 _MOST_DECIMALS: Final = 9
 _SWRITE: Final = re.compile(
     r'SWRITE\s*\(\s*(\w+)\[\s*\]\s*,\s*\w+\s*,\s*(\w+)\s*,\s*"%\.(\d)f"\s*,\s*(\w+)\s*\)', re.IGNORECASE
@@ -83,13 +83,17 @@ def written(code: str, spell: Callable[[str], str]) -> tuple[Statement, ...]:
     return Assign(0, whole, Function("joined-text", (kept, number))), Assign(0, offset, length)
 
 
-def appended(s: Statement) -> tuple[Statement, ...]:
-    """What `n=StrAdd(A[],B[])` means; nothing for any other statement."""
-    if not isinstance(s, Assign) or not isinstance(s.value, CallValue):
+def changed(s: Statement) -> tuple[Statement, ...]:
+    """What `n=StrAdd(A[],B[])`, `b=StrCopy(A[],B[])`, `b=StrClear(A[])` mean; nothing for any other statement."""
+    if not isinstance(s, Assign) or not isinstance(s.value, CallValue) or not s.value.arguments:
         return ()
-    call = s.value
-    if call.routine.upper() != _APPENDS or len(call.arguments) != 2 or isinstance(call.arguments[0], Text):
+    (text, *more), word = s.value.arguments, s.value.routine.upper()
+    if isinstance(text, Text) or len(more) != _CHANGES.get(word, -1):
         return ()
-    text, more = call.arguments
-    length = Function("length-of-text", (text,))
-    return Assign(s.line, text, Function("joined-text", (text, more))), Assign(s.line, s.target, length)
+    if word == "STRADD":
+        length = Function("length-of-text", (text,))
+        return Assign(s.line, text, Function("joined-text", (text, more[0]))), Assign(
+            s.line, s.target, length
+        )
+    done = Assign(s.line, s.target, SignalState(True))
+    return Assign(s.line, text, more[0] if more else Text("")), done

@@ -19,7 +19,7 @@ from olp.languages.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUE
 from olp.languages.vendors.krl.neighbours import CONFIG_MARK
 from olp.languages.vendors.krl.scope import AXES, COMPONENTS, Scope
 
-_SYSTEM: Final = {name: word for word, name in SYSTEM_VALUES.items()}
+_SYSTEM: Final = {name: word for word, name in reversed(SYSTEM_VALUES.items())}
 _MEMBERS: Final = {name: word for word, name in COMPONENTS.items()}
 POSE: Final = tuple(zip(("X", "Y", "Z", "A", "B", "C"), (0, 1, 2, 5, 4, 3), strict=True))
 AXIS_WORDS: Final = ("A1", "A2", "A3", "A4", "A5", "A6")

@@ -50,11 +50,23 @@ LIMITS = Limits(
     watches_flags=True,
     value_types=ValueTypes(signals_are_states=False, persistent_systems=True),
     clocks=1000,  # as many as are declared
-    home_signal=(
-        "out",
-        "doAtHome",
-        "configure doAtHome, on while the arm stands at the home position (WZHomeJointDef and WZDOSet)",
-    ),
+    state_signals={
+        "at-home": (
+            "out",
+            "doAtHome",
+            "configure doAtHome, on while the arm stands at the home position (WZHomeJointDef and WZDOSet)",
+        ),
+        "motors-on": ("out", "doMotorsOn", "configure doMotorsOn with the system output Motors On State"),
+        "running": ("out", "doCycleOn", "configure doCycleOn with the system output Cycle On"),
+        "faulted": ("out", "doExecError", "configure doExecError with the system output Execution Error"),
+        "may-move": ("out", "doRunChainOk", "configure doRunChainOk with the system output Run Chain OK"),
+        "guard-closed": ("out", "doRunChainOk", "configure doRunChainOk with the system output Run Chain OK"),
+        "no-emergency-stop": (
+            "out",
+            "doRunChainOk",
+            "configure doRunChainOk with the system output Run Chain OK",
+        ),
+    },
     ordered_arguments=True,  # they may be left out, but have no defaults
     reference_parameters=True,  # moves take tools that are persistent only
     array_literals=True,

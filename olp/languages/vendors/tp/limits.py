@@ -81,6 +81,7 @@ LIMITS: Final = Limits(
         first_point=1,
     ),
     native_offsets=frozenset({"relative", "offset"}),
+    external_units=3,
     no_external_axes="external axes: the program does not say which of them slide [mm] and which turn [deg]",
     joint_values_note=(
         "FANUC's controllers read J3 against the horizontal, this robot's does not: joint values are as written"
@@ -89,13 +90,22 @@ LIMITS: Final = Limits(
     frame_numbers={"tool": 10, "user": 9},
     first_signal=1,
     manual_signal=("system-out", 8),  # TPENBL: in T1 and T2 programs run with the teach pendant enabled alone
+    has_exclusive_or=False,
     clocks=10,
     clock_form="TIMER[{}]",
-    home_signal=(
-        "system-out",
-        7,
-        "set reference position 1 to the home position, at which UO[7] is on",
-    ),  # ATPERCH
+    state_signals={
+        "at-home": (
+            "system-out",
+            7,
+            "set reference position 1 to the home position, at which UO[7] is on",
+        ),  # ATPERCH
+        "motors-on": ("system-out", 2, "see that UO[2] SYSRDY is on while the motors are"),
+        "running": ("system-out", 3, "see that UO[3] PROGRUN is on while a program runs"),
+        "faulted": ("system-out", 6, "see that UO[6] FAULT is on while an error stands"),
+        "no-emergency-stop": ("system-in", 1, "see that UI[1] *IMSTP is off at an emergency stop"),
+        "guard-closed": ("system-in", 3, "see that UI[3] *SFSPD is off while the guard is open"),
+        "may-move": ("system-in", 8, "see that UI[8] ENBL is on while the arm may move"),
+    },
     position_read_in="move",
     register_arguments=True,
     lone_functions=frozenset(
@@ -109,6 +119,7 @@ LIMITS: Final = Limits(
         }
     ),
     message=24,
+    fixed_messages=True,
     refuses=frozenset(
         {
             "Clear",

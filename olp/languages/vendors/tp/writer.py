@@ -505,8 +505,10 @@ def _numbered(routine: st.Routine) -> dict[str, int]:
 
 
 def _point_names(routine: st.Routine) -> dict[str, str]:
-    """What another language calls the points, as far as a comment holds it."""
-    return {point: name[:NAME_LENGTH] for point, name in routine.details.items() if point.startswith("P[")}
+    """What another language calls the points, as far as a comment holds it; and the units of external axes."""
+    units = {key: unit for key, unit in routine.details.items() if key.startswith("unit ")}
+    names = {p: name[:NAME_LENGTH] for p, name in routine.details.items() if p.startswith("P[")}
+    return {**names, **units}
 
 
 def _comment_lines(text: str) -> list[str]:
