@@ -58,16 +58,15 @@ SUFFIXES = (
 
 @dataclass
 class Sums:
-    """`both`: merges in which both sides changed the same statement, point or datum, by the oracle. Of the conflicts
-    `ours_place`: they only put something at one place, or into what the other took out; `ours_closed`, `git_closed`:
-    false ones, both sides changed nothing that is the same. `git_wrong`: git had no conflict, and not what must come
+    """Of the conflicts, `ours_place`: both sides only put something at one place, or into what the other took out;
+    `ours_closed`, `git_closed`: false ones, both sides changed nothing that is the same. The others are forced: both
+    changed the same statement, point or datum, by the oracle. `git_wrong`: git had no conflict, and not what must come
     out.
     """
 
     merges: int = 0
     ours: int = 0
     git: int = 0
-    both: int = 0
     ours_place: int = 0
     ours_closed: int = 0
     git_closed: int = 0
@@ -124,7 +123,6 @@ def judge(sums: Sums, case: Case, folder: Path, keep: Path | None = None) -> Non
     sums.git_hunks += conflicts
     sums.ours += bool(merged.hunks)
     sums.hunks += len(merged.hunks)
-    sums.both += bool(shared.same)
     sums.ours_place += bool(merged.hunks) and not shared.same and bool(shared.places)
     sums.ours_closed += bool(merged.hunks) and not shared.same
     sums.git_closed += conflicts > 0 and not shared.same
@@ -212,18 +210,20 @@ def _places(language: str, data: bytes, name: str, folder: Path) -> set[tuple[fl
 
 
 def table(rows: dict[str, Sums], examples: int = 10) -> None:
-    print(
-        f"{'':17} {'conflicts':>9} {'':13} | {'both':>5} | {'false':>5} {'':20} | {'hunks':>6}"
-        f" {'':6} | {'git':>5}\n"
-        f"{'':10} {'merges':>6} {'olp':>9} {'git':>5} {'fewer':>7} | {'same':>5} | {'olp':>5} {'git':>5} {'fewer':>7}"
-        f" {'places':>6} | {'olp':>6} {'git':>6} | {'wrong':>5} {'worse':>6} {'wrong':>6} {'ms each':>8}"
+    heads = (
+        f"{'':17} {'conflicts':>9} {'':13} | {'forced':>6} {'':5} | {'false':>5} {'':20}",
+        f" | {'hunks':>6} {'':6} | {'git':>5}\n{'':10} {'merges':>6} {'olp':>9} {'git':>5} {'fewer':>7} |",
+        f" {'olp':>6} {'git':>5} | {'olp':>5} {'git':>5} {'fewer':>7} {'places':>6} | {'olp':>6} {'git':>6} |",
+        f" {'wrong':>5} {'worse':>6} {'wrong':>6} {'ms each':>8}",
     )
+    print("".join(heads))
     whole = total(rows)
     for name, one in [*rows.items(), ("all", whole)]:
         each = 1e3 * one.seconds / one.merges if one.merges else 0.0
         false = f"{one.ours_closed:5} {one.git_closed:5} {_fewer(one.ours_closed, one.git_closed):>7}"
         print(
-            f"{name:10} {one.merges:6} {one.ours:9} {one.git:5} {_fewer(one.ours, one.git):>7} | {one.both:5} |"
+            f"{name:10} {one.merges:6} {one.ours:9} {one.git:5} {_fewer(one.ours, one.git):>7} |"
+            f" {one.ours - one.ours_closed:6} {one.git - one.git_closed:5} |"
             f" {false} {one.ours_place:6} | {one.hunks:6} {one.git_hunks:6} | {one.git_wrong:5} {one.worse:6}"
             f" {one.bad:6} {each:8.1f}"
         )
@@ -355,11 +355,11 @@ def _happened(repository: str, place: Path) -> Iterator[Case]:
 
 def real(folder: Path, half: str, most: int, keep: Path | None) -> None:
     kinds: dict[str, dict[str, Sums]] = {kind: {} for kind in KINDS if kind != "made"}
-    with tempfile.TemporaryDirectory() as made:
+    with tempfile.TemporaryDirectory() as work:
         for kind, case in cases(folder, half, most):
             suffix = Path(case.name.partition("#")[0]).suffix.lower()
             sums = kinds[kind].setdefault(suffix, Sums())
-            judge(sums, case, Path(made), None if keep is None else keep / kind)
+            judge(sums, case, Path(work), None if keep is None else keep / kind)
     made_rows = made(40, 1)
     whole = {}
     for kind, rows in [*kinds.items(), ("made", made_rows)]:

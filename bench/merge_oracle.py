@@ -32,6 +32,10 @@ def _spelt_alike(language: str, line: str) -> str:
     """One text for numbers that are the same and, where the language takes them for one, for all letters."""
     if language in ("krl", "rapid", "pdl2") and '"' not in line:
         line = re.sub(r"([{,][xyzabce]\d?) (-?\d+)(?=[,}])", r"\1 \2.", line.casefold())
+        line = re.sub(r"(\breal [\w.]+=-?\d+)$", r"\1.", line)
+        line = re.sub(
+            r"(?<![\w.])(\d+\.?\d*)e([-+]?\d+)", lambda one: f"{float(one[1]):g}e{int(one[2])}", line
+        )
     line = re.sub(r"(?<![\w.])(\d+\.\d*?)0+(?![\w.])", r"\1", line)
     return re.sub(r"(?<=[ ,=({\[])-(?=0\.?(?![\w.]))", "", line)
 

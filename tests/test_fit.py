@@ -18,6 +18,7 @@ from olp.__main__ import main
 from olp.checks.fit.choices import Allowed, Choice, choices
 from olp.checks.fit.fit import cover, fit
 from olp.checks.fit.order import OrderSearch, covering, held_karp, improved
+from olp.checks.fit.report import front_file
 from olp.core.units import mm
 from olp.languages.read import read
 from olp.reports.batch import Job, time_program
@@ -165,8 +166,50 @@ def test_what_cannot_be_reached_is_told_with_what_stops_it_and_nothing_is_writte
     assert "error[E003]" in capsys.readouterr().err
     assert main(["fit", str(ROOT / "samples/as/handling.as"), "--to", "3", "-o", str(out)]) == 2
     assert "error[" in capsys.readouterr().err
-    assert main([*words, "--to", "3", "--keep", "a-b"]) == 2
-    assert "error[C002]" in capsys.readouterr().err
+    for lines in ("a-b", "900"):
+        assert main([*words, "--to", "3", "--keep", lines]) == 2
+        assert "error[C002]" in capsys.readouterr().err
+
+
+def test_the_front_weighs_seconds_against_edits_and_against_millimetres(tmp_path):
+    """No point is behind another one in all three, and a corner passed by half as much costs time."""
+    program = tmp_path / "corner.script"
+    program.write_text(
+        "def corner():\n  movel(p[0.6, -0.2, 0.3, 0, 3.14, 0], a=1.2, v=0.1)\n"
+        "  movel(p[0.6, 0.1, 0.3, 0, 3.14, 0], a=1.2, v=0.2, r=0.001)\n"
+        "  movel(p[0.4, 0.1, 0.3, 0, 3.14, 0], a=1.2, v=0.2, r=0.001)\n"
+        "  movel(p[0.4, -0.1, 0.3, 0, 3.14, 0], a=1.2, v=0.2)\nend\n"
+    )
+    run = lambda one: time_program(one, Job(robot="universal-robots/ur10e"))  # noqa: E731
+    found = fit(read(program), 0.1, run, Allowed(5 * mm, 0.4))
+    front = [(one.edits, one.within_mm, one.total_s) for one in found.front]
+    assert not any(
+        one != other and all(a <= b for a, b in zip(other, one, strict=True))
+        for one in front
+        for other in front
+    )
+    best = {far: min(s for _, mm_, s in front if mm_ <= far) for _, far, _ in front}
+    assert len(best) >= 4
+    assert list(dict(sorted(best.items())).values()) == sorted(best.values(), reverse=True)
+    # A speed and a zone of one line: each has its part of what they gain together.
+    both = [one.gained_s for one in found.edits if one.choice.line == 4]
+    assert len(both) == 2
+    assert min(both) > 0.01
+    assert sum(one.gained_s for one in found.edits) == pytest.approx(found.before_s - found.timing.total_s)
+    shown = front_file(found, "front.svg").decode()
+    assert ">mm<" in shown
+    assert ">edits<" in shown
+
+
+def test_the_table_names_the_line_that_changes(tmp_path, capsys):
+    program, out = tmp_path / "a.src", tmp_path / "b.src"
+    program.write_text(
+        "DEF a()\nBAS(#INITMOV,0)\n$VEL.CP=0.1\nPTP {X 900,Y 0,Z 700,A 0,B 90,C 0,S 2,T 2}\n"
+        "LIN {X 900,Y 300,Z 700,A 0,B 90,C 0}\n$VEL.CP=0.4\nLIN {X 900,Y 0,Z 700,A 0,B 90,C 0}\nEND\n"
+    )
+    assert main(["fit", str(program), "--to", "2.2", "-o", str(out), "--robot", "kuka/kr16-2"]) == 0
+    assert "\n     3  100 → 400 mm/s" in capsys.readouterr().out
+    assert out.read_text().splitlines()[2] == "$VEL.CP=0.4"
 
 
 def test_a_speed_that_a_setting_gives_counts_as_one_of_the_program_and_lengths_may_have_their_unit(tmp_path):

@@ -573,7 +573,7 @@ def test_git_merges_rebases_and_picks_with_it(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.which", lambda name: None)
     assert main(["git", "install"]) == 0
     driver = git("config", "merge.olp.driver")[1].strip()
-    assert git("config", "merge.olp.driver", f"{driver} --no-time")[0] == 0
+    assert git("config", "merge.olp.driver", driver.replace("--driver", "--no-time --driver"))[0] == 0
     git("add", ".")
     commit(program.read_bytes(), "start")
     git("checkout", "-qb", "robot")
@@ -630,7 +630,7 @@ def test_git_merges_in_folders_with_blanks_and_letters_of_all_kinds_and_what_olp
     monkeypatch.setattr("shutil.which", lambda name: None)
     assert main(["git", "install"]) == 0
     driver = git("config", "merge.olp.driver")[1].strip()
-    assert git("config", "merge.olp.driver", f"{driver} --no-time")[0] == 0
+    assert git("config", "merge.olp.driver", driver.replace("--driver", "--no-time --driver"))[0] == 0
     git("add", ".")
     assert git("commit", "-qm", "start")[0] == 0
     old = job([ONE, TWO, THREE], BODY)
@@ -651,6 +651,236 @@ def test_git_merges_in_folders_with_blanks_and_letters_of_all_kinds_and_what_olp
     waiting = git("-c", "core.quotePath=false", "status", "--porcelain")[1].splitlines()
     assert sorted(row[:2] for row in waiting) == ["AA", "M ", "M "]
     assert not list(folder.glob(".merge_file*"))
+
+
+def test_without_olp_git_merges_as_text_and_marks_what_conflicts(tmp_path, monkeypatch):
+    """A desktop may start git with another PATH, and olp may be gone: ours must not stay as if it were the merge."""
+
+    def git(*words: str) -> tuple[int, str]:
+        return run(tmp_path, "git", "-c", "user.name=a", "-c", "user.email=a@b", *words)
+
+    tool = tmp_path / "my tools" / "olp"
+    tool.parent.mkdir()
+    tool.write_text("#!/no/such/interpreter\n")
+    tool.chmod(0o755)
+    assert git("init", "-qb", "main")[0] == 0
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("shutil.which", lambda name: str(tool))
+    assert main(["git", "install"]) == 0
+    assert git("config", "diff.olp.textconv")[1].strip() == f"'{tool}' git text"
+    program = tmp_path / "A.JBI"
+    for branch, start, body in (
+        ("base", "main", BODY),
+        ("ours", "base", [BODY[0], "MOVL C00001 V=200.0", BODY[2]]),
+        ("theirs", "base", [BODY[0], "MOVL C00001 V=300.0", BODY[2]]),
+        ("other", "base", [*BODY, "TIMER T=1.00"]),
+    ):
+        git("checkout", "-qb", branch, *([start] if start != "main" else []))
+        program.write_bytes(job([ONE, TWO, THREE], body))
+        git("add", "A.JBI", ".gitattributes")
+        assert git("commit", "-qm", branch)[0] == 0
+    assert git("merge", "theirs")[0] == 0  # nothing to merge but one line and a new one
+    git("reset", "-q", "--hard", "HEAD~1")
+    git("checkout", "-q", "ours")
+    assert git("merge", "theirs")[0] == 1
+    assert program.read_bytes().count(b"<<<<<<< ours") == 1
+    assert git("ls-files", "-u")[1].count("A.JBI") == 3
+
+
+def test_what_cannot_be_read_is_told(tmp_path, capsys):
+    program = tmp_path / "a.jbi"
+    program.write_bytes(job([], ["TIMER T=1.00"]))
+    for path, code in ((tmp_path / "none.jbi", "C003"), (tmp_path, "C005")):
+        assert main(["merge", str(program), str(program), str(path), "-o", "-"]) == 2
+        assert f"error[{code}]" in capsys.readouterr().err
+
+
+_TWO_MORE = [
+    ("krl", "DEF a()\nLIN P1\nEND\n{}", "\nDEF b()\nLIN P4\nEND\n", "\nDEF c()\nLIN P3\nEND\n"),
+    (
+        "krl",
+        "DEF a()\nSWITCH i\nCASE 1\nb()\n{}ENDSWITCH\nEND\n",
+        "CASE 2\nc()\n",
+        "; rarely\nCASE 3,4\nd()\n",
+    ),
+    ("krl", "DEF a()\nINT i\n{}\nLIN P1\nEND\n", "INT k\n", "; of the box\nDECL REAL m, n\n"),
+    (
+        "rapid",
+        "MODULE M\n  PROC a()\n    Stop;\n  ENDPROC\n{}ENDMODULE\n",
+        "  PROC b()\n    SetDO d1,1;\n  ENDPROC\n",
+        "  FUNC num c()\n    RETURN 1;\n  ENDFUNC\n",
+    ),
+    (
+        "rapid",
+        "MODULE M\nPROC a()\n    TEST n\n    CASE 1:\n      Stop;\n{}    DEFAULT:\n    ENDTEST\nENDPROC\nENDMODULE\n",
+        "    CASE 2:\n      b;\n",
+        "    CASE 3:\n      c;\n",
+    ),
+    (
+        "urscript",
+        "def a():\n{}  movej([0, 1, 0, 1, 0, 1])\nend\n",
+        "  def b():\n    if True:\n      sleep(1)\n    end\n  end\n",
+        "  thread c():\n    sleep(2)\n  end\n",
+    ),
+    ("as", "{}.PROGRAM a()\n  SIGNAL 1\n.END\n", ".PROGRAM b()\n  SIGNAL 3\n.END\n", ".PROGRAM c()\n.END\n"),
+    (
+        "pdl2",
+        "PROGRAM a\nVAR\n  i : INTEGER\n{}BEGIN\n  i := 1\nEND a\n",
+        "  k : REAL\n",
+        "  p, q : POSITION\n",
+    ),
+    (
+        "val3",
+        "begin\n  switch n\n    case 1\n      a()\n    break\n{}  endSwitch\nend\n",
+        "    case 2\n      b()\n    break\n",
+        "    case 3\n      c()\n    break\n",
+    ),
+]
+
+
+@pytest.mark.parametrize(("language", "frame", "one", "other"), _TWO_MORE)
+def test_routines_branches_and_declarations_that_both_put_at_one_place_all_stand(language, frame, one, other):
+    base, ours, theirs = (frame.format(text).encode() for text in ("", one, other))
+    conflicts, text = merged(base, ours, theirs, language)
+    assert conflicts == 0
+    assert text in (frame.format(one + other), frame.format(other + one))
+    assert merged(base, theirs, ours, language) == (0, text)
+
+
+@pytest.mark.parametrize(
+    ("base", "ours", "theirs"),
+    [
+        # One routine, one label, one name twice; labels that may be equal; a branch in the middle of another.
+        ("END\n", "END\nDEF b()\nLIN P4\nEND\n", "END\nDEF b()\nLIN P3\nEND\n"),
+        ("b()\nENDSWITCH\n", "b()\nCASE 2\nc()\nENDSWITCH\n", "b()\nCASE 1,2\nd()\nENDSWITCH\n"),
+        ("b()\nENDSWITCH\n", "b()\nCASE n\nc()\nENDSWITCH\n", "b()\nCASE m\nd()\nENDSWITCH\n"),
+        ("b()\ne()\n", "b()\nCASE 2\nc()\ne()\n", "b()\nCASE 3\nd()\ne()\n"),
+        ("b()\nENDSWITCH\n", "b()\nCASE 2\nc()\nENDSWITCH\n", "b()\nDEFAULT\nd()\nENDSWITCH\n"),
+        ("INT i\n", "INT i\nINT k\n", "INT i\nREAL k\n"),
+        ("INT i\n", "INT i\nINT k\n", "INT i\nk=3\n"),
+    ],
+)
+def test_what_depends_on_the_other_sides_additions_stays_a_conflict(base, ours, theirs):
+    texts = (f"DEF a()\nSWITCH i\nCASE 0\n{text}LIN P1\n".encode() for text in (base, ours, theirs))
+    assert merged(*texts, "krl")[0] == 1
+
+
+@pytest.mark.parametrize(
+    ("language", "base", "ours", "theirs", "expected"),
+    [
+        ("krl", "INT i", "INT i, k", "INT i, m", "INT i, k, m"),
+        ("krl", "DECL REAL a[2,3],b ; of a", "DECL REAL a[2,3],b,c ; of a", "DECL REAL a[2,3],b,d ; of b",
+         "DECL REAL a[2,3],b,c,d ; of b"),
+        ("pdl2", "  p1 : POSITION", "  p1, p2 : POSITION", "  p1, p3 : POSITION", "  p1, p2, p3 : POSITION"),
+    ],
+)  # fmt: skip
+def test_names_that_both_add_to_a_declaration_are_all_declared(language, base, ours, theirs, expected):
+    texts = (f"DEF first()\n{line}\nEND\n".encode() for line in (base, ours, theirs))
+    assert merged(*texts, language) == (0, f"DEF first()\n{expected}\nEND\n")
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        ("INT i[3], k", "INT i[4], m"),
+        ("INT k", "INT i, m"),
+        ("REAL i, k", "INT i, m"),
+        ("INT i, k", "INT i, k[2]"),
+    ],
+)
+def test_a_declaration_that_both_change_otherwise_stays_a_conflict(ours, theirs):
+    texts = (f"DEF a()\n{line}\nLIN P1\nEND\n".encode() for line in ("INT i", ours, theirs))
+    assert merged(*texts, "krl")[0] == 1
+
+
+_TWO = "MODULE M\nPROC a()\nMoveL p1,v100,fine,tool0;\n{}ENDPROC\n{}ENDMODULE\n"
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "shown"),
+    [
+        ("", "PROC b()\nSetDO d1,0;\nENDPROC\n", "PROC b()\nSetDO d1,0;\nENDPROC\n"),
+        (
+            "",
+            "PROC b()\nSetDO d1,1;\nSetDO d2,1;\nENDPROC\n",
+            "PROC b()\nSetDO d1,1;\nSetDO d2,1;\nENDPROC\n",
+        ),
+    ],
+)
+def test_what_one_side_took_out_in_one_go_is_chosen_whole(ours, theirs, shown):
+    """Half a routine is none: choosing theirs has to give back all of it."""
+    base = _TWO.format("", "PROC b()\nSetDO d1,1;\nENDPROC\n").encode()
+    conflicts, text = merged(base, _TWO.format("", ours).encode(), _TWO.format("", theirs).encode(), "rapid")
+    assert conflicts == 1
+    assert f"<<<<<<< ours\n=======\n{shown}>>>>>>> theirs\n" in text
+
+
+def test_a_routine_that_one_side_took_out_and_the_other_calls_is_no_silent_choice(tmp_path, capsys):
+    whole = "PROC b()\nSetDO d1,1;\nENDPROC\n"
+    base, gone, other, calls = (
+        _TWO.format(*one).encode()
+        for one in (("", whole), ("", ""), ("", whole.replace("b()", "bee()")), ("b;\n", whole))
+    )
+    found = merge_bytes("rapid", base, gone, calls)
+    assert [hunk.why for hunk in found.hunks] == ["ours takes it out, theirs calls it"]
+    paths = [tmp_path / f"{name}.mod" for name in ("base", "ours", "theirs", "merged")]
+    for path, data in zip(paths, (base, other, calls), strict=False):
+        path.write_bytes(data)
+    words = ["merge", *map(str, paths[:3]), "-o", str(paths[3]), "--no-time"]
+    assert main(words) == 1
+    assert "error[U022]" in capsys.readouterr().err
+    paths[2].write_bytes(_TWO.format("c;\n", whole).encode())  # of another file
+    assert main(words) == 0
+
+
+def test_what_both_declare_at_other_places_is_declared_once_or_told(tmp_path, capsys):
+    frame = "DEF a()\n{}\nLIN P1\nEND\n"
+    base, ours, theirs = (
+        frame.format(one).encode() for one in ("INT i\n", "INT i\nINT k\n", "INT k\nINT i\n")
+    )
+    conflicts, text = merged(base, ours, theirs, "krl")
+    assert conflicts == 0
+    assert text.count("INT k") == text.count("INT i") == 1
+    rows = (["i", "j"], ["i", "k", "j"], ["i", "j", "k"])
+    paths = [tmp_path / f"{name}.pdl" for name in ("base", "ours", "theirs", "merged")]
+    for path, names in zip(paths, rows, strict=False):
+        said = "".join(f"  {name} : INTEGER\n" for name in names)
+        path.write_text(f"PROGRAM a\nVAR\n{said}BEGIN\n  i := 1\nEND a\n")
+    assert main(["merge", *map(str, paths[:3]), "-o", str(paths[3]), "--no-time"]) == 1
+    assert "k is declared twice" in capsys.readouterr().err
+
+
+def test_the_same_line_that_both_put_in_keeps_the_comment_of_one():
+    base, ours, theirs = (
+        f"DEF a()\nLIN P1\n{line}END\n".encode() for line in ("", "LIN P2 ; x\n", "LIN P2\n")
+    )
+    assert merged(base, ours, theirs, "krl") == (0, ours.decode())
+    assert merged(base, ours, ours.replace(b"; x", b"; y"), "krl")[0] == 1
+
+
+def test_a_listing_that_lost_its_positions_is_no_listing_without_them():
+    """As a file that was cut off: its moves still use them."""
+    moves = "/PROG  A\n/MN\n   1:L P[1] 100mm/sec FINE    ;\n   2:L P[1] {}mm/sec FINE    ;\n"
+    places = "/POS\nP[1]{\n   GP1:\n\tX = 1.000  mm\n};\n"
+    base, ours = (f"{moves.format(one)}{places}/END\n".encode() for one in (100, 200))
+    conflicts, text = merged(base, ours, f"{moves.format(100)}/END\n".encode(), "tp")
+    assert conflicts == 1
+    assert places in text
+
+
+def test_how_a_controller_writes_numbers_is_no_change():
+    """ModPos and a saved list write all digits and exponents of values that nobody touched."""
+    row = "CONST robtarget p1:=[[600,{},800],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    saved = (
+        "CONST robtarget p1:=[[600.00,100.0,800.00],[1.000,0.000,0.0,0.0],[0,0,0,0],"
+        "[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]];"
+    )
+    base, ours, theirs = (
+        f"MODULE M\n{text}\nENDMODULE\n".encode() for text in (row.format(100), saved, row.format(111))
+    )
+    assert merged(base, ours, theirs, "rapid") == (0, theirs.decode())
+    base, ours, theirs = (f"DEFDAT A\nREAL H={text}\nENDDAT\n".encode() for text in ("850", "360", "360.0"))
+    assert merged(base, ours, theirs, "krl")[0] == 0
 
 
 def test_a_merge_that_neither_side_would_have_written_is_told(tmp_path, capsys):

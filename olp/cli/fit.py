@@ -9,6 +9,7 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from olp.core.diagnostic import OlpError, error
 from olp.core.files import refuse_inputs, write_output
 
 if TYPE_CHECKING:
@@ -116,6 +117,11 @@ def run(args: Namespace) -> int:
         refuse_front(args.front)
     program = read(args.job, encoding=args.encoding)
     folder = Path(args.job).parent
+    count = len(program.source.lines)
+    for option, lines in (("keep", args.keep), ("free", args.free)):
+        if gone := [line for line in lines if line > count and line - 1 not in lines]:
+            says = f"--{option} names line {min(gone)}, the program has {count}"
+            raise OlpError(error("C002", says, file=args.job, help="lines count from 1"))
     allowed = Allowed(
         (args.within or 0.0) * mm,
         _metres(args.max_speed),

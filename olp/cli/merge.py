@@ -7,7 +7,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import refuse_inputs, write_output
+from olp.core.files import absent, refuse_inputs, write_output
 
 SUMMARY = "merge two changes of one program: points by identity, logic by statement"
 
@@ -42,6 +42,8 @@ def run(args: Namespace) -> int:
     from olp.identification.timing_job import check_assumptions
 
     inputs = [args.base, args.ours, args.theirs]
+    if gone := absent(inputs):
+        raise OlpError(*gone)
     target = _target(args, inputs)
     job = settings_of(args) if not args.no_time or args.assumptions is not None else None
     if job is not None:

@@ -127,10 +127,11 @@ def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int 
     """
     # Without blocking, for what was a file may be a pipe when it is opened.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))
+    kind = os.fstat(descriptor)
+    if not stat.S_ISREG(kind.st_mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "this is not a plain file", os.fspath(path))
     with open(descriptor, "rb") as file:
-        kind = os.fstat(file.fileno())
-        if not stat.S_ISREG(kind.st_mode):
-            raise OSError(errno.EINVAL, "this is not a plain file", os.fspath(path))
         data = file.read(most + 1 if first is None else first) if kind.st_size <= most else b""
     if kind.st_size > most or len(data) > most:
         raise OSError(errno.EFBIG, f"this file has more than {most / 1e6:g} MB", os.fspath(path))

@@ -22,6 +22,8 @@ _DECIMAL = re.compile(r"(?<![\w.])\d++\.\d++(?![\w.])")
 _ENDS_IN_ZERO = re.compile(r"0(?![\w.])")
 _NO_SIGN = re.compile(r"-(?<=[\s,:=({\[]-)(?=0\.?(?![\w.]))")
 _DIGITS = re.compile(r"\d+")
+_EXPONENT = re.compile(r"(?<![\w.])(\d+\.?\d*)e([-+]?\d+)(?![\w.])", re.IGNORECASE)
+_CONSTANT = re.compile(r"-?\d+|#\w+|\"[^\"]*\"")
 
 
 class RecordRule(Enum):
@@ -124,9 +126,9 @@ class MergeRules:
     line begins; `structure`: lines of those that something is built of.
     `data`: a line that defines the thing that its group 1 names, wherever it stands; `loose_data` whether
     its place says nothing. `data_ends`: what ends such a definition where it is longer than a line. `scope`: a line
-    that opens a routine, its name the group 1. `heads`: records with what decides between two.
-    `has_variables`: statements say names that a person chose, `ignores_case`: in any letters. `reals`: a whole number
-    that ends there means the same with a decimal point. `saved_suffixes`: of the files that `of_saved` is about.
+    that opens a routine, its name the group 1, or ends one, without a name. `heads`: records with what decides between
+    two. `has_variables`: statements say names that a person chose, `ignores_case`: in any letters. `reals`: a whole
+    number that ends there means the same with a decimal point. `saved_suffixes`: of the files that `of_saved` is about.
     """
 
     comments: ClassVar[tuple[str, ...]] = ()
@@ -136,6 +138,9 @@ class MergeRules:
     loose_data: ClassVar[bool] = True
     data_ends: ClassVar[str] = ""
     scope: ClassVar[re.Pattern[str]] = _NEVER
+    branch: ClassVar[re.Pattern[str]] = _NEVER
+    branched: ClassVar[re.Pattern[str]] = _NEVER
+    declares: ClassVar[re.Pattern[str]] = _NEVER
     heads: ClassVar[tuple[tuple[re.Pattern[str], RecordRule], ...]] = ()
     has_variables: ClassVar[bool] = False
     ignores_case: ClassVar[bool] = False
@@ -183,6 +188,8 @@ class MergeRules:
     def _plain(self, words: str) -> str:
         if self.ignores_case:
             words = words.casefold()
+        if _EXPONENT.search(words):
+            words = _EXPONENT.sub(_exponent, words)
         if self.reals is not _NEVER:
             words = self.reals.sub(r"\g<0>.", words)
         if "." in words and _ENDS_IN_ZERO.search(words):
@@ -246,6 +253,44 @@ class MergeRules:
         texts, ends = zip(*lines[at : stop + 1], strict=True)
         code = " ".join(map(self.code, texts))
         return Piece(texts, ends, code, f"{scope}/{name}", self.loose_data), stop
+
+    def routines(self, lines: Sequence[str]) -> list[str]:
+        """The names of the routines that these lines are: whole ones, and remarks. Empty: they are something else."""
+        found, inside = [], False
+        for line in lines:
+            edge = self.scope.match(line)
+            if edge is not None:
+                if bool(edge[1]) is inside:
+                    return []
+                inside = not inside
+                found += [edge[1].casefold()] if inside else []
+            elif not inside and not self.is_silent(line):
+                return []
+        return [] if inside else found
+
+    def branches(self, lines: Sequence[str], behind: str) -> list[str]:
+        """The constants whose branches these lines are in front of `behind`; empty: they are something else."""
+        said = [line for line in lines if not self.is_silent(line)]
+        if not said or not self.branch.match(said[0]) or any(map(self.branched.match, said)):
+            return []
+        if not self.branch.match(behind) and not self.branched.match(behind):
+            return []
+        opened = (match[1] for match in map(self.branch.match, said) if match is not None)
+        found = [" ".join(one.split()) for labels in opened for one in labels.split(",")]
+        return found if all(map(_CONSTANT.fullmatch, found)) else []
+
+    def declared(self, code: str) -> tuple[str, dict[str, str], str]:
+        """What stands before the names of a declaration, each by its key, and behind them; no names: it is none."""
+        match = self.declares.fullmatch(code)
+        if match is None:
+            return "", {}, ""
+        names = _separated(match[2])
+        return match[1], {self.code(one).partition("[")[0].strip(): one for one in names}, match[3]
+
+    def is_silent(self, line: str) -> bool:
+        """Whether it is a blank line or a comment."""
+        code = self.code(line)
+        return not code or code[0] == _SILENT
 
     def data_name(self, line: str) -> str:
         """What a line defines, "" where it defines nothing."""
@@ -319,6 +364,17 @@ def lines_of(text: str) -> list[tuple[str, str]]:
     if found and not found[-1][0] and not found[-1][1]:
         found.pop()
     return found
+
+
+def _separated(names: str) -> list[str]:
+    """Names between commas, with their indices."""
+    return [one.strip() for one in re.split(r",(?![^[]*\])", names)]
+
+
+def _exponent(match: re.Match[str]) -> str:
+    """One text for 9E9, 9.0E+09 and 9e+009."""
+    digits = match[1].rstrip("0").removesuffix(".") if "." in match[1] else match[1]
+    return f"{digits}e{int(match[2])}"
 
 
 def later(ours: str, theirs: str) -> str:

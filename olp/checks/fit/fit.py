@@ -54,6 +54,7 @@ _LEAST_S = 1e-4  # [s] a choice that gains less is none
 _APART = 4  # places that are timed at once: one in so many, so that no move has two edited neighbours
 _ROUNDS = 12
 _SAMPLES = 161  # of the way round a corner
+_LESS = (0.0, 0.25, 0.5)  # of what a corner may be passed by, for the front
 _SMALL = 10  # places up to which fewer edits are looked for one by one
 _HELD = 1e-9  # [s]
 _SPEEDS = 41  # instants of a move at which the tool's speed is measured
@@ -79,6 +80,11 @@ class FrontPoint(NamedTuple):
     edits: int
     within_mm: float
     total_s: float
+
+    @property
+    def worth(self) -> tuple[float, float, float]:
+        """The less, the better."""
+        return float(self.edits), self.within_mm, self.total_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +185,7 @@ class FitSearch:
         _check(self.base)
         self._told = {(d.code, d.line) for d in self.base.diagnostics}
         self._known: dict[frozenset[Choice], tuple[float, float]] = {}
+        self._passes: dict[Choice, float] = {}  # [m] of the choices with a zone, alone
         self.called = called_programs(program, self.base) if allowed.called else {}
         found = choices(program, self.base, allowed)
         self.steps = self._governed(found)
@@ -264,6 +271,7 @@ class FitSearch:
             return self._together(some[:half]) | self._together(some[half:]) if half else {}
         gained = seconds_of(self.base, timing, [self.steps[one.place] for one in some])
         far, fast = passed(timing, some), self._too_fast(timing, some)
+        self._passes |= far
         return {
             one: seconds
             for one, seconds in zip(some, gained.tolist(), strict=True)
@@ -377,10 +385,14 @@ class FitSearch:
 
     @cached_property
     def front(self) -> tuple[FrontPoint, ...]:
-        """The best total for each number of edits, and without the corners."""
-        told = sorted(self._front(self.allowed.within), key=lambda one: -one.total_s)
-        found = {(one.edits, one.within_mm): one for one in told}
-        return tuple(sorted(found.values(), key=lambda one: (one.edits, one.within_mm)))
+        """The best total for each number of edits, and for corners passed by less: none is behind another in all."""
+        found = set(self._front(self.allowed.within))
+        best = (
+            one
+            for one in found
+            if not any(other != one and all(map(float.__le__, other.worth, one.worth)) for other in found)
+        )
+        return tuple(sorted(best))
 
     def _front(self, within: float) -> Iterator[FrontPoint]:
         last = self.base.total_s
@@ -391,17 +403,21 @@ class FitSearch:
             if seconds < last - _LEAST_S and far <= within:
                 last = seconds
                 yield FrontPoint(count, round(far / mm, 6), seconds)
-        if any(one.zone >= 0 for one in best):
-            chosen = self.most([one for one in self.choices if one.zone < 0])
-            seconds, _ = self.total(chosen)
+        for share in _LESS if any(one.zone >= 0 for one in best) else ():
+            chosen = self.most(
+                [one for one in self.choices if one.zone < 0 or self._passes[one] <= share * within]
+            )
+            seconds, far = self.total(chosen)
             if np.isfinite(seconds):
-                yield FrontPoint(len(chosen), 0.0, seconds)
+                yield FrontPoint(len(chosen), round(far / mm, 6), seconds)
 
     def answer(self, chosen: Sequence[Choice], to_s: float, front: tuple[FrontPoint, ...]) -> Fit:
         # What a setting gains is what the moves gain that have no edit of their own.
         chosen = sorted(chosen, key=lambda one: (not one.modal, one.path, one.line, one.kind))
         applied, timing = self.timed(chosen)
-        gained = seconds_of(self.base, timing, [self.steps[one.place] for one in chosen])
+        gained = self._shared_out(
+            chosen, seconds_of(self.base, timing, [self.steps[one.place] for one in chosen])
+        )
         far = passed(timing, chosen) | aside(timing, chosen)
         edits = tuple(
             FittedEdit(one, float(seconds), far.get(one, 0.0) / mm, self._limit(timing, one))
@@ -425,6 +441,18 @@ class FitSearch:
             applied.others,
             shared,
         )
+
+    def _shared_out(self, chosen: Sequence[Choice], gained: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What edits of one line gain together, by what each gains alone."""
+        lines: dict[tuple[str, int], list[int]] = {}
+        for at, one in enumerate(chosen):
+            if not one.modal:
+                lines.setdefault((one.path, one.line), []).append(at)
+        found = gained.copy()
+        for some in lines.values():
+            alone = np.array([max(self.gains[chosen[at]], _HELD) for at in some])
+            found[some] = gained[some].sum() * alone / alone.sum()
+        return found
 
     def _limit(self, timing: Timing, one: Choice) -> str:
         """What rules the longest step that the edit is about."""

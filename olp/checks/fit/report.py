@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
+from olp.checks.fit.choices import Choice
 from olp.checks.fit.fit import Fit
 from olp.reports.plot.figure import Axes, Dot, Figure, TextLabel
 from olp.reports.plot.output import picture, refuse_unknown
@@ -56,7 +58,7 @@ def _table(fit: Fit) -> list[str]:
     cells = [("line", "edit", "gained s", "mm", "limited now by")]
     cells += [
         (
-            f"{Path(one.choice.path).name + ' ' if one.choice.path else ''}{one.choice.line}",
+            f"{Path(one.choice.path).name + ' ' if one.choice.path else ''}{_line(one.choice)}",
             one.choice.says,
             f"{one.gained_s:.3f}",
             f"{one.deviation_mm:.3f}" if one.choice.zone >= 0 or one.choice.joint > 0.0 else "",
@@ -69,6 +71,11 @@ def _table(fit: Fit) -> list[str]:
         f"  {a:>{widths[0]}}  {b:{widths[1]}}  {c:>{widths[2]}}  {d:>{widths[3]}}  {e}".rstrip()
         for a, b, c, d, e in cells
     ]
+
+
+def _line(choice: Choice) -> int:
+    """That of the move, or of what changes for it."""
+    return choice.line if choice.line in choice.lines else min(choice.lines)
 
 
 def as_json(fit: Fit) -> dict[str, object]:
@@ -118,18 +125,30 @@ def front_file(fit: Fit, path: str | None) -> bytes | None:
 
 
 def front_figure(fit: Fit) -> Figure:
-    """Totals over the number of edits, and the time that is asked for."""
-    figure = Figure(640, 400, "best totals by number of edits")
-    most = max((one.edits for one in fit.front), default=1) or 1
-    seconds = [*(one.total_s for one in fit.front), fit.to_s]
-    room = 0.05 * (max(seconds) - min(seconds) or 1.0)
-    axes = Axes(figure, 70, 40, 540, 300, (0.0, most + 0.5), (min(seconds) - room, max(seconds) + room))
-    axes.frame("edits", "s", "what so many edits can do at best")
-    axes.line([0.0, most + 0.5], [fit.to_s, fit.to_s], "orange", dash=(5, 4))
-    figure.add(
-        TextLabel(axes.left + axes.width - 4, axes.y(fit.to_s) - 5, f"{fit.to_s:g} s", "orange", anchor="end")
-    )
-    points = sorted((one.edits, one.total_s) for one in fit.front)
-    axes.line([x for x, _ in points], [y for _, y in points], "blue")
-    figure.add(*(Dot(axes.x(x), axes.y(y), 3.5, "blue") for x, y in points))
+    """Totals over the number of edits and, where corners are passed, over by how much; and the time asked for."""
+    edits = [(float(one.edits), one.total_s) for one in fit.front]
+    passed = [(one.within_mm, one.total_s) for one in fit.front]
+    rounds = any(mm > 0.0 for mm, _ in passed)
+    figure = Figure(640, 775 if rounds else 400, "best totals by number of edits")
+    _panel(figure, 40, edits, fit.to_s, "edits", "what so many edits can do at best")
+    if rounds:
+        _panel(figure, 415, passed, fit.to_s, "mm", "what corners passed by so much can do at best")
     return figure
+
+
+def _panel(
+    figure: Figure, top: float, points: Sequence[tuple[float, float]], to_s: float, unit: str, title: str
+) -> None:
+    """The best total up to each number."""
+    best: dict[float, float] = {}
+    for x, y in sorted(points):
+        best[x] = min(y, best.get(x, y))
+    most = 1.05 * (max(best, default=1.0) or 1.0)
+    seconds = [*best.values(), to_s]
+    room = 0.05 * (max(seconds) - min(seconds) or 1.0)
+    axes = Axes(figure, 70, top, 540, 290, (0.0, most), (min(seconds) - room, max(seconds) + room))
+    axes.frame(unit, "s", title)
+    axes.line([0.0, most], [to_s, to_s], "orange", dash=(5, 4))
+    figure.add(TextLabel(axes.left + axes.width - 4, axes.y(to_s) - 5, f"{to_s:g} s", "orange", anchor="end"))
+    axes.line(list(best), list(best.values()), "blue")
+    figure.add(*(Dot(axes.x(x), axes.y(y), 3.5, "blue") for x, y in best.items()))

@@ -28,7 +28,9 @@ _OURS = re.compile(rf"(?:^|(?<=\n)){re.escape(_FIRST)}\n.*?{re.escape(_LAST)}\n"
 def install() -> list[str]:
     """Sets this repository up, and says what was done. Raises OlpError (U002, C005)."""
     top = _top()
-    command = "olp" if shutil.which("olp") else f"{shlex.quote(sys.executable)} -m olp"
+    # In full: what a desktop starts git in may have another PATH.
+    found = shutil.which("olp")
+    command = shlex.quote(os.path.abspath(found)) if found else f"{shlex.quote(sys.executable)} -m olp"
     for key, value in _settings(command).items():
         asked_of_git("config", "--local", key, value)
     attributes = top / ".gitattributes"
@@ -69,9 +71,12 @@ def _text(path: Path) -> str:
 
 
 def _settings(command: str) -> dict[str, str]:
+    merge = f"{command} merge --driver %P --marker-size %L %O %A %B"
+    # Where olp is gone git would leave ours there, without a mark.
+    texts = "git merge-file --marker-size %L -L ours -L base -L theirs %A %O %B"
     return {
         "merge.olp.name": "robot programs: points by identity, logic by statement",
-        "merge.olp.driver": f"{command} merge --driver %P --marker-size %L %O %A %B",
+        "merge.olp.driver": f"{merge}; s=$?; case $s in 126|127) {texts};; *) exit $s;; esac",
         "diff.olp.textconv": f"{command} git text",
     }
 

@@ -8,7 +8,8 @@ of a language that is known.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -19,6 +20,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import from_os_error, read_input
 from olp.core.memory_limit import TextCache, no_garbage_collection, remembering
 from olp.core.source import decode
+from olp.ir.statements import Call, Declare
 from olp.languages.merging import MergeRules, PackedRules, lines_of
 from olp.languages.vendor import Vendor, find_vendor, part_of, recognise, vendor_names
 
@@ -344,16 +346,13 @@ def _program(vendor: Vendor, data: bytes, home: str) -> Program:
 def _new_mistakes(
     vendor: Vendor, merged: Program, texts: Sequence[bytes], home: str
 ) -> tuple[Diagnostic, ...]:
-    """Errors of the merged program that no version has: each side was right, and together they are not."""
-    errors = [one for one in merged.diagnostics if one.is_error]
-    if not errors:
+    """Mistakes of the merged program that no side has: each was right, and together they are not."""
+    found = [*_mistakes(merged), *_undefined(merged)]
+    if not found:
         return ()
-    known = {
-        (one.code, one.message)
-        for data in texts[1:]
-        for one in _program(vendor, data, home).diagnostics
-        if one.is_error
-    }
+    versions = [_program(vendor, data, home) for data in texts if data.strip()]
+    known = {one.message for side in versions[-2:] for one in (*_mistakes(side), *_undefined(side))}
+    here = {routine.name.upper() for side in versions for routine in side.routines}
     return tuple(
         error(
             "U022",
@@ -363,9 +362,39 @@ def _new_mistakes(
             source_line=one.source_line,
             help=one.help,
         )
-        for one in errors
-        if (one.code, one.message) not in known
+        for one in found
+        # What no version defines stands in another file.
+        if one.message not in known and (one.is_error or one.message.rpartition(" ")[2] in here)
     )
+
+
+def _mistakes(program: Program) -> Iterator[Diagnostic]:
+    """What its reader finds, and names that are declared twice."""
+    yield from (one for one in program.diagnostics if one.is_error)
+    for scope, of in (("", program.data), *((one.name, one.body) for one in program.routines)):
+        declared = Counter(one.name.casefold() for one in of if isinstance(one, Declare))
+        for name in (name for name, often in declared.items() if often > 1):
+            last = [one.line for one in of if isinstance(one, Declare) and one.name.casefold() == name][-1]
+            within = f" in {scope}" if scope else ""
+            yield _mistake(
+                error, program, last, f"{name} is declared twice{within}", "take one of the two out"
+            )
+
+
+def _undefined(program: Program) -> Iterator[Diagnostic]:
+    """Calls of what the file does not define."""
+    own = {routine.name.upper() for routine in program.routines}
+    for one in program.statements():
+        if isinstance(one, Call) and one.macro is None and one.routine.upper() not in own:
+            says = f"no routine here is called {one.routine.upper()}"
+            yield _mistake(warning, program, one.line, says, "keep the routine, or leave out the call")
+
+
+def _mistake(
+    make: Callable[..., Diagnostic], program: Program, line: int, says: str, help: str
+) -> Diagnostic:
+    shown = program.source.line(line)
+    return make("U022", says, Span(line, 1, len(shown) + 1), source_line=shown, help=help)
 
 
 # --- Times ---

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from olp.checks.merge.align import Words, align, likeness, words_of
 from olp.checks.merge.model import Hunk, MergedText, SharedStatement, TakenChanges, TextLine
 from olp.checks.merge.renames import with_new_names
-from olp.checks.merge.within import MORE, JoinedChange, by_arguments, changes_words, containing
+from olp.checks.merge.within import MORE, JoinedChange, by_arguments, by_names, changes_words, containing
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
@@ -366,17 +366,53 @@ class _Merge:
         self.rules, self.base, self.ours, self.theirs = rules, base, ours, theirs
         self.taken = {"ours": _Taken(), "theirs": _Taken(), "both": _Taken()}
         self._emitted: set[str] = set()
-        self._words: set[str] | None = None
+        self._disputed: dict[int, str] = {}
+        self._new: dict[int, set[str]] = {}
 
     def settled(self, ours: Sequence[tuple[int, int]], theirs: Sequence[tuple[int, int]]) -> list[Settled]:
         """The merged pieces in order."""
         a, b = _Matched(self.base, self.ours, ours), _Matched(self.base, self.theirs, theirs)
+        self._disputed = self._kept_whole("ours", a, b) | self._kept_whole("theirs", b, a)
         found: list[Settled] = []
         for at in range(len(self.base.items) + 1):
             found += self._between(a, b, at)
             if at < len(self.base.items):
                 found += self._piece(a, b, at)
         return list(_joined(found))
+
+    def _kept_whole(self, word: str, gone: _Matched, other: _Matched) -> dict[int, str]:
+        """What one side took out in one go with something that the other changes or calls: somebody chooses all of it.
+
+        By their places in the base, with the reason.
+        """
+        found: dict[int, str] = {}
+        run: list[int] = []
+        for at in range(len(self.base.items) + 1):
+            if at < len(self.base.items) and gone.gone(at):
+                run += [] if self.base.names[at] else [at]
+                continue
+            why = next(filter(None, (self._disputes(k, gone, other) for k in run)), "")
+            if why:
+                by = "theirs" if word == "ours" else "ours"
+                found |= dict.fromkeys(run, f"{word} takes it out, {by} {why}")
+            run = []
+        return found
+
+    def _disputes(self, at: int, gone: _Matched, other: _Matched) -> str:
+        """What the other side does with a piece that one side took out."""
+        base, kept = self.base.items[at], other.of[at]
+        if kept is None:
+            return ""
+        if not self._as_it_was(base, kept) and not (self._remark(base) and self._remark(kept)):
+            return "changes it"
+        new = other.inserted.get(at)
+        if new and at not in gone.inserted and _context(other, gone, new, at):
+            return "changes it"
+        edge = self.rules.scope.match(base.piece.lines[0])
+        name = (edge[1] or "").casefold() if edge is not None else ""
+        if name and name not in gone.version.words and name in self._new_words(other.version):
+            return "calls it"
+        return ""
 
     # --- what stands between two pieces of the base
 
@@ -397,10 +433,14 @@ class _Merge:
             self.taken[word].statements += len(new)
             yield from self._each(new)
         else:
-            yield from self._both(ours, theirs)
+            yield from self._both(ours, theirs, at)
 
-    def _both(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> Iterator[Settled]:
-        """Both sides put something at the same place."""
+    def _both(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem], at: int) -> Iterator[Settled]:
+        """Both sides put something before the piece `at` of the base."""
+        if self._independent(ours, theirs, at):
+            self._count(ours, theirs)
+            yield from self._each((*ours, *theirs))
+            return
         if all(one.piece.loose or not one.piece.code for one in (*ours, *theirs)):
             self._count(ours, theirs)
             yield from self._each(_by_groups(ours, theirs))
@@ -414,13 +454,14 @@ class _Merge:
                 yield from self._each((*silent, *other))
                 return
         start = 0
-        while start < min(len(ours), len(theirs)) and ours[start].words == theirs[start].words:
+        most = min(len(ours), len(theirs))
+        while start < most and self._both_said(ours[start], theirs[start]):
             start += 1
         stop = 0
-        while stop < min(len(ours), len(theirs)) - start and ours[-1 - stop].words == theirs[-1 - stop].words:
+        while stop < most - start and self._both_said(ours[-1 - stop], theirs[-1 - stop]):
             stop += 1
         mine, other = ours[start : len(ours) - stop], theirs[start : len(theirs) - stop]
-        yield from self._each(_nicer(ours[:start], theirs[:start]))
+        yield from self._each(filter(None, map(self._both_said, ours[:start], theirs[:start])))
         if not mine or not other:
             # What one side put there is part of what the other did.
             self._count(mine, other)
@@ -436,7 +477,41 @@ class _Merge:
             yield from self._each((*mine, *other))
         else:
             yield from self._clash("both put something here", mine, other)
-        yield from self._each(_nicer(ours[len(ours) - stop :], theirs[len(theirs) - stop :]))
+        yield from self._each(
+            filter(None, map(self._both_said, ours[len(ours) - stop :], theirs[len(theirs) - stop :]))
+        )
+
+    def _both_said(self, ours: MergeItem, theirs: MergeItem) -> MergeItem | None:
+        """The same statement, with the comment that stands beside one of them; None: they are two."""
+        if ours.words == theirs.words:
+            return _nicer([ours], [theirs])[0]
+        if ours.says != theirs.says or len(ours.piece.lines) != 1 or len(theirs.piece.lines) != 1:
+            return None
+        remarks = [self.rules.split(one.piece.lines[0])[2].strip() for one in (ours, theirs)]
+        if remarks[0] == remarks[1]:
+            return _nicer([ours], [theirs])[0]
+        return None if all(remarks) else ours if remarks[0] else theirs
+
+    def _independent(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem], at: int) -> bool:
+        """Whether the two are routines, branches for constants or declarations, none of them on both sides."""
+        behind = (one for one in self.base.pieces[at:] if one.lines and not one.says_nothing)
+        after = next((one.lines[0] for one in behind), "")
+        sides = [[line for one in items for line in one.piece.lines] for items in (ours, theirs)]
+        for kind in (self.rules.routines, lambda lines: self.rules.branches(lines, after), self._declared):
+            mine, other = map(kind, sides)
+            if mine and other and not set(mine) & set(other):
+                return True
+        return False
+
+    def _declared(self, lines: Sequence[str]) -> list[str]:
+        """The names that these lines declare, if they do nothing else."""
+        found: list[str] = []
+        for line in lines:
+            names = self.rules.declared(self.rules.split(line)[1])[1]
+            if not names and not self.rules.is_silent(line):
+                return []
+            found += names
+        return found
 
     def _remark(self, item: MergeItem) -> bool:
         """Whether it is for people alone: no statement, and no remark that something is built of."""
@@ -501,13 +576,14 @@ class _Merge:
             kept = ours or theirs
             assert kept is not None
             word, other = ("ours", "theirs") if ours is None else ("theirs", "ours")
-            if self._as_it_was(base, kept):
+            why = self._disputed.get(at, "")
+            if not why and self._as_it_was(base, kept):
                 self.taken[word].statements += 1
                 return
-            if self._remark(base) and self._remark(kept):
+            if not why and self._remark(base) and self._remark(kept):
                 yield kept
                 return
-            why = f"{word} takes it out, {other} changes it"
+            why = why or f"{word} takes it out, {other} changes it"
             yield Clash("statement", "", why, (base,), _tuple(ours), _tuple(theirs))
         else:
             merged = self._merged(base, ours, theirs)
@@ -590,7 +666,7 @@ class _Merge:
     ) -> JoinedChange | None:
         """Both changes of the words of a line, or of its comment (`items` None)."""
         base, ours, theirs = ids = [one.ids for one in items] if items is not None else [(), (), ()]
-        found = by_arguments(self.rules, texts, ids)
+        found = by_arguments(self.rules, texts, ids) or by_names(self.rules, texts)
         if found is not None:
             return found
         side = containing(*map(self.rules.code, texts) if items is not None else texts)
@@ -700,11 +776,13 @@ class _Merge:
 
     def _new_words(self, side: _Version) -> set[str]:
         """Words of statements that the base does not have."""
-        old = {item.says for item in self.base.items}
-        found: set[str] = set()
-        for item in side.items:
-            if item.says not in old and not item.piece.says_nothing:
-                found.update(word.casefold() for word in _WORD.findall(item.piece.code))
+        found = self._new.get(id(side))
+        if found is None:
+            old = {item.says for item in self.base.items}
+            found = self._new[id(side)] = set()
+            for item in side.items:
+                if item.says not in old and not item.piece.says_nothing:
+                    found.update(word.casefold() for word in _WORD.findall(item.piece.code))
         return found
 
     # --- positions with numbers

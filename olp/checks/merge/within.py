@@ -1,6 +1,7 @@
 """Two changes of one statement: where both can stand.
 
-The sides changed different arguments of one move, or one side's change has the other's in it. Anything else is for a
+The sides changed different arguments of one move, added names to one declaration, or one side's change has the other's
+in it. Anything else is for a
 person to decide. Where the arm goes, its target with tool and frame, is one argument: together they say a place.
 """
 
@@ -66,6 +67,21 @@ def by_arguments(
 
 def _said(rules: MergeRules, parts: Sequence[MoveArgument], name: str) -> tuple[str, ...]:
     return tuple(rules.code(one.text).strip() for one in parts if one.name == name)
+
+
+def by_names(rules: MergeRules, texts: tuple[str, str, str]) -> JoinedChange | None:
+    """One declaration to which both sides added names, each its own; None where they did anything else."""
+    (head, names, tail), mine, other = map(rules.declared, texts)
+    if not names or (head, tail) != mine[::2] or (head, tail) != other[::2]:
+        return None
+    if (
+        not names.items() <= mine[1].items() & other[1].items()
+        or mine[1].keys() & other[1].keys() != names.keys()
+    ):
+        return None
+    comma = ", " if ", " in "".join(texts) else ","
+    line = head + comma.join({**mine[1], **other[1]}.values()) + tail
+    return JoinedChange(line, ("names",), ("names",), 1)
 
 
 def containing(base: str, ours: str, theirs: str) -> int:

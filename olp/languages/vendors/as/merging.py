@@ -16,7 +16,9 @@ _ROW = re.compile(r"\s*([^\s=]+)[\s=]+\S")
 class AsMerging(MergeRules):
     comments = (";",)
     has_variables = True
-    scope = re.compile(r"\s*\.PROGRAM\s+([\w.]+)", re.IGNORECASE)
+    scope = re.compile(r"\s*\.PROGRAM\s+([\w.]+)|\s*\.END()\s*$", re.IGNORECASE)
+    branch = re.compile(r"\s*VALUE\s+([^:;]*):", re.IGNORECASE)
+    branched = re.compile(r"\s*(?:ANY\s*:|END\s*$)", re.IGNORECASE)
 
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         section = ""

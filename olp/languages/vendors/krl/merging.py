@@ -9,6 +9,7 @@ from dataclasses import replace
 from olp.languages.merging import Cut, Known, MergeRules, MoveArgument, Piece, RecordRule
 
 _WORDS = "FOR|IF|ELSE|WHILE|UNTIL|WAIT|SWITCH|CASE|RETURN|GOTO|INTERRUPT|TRIGGER|SIGNAL|PTP|LIN|CIRC|EXT|ENUM|STRUC"
+_TYPED = r"(?:GLOBAL\s+)?(?:DECL\s+(?:GLOBAL\s+)?\w+|INT|REAL|BOOL|CHAR|POS|E6POS|FRAME|AXIS|E6AXIS)\s+"
 _DECL = re.compile(r"(?:(?<=^GLOBAL )|(?<=^PUBLIC )|^)DECL ", re.IGNORECASE)
 _LIST = re.compile(r"^\s*DEFDAT\b", re.IGNORECASE | re.MULTILINE)
 # A part of a list has no head; no program is without one of these.
@@ -34,13 +35,24 @@ _OF_FIELD = {"vel": "speed", "acc": "acceleration", "apo_dist": "zone", "apo_mod
 class KrlMerging(MergeRules):
     comments = (";",)
     has_variables = ignores_case = True
-    reals = re.compile(r"\b(?:[xyzabc]|[ae]\d) -?\d+(?=[,}])")
-    structure = re.compile(r"\s*;\s*(?:FOLD|ENDFOLD)\b", re.IGNORECASE)
-    data = re.compile(
-        rf"\s*(?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*(?!(?:{_WORDS})\b)\w+\s+(\$?\w+(?:\[[\d, ]*\])?)\s*=(?!=)",
+    reals = re.compile(r"\b(?:[xyzabc]|[ae]\d) -?\d+(?=[,}])|\breal [\w.]+(?:\[[\d,]*\])?=-?\d+$")
+    branch = re.compile(r"\s*CASE\s+([^;]*)", re.IGNORECASE)
+    branched = re.compile(r"\s*(?:DEFAULT|ENDSWITCH)\b", re.IGNORECASE)
+    declares = re.compile(
+        rf"({_TYPED})"
+        r"(\w+(?:\[[\d,\s]*\])?(?:\s*,\s*\w+(?:\[[\d,\s]*\])?)*)(\s*)",
         re.IGNORECASE,
     )
-    scope = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEFFCT\s+\w+(?:\[\s*\])?|DEF|DEFDAT)\s+([\w$]+)", re.IGNORECASE)
+    structure = re.compile(r"\s*;\s*(?:FOLD|ENDFOLD)\b", re.IGNORECASE)
+    data = re.compile(
+        rf"\s*(?:(?:DECL|GLOBAL|CONST|PUBLIC)\s+)*(?!(?:{_WORDS})\b)\w+\s+(\$?\w+(?:\[[\d, ]*\])?)\s*=(?!=)"
+        rf"|\s*{_TYPED}(\w+)(?:\[[\d,\s]*\])?(?:\s*,\s*\w+(?:\[[\d,\s]*\])?)*\s*(?:;.*)?$",
+        re.IGNORECASE,
+    )
+    scope = re.compile(
+        r"\s*(?:GLOBAL\s+)?(?:DEFFCT\s+\w+(?:\[\s*\])?|DEF|DEFDAT)\s+([\w$]+)|\s*END(?:FCT)?()\s*(?:;.*)?$",
+        re.IGNORECASE,
+    )
     heads = (
         (re.compile(r"&REL\b", re.IGNORECASE), RecordRule.GREATEST),
         (re.compile(r"&PARAM\s+\w+|&\w+", re.IGNORECASE), RecordRule.SAVED_LAST),

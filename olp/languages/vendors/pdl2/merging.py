@@ -20,6 +20,10 @@ class Pdl2Merging(MergeRules):
     loose_data = False  # an assignment runs where it stands
     scope = re.compile(r"\s*ROUTINE\s+(\w+)|\s*END\s+\w+()\s*$", re.IGNORECASE)
 
+    branch = re.compile(r"\s*CASE\s*\(([^)]*)\)\s*:", re.IGNORECASE)
+    branched = re.compile(r"\s*(?:DEFAULT|ENDSELECT)\b", re.IGNORECASE)
+    declares = re.compile(r"()(\w+(?:\s*,\s*\w+)*)(\s*:(?!=)\s*[A-Z].*)", re.IGNORECASE)
+
     def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         if move is None or (not move[4] and move.end() < len(code)):

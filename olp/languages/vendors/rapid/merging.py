@@ -23,6 +23,9 @@ class RapidMerging(MergeRules):
         r"\s*(?:LOCAL\s+)?(?:PROC|TRAP|FUNC\s+\w+)\s+(\w+)|\s*END(?:PROC|FUNC|TRAP)()\b", re.IGNORECASE
     )
 
+    branch = re.compile(r"\s*CASE\s+([^:!]*):", re.IGNORECASE)
+    branched = re.compile(r"\s*(?:DEFAULT|ENDTEST)\b", re.IGNORECASE)
+
     def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
         if move is None:

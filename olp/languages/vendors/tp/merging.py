@@ -105,7 +105,8 @@ class TpMerging(MergeRules):
                 if section == "/POS":
                     pieces.append(Piece((), (), "", _TABLE))
             at += 1
-        return Cut(pieces, {_TABLE: rows}, {}, frozenset({_FAMILY} if indirect else ()))
+        tables = {_TABLE: rows} if any(piece.name == _TABLE for piece in pieces) else {}
+        return Cut(pieces, tables, {}, frozenset({_FAMILY} if indirect else ()))
 
     def _instruction(self, lines: Sequence[tuple[str, str]]) -> Piece:
         uses: list[NumberedUse] = []

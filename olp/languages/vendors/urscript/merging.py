@@ -61,6 +61,21 @@ class UrScriptMerging(MergeRules):
         move = _MOVE.match(code)
         return [] if move is None else split_arguments(code, _PLACES[move[1]], _WORDS)
 
+    def routines(self, lines: Sequence[str]) -> list[str]:
+        """Blocks of all kinds end alike."""
+        found: list[str] = []
+        depth = 0
+        for line in lines:
+            opened = _OPENS.match(line)
+            if not depth and (opened is None or not opened[1]) and not self.is_silent(line):
+                return []
+            if opened is not None:
+                found += [opened[1]] if not depth else []
+                depth += 1
+            elif _ENDS.match(line):
+                depth -= 1
+        return [] if depth else found
+
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         """Data by the routine that they stand in: routines stand in one another."""
         within: list[str] = []

@@ -23,6 +23,9 @@ class Val3Merging(MergeRules):
     comments = ("//",)
     has_variables = True
 
+    branch = re.compile(r"\s*case\s+([^/]*)")
+    branched = re.compile(r"\s*(?:default|endSwitch)\b")
+
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
         """Each datum by its name, each value of an array by its place in it."""
         inside = ""
