@@ -8,7 +8,10 @@ import recordings
 from cpu_time import cpu_time_below
 
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.axis_rates import PLACES, rates_of
+from olp.identification.diagnosis.axis_rates import PLACES, limits_from_times, rates_of
+from olp.identification.diagnosis.fitting import Noise, fit
+from olp.identification.diagnosis.judged import case_of
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recording import read_recording
 from olp.robots.geometry import (
     Pose,
@@ -19,6 +22,7 @@ from olp.robots.geometry import (
 )
 from olp.robots.kinematics import forward, inverse, track, with_tool, within_limits, without_tool
 from olp.robots.robot import load_robot
+from olp.timing.physics import load_term
 
 TOOL = (12.0, -30.0, 240.0, 10.0, -35.0, 20.0)
 FINE = 4000
@@ -280,3 +284,84 @@ def test_six_hundred_moves_take_less_than_a_second(tmp_path):
         rates, _ = rates_of(recording, np.arange(600), recording.moves.chord)
     assert rates.path.shape == (600, PLACES, 6)
     assert rates.known.mean() > 0.9
+
+
+SPEEDS, RAMPS = np.array([2.1, 1.7, 2.6, 6.0]), np.array([4.0, 6.0, 5.0, 20.0])
+
+
+def joint_times(turned, share, together, heavy=1.0):
+    """What a simulation says of joint moves: all limits at once for all axes, or the slowest axis' own time."""
+    paces, ramps = share[:, None] * SPEEDS / turned, RAMPS / turned
+    ramps[:, 0] /= heavy
+    if together:
+        paces, ramps = paces.min(axis=1, keepdims=True), ramps.min(axis=1, keepdims=True)
+    return np.where(paces**2 < ramps, 1 / paces + paces / ramps, 2 / np.sqrt(ramps)).max(axis=1)
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_the_limits_of_all_axes_are_read_off_simulated_joint_moves(together):
+    rng = np.random.default_rng(3)
+    turned, share = rng.uniform(0.05, 2.0, (120, 4)) * [1, 0.8, 1, 2], rng.choice([0.3, 0.6, 1.0], 120)
+    sim = joint_times(turned, share, together)
+    sim[::11] *= 0.8  # some go round a corner
+    found = limits_from_times(turned, share, np.ones(120), sim)
+    np.testing.assert_allclose(found.speeds, SPEEDS, rtol=1e-3)
+    np.testing.assert_allclose(found.accelerations, RAMPS, rtol=1e-3)
+    quick = np.argmin(share[:, None] * SPEEDS / turned, axis=1)
+    assert np.mean(found.leading == quick) > (0.99 if together else 0.8)
+    assert limits_from_times(turned, share, np.ones(120), sim * rng.uniform(0.7, 1.3, 120)) is None
+
+
+def test_joint_moves_without_a_robot_are_simulated_as_they_were(tmp_path):
+    """The axis that turns farthest is often not the slowest: its speed was read off all the same, with rounded ends."""
+    rng = np.random.default_rng(4)
+    points, share = rng.uniform(-1.0, 1.0, (61, 4)) * [1, 0.8, 1, 2], rng.choice([0.3, 0.6, 1.0], 60)
+    turned = np.abs(np.diff(points, axis=0))
+    sim = joint_times(turned, share, True)
+    rows = [
+        row(
+            i + 1,
+            "joint",
+            points[i : i + 2],
+            sim_s=repr(float(sim[i])),
+            speed_pct=repr(float(100 * share[i])),
+        )
+        | {"blend_mm": "30" if i % 3 == 0 else "0"}
+        for i in range(60)
+    ]
+    moves = case_of(read(tmp_path, rows)).case
+    np.testing.assert_allclose(moves.base.duration(), sim, rtol=1e-4)
+    assert list(moves.leading) == [
+        f"axis {k + 1}" for k in np.argmax(turned / SPEEDS / share[:, None], axis=1)
+    ]
+    np.testing.assert_allclose(moves.rates.rated_acceleration, RAMPS, rtol=1e-3)
+
+
+def test_a_stretched_arm_slows_joint_moves_as_far_as_the_first_axis_is_the_slowest(tmp_path):
+    rng = np.random.default_rng(5)
+    points, share = rng.uniform(-1.0, 1.0, (121, 4)) * [1, 0.8, 1, 2], rng.choice([0.3, 0.6, 1.0], 120)
+    turned, reach = np.abs(np.diff(points, axis=0)), rng.uniform(0.4, 1.4, 120)
+    told = joint_times(turned, share, True)
+    measured = joint_times(turned, share, True, 1.0 + 0.8 * reach**2)
+    rows = [
+        row(
+            i + 1,
+            "joint",
+            points[i : i + 2],
+            sim_s=repr(float(told[i])),
+            speed_pct=repr(float(100 * share[i])),
+        )
+        | {"duration_s": repr(float(measured[i]))}
+        | {
+            f"{c}_{end}_mm": repr(float(1000.0 * reach[i] * (c == "x")))
+            for c in "xyz"
+            for end in ("start", "end")
+        }
+        for i in range(120)
+    ]
+    moves = case_of(read(tmp_path, rows)).case
+    term = load_term("reach-inertia")
+    form = next(form for form in term.forms(moves) if form.key == "")
+    best = fit(DurationModel((ModelPart(term, form, np.array([0.3])),)), moves, Noise(1e-5), 30)
+    assert best.model.parts[0].values == pytest.approx([0.8], rel=1e-3)
+    np.testing.assert_allclose(best.model.seconds(moves), measured, atol=1e-4)

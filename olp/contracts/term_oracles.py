@@ -183,7 +183,8 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     about = straight(case)
     if case.rates is not None:
         about = about | (case.moving & case.joint & leads(case, 0))
-    if form.key == "any axis":
+    limited = form.key != "any axis" and case.rates is not None and case.rates.rated_acceleration is not None
+    if form.key == "any axis" or limited:
         about = case.moving & np.isfinite(case.start[:, :2] + case.end[:, :2]).all(axis=1)
     unit = case.end - case.start
     unit = unit / np.maximum(np.linalg.norm(unit, axis=1), 1e-9)[:, None]
@@ -197,8 +198,20 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
             grown = grown * (tangent * unit[:, :2]).sum(axis=1) ** 2
         if form.key in ("from a reach", "any axis"):
             grown = grown - values[1] ** 2
-        factors.append(np.where(about, 1.0 / np.maximum(1.0 + values[0] * np.nan_to_num(grown), 0.1), 1.0))
+        more: Array = np.where(about, np.maximum(1.0 + values[0] * np.nan_to_num(grown), 0.1), 1.0)
+        factors.append(least_axis(case, more) if limited else 1.0 / more)
     return both(case, *factors)
+
+
+def least_axis(case: MeasuredMoves, heavy: Array) -> Array:
+    """(n,) what remains of each ramp when the first axis accelerates `heavy` times less; in joint moves the axis that
+    can least decides, before and after."""
+    assert case.rates is not None
+    assert case.rates.rated_acceleration is not None
+    asked = np.abs(case.rates.path[:, 0]) / case.rates.rated_acceleration
+    more = asked * np.stack([heavy, *[np.ones(len(case))] * (asked.shape[1] - 1)], axis=1)
+    remains = np.maximum(asked.max(axis=1), 1e-9) / np.maximum(more.max(axis=1), 1e-9)
+    return np.asarray(np.where(case.joint, remains, 1.0 / heavy))
 
 
 def coulomb_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -544,3 +544,122 @@ def _numerically(robot: Robot, place: Floats, rotation: Floats, seed: Floats) ->
         joints, good = newton(robot, place[rows, i], rotation[rows, i], found[rows, i - 1])
         found[rows[good], i] = joints[good]
     return found
+
+
+# --- joint moves without a robot --------------------------------------------------------------------------------------
+
+
+class AxisLimits(NamedTuple):
+    """What each axis can do in the judged simulation, as its joint moves tell; `leading` sets each move's speed."""
+
+    speeds: Floats  # (k,) [rad/s], inf where the axis never sets a move's speed
+    accelerations: Floats  # (k,) [rad/s²], inf where it never sets a ramp
+    leading: NDArray[np.intp]  # (n,)
+    speed: Floats  # (n,) [rad/s] of the leading axis
+    acceleration: Floats  # (n,) [rad/s²] of the leading axis
+
+
+_ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
+_OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves
+_LIMIT_ROUNDS = 60
+_STARTS = (
+    (1.02, 1.3),
+    (1.2, 1.3),
+    (1.02, 4.0),
+    (1.3, 4.0),
+)  # times the least speeds and accelerations that can be
+
+
+def limits_from_times(turned: Floats, share: Floats, ramps: Floats, sim: Floats) -> AxisLimits | None:
+    """The axes' limits that give joint moves their simulated times `sim` (n,) [s]; None where none do.
+
+    `turned` (n, k) [rad] without sign; `share`, `ramps` (n,) [1] of the rated speeds and accelerations. In one law all
+    limits hold at once for the synchronous axes, in the other the slowest axis takes its own time.
+    """
+    told = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
+    if told.sum() < _ENOUGH_MOVES:
+        return None
+    per_speed, per_ramp = (
+        turned / share[:, None],
+        turned / ramps[:, None],
+    )  # the less, the quicker an axis is done
+    least = np.concatenate(
+        [(per_speed / sim[:, None])[told].max(axis=0), (4.0 * per_ramp / sim[:, None] ** 2)[told].max(axis=0)]
+    )
+    turns = np.nonzero(least[: turned.shape[1]] > 1e-9)[0]
+    per_speed, per_ramp = per_speed[:, turns], per_ramp[:, turns]
+    least = least.reshape(2, -1)[:, turns]
+    best: tuple[float, Floats, bool] | None = None
+    for together in (True, False):
+        for start in _STARTS:
+            logs = np.log(least * np.array(start)[:, None]).ravel()
+            found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], together)
+            off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], together)[0]))
+            misfit = float(np.quantile(off, _OF_ALL))
+            if best is None or misfit < best[0]:
+                best = misfit, found, together
+    if best is None or best[0] > _OFF:
+        return None
+    _, logs, together = best
+    _, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(told, sim, 1.0), together)
+    speeds, accelerations = np.exp(logs.reshape(2, -1))
+    at = np.arange(len(sim))
+    leading = turns[fastest]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pace = np.where(told, speeds[fastest] / per_speed[at, fastest], np.nan)
+        ramp = np.where(told, accelerations[strongest] / per_ramp[at, strongest], np.nan)
+    way = turned[at, leading]
+    whole = np.full((2, turned.shape[1]), np.inf)
+    for row, limits, active in ((0, speeds, fastest), (1, accelerations, strongest)):
+        sets = np.unique(active[told])
+        whole[row, turns[sets]] = limits[sets]
+    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way)
+
+
+def _over(
+    logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool
+) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats]]:
+    """(n,) logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
+    that logarithm changes with those of the two limits."""
+    speeds, accelerations = np.exp(logs.reshape(2, -1))
+    with np.errstate(divide="ignore", over="ignore"):
+        paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
+    at = np.arange(len(sim))
+    if together:
+        fastest, strongest = np.argmin(paces, axis=1), np.argmin(ramps, axis=1)
+    else:
+        each = np.where(paces**2 <= ramps, 1.0 / paces + paces / ramps, 2.0 / np.sqrt(ramps))
+        fastest = strongest = np.argmax(each, axis=1)
+    pace, ramp = paces[at, fastest], ramps[at, strongest]
+    full = pace**2 <= ramp
+    cruise, speeding = 1.0 / pace, pace / ramp
+    time = np.where(full, cruise + speeding, 2.0 / np.sqrt(ramp))
+    slopes = np.where(full, (speeding - cruise) / time, 0.0), np.where(full, -speeding / time, -0.5)
+    return np.log(time / sim), (fastest, strongest), slopes
+
+
+def _limits_fitted(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:
+    """(2k,) logarithms of the limits near these, by Levenberg and Marquardt's steps; odd moves hardly count."""
+    width, at, damping = len(logs) // 2, np.arange(len(sim)), 1e-2
+    off, sets, slopes = _over(logs, per_speed, per_ramp, sim, together)
+    for _ in range(_LIMIT_ROUNDS):
+        scale = max(float(np.median(np.abs(off))), 1e-5)
+        weight = 1.0 / (1.0 + (off / (3.0 * scale)) ** 2)
+        columns = np.zeros((len(sim), len(logs)))
+        columns[at, sets[0]] = slopes[0]
+        columns[at, width + sets[1]] += slopes[1]
+        normal, pull = columns.T @ (weight[:, None] * columns), -columns.T @ (weight * off)
+        loss = float(np.sum(np.log1p((off / (3.0 * scale)) ** 2)))
+        for _ in range(6):
+            tried = logs + np.linalg.solve(
+                normal + damping * (np.diag(np.diag(normal)) + 1e-6 * np.eye(len(logs))), pull
+            )
+            there = _over(tried, per_speed, per_ramp, sim, together)
+            if float(np.sum(np.log1p((there[0] / (3.0 * scale)) ** 2))) < loss - 1e-9:
+                logs, (off, sets, slopes) = tried, there
+                damping = max(damping / 10.0, 1e-9)
+                break
+            damping *= 10.0
+        else:
+            break
+    return logs

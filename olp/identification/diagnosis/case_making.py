@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.identification.diagnosis.axis_rates import rates_of
+from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.timing.accelerations import MotionLimits, constant_axes
 from olp.timing.physics._case import MeasuredMoves
@@ -47,6 +48,7 @@ class _Pace(NamedTuple):
     speed: Floats
     acceleration: Floats
     override: Floats  # [1] under which the judged simulation ran; it is in `speed`
+    axes: AxisLimits | None = None  # read off the simulated times of joint moves
 
 
 class JudgedTimes(NamedTuple):
@@ -100,6 +102,8 @@ def _case(
     if judged is not None:
         base, stretch = _base(moves, rows, pace, judged, stops, blends, before, floor.resolution, notes)
     rates, told = rates_of(recording, rows, np.where(base.way > 0, base.way, 1.0))
+    if rates is not None and rates.rated is None and pace.axes is not None:
+        rates = replace(rates, rated=pace.axes.speeds, rated_acceleration=pace.axes.accelerations)
     notes.extend(told)
     return MeasuredMoves(
         move=moves.move[rows],
@@ -151,22 +155,36 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
         acceleration = np.where(path & ~np.isfinite(acceleration), straight, acceleration)
     joint = (moves.kind == JOINT) & moves.has_joints
     leading = np.full(len(moves), -1, dtype=np.intp)
+    axes: AxisLimits | None = None
     if joint.any():
-        lead, axis = _leading(recording, joint)
+        axes = _axes_simulated(recording, joint)
+        lead, axis = _leading(recording, joint, axes)
         leading = np.where(joint, axis, leading)
         way = np.where(joint, lead, way)
-        rated, ramp = _joint_pace(recording, joint, lead, axis, notes)
+        rated, ramp = _joint_pace(recording, joint, lead, axis, axes, notes)
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
     override = _whole(moves.override) if own else _simulated_override(moves, way, speed, leading)
     way = np.where(moves.kind == WAIT, 0.0, way)
-    return _Pace(way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override)
+    return _Pace(way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override, axes)
 
 
-def _leading(recording: Recording, joint: Mask) -> tuple[Floats, NDArray[np.intp]]:
+def _axes_simulated(recording: Recording, joint: Mask) -> AxisLimits | None:
+    """The axes' limits behind the simulated times of joint moves, where no robot file tells them."""
+    moves, robot = recording.moves, recording.robot
+    turned = np.abs(moves.joints_end - moves.joints_start)
+    if robot is not None and len(robot.axes) == turned.shape[1]:
+        return None
+    ramps = _whole(moves.acceleration_fraction)
+    return limits_from_times(turned, _whole(moves.speed_fraction), ramps, np.where(joint, moves.sim, np.nan))
+
+
+def _leading(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Floats, NDArray[np.intp]]:
     """(n,) [rad] of the axis that takes longest at rated speeds, and its number."""
     moves, robot = recording.moves, recording.robot
     turned = np.abs(moves.joints_end - moves.joints_start)
+    if axes is not None:
+        return np.where(joint, turned[np.arange(len(turned)), axes.leading], np.nan), axes.leading
     rated = np.ones(turned.shape[1])
     if robot is not None and len(robot.axes) == turned.shape[1]:
         rated = np.where(np.isfinite(robot.speeds), robot.speeds, 1.0)
@@ -195,7 +213,12 @@ def _simulated_override(moves: RecordedMoves, way: Floats, speed: Floats, axis: 
 
 
 def _joint_pace(
-    recording: Recording, joint: Mask, lead: Floats, axis: NDArray[np.intp], notes: list[str]
+    recording: Recording,
+    joint: Mask,
+    lead: Floats,
+    axis: NDArray[np.intp],
+    axes: AxisLimits | None,
+    notes: list[str],
 ) -> tuple[Floats, Floats]:
     """Speed and acceleration of the leading axes: of the robot, or read off the simulated durations."""
     moves, robot = recording.moves, recording.robot
@@ -205,11 +228,13 @@ def _joint_pace(
             np.isfinite(moves.acceleration_fraction), moves.acceleration_fraction, 1.0
         )
         return share * robot.speeds[axis], ramp
+    notes.append("no robot is named: rated axis speeds are read off the simulated times of joint moves")
+    if axes is not None:
+        return axes.speed, axes.acceleration
     speed, ramp = np.full(len(moves), np.nan), np.full(len(moves), np.nan)
     for number in np.unique(axis[joint]).tolist():
         here = joint & (axis == number)
         speed[here], ramp[here] = _read_off(lead[here], share[here], moves.sim[here])
-    notes.append("no robot is named: rated axis speeds are read off the simulated times of joint moves")
     return speed, ramp
 
 
@@ -281,8 +306,9 @@ def _base(
     speed = np.where(moving & ~joint, faster * speed, speed)
     slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
-    missing = ~np.isfinite(slow) | joint
-    missing |= limited(way, speed, sim, slow, plain)
+    read = joint & (pace.axes is not None)
+    missing = ~np.isfinite(slow) | (joint & ~read)
+    missing |= limited(way, speed, sim, slow, plain | (read & start & end))
     for kind in (joint, ~joint):
         here = missing & kind
         if here.any():

@@ -153,7 +153,7 @@ def usual_rounding(case: MeasuredMoves) -> float:
 
 def _possible(case: MeasuredMoves, lines: StraightLines, line: int, speed: float, top: float) -> bool:
     """Nothing faster than recorded, but where every axis stays below its rated speed all along."""
-    rated = None if case.rates is None else case.rates.rated
+    rated = case.rates.rated if case.rates is not None and case.rates.exact else None
     if lines.rates is None or not lines.checked[line] or rated is None:
         return speed <= max(float(lines.fastest[line]), 0.0) * 1.001
     return bool(np.all(np.abs(lines.rates[line]).max(axis=0) * speed <= _OF_RATED * rated))

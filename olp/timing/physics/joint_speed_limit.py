@@ -38,7 +38,8 @@ class JointSpeedLimit(MoveTerm):
             forms += _form(case, ALL, "alike", "limit", "rad/s", 0.0, "of all axes")
         forms += [form._replace(key=f"{form.key}{_AT_ONCE}") for form in forms]
         for axis, name in enumerate(case.rates.names):
-            least = 0.0 if rated is None else _SLOWEST * float(rated[axis])
+            own = np.inf if rated is None else float(rated[axis])
+            least = _SLOWEST * own if np.isfinite(own) else 0.0
             forms += _form(case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of axis {name}")
         return tuple(forms)
 

@@ -25,7 +25,8 @@ class ReachInertia(MoveTerm):
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         near, far = _reaches(case)
-        both = np.concatenate([near, far])[np.tile(_swings(case) & np.isfinite(near + far), 2)]
+        swings = _known(case) if _limited(case) else _swings(case) & np.isfinite(near + far)
+        both = np.concatenate([near, far])[np.tile(swings, 2)]
         if len(both) < 8 or not np.isfinite(both).all() or np.ptp(both) < _SPREAD:
             return ()
         top = 8.0 / float(np.max(both)) ** 2
@@ -86,10 +87,10 @@ class ReachInertia(MoveTerm):
         end = case.once(f"reach {form.key} 1", lambda: _weight(case, form.key, 1))
         if len(values) > 1:
             start, end = (np.where(at > 0, at - values[1] ** 2, 0.0) for at in (start, end))
-        return motion.with_(
-            accelerate=motion.accelerate / np.maximum(1.0 + values[0] * start, _LEAST),
-            decelerate=motion.decelerate / np.maximum(1.0 + values[0] * end, _LEAST),
-        )
+        start, end = (np.maximum(1.0 + values[0] * at, _LEAST) for at in (start, end))
+        if form.key != _ANY and _limited(case):
+            start, end = _of_first_axis(case, start), _of_first_axis(case, end)
+        return motion.with_(accelerate=motion.accelerate / start, decelerate=motion.decelerate / end)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         start, end = _reaches(case)
@@ -123,7 +124,7 @@ def _weight(case: MeasuredMoves, key: str, end: int) -> Floats:
     weight = reach if key == "linear" else reach**2
     if key == "across":
         weight = weight * _across(case, end) ** 2
-    swings = _known(case) if key == _ANY else _swings(case)
+    swings = _known(case) if key == _ANY or _limited(case) else _swings(case)
     return np.where(swings, np.nan_to_num(weight), 0.0)
 
 
@@ -137,6 +138,26 @@ def _swings(case: MeasuredMoves) -> Mask:
     first = case.rates.names[0] if case.rates is not None else ""
     led = np.array([name == first != "" for name in case.leading], dtype=bool)
     return np.asarray(case.moving & (~case.joint | led))
+
+
+def _limited(case: MeasuredMoves) -> bool:
+    """Whether the acceleration of each axis is known, so that joint moves are slowed as far as the first one is."""
+    return case.rates is not None and case.rates.rated_acceleration is not None
+
+
+def _of_first_axis(case: MeasuredMoves, heavy: Floats) -> Floats:
+    """(n,) by which ramps are longer where the first axis' inertia is `heavy` (n,) [1] times the simulated one: in
+    joint moves as far as that axis then is the slowest."""
+
+    def room(axes: slice) -> Floats:
+        assert case.rates is not None
+        assert case.rates.rated_acceleration is not None
+        asked = np.abs(case.rates.path[:, 0, axes]) / case.rates.rated_acceleration[axes]
+        return np.asarray(1.0 / np.maximum(asked.max(axis=1), 1e-9))
+
+    first, others = (case.once(f"room {k}", lambda k=k: room(k)) for k in (slice(0, 1), slice(1, None)))  # type: ignore[misc]
+    longer = np.minimum(first, others) / np.minimum(first / heavy, others)
+    return np.where(case.joint, longer, heavy)
 
 
 def _across(case: MeasuredMoves, end: int) -> Floats:

@@ -1,0 +1,24 @@
+"""Recordings with sealed causes: `generate FOLDER --seed S --cases N` writes them, `score FOLDER` judges answers."""
+
+import argparse
+import os
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from bench.third_author.cases import generate
+from bench.third_author.scoring import score
+
+parser = argparse.ArgumentParser(prog="third_author", description=__doc__)
+commands = parser.add_subparsers(dest="command", required=True)
+making = commands.add_parser("generate", help="write recordings, and the truth beside them")
+making.add_argument("folder", type=Path)
+making.add_argument("--seed", type=int, required=True)
+making.add_argument("--cases", type=int, default=80)
+judging = commands.add_parser("score", help="run olp diagnose on them and print what it got right")
+judging.add_argument("folder", type=Path)
+args = parser.parse_args()
+if args.command == "generate":
+    generate(args.folder, args.seed, args.cases)
+else:
+    print(score(args.folder))

@@ -1,0 +1,138 @@
+"""Diagnoses written cases and compares the answers with the truth beside them."""
+
+import json
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from olp.identification.diagnosis.diagnose import diagnose_recording
+from olp.identification.recording import read_recording
+
+SAME = {"override": {"speed-scale"}}  # the contract's name of what this author calls otherwise
+VERDICTS = {"nothing": {"no-mismatch"}, "outside": {"unexplained"}}
+SCATTER = {"turning-back", "taught-elsewhere"}  # outside effects that columns cannot tell from scatter
+
+
+def answer(case: Path, out: Path) -> dict:
+    """The answer that `olp diagnose --json` writes; kept, so that a second run only reads it."""
+    if not out.exists():
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(json.dumps(diagnose_recording(read_recording(case)).diagnosis.to_json()))
+    return json.loads(out.read_text())
+
+
+def judge(truth: dict, said: dict) -> dict:
+    """One case's row: names, verdict, numbers and moves, each right, wrong or not asked."""
+    outside = truth["family"] == "outside"
+    hidden = [] if outside else [effect["term"] for effect in truth["effects"]]
+    optional = set(truth["optional"])
+    groups = [set(group) for group in said.get("indistinguishable", [])]
+    stated = [finding["term"] for finding in said["findings"]]
+
+    def means(term: str) -> set[str]:
+        """The hidden names that a stated one may stand for."""
+        words = {term}.union(*(group for group in groups if term in group))
+        return {
+            h for h in hidden if words & ({h} | SAME.get(h, set()) | set(truth["equivalents"].get(h, ())))
+        }
+
+    met: dict[str, dict] = {}
+    false = []
+    for finding in said["findings"]:
+        fits = means(finding["term"]) - set(met)
+        exact = [h for h in fits if h == finding["term"]] or sorted(fits)
+        if exact:
+            met[exact[0]] = finding
+        elif finding["term"] not in optional and not (truth["condition"] and means(finding["term"])):
+            false.append(finding["term"])
+    row = {
+        "family": truth["family"], "hidden": hidden or [e["term"] for e in truth["effects"]], "stated": stated,
+        "first": bool(stated and means(stated[0])) if hidden else None,
+        "exact": set(hidden) - optional <= set(met) and not false,
+        "false": false, "verdict": said["verdict"],
+        "right": said["verdict"] in _verdicts(truth),
+        "noise_ms": 1000 * truth["noise_s"], "recorder": truth["recorder"], "condition": truth["condition"],
+        "ratio": None, "f1": None, "intervals": [],
+    }  # fmt: skip
+    after = (said.get("fit") or {}).get("heldout_after") or {}
+    if hidden and after.get("rmse_s") is not None:
+        row["ratio"] = after["rmse_s"] / truth["noise_s"]
+    for effect in truth["effects"] if not outside else []:
+        found = met.get(effect["term"])
+        if found is None:
+            continue
+        if found["term"] == effect["term"]:
+            row["intervals"] += list(_intervals(effect, found))
+        if truth["condition"]:
+            same = [f for f in said["findings"] if f["term"] == found["term"]]
+            row["f1"] = _f1(set(effect["moves"]), set().union(*(f["moves"] for f in same)))
+    return row
+
+
+def _verdicts(truth: dict) -> set[str]:
+    """Those that are right."""
+    right = VERDICTS.get(truth["family"], {"explained"})
+    return right | {"no-mismatch"} if SCATTER & {effect["term"] for effect in truth["effects"]} else right
+
+
+def _intervals(effect: dict, found: dict):
+    for name, number in effect["numbers"].items():
+        given = found["parameters"].get(name)
+        if given and given.get("ci95") and None not in given["ci95"]:
+            low, high = given["ci95"]
+            yield bool(low <= number <= high)
+
+
+def _f1(truth: set[int], said: set[int]) -> float:
+    return 2 * len(truth & said) / max(len(truth) + len(said), 1)
+
+
+def table(rows: list[dict]) -> str:
+    """The figures by family, one line each; `ratio`: unseen error over noise, mean of those called explained."""
+    by = defaultdict(list)
+    for row in rows:
+        by[row["family"]].append(row)
+    by["all"] = rows
+    lines = [_line("family", "cases", "first", "exact", "false", "verdict", "ratio", "F1", "intervals")]
+    for family, group in by.items():
+        firsts = [row["first"] for row in group if row["first"] is not None]
+        ratios = [row["ratio"] for row in group if row["ratio"] is not None and row["verdict"] == "explained"]
+        f1 = [row["f1"] or 0.0 for row in group if row["family"] == "somewhere"]
+        inside = [held for row in group for held in row["intervals"]]
+        exact, right = [row["exact"] for row in group], [row["right"] for row in group]
+        false = sum(bool(row["false"]) for row in group)
+        means = [f"{np.mean(values):.2f}" if values else "-" for values in (ratios, f1)]
+        lines.append(
+            _line(family, len(group), _of(firsts), _of(exact), false, _of(right), *means, _of(inside))
+        )
+    return "\n".join(lines)
+
+
+def _line(*cells: object) -> str:
+    return " ".join(f"{cell!s:>9}" for cell in cells)
+
+
+def _of(hits: list[bool]) -> str:
+    return f"{sum(hits)}/{len(hits)}"
+
+
+def score(folder: Path, verbose: bool = True) -> str:
+    """Judges all cases of a folder; answers are kept in FOLDER/answers."""
+    rows = []
+    for path in sorted((folder / "truth").glob("*.json")):
+        truth = json.loads(path.read_text())
+        said = answer(folder / "cases" / path.stem, folder / "answers" / path.name)
+        row = judge(truth, said) | {"case": path.stem}
+        rows.append(row)
+        if verbose and not (row["exact"] and row["right"]):
+            ratio = f"{row['ratio']:.2f}" if row["ratio"] else ""
+            where = row["condition"] or ""
+            print(
+                path.stem,
+                *(row[k] for k in ("family", "recorder", "hidden", "stated", "verdict")),
+                ratio,
+                where,
+            )
+    (folder / "rows.json").write_text(json.dumps(rows, indent=1))
+    return table(rows)

@@ -1,0 +1,49 @@
+"""The cases of `bench/third_author`: the same for a seed, read by olp, and scored by their truth alone."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from bench.third_author.cases import generate
+from bench.third_author.scoring import judge, score
+from olp.identification.recording import read_recording
+
+
+def test_a_seed_gives_the_same_recordings_and_their_answers_are_scored(tmp_path: Path) -> None:
+    generate(tmp_path / "one", 5, 2)
+    generate(tmp_path / "two", 5, 1)
+    first = (tmp_path / "one" / "cases" / "000" / "moves.csv").read_bytes()
+    assert first == (tmp_path / "two" / "cases" / "000" / "moves.csv").read_bytes()
+    for number in ("000", "001"):
+        truth = json.loads((tmp_path / "one" / "truth" / f"{number}.json").read_text())
+        assert len(read_recording(tmp_path / "one" / "cases" / number).moves) == truth["moves"]
+    table = score(tmp_path / "two")
+    assert (tmp_path / "two" / "answers" / "000.json").exists()
+    assert table.splitlines()[-1].split()[:2] == ["all", "1"]
+
+
+def test_a_name_counts_once_and_a_declared_equivalent_counts_as_hidden() -> None:
+    truth = {
+        "family": "two", "recorder": "white", "noise_s": 0.001, "condition": None, "optional": [],
+        "equivalents": {"settling": [], "jerk": []},
+        "effects": [{"term": "settling", "numbers": {"time": 0.02}}, {"term": "jerk", "numbers": {}}],
+    }  # fmt: skip
+    settling = {"term": "dispatch", "parameters": {}, "moves": []}
+    jerk = {"term": "jerk", "parameters": {}, "moves": []}
+    said = {"verdict": "explained", "findings": [jerk, settling], "fit": {}, "indistinguishable": []}
+    assert judge(truth, said)["false"] == ["dispatch"]
+    said["indistinguishable"] = [["dispatch", "settling"]]
+    row = judge(truth, said)
+    assert row["exact"]
+    assert row["first"]
+    said["findings"] = [settling, settling]
+    assert not judge(truth, said)["exact"]
+
+
+def test_the_command_line_tells_what_it_needs() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "bench.third_author", "generate", "x"], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert "--seed" in done.stderr
