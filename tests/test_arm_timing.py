@@ -72,7 +72,7 @@ def test_one_axis_takes_what_small_steps_take() -> None:
     prior = arm_prior(load_robot(ROBOT))
     mean = prior.mean.copy()
     mean[2 * 6], mean[2 * 6 + 3] = 0.0, np.log(1e-3)
-    mean[prior.names.index("slow ramp")] = -20.0
+    mean[prior.names.index("short ramp")] = -20.0
     timing = prior.with_mean(mean)
     turned = np.zeros((3, 6))
     turned[:, 1] = (0.05, 0.6, 2.0)
@@ -145,7 +145,7 @@ def test_one_axis_says_the_speed_of_a_move_and_another_one_its_ramps() -> None:
     prior = arm_prior(load_robot(ROBOT))
     mean = prior.mean.copy()
     stop, sharing = prior.names.index("stop"), prior.names.index("sharing")
-    mean[stop], mean[sharing], mean[prior.names.index("wrist slow ramp")] = 0.0, np.log(1e-3), -20.0
+    mean[stop], mean[sharing], mean[prior.names.index("short ramp")] = 0.0, np.log(1e-3), -20.0
     mean[6 + 4] += 1.0  # the fifth axis is slow to its speed, the sixth hardly
     turned = np.zeros((3, 6))
     turned[[0, 2], 4], turned[[1, 2], 5] = 0.5, 3.0
@@ -155,6 +155,56 @@ def test_one_axis_says_the_speed_of_a_move_and_another_one_its_ramps() -> None:
     cruise = turned[1, 5] / prior.speeds[5]
     assert both == pytest.approx(cruise + (fifth / 2) ** 2 / cruise, rel=1e-3)
     assert both > 1.05 * max(fifth, sixth)
+
+
+def one_axis(timing: ArmTiming, way: Floats, fraction: Floats) -> Floats:
+    """(n,) [s] of the first axis alone."""
+    end = np.zeros((len(way), 6))
+    end[:, 0] = way
+    one = np.ones(len(way))
+    return timing.durations(joint_moves(None, 0 * end, end, fraction, one, one).motions)
+
+
+def test_a_ramp_that_is_short_costs_time_and_at_most_as_much_as_the_move() -> None:
+    prior = arm_prior(load_robot(ROBOT))
+    mean = prior.mean.copy()
+    mean[prior.names.index("stop")] = 0.0
+    with_it, without = mean.copy(), mean.copy()
+    with_it[prior.names.index("short ramp")], without[prior.names.index("short ramp")] = np.log(0.02), -20.0
+    fraction = np.array([1.0, 0.3, 0.1, 0.03])
+    way = np.full(4, 2.5)
+    plain = one_axis(prior.with_mean(without), way, fraction)
+    more = one_axis(prior.with_mean(with_it), way, fraction) - plain
+    assert np.all(np.diff(more) > 0)
+    ramp = prior.times_to_speed[0] * fraction
+    assert more[:2] == pytest.approx(0.02**2 / ramp[:2], rel=0.05)
+    small = np.radians(np.geomspace(1e-3, 90, 60))
+    slow = np.full(60, 0.01)
+    times, least = (one_axis(prior.with_mean(numbers), small, slow) for numbers in (with_it, without))
+    assert np.all(np.diff(times) > 0)
+    assert np.all(times <= 2 * least)
+
+
+def test_the_weaker_end_of_a_move_says_both_ramps() -> None:
+    """The same move begun stretched, ended stretched, and stretched at both ends: one time."""
+    moves = moves_of(1, 2, ROBOT).motions.take(np.zeros(3, dtype=np.intp))
+    share = np.array([[1.0, 0.2], [0.2, 1.0], [1.0, 1.0]])[:, None, :]
+    arm, load = (share * values[:, :, :1] for values in (moves.arm, moves.load))
+    begun, ended, both = arm_prior(load_robot(ROBOT)).durations(replace(moves, arm=arm, load=load))
+    assert [begun, ended] == pytest.approx([both, both], rel=1e-9)
+
+
+def test_a_wrist_turns_its_load_rather_than_itself() -> None:
+    """A sixth axis with a hundredth of the rated inertia has its rotor to turn and hardly anything else."""
+    robot = load_robot(ROBOT)
+    start, end = np.zeros((2, 6)), np.zeros((2, 6))
+    end[:, 5] = 1.0
+    one, light, rated = np.ones(2), 0.0002, 0.017
+    moves = joint_moves(robot, start, end, one, one, one, one, np.array([light, rated])).motions
+    prior = arm_prior(robot)
+    quick, usual = prior.durations(moves) - prior.stop
+    rotor = 1 / (1 + np.exp(-prior.mean[prior.names.index("wrist rotor share")]))
+    assert (quick / usual) ** 2 < rotor + 0.2
 
 
 def test_a_programmed_acceleration_does_not_know_the_load() -> None:
@@ -351,7 +401,7 @@ def test_the_program_override_of_a_row_counts(tmp_path: Path) -> None:
     ("written", "instead", "says"),
     [
         ('"quantile_95"', '"quantile"', "a field is missing"),
-        ('"version": 4', '"version": 3', "law of joint moves"),
+        ('"version": 6', '"version": 5', "law of joint moves"),
     ],
 )
 def test_a_file_with_a_spoilt_or_former_law_is_refused(

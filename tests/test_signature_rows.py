@@ -132,7 +132,7 @@ def test_joint_moves_are_learnt_beside_straight_ones(tmp_path):
     rows, notes = predict_recording(made, asked)
     error = np.abs(rows.predicted / [row["duration_s"] for row in new] - 1)
     assert np.median(error) < 0.01
-    assert np.max(error) < 0.06
+    assert np.max(error) < 0.08
     assert not told(notes) & {"H012", "H020"}
 
 
@@ -390,7 +390,7 @@ def test_a_file_with_parts_says_the_same_again_and_an_older_olp_refuses_it(tmp_p
     assert predict_recording(again, rows)[0].high == pytest.approx(
         predict_recording(made, rows)[0].high, abs=1e-6
     )
-    assert to_json(made)["version"] == 5
+    assert to_json(made)["version"] == 6
     assert to_json(replace(made, arm=None, paths=None))["version"] == 2
     assert to_json(replace(made, arm=None, paths=None, parts={}))["version"] == 1
 

@@ -1,18 +1,20 @@
 """How long a joint move of an arm takes: the one law that `time`, `predict`, `calibrate` and `diagnose` share.
 
 All axes start and stop together, on one profile: the slowest axis says its speed, the weakest its ramps. Rest to
-rest it is a trapezoid,
+rest it is a trapezoid and what short ramps and the stop cost,
 
-    T = C + W/C + s     where W <= C^2,     T = 2 sqrt(W) + s     else
-    C = max D/V     W = max (D_J (tau/v) / (p^k o^m b) + D beta / (v p^2 o^2))
+    T = P + 1/(R o^m/beta^2 + 1/P) + s
+    P = C + R     R = W/C where W <= C^2, sqrt(W) else
+    C = max D/V     W = max D_J (tau/v) / (p^k o^m b)
 
 over the axes; D is how far an axis goes, V = v p o its speed, v the rated one, tau the time to it, p the programmed
 fraction of speed, b that of acceleration, o the program override. k says what a lower programmed speed does to
 the ramps (0: they keep their acceleration, 1: their time), m what the override does (2: the whole time axis is
-stretched, 0: only speeds are scaled); beta is a ramp that a lower speed stretches in any case, however strong the
-drive is. D_J is how far the drive would turn the stretched arm with its rated load for the same torque,
+stretched, 0: only speeds are scaled). A ramp R much shorter than beta costs up to beta^2/R more: a controller does
+not use all of what a drive could do at a low speed; the move at most doubles. D_J is how far the drive would turn the
+stretched arm with its rated load for the same torque,
 
-    D_J = | r D + (1 - r) ((1 - c) A + c P) |     quadratic mean of both ends of the move
+    D_J = | r D + (1 - r) ((1 - c) A + c P) |     the larger of both ends of the move
 
 with the rotor's share r, the load's share c of what is beyond it, A what the arm and P what the load take of
 this drive (olp/timing/arm_moves.py: inertia about the axis, and the pull of the other axes that turn with it),
@@ -154,9 +156,9 @@ class JointSolution(NamedTuple):
     duration: Floats  # (n,) [s]
     cruise: Floats  # (n, k) [s] of each axis at its speed, D/V
     work: Floats  # (n, k) [s²] D w of each axis
-    slow: Floats  # (n, k) [1] share of the slow ramp in it
     by_cruise: Floats  # (n, k) [s] of the duration by the logarithm of `cruise`
     by_work: Floats  # (n, k) [s] the same by that of `work`
+    by_short: Floats  # (n,) [s] the same by that of beta
 
     @property
     def axis_times(self) -> Floats:
@@ -173,22 +175,22 @@ def names_of(axes: Sequence[str]) -> tuple[str, ...]:
         *(f"speed {a}" for a in axes),
         *(f"time to speed {a}" for a in axes),
         "stop", "percent exponent", "override exponent", "sharing",
-        "rotor share", "load share", "wrist rotor share", "wrist load share", "slow ramp", "wrist slow ramp",
+        "rotor share", "load share", "wrist rotor share", "wrist load share", "short ramp",
         *(f"posture {a} {i % POSTURE}" for i, a in enumerate(wrist)),
     )  # fmt: skip
 
 
 def _logarithmic(name: str) -> bool:
-    return name.startswith(("speed", "time to speed", "sharing", "slow ramp", "wrist slow ramp"))
+    return name.startswith(("speed", "time to speed", "sharing", "short ramp"))
 
 
 def _unit(name: str) -> str:
     if name.startswith("speed"):
         return "rad/s"
-    return "s" if name.startswith("time to speed") or name == "stop" or name.endswith("slow ramp") else "1"
+    return "s" if name.startswith(("time to speed", "stop", "short ramp")) else "1"
 
 
-_STOP, _PERCENT, _OVERRIDE, _SHARING, _ROTOR, _LOAD, _WRIST_ROTOR, _WRIST_LOAD, _SLOW, _WRIST_SLOW = range(10)
+_STOP, _PERCENT, _OVERRIDE, _SHARING, _ROTOR, _LOAD, _WRIST_ROTOR, _WRIST_LOAD, _SHORT = range(9)
 
 
 def _shares(mean: Floats, m: JointMotions) -> tuple[Floats, Floats]:
@@ -206,34 +208,39 @@ def solve(mean: Floats, m: JointMotions) -> JointSolution:
     axes = m.turned.shape[1]
     main = min(MAIN, axes)
     speed, ramp, rest = np.exp(mean[:axes]), np.exp(mean[axes : 2 * axes]), mean[2 * axes :]
-    share = (m.fraction * m.override)[:, None]
-    pace = share * speed
     log_share = (
         rest[_PERCENT] * np.log(m.fraction) + rest[_OVERRIDE] * np.log(m.override) + np.log(m.acceleration)
     )
     rotor, loaded = _shares(mean, m)
-    rotor, loaded, turned = rotor[:, None], loaded[:, :, None], m.turned[:, :, None]
-    both = rotor * turned + (1.0 - rotor) * ((1.0 - loaded) * m.arm + loaded * m.load)
-    taken = np.sqrt(np.mean(both**2, axis=2))
-    pushed = taken * (ramp / speed) * np.exp(-log_share)[:, None]
-    pushed[:, :main] *= np.exp(m.posture @ rest[_WRIST_SLOW + 1 :].reshape(main, POSTURE).T)
-    slow = np.exp(np.where(np.arange(axes) < MAIN, rest[_SLOW], rest[_WRIST_SLOW])) / (speed * share**2)
-    slow = m.turned * slow
-    work, cruise = pushed + slow, m.turned / pace
+    taken = np.abs(_taken(rotor, loaded, m)).max(axis=2)
+    work = taken * (ramp / speed) * np.exp(-log_share)[:, None]
+    work[:, :main] *= np.exp(m.posture @ rest[_SHORT + 1 :].reshape(main, POSTURE).T)
+    cruise = m.turned / ((m.fraction * m.override)[:, None] * speed)
     power = float(np.exp(-rest[_SHARING]))
     cruises, of_cruises = _joined(cruise, power)
     works, of_works = _joined(work, power / 2.0)
-    reached = works < cruises**2
-    joined = np.where(reached, cruises + works / np.where(reached, cruises, 1.0), 2.0 * np.sqrt(works))
     moving = np.max(m.turned, axis=1, initial=0.0) > _LEAST
+    reached = works < cruises**2
+    ramps = np.where(reached, works / np.where(reached, cruises, 1.0), np.sqrt(works))
+    profile = np.where(reached, cruises, ramps) + ramps
+    scale = np.exp(2.0 * rest[_SHORT]) * m.override ** -rest[_OVERRIDE]
+    short = scale * profile / (ramps * profile + scale)
+    joined = profile + short
     duration = np.where(moving, np.maximum(joined + rest[_STOP], 0.1 * joined), 0.0)
     duration = np.where(np.isnan(joined), np.nan, duration)
-    by_cruise = np.where(reached, cruises - works / np.where(reached, cruises, 1.0), 0.0)
-    by_work = joined - np.where(reached, cruises, np.sqrt(works))
-    slow = slow / np.where(work > 0, work, 1.0)
+    by_profile = 1.0 + (short / np.where(profile > 0, profile, 1.0)) ** 2
+    saved = short**2 * ramps / scale  # by the logarithm of the ramps, in `short` alone
+    by_cruise = np.where(reached, (cruises - ramps) * by_profile + saved, 0.0)
+    by_work = ramps * by_profile - np.where(reached, saved, saved / 2.0)
     return JointSolution(
-        duration, cruise, work, slow, by_cruise[:, None] * of_cruises, by_work[:, None] * of_works
+        duration, cruise, work, by_cruise[:, None] * of_cruises, by_work[:, None] * of_works, 2.0 * saved
     )
+
+
+def _taken(rotor: Floats, loaded: Floats, m: JointMotions) -> Floats:
+    """(n, k, 2) [rad | m] of each drive at both ends, before the absolute value."""
+    mixed = (1.0 - loaded[:, :, None]) * m.arm + loaded[:, :, None] * m.load
+    return np.asarray(rotor[:, None] * m.turned[:, :, None] + (1.0 - rotor[:, None]) * mixed)
 
 
 def _joined(values: Floats, power: float) -> tuple[Floats, Floats]:
@@ -249,36 +256,31 @@ def gradient(mean: Floats, m: JointMotions) -> Floats:
     axes = m.turned.shape[1]
     main = min(MAIN, axes)
     found = solve(mean, m)
-    slow = found.by_work * found.slow
-    pull = found.by_work - slow
+    pull = found.by_work
     result = np.zeros((len(m), len(mean)))
     # A ramp's time at rated speed does not depend on the speed: w = tau/v is in both.
-    result[:, :axes] = -found.by_cruise - found.by_work
+    result[:, :axes] = -found.by_cruise - pull
     result[:, axes : 2 * axes] = pull
     total = pull.sum(axis=1)
     rest = result[:, 2 * axes :]
     rest[:, _STOP] = 1.0
+    rest[:, _SHORT] = found.by_short
     rest[:, _PERCENT] = -np.log(m.fraction) * total
-    rest[:, _OVERRIDE] = -np.log(m.override) * total
+    rest[:, _OVERRIDE] = -np.log(m.override) * (total + found.by_short / 2.0)
     rest[:, _SHARING] = np.exp(mean[2 * axes + _SHARING]) * (
         _spread(found.by_cruise) + 2.0 * _spread(found.by_work)
     )
     rotor, loaded = _shares(mean, m)
-    rotor, loaded, turned = rotor[:, None], loaded[:, :, None], m.turned[:, :, None]
-    mixed = (1.0 - loaded) * m.arm + loaded * m.load
-    taken = rotor * turned + (1.0 - rotor) * mixed
-    square = np.sum(taken**2, axis=2)
-    per_taken = (pull / np.where(square > 0, square, 1.0))[:, :, None] * taken
-    by_rotor = (per_taken * (turned - mixed) * rotor * (1.0 - rotor)).sum(axis=2)
-    by_load = (per_taken * (1.0 - rotor) * (m.load - m.arm) * loaded * (1.0 - loaded)).sum(axis=2)
-    for first, wrist, values in (
-        (_ROTOR, _WRIST_ROTOR, by_rotor),
-        (_LOAD, _WRIST_LOAD, by_load),
-        (_SLOW, _WRIST_SLOW, slow),
-    ):
+    both = _taken(rotor, loaded, m)
+    weaker = np.abs(both).argmax(axis=2)[:, :, None]
+    taken, arm, load = (np.take_along_axis(v, weaker, axis=2)[:, :, 0] for v in (both, m.arm, m.load))
+    per_taken = pull / np.where(taken != 0, taken, 1.0)
+    by_rotor = per_taken * (m.turned - (1.0 - loaded) * arm - loaded * load) * rotor * (1.0 - rotor)
+    by_load = per_taken * (1.0 - rotor) * (load - arm) * loaded * (1.0 - loaded)
+    for first, wrist, values in ((_ROTOR, _WRIST_ROTOR, by_rotor), (_LOAD, _WRIST_LOAD, by_load)):
         rest[:, first], rest[:, wrist] = values[:, :main].sum(axis=1), values[:, main:].sum(axis=1)
     for axis in range(main):
-        at = _WRIST_SLOW + 1 + POSTURE * axis
+        at = _SHORT + 1 + POSTURE * axis
         rest[:, at : at + POSTURE] = pull[:, axis : axis + 1] * m.posture
     duration = np.where(found.duration > 0, found.duration, 1.0)
     return np.asarray(result / duration[:, None])

@@ -49,8 +49,8 @@ _SHARING: Final = (np.log(0.03), 0.7)  # of the logarithm; 0.03 lengthens two eq
 # is one whose rotor is all. Load of the main axes: judgement, from a UR10e's published masses and those of an IRB 120
 # as remembered, not looked up. Mean and spread were compared on a KR 3 with one program left out, the only recordings
 # at hand with several loads: its held-out error is somewhat too good. The load's weight takes of the torque, too.
-_SHARES: Final = ((-1.7, 1.5), (0.8, 0.5), (-0.4, 1.0), (0.4, 1.0))
-_SLOW: Final = ((np.log(0.005), 1.0), (np.log(0.005), 1.0))  # [s], of the logarithm: main axes and wrist
+_SHARES: Final = ((-1.7, 1.5), (0.8, 0.5), (-0.4, 1.0), (0.0, 1.0))
+_SHORT_RAMP: Final = (np.log(0.01), 1.0)  # [s], of the logarithm: about the cycle of a usual controller
 _POSTURE_KNOWN, _POSTURE_UNKNOWN = 0.05, 0.3  # [1] sd of each weight, with and without the arm's geometry
 _SCATTER: Final = 0.04  # [1] what a law of few numbers leaves on arms that it was not made for
 
@@ -87,14 +87,14 @@ def arm_prior(robot: Robot | None, controllers: Sequence[str] = (), axes: Sequen
     shares = list(_SHARES)
     if known.joint_acceleration is not None:
         shares[0] = shares[2] = _AS_PROGRAMMED
-    rest = [stop, percent, override, _SHARING, *shares, *_SLOW, *([(0.0, posture)] * weights)]
+    rest = [stop, percent, override, _SHARING, *shares, _SHORT_RAMP, *([(0.0, posture)] * weights)]
     count = len(names)
     covariance = np.zeros((2 * count + len(rest),) * 2)
     covariance[:count, :count], covariance[count : 2 * count, count : 2 * count] = speed_spread, time_spread
     covariance[2 * count :, 2 * count :] = np.diag([sd**2 for _, sd in rest])
     sources = (
         *speed_source, *time_source, stop_source, percent_source, override_source,
-        *["a guess that holds for any arm"] * (7 + weights),
+        *["a guess that holds for any arm"] * (6 + weights),
     )  # fmt: skip
     mean = np.concatenate([speed, time, [value for value, _ in rest]])
     assert len(mean) == len(names_of(names)) == len(sources)

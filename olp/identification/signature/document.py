@@ -16,7 +16,7 @@ from olp.identification.signature.path_moves import LearntPaths
 SCHEMA = "olp-signature"
 # 2 holds `parts`, 3 the law of joint moves, which an older olp would leave out in silence: what is not there lowers the
 # version that is written.
-VERSION = 5
+VERSION = 6
 
 
 class Learnt(NamedTuple):
@@ -65,8 +65,8 @@ class Signature:
     @property
     def version(self) -> int:
         """Of the file: the oldest that holds all of it."""
-        if self.paths is not None:
-            return VERSION
         if self.arm is not None:
-            return 4
+            return VERSION
+        if self.paths is not None:
+            return 5
         return 2 if self.parts else 1
