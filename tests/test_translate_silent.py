@@ -10,10 +10,15 @@ import pytest
 from translated_texts import converted, inform, krl, module, read, run_elsewhere, script, tp, translated
 
 from olp.core.diagnostic import OlpError
+from olp.core.source import decode
+from olp.fluent import read_source
 from olp.robots.robot import load_robot
 from olp.runtime.plan import BlendCode, StepKind
+from olp.transpile import Context
 from olp.transpile.compare import compare_plans
+from olp.transpile.context import Fate
 from olp.transpile.context import PROCESS, Fate
+from olp.transpile.convert import convert
 from olp.transpile.convert import runs_of
 from olp.transpile.receipt import verdict_of
 
@@ -905,3 +910,55 @@ def test_a_record_that_is_returned_stays_refused():
     lines = ["MODULE M", *RECORDS, "PROC main()", "p_b:=made();", "WaitTime p_b.count;", "ENDPROC"]
     lines += ["FUNC part made()", "RETURN p_a;", "ENDFUNC", "ENDMODULE", ""]
     assert "p_b is data of the type part" in "".join(refused("\r\n".join(lines), "rapid", "krl").values())
+
+
+# --- programs of other languages that ended in a traceback, or in a text that the target does not take --------
+
+
+@pytest.mark.parametrize(
+    ("text", "vendor", "target", "says"),
+    [
+        (script("x = True", "y = False", "set_digital_out(1, x xor y)"), "urscript", "tp", "exclusive OR"),
+        (script("x = 2", "sleep(struct(a=x, b=3).a)"), "urscript", "rapid", "without a name"),
+        (krl("DECL FRAME F,G", "DECL INT I", "I=2", "F=G:{X 1,Y I}"), "krl", "inform", "omitted"),
+        (krl("DECL E6POS P1", "LIN P1:{Z 5}"), "krl", "rapid", "omitted"),
+        (krl("DECL INT I", "I=I B_AND 3"), "krl", "rapid", "bits of numbers"),
+        (tp("UTOOL[R[1]]=PR[2]"), "tp", "inform", "assigned"),
+        (tp("R[2]=VR[1].MODELID"), "tp", "rapid", "word VR[1].MODELID"),
+        (script("movel([1, 1, 1, 1, 1, 1], v=0.2)"), "urscript", "rapid", "joint angles"),
+    ],
+)
+def test_what_the_target_has_no_words_for_is_refused_with_its_line(text, vendor, target, says):
+    told = refused(text, vendor, target)
+    assert any(says in message for message in told.values()), told
+    assert 0 not in told
+
+
+def test_exclusive_or_is_written_where_a_language_has_it():
+    assert "EXOR" in translated(script("x = True", "y = False", "z = x xor y"), "urscript", "krl")
+
+
+def test_words_for_expressions_follow_the_condition_and_not_the_words_of_the_other_language():
+    program = read_source(decode(b".PROGRAM part()\nSWAIT 1007,-1008\n.END\n", "part.as"), vendor="as")
+    made = convert(program, "inform", Context(robot=ROBOT))
+    assert b"WAIT FOREXPRESS IN#(7)=ON ANDEXP IN#(8)=OFF" in b"".join(made.files.values())
+
+
+def test_both_points_of_a_relative_arc_are_relative():
+    rows = (*HOME, *poses((900, 0, 400)), "CIRC_REL {X 5,Y 5},{X 10}")
+    found = [line for line in code(translated(krl(*rows), "krl", "rapid"), "!") if "MoveC" in line]
+    assert found and all(line.count("CRobT") == 2 for line in found)
+
+
+def test_a_frame_without_a_value_is_written_as_one_that_stands():
+    text = (
+        b"PROGRAM part\nVAR f : POSITION\n p : POSITION\nBEGIN\n $UFRAME := f\n MOVE LINEAR TO p\nEND part\n"
+    )
+    made = convert(read_source(decode(text, "part.pdl"), vendor="pdl2"), "rapid", Context(on_loss="comment"))
+    assert b'f:=[FALSE,TRUE,"",' in b"".join(made.files.values())
+
+
+def test_a_number_beside_a_text_is_made_a_text():
+    text = b'.PROGRAM part()\nn = 2\nPRINT "n=",n\n.END\n'
+    made = convert(read_source(decode(text, "part.as"), vendor="as"), "rapid", Context(robot=ROBOT))
+    assert b'TPWrite "n="\\Num:=n;' in b"".join(made.files.values())

@@ -332,6 +332,9 @@ class Generator(ABC):
 
     def spell_logic(self, e: ex.Logic) -> Spelled:
         """From left to right; where AND follows OR, what stands before goes into parentheses."""
+        missing = [operator for operator, _ in e.rest if operator not in self.logic]
+        if missing:
+            raise CannotSayError(terminology.operation(missing[0]), self.operator_help)
         text, bound = self.operand(e.first, self.logic[e.rest[0][0]][1] if e.rest else 0), ATOM
         for operator, operand in e.rest:
             word, own = self.logic[operator]

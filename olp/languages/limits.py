@@ -133,7 +133,6 @@ class Limits:
     unprogrammed_acceleration: str = ""  # the note where the language's own default is not the rated one
     radius_step: float = 0.0  # of a blend [m]; 0: any
     bounds_turning: bool = False  # a move can bound how fast the tool turns
-    pulse: float = 0.0  # [s] of a pulse that names no time; 0: each names one
     longest_pulse: float = 0.0  # [s]; 0: no bound
     blends_may_overlap: bool = True  # the controller cuts two that meet; else it leaves a point out
     comment_swaps: Mapping[str, str] = field(

@@ -187,6 +187,7 @@ class Conventions:
     off_pulse: str = ""  # how a pulse is spelt that switches off
     on_pulse: str = ""  # how one is spelt that switches on, where any other inverts
     inverting_pulse: str = ""  # what the other does
+    usual_pulse: float = 0.0  # [s] of a pulse that names no time; 0: each names one
     pulse_setting: str = ""  # the loss where a pulse names no time and a setting of the controller holds it
 
 

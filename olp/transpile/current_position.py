@@ -267,7 +267,7 @@ class _Relative:
             by = self.symbols.fixed_position(self.name, s.targets[0])
             if by is not None and by.kind == "joint":
                 return self._joints_from_here(s, by)
-            return [self._from_here(s, by)]
+            return [self._from_here(s)]
         if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
             return [self._offset(s)]
         return [s]
@@ -287,35 +287,43 @@ class _Relative:
                 before.append(Assign(s.line, axis, moved))
         return [*before, replace(s, targets=(name,), relative=None)]
 
-    def _from_here(self, s: Move, by: PositionLiteral | None) -> Move:
-        assert s.relative is not None
-        if by is None:
-            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that is computed")
-            return s
-        values = _written(by)
-        if s.relative.kind == "tool":
-            here = self._place(s.tool, s.frame)
-            turns = sum(v not in _ZEROS for v in values[3:])
-            target = Function("pose-relative-tool", (here, *values))
-            if turns > 1:  # about z first, as no `pose-relative-tool` turns
-                target = Function("pose-product", (here, replace(by, values=_moved(by.values))))
-            return replace(s, targets=(target,), relative=None)
-        own_frame = s.relative.kind == "own" or s.relative == s.frame
-        if not own_frame and not _is_base(s.relative):
+    def _from_here(self, s: Move) -> Move:
+        """A move by an offset as one to a place that is computed; an arc's point on the way is an offset, too."""
+        relative = s.relative
+        assert relative is not None
+        own_frame = relative.kind == "own" or relative == s.frame
+        if relative.kind != "tool" and not own_frame and not _is_base(relative):
             self.work.lose(
                 s, Fate.REFUSED, "relative", "a move by an offset in another frame than the move's own"
             )
             return s
-        if any(v.value for v in values[3:]):
-            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
+        frame = s.frame if own_frame or relative.kind == "tool" else FrameRef("base")
+        here = self._place(s.tool, frame)
+        given = s.targets if s.via is None else (*s.targets, s.via)
+        found = [self._moved(here, e, relative.kind == "tool") for e in given]
+        says = next((one for one in found if isinstance(one, str)), "")
+        if says:
+            self.work.lose(s, Fate.REFUSED, "relative", says)
             return s
-        frame = s.frame if own_frame else FrameRef("base")
-        return replace(
-            s,
-            targets=(Function("pose-offset", (self._place(s.tool, frame), *values[:3])),),
-            relative=None,
-            frame=frame,
-        )
+        target, via = found[0], found[1] if s.via is not None else None
+        return replace(s, targets=(target,), via=via, relative=None, frame=frame)
+
+    def _moved(self, here: Expression, offset: Expression, in_tool: bool) -> Expression | str:
+        """The place that lies by an offset from `here`, or why it cannot be written."""
+        by = self.symbols.fixed_position(self.name, offset)
+        if by is None or by.kind == "joint":
+            return "a move by an offset that is computed"
+        values = _written(by)
+        turns = sum(v not in _ZEROS for v in values[3:])
+        if not in_tool:
+            return (
+                "a move by an offset that turns the tool"
+                if turns
+                else Function("pose-offset", (here, *values[:3]))
+            )
+        if turns > 1:  # about z first, as no `pose-relative-tool` turns
+            return Function("pose-product", (here, replace(by, values=_moved(by.values))))
+        return Function("pose-relative-tool", (here, *values))
 
     def _place(self, tool: Expression | None, frame: Expression | None) -> Expression:
         """Where the arm stands, in the frame of the move."""

@@ -217,7 +217,7 @@ class Points:
         self.states[name] = state
         kind = "joints" if literal.kind == "joint" else "position"
         storage = "constant" if not line or not self.work.conventions.taught_frames else "variable"
-        self.declared.append(Declare(0, name, kind, literal, storage=storage, shared=True))
+        self.declared.append(Declare(line, name, kind, literal, storage=storage, shared=True))
         return name
 
     def literal(self, routine: Routine, point: Point, store: Store) -> PositionLiteral | None:

@@ -171,13 +171,17 @@ def _has_gaps(s: Statement) -> bool:
     if type(s) is Move:
         if type(s.targets[0]) is Named and s.via is None:
             return False
-        return any(type(e) is PositionLiteral and _is_partial(e) for e in expressions_of(s))
-    if isinstance(s, (Comment, Declare)):
+    elif isinstance(s, (Comment, Declare)):
         return False
-    return any(type(e) is PositionLiteral and _is_partial(e) for e in expressions_of(s))
+    return any(map(_is_partial, expressions_of(s)))
 
 
-def _is_partial(e: PositionLiteral) -> bool:
+def _is_partial(e: Expression) -> bool:
+    """Whether a position, or a component of one that is computed, has a value left out."""
+    if type(e) is Number:
+        return e.value != e.value
+    if type(e) is not PositionLiteral:
+        return False
     total = sum(e.values[:6])  # one number to look at: there are as many as points
     return total != total and any(v != v for v in e.values[:6])
 

@@ -369,8 +369,8 @@ class PositionNumbers:
 
     def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
         for at, offset in enumerate(by, 1):
-            if isinstance(offset, Number) and not offset.value:
-                continue
+            if isinstance(offset, Number) and (not offset.value or offset.value != offset.value):
+                continue  # one that is left out has been refused
             count = self.variable(Named(self._counter()))
             counts = counts_of(mapped(offset, self._change), 1000)
             element = Element(target, Number(at))
@@ -547,7 +547,8 @@ class _Numbers(PositionNumbers):
                 comments.append(Comment(0, f"{self.work.names[('variable', declare.name)]} {declare.name}"))
             if declare.value is None or declare.name in self.work.registers or symbol is None:
                 continue
-            rows += self._begins(declare.name, self.variable(Named(declare.name)), declare.value)
+            begun = self._begins(declare.name, self.variable(Named(declare.name)), declare.value)
+            rows += [replace(s, line=declare.line) for s in begun]
         return [*comments, *rows]
 
     def _begins(self, name: str, target: Variable, value: Expression) -> list[Statement]:

@@ -10,7 +10,6 @@ from typing import Final
 from olp.ir.expressions import Expression, Function, Number, Quantity, Signal, Text
 from olp.ir.program import Move, Program, PulseOutput, Statement
 from olp.ir.transformer import expressions_of, mapped
-from olp.languages.limits import limits_of
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.signal_variables import NUMBER
@@ -164,7 +163,8 @@ def pulses(program: Program, work: TranslationContext) -> Program:
     """Every pulse with its time, as each language takes another one where none is named; those to off are refused."""
     if not any(isinstance(s, PulseOutput) for s in program.statements()):
         return program
-    usual, own = limits_of(program.vendor).pulse, work.conventions
+    own = work.conventions
+    usual = own.usual_pulse
 
     def pulse(s: Statement) -> Statement:
         if not isinstance(s, PulseOutput):

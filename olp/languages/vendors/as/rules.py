@@ -325,7 +325,8 @@ class AsRules(BlockRules):
         return BlockEnd()
 
     def printed(self, children: list[Any]) -> Expression:
-        return children[0] if len(children) == 1 else Function("joined-text", tuple(children))
+        texts = tuple(one if _is_text(one) else Function("text-of-value", (one,)) for one in children)
+        return texts[0] if len(texts) == 1 else Function("joined-text", texts)
 
     def message(self, children: list[Any]) -> Message:
         return Message(0, Text("") if children[1] is None else children[1])
@@ -358,3 +359,9 @@ def _all_on(numbers: Any) -> Expression:
     if len(conditions) == 1:
         return conditions[0]
     return Logic(conditions[0], tuple(("and", one) for one in conditions[1:]))
+
+
+def _is_text(e: Expression) -> bool:
+    """Whether a value is a text: the names of variables that hold one begin with $."""
+    base = e.base if isinstance(e, Item) else e
+    return isinstance(base, Text) or (isinstance(base, Named) and base.name.startswith("$"))

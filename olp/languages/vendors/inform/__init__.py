@@ -25,6 +25,7 @@ class Inform(Vendor):
     blending = "yaskawa"
     written_suffix = ".JBI"
     conventions = Conventions(
+        usual_pulse=0.3,
         arguments_are_values=True,
         arm_flags=ArmFlags.FLAGS,
         frame_spelling={"tool": "TL#({})", "user": "UF#({})"},

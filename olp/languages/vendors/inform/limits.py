@@ -55,7 +55,6 @@ LIMITS: Final = Limits(
     has_endless=False,
     nested_logic=False,
     timed_out="",
-    pulse=0.3,
     registers=Registers(
         stores={
             "integer": Store.DOUBLE,

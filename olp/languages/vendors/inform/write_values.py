@@ -117,9 +117,6 @@ class InformValues(Generator):
     def arguments(self, given: Sequence[ex.Expression]) -> str:
         return self.separator.join(map(self.single, given))
 
-    def spell_unknown(self, e: ex.Unknown) -> str:
-        return e.text
-
     def spell_system_value(self, e: ex.SystemValue) -> Spelled:
         raise CannotSayError(f"{terminology.value(e.name)} within a computation")
 
@@ -141,6 +138,9 @@ class InformValues(Generator):
         """A condition; `express`: joined by ANDEXP and OREXP instead of ANDIF and ORIF."""
         ending = "EXP" if express else "IF"
         if type(e) is ex.Logic:
+            missing = [word for word, _ in e.rest if word not in ("and", "or")]
+            if missing:
+                raise CannotSayError(terminology.operation(missing[0]), "write it with AND and OR")
             rest = (f" {word.upper()}{ending} {self._comparison(other)}" for word, other in e.rest)
             return self._comparison(e.first) + "".join(rest)
         return self._comparison(e)

@@ -214,13 +214,17 @@ class InformWriter(InformMoves):
 
     def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
         """` IF …` or ` IFEXPRESS …` behind the line."""
-        spelling = getattr(s, "spelling", "")
-        express = spelling == "IFEXPRESS" or (not spelling and not is_simple(condition))
+        express = self._express(s, not is_simple(condition))
         return [f"{lines[0]} {'IFEXPRESS' if express else 'IF'} {self.joined(condition, express)}"]
+
+    def _express(self, s: st.Statement, wanted: bool) -> bool:
+        """Whether a condition takes the words for expressions: where INFORM wrote them, else where it is `wanted`."""
+        spelling = getattr(s, "spelling", "") if self.own else ""
+        return spelling.endswith(("EXP", "EXPRESS")) if spelling else wanted
 
     def _block(self, word: str, s: st.If | st.ElseIf | st.While) -> str:
         """IFTHEN, ELSEIF and WHILE, each with a form for expressions."""
-        express = s.spelling.endswith("EXP") or (not s.spelling and not is_simple(s.condition))
+        express = self._express(s, not is_simple(s.condition))
         return f"{word}{'EXP' if express else ''} {self.joined(s.condition, express)}"
 
     def write_if(self, s: st.If) -> Lines:
@@ -243,6 +247,10 @@ class InformWriter(InformMoves):
             return f"SETE {element} {self.single(s.value)}"
         if type(s.target) is ex.Function:
             return f"SETTOOL TL#({self.single(_only(s.target, 'tool-data'))}) {self.single(s.value)}"
+        if type(s.target) is ex.FrameRef:
+            raise CannotSayError(
+                "a tool or frame that is assigned", "set it with MFRAME or on the controller"
+            )
         target = self.single(s.target)
         match s.value:
             case ex.Element(variable, index):
@@ -313,7 +321,7 @@ class InformWriter(InformMoves):
         return f"{word} {self.signal(s.signal)} {self.single(s.value)}"
 
     def write_wait(self, s: st.Wait) -> Lines:
-        express = s.spelling == "FOREXPRESS" or (not s.spelling and type(s.condition) is ex.Logic)
+        express = self._express(s, type(s.condition) is ex.Logic)
         time = "" if s.timeout is None else f" T={self.seconds(s.timeout)}"
         return f"WAIT {'FOREXPRESS ' if express else ''}{self.joined(s.condition, express)}{time}"
 

@@ -142,7 +142,7 @@ class KrlValues(Generator):
     language = "KRL"
     binary: ClassVar = {"+": ("+", _SUM), "-": ("-", _SUM), "*": ("*", 11)}
     unary: ClassVar = {"-": ("-{}", _SUM, _UNARY), "not": ("NOT {}", _UNARY, _PRODUCT)}
-    logic: ClassVar = {"and": (" AND ", 4), "or": (" OR ", 2)}
+    logic: ClassVar = {"and": (" AND ", 4), "xor": (" EXOR ", 3), "or": (" OR ", 2)}
     comparisons: ClassVar = {"=": "=="}
     compared = (1, 8)
     operator_help = "KRL has + - * / and B_AND, B_OR, B_EXOR"

@@ -59,6 +59,7 @@ class Rapid(Vendor):
     comment_length = 80
     blending = "abb"
     conventions = Conventions(
+        usual_pulse=0.2,
         arm_flags=ArmFlags.QUARTERS,
         actions_at_ends=True,
         data_begin_anew=True,

@@ -45,7 +45,6 @@ LIMITS = Limits(
     has_continue=False,
     bounds_turning=True,
     acceleration_range=(0.2, 1.0),  # AccSet takes less for 20 %
-    pulse=0.2,
     reserved=RESERVED,
     watches_flags=True,
     value_types=ValueTypes(signals_are_states=False, persistent_systems=True),

@@ -53,6 +53,8 @@ class RapidMoves(RapidValues):
             return "MoveAbsJ"
         if s.path not in _WORDS or (s.path is st.Path.CIRCULAR) != (s.via is not None):
             raise CannotSayError(f"a {s.path.value} move of this shape")
+        if not self.own and s.path is not st.Path.JOINT and any(map(self._is_joints, (target, s.via))):
+            raise CannotSayError(f"a {s.path.value} move to joint angles", "use the pose that they reach")
         return _WORDS[s.path]
 
     def _is_joints(self, target: ex.Expression) -> bool:

@@ -126,7 +126,9 @@ class RapidStatements(RapidMoves):
         if begins is None and not self.own and not s.comment and (storage == "PERS" or s.sizes):
             # A PERS has a value; positions that begin without one have no turning, and no move takes them. What the
             # source does not declare has none on purpose, and a comment that says so.
-            begins = zero(kind, self.names, s.sizes, plain=storage == "PERS")
+            # Of a tool or a frame that is its place: all members zero would be a tool that the robot does not hold.
+            shape = "pose" if kind in FRAMES else kind
+            begins = zero(shape, self.names, s.sizes, plain=storage == "PERS")
         unset = storage == "VAR" and self.own and s.value == zero(kind, self.names, s.sizes)
         value = "" if begins is None or unset else f":={self._initial(begins, kind)}"
         return f"{scope}{storage} {word} {s.name}{sizes}{value};"

@@ -18,6 +18,7 @@ from olp.languages.vendors.rapid.literals import confdata, quoted
 from olp.languages.vendors.rapid.names import RapidNames, signal_like
 from olp.languages.vendors.rapid.predefined_data import PREDEFINED_NAMES
 
+_BITS: Final = "RAPID computes with the bits of a byte alone: BitAnd, BitOr, BitXOr, BitNeg"
 TIMED_OUT: Final = "olp_timed_out"
 _READERS: Final = {
     "in": "DInput", "out": "DOutput", "in-group": "GInput", "out-group": "GOutput", "analog-in": "AInput",
@@ -180,8 +181,8 @@ class RapidValues(Generator):
             raise CannotSayError(f"a text of more than {LONGEST_TEXT} characters")
         return quoted(e.value)
 
-    def spell_unknown(self, e: ex.Unknown) -> str:
-        return e.text
+    def spell_unknown(self, e: ex.Unknown) -> Spelled:
+        return e.text if self.own or not e.text else super().spell_unknown(e)
 
     def spell_signal(self, e: ex.Signal) -> str:
         return self._read(e)
@@ -192,7 +193,12 @@ class RapidValues(Generator):
     def spell_binary(self, e: ex.Binary) -> Spelled:
         if e.operator == "/":  # always of real numbers
             e = ex.Binary("/", _whole(e.left), _whole(e.right))
+        if e.operator in self.logic and any(map(self._is_number, (e.left, e.right))):
+            raise CannotSayError(terminology.operation(e.operator), _BITS)
         return super().spell_binary(e)
+
+    def _is_number(self, e: ex.Expression) -> bool:
+        return not self.own and (type(e) is ex.Number or self.type_of(e) == "num")
 
     def spell_compare(self, e: ex.Compare) -> Spelled:
         return f"{self._compared(e.left, e.right)}{e.operator}{self._compared(e.right, e.left)}", _COMPARED
@@ -209,6 +215,8 @@ class RapidValues(Generator):
     def spell_unary(self, e: ex.Unary) -> Spelled:
         if e.operator == "not" and isinstance(e.operand, ex.Signal) and self.is_digital(e.operand):
             return f"{self._read(e.operand)}=0", _COMPARED
+        if e.operator == "not" and self._is_number(e.operand):
+            raise CannotSayError("the bits of a number inverted", _BITS)
         return super().spell_unary(e)
 
     def condition(self, it: ex.Expression, strength: int = 0) -> str:
@@ -236,6 +244,8 @@ class RapidValues(Generator):
             return f"EulerZYX(\\{name[1].upper()},{self.turn(base)})"
         if isinstance(base, (ex.SystemValue, ex.Function, ex.CallValue)):
             base = self.stored(base, self.type_of(base) or "robtarget")
+        if not isinstance(base, ex.Named | ex.Item | ex.Member):
+            raise CannotSayError("a component of a value without a name", "assign it to a variable first")
         text, kind = self.value(base), self.type_of(base)
         if kind in FRAMES and name in _BEFORE:
             return f"{text}.{FRAMES[kind]}.{_BEFORE[name]}.{name}"
@@ -505,7 +515,8 @@ class RapidValues(Generator):
         return f"CJointT({self.arguments(given)})"
 
     def function_joined_text(self, given: Arguments, kind: str = "") -> Spelled:
-        first, *others = given
+        # RAPID joins texts to nothing else.
+        first, *others = (ex.Function("text-of-value", (e,)) if self._is_number(e) else e for e in given)
         texts = [self.value(first, _SUM), *(self.value(one, _PRODUCT) for one in others)]
         return " + ".join(texts), _SUM if others else ATOM
 

@@ -29,6 +29,7 @@ class Tp(Vendor):
     comment_length = 32
     blending = "fanuc"
     conventions = Conventions(
+        usual_pulse=0.4,  # $DEFPULSE as delivered
         arguments_are_values=True,
         sums_of_positions=True,
         zeroed_clock="a running timer that is reset is taken to go on, which no manual confirmed",

@@ -49,7 +49,6 @@ LIMITS: Final = Limits(
     nested_expressions=True,
     one_routine_per_file=True,
     timed_out="jump",
-    pulse=0.4,  # $DEFPULSE as delivered
     reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
     external_axes=3,
     has_elseif=False,
