@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -72,8 +73,8 @@ class WriterUnderTest(handling.HandlingSample):
         made = {n: contract_program(n) for n in BRANCHES}
         return {n: (one, self.written(one.program)) for n, one in made.items()}
 
-    def written(self, program: Program) -> Converted:
-        return convert(program, self.vendor.name, Context(robot=robot_of()), date=_DATE)
+    def written(self, program: Program, on_loss: str = "error") -> Converted:
+        return convert(program, self.vendor.name, Context(robot=robot_of(), on_loss=on_loss), date=_DATE)
 
     def undeclared(self, kind: str, refused: OlpError) -> Iterator[str]:
         """What a refusal says and `Limits.refuses` does not. `kind`: of the refused statement, "" for other things."""
@@ -101,9 +102,12 @@ class WriterUnderTest(handling.HandlingSample):
 
 
 def read_again(
-    made: Converted, vendor: Vendor, beside: Path | None = None
+    made: Converted, vendor: Vendor, beside: Path | None = None, *, runs: bool = True
 ) -> tuple[Program, list[OracleEvent]]:
-    """The files, read again and run beside each other, and the events. `beside`: a folder with data that they need."""
+    """The files, read again and run beside each other, and the events, none where it does not run.
+
+    `beside`: a folder with data that they need.
+    """
     with tempfile.TemporaryDirectory() as folder:
         for path in beside.iterdir() if beside is not None else ():
             if path.is_file() and path.suffix.lower() not in vendor.suffixes:
@@ -115,6 +119,8 @@ def read_again(
         if told:
             raise AssertionError(f"{vendor.name} does not read what was written without a word: {told[0]}")
         linked = link(program).program
+        if not runs:
+            return linked, []
         shown = shown_at_ends(program)
         return linked, events_of(shown, run(shown, robot_of(), folder=folder, max_steps=5000), vendor)
 
@@ -326,6 +332,42 @@ def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
         yield f"handling programs of {', '.join(refusals)}", "refused: a writer takes those of most languages"
 
 
+def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:
+    """The programs with declared readings of other languages are written, or refused with a line and a code; what is
+    written is read without a word"""
+    for name, _, made in foreign(it.vendor.name):
+        if isinstance(made, Converted):
+            read_again(made, it.vendor, runs=False)
+            continue
+        places = [found for found in made.diagnostics if not found.line or not found.code]
+        yield from ((name, f"refused without a place: {found.message}") for found in places)
+
+
+@lru_cache
+def foreign(target: str) -> tuple[tuple[str, str, Converted | OlpError], ...]:
+    """(language, file, what is made of it) of the programs with declared readings of all languages but `target`."""
+    found = []
+    for vendor in (find_vendor(name) for name in vendor_names() if name != target):
+        for path in readings.readings_of(handling.samples_folder(vendor)):
+            for name, program in readings.programs_of(vendor, readings.load_declared(path)):
+                if _is_whole(program):
+                    found.append((vendor.name, name, _made(find_vendor(target), program)))
+    return tuple(found)
+
+
+def _is_whole(program: Program) -> bool:
+    return bool(program.routines) and not any(found.is_error for found in program.diagnostics)
+
+
+def _made(vendor: Vendor, program: Program, *, forms: bool = False) -> Converted | OlpError:
+    """The files of a program, or why there are none. `forms`: moves as the pendant writes them."""
+    try:
+        context = Context(robot=robot_of(), on_loss="comment", forms=forms)
+        return convert(program, vendor.name, context, date=_DATE)
+    except OlpError as refused:
+        return refused
+
+
 def _wanted(sample: Sample, made: Converted) -> list[OracleEvent]:
     events = loosened(handling.events(joint=sample.joint), made.translated.losses)
     if sample.blends:
@@ -400,17 +442,21 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     writes_the_same_again,
     refuses_what_it_cannot_say,
     translates_there_and_back,
+    takes_what_others_read,
 )
 
 
 # --- Declared texts: what a writer makes of programs, for the vendor's author to check once ---
 # `samples/NAME/readings/*.written` holds parts as a declared reading does, each a file that olp wrote: of the contract
-# program, and of the programs with declared readings that have no error, which are written in their own language again.
+# program, and of the programs with declared readings that have no error, in their own language and in all others.
 # What cannot be said stands as a comment in it.
 
 
 _WRITTEN: Final = ".written"
 _CONTRACT: Final = "contract"
+_OTHERS: Final = "others"
+_SHOWN: Final = 3
+_NUMBERS: Final = re.compile(r"\d+(?:\.\d+)?")
 
 
 def declare_texts(vendor: Vendor, folder: Path) -> None:
@@ -438,28 +484,34 @@ def _path(folder: Path, stem: str) -> Path:
 def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """The parts of each `.written` file as olp writes them now, by the stem of the file."""
     program = contract_program(BRANCHES[0]).program
-    parts = dict(_written(vendor, "program", program))
+    parts = dict(_rows("program", _made(vendor, program)))
     if limits_of(vendor.name, forms=True).forms:
-        parts |= dict(_written(vendor, "program in forms", program, forms=True))
+        parts |= dict(_rows("program in forms", _made(vendor, program, forms=True)))
     yield _CONTRACT, parts
     for path in readings.readings_of(folder):
         parts = {}
         for name, program in readings.programs_of(vendor, readings.load_declared(path)):
-            if program.routines and not any(found.is_error for found in program.diagnostics):
-                parts |= dict(_written(vendor, name, program))
+            if _is_whole(program):
+                parts |= dict(_rows(name, _made(vendor, program)))
         if parts:
             yield path.stem, parts
+    others = [_rows(f"{language} {name}", made) for language, name, made in foreign(vendor.name)]
+    yield _OTHERS, {name: list(_folded(rows)) for parts in others for name, rows in parts}
 
 
-def _written(
-    vendor: Vendor, source: str, program: Program, *, forms: bool = False
-) -> Iterator[tuple[str, list[str]]]:
-    """The files of a program: its name and theirs, and their lines. `forms`: moves as the pendant writes them."""
-    context = Context(robot=robot_of(), on_loss="comment", forms=forms)
-    try:
-        made = convert(program, vendor.name, context, date=_DATE)
-    except OlpError as refused:
-        yield f"{source}: refused", [f"line {found.line}: {found.message}" for found in refused.diagnostics]
+def _folded(rows: list[str]) -> Iterator[str]:
+    """The lines, of more than three that differ in numbers alone the first three and how many follow."""
+    for _, group in groupby(rows, lambda row: _NUMBERS.sub("#", row)):
+        run = list(group)
+        yield from run[:_SHOWN]
+        if len(run) > _SHOWN:
+            yield f"({len(run) - _SHOWN} more that differ in numbers alone)"
+
+
+def _rows(source: str, made: Converted | OlpError) -> Iterator[tuple[str, list[str]]]:
+    """The name of a program with those of its files, and their lines."""
+    if isinstance(made, OlpError):
+        yield f"{source}: refused", [f"line {found.line}: {found.message}" for found in made.diagnostics]
         return
     for name, data in made.files.items():
         yield f"{source}: {name}", [line.rstrip() for line in decode(data, name).lines]
