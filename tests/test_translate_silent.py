@@ -947,7 +947,8 @@ def test_words_for_expressions_follow_the_condition_and_not_the_words_of_the_oth
 def test_both_points_of_a_relative_arc_are_relative():
     rows = (*HOME, *poses((900, 0, 400)), "CIRC_REL {X 5,Y 5},{X 10}")
     found = [line for line in code(translated(krl(*rows), "krl", "rapid"), "!") if "MoveC" in line]
-    assert found and all(line.count("CRobT") == 2 for line in found)
+    assert found
+    assert all(line.count("CRobT") == 2 for line in found)
 
 
 def test_a_frame_without_a_value_is_written_as_one_that_stands():

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from itertools import islice
 from pathlib import PureWindowsPath
 from typing import Any, ClassVar, Final
 
@@ -31,7 +32,6 @@ from olp.languages.vendors.krl.write_values import TEXT_LENGTH, KrlValues, is_of
 # Finds the statements that one call of BAS stands for, so that KRL's own programs keep their inline forms.
 
 MODAL: Final = (st.SetSpeed, st.SetAcceleration, st.SetBlend, st.SetTool, st.SetFrame, st.ExternalTool)
-_MOST: Final = 16  # statements of one call
 _COMMANDS: Final = ("INITMOV", "PTP_PARAMS", "CP_PARAMS", "PTP_DAT", "CP_DAT", "FRAMES")
 
 
@@ -59,8 +59,7 @@ class BasCalls:
         if not isinstance(first, MODAL) or not first.line:
             return None
         group = []
-        for at in range(place, min(place + _MOST, len(body))):
-            one = body[at]
+        for one in islice(body, place, None):
             if not isinstance(one, MODAL) or one.line != first.line:
                 break
             group.append(one)
@@ -103,15 +102,6 @@ _INI: Final = (
     *(f"  $ACC_AXIS[{axis}]=100" for axis in range(1, 7)),
     ";ENDFOLD (INI)",
 )
-_UPDATES: Final = {
-    "+": "+",
-    "-": "-",
-    "*": "*",
-    "/": "/",
-    "and": " B_AND ",
-    "or": " B_OR ",
-    "xor": " B_EXOR ",
-}
 _POLL = "0.012"  # [s] the interpolation cycle
 _PULSE = "0.3"  # [s] of a pulse that names no time
 _WHOLE_TEXT: Final = "TEXT_WHOLE[]"  # a text that is put together and has no variable
@@ -148,13 +138,14 @@ class KrlWriter(KrlMoves):
     """Writes statements, routines and the list of data."""
 
     templates: ClassVar = {
-        st.ReadInput: "{target}={signal}",
         st.SetOutput: "{signal}={value}",
         st.Dwell: "WAIT SEC {duration}",
         st.Label: "{name}:",
         st.Return: "RETURN{value: {}}",
         st.If: "IF {condition} THEN",
+        st.ElseIf: "ELSEIF {condition} THEN",
         st.Else: "ELSE",
+        st.EndIf: "ENDIF",
         st.For: "FOR {variable}={start} TO {stop}{step: STEP {}}",
         st.Next: "ENDFOR",
         st.Repeat: "REPEAT",
@@ -231,14 +222,6 @@ class KrlWriter(KrlMoves):
             return texts.lines(target, e, self.value)
         return [*self._put_together(_WHOLE_TEXT, e), f"{target}={_WHOLE_TEXT}"]
 
-    def write_update(self, s: st.Update) -> Lines:
-        target = self.target(s.target)
-        if s.operator == "not" or s.operand is None:
-            return f"{target}=B_NOT {self.value(s.operand or s.target, 13)}"
-        if s.operator not in _UPDATES:
-            raise CannotSayError(terminology.operation(s.operator))
-        return f"{target}={target}{_UPDATES[s.operator]}{self.value(s.operand, 12)}"
-
     def write_pulse_output(self, s: st.PulseOutput) -> Lines:
         time = _PULSE if s.duration is None else self.seconds(s.duration)
         state = "FALSE" if s.spelling == "FALSE" else "TRUE"
@@ -278,22 +261,6 @@ class KrlWriter(KrlMoves):
         text = f"{s.routine} ({self.arguments(s.arguments)})"
         line = text if s.result is None else f"{self.target(s.result)}={text}"
         return [line, "RETURN"] if s.jump else line
-
-    def write_if(self, s: st.If) -> Lines:
-        self.nested.append(0)
-        return f"IF {self.condition(s.condition)} THEN"
-
-    def write_else_if(self, s: st.ElseIf) -> Lines:
-        """KRL has none: an IF within ELSE, which its own ENDIF closes."""
-        condition = self.condition(s.condition)
-        if self.own:
-            return f"ELSEIF {condition} THEN"
-        if self.nested:
-            self.nested[-1] += 1
-        return ["ELSE", f"IF {condition} THEN"]
-
-    def write_end_if(self, s: st.EndIf) -> Lines:
-        return ["ENDIF"] * (1 + (self.nested.pop() if self.nested else 0))
 
     def write_while(self, s: st.While) -> Lines:
         line = "LOOP" if s.condition == ex.SignalState(True) else f"WHILE {self.condition(s.condition)}"
@@ -366,7 +333,6 @@ class KrlWriter(KrlMoves):
         """`data`: what is declared in the routine because no other one uses it."""
         self.begin()
         self.ends: list[str] = []
-        self.nested: list[int] = []  # blocks that an ELSEIF opened, per IF
         self.declarations: list[str] = []
         self.bas = BasCalls(self.scope, self)
         details = routine.details if self.own else {}

@@ -61,7 +61,6 @@ class RapidStatements(RapidMoves):
     """Writes statements. `returns`: the type of the function that is written."""
 
     templates: ClassVar = {
-        st.ReadInput: "{target}:={signal};",
         st.Dwell: "WaitTime {duration};",
         st.If: "IF {condition} THEN",
         st.ElseIf: "ELSEIF {condition} THEN",
@@ -199,16 +198,12 @@ class RapidStatements(RapidMoves):
         return f"{self.turn(target.base)}:=OrientZYX({angles['rz']},{angles['ry']},{angles['rx']});"
 
     def write_update(self, s: st.Update) -> Lines:
+        """RAPID's own alone: of other languages they are assignments."""
+        assert s.operand is not None
         target = self.value(s.target)
-        if s.operand is None:
-            return f"{target}:=NOT {target};"
-        if s.operator in "+-" and s.operand == ex.Number(1):
+        if s.operand == ex.Number(1):
             return f"{'Incr' if s.operator == '+' else 'Decr'} {target};"
-        operand = self.value(s.operand, 7)
-        if s.operator == "+":
-            return f"Add {target},{self.value(s.operand)};"
-        word = s.operator.upper() if s.operator.isalpha() else s.operator
-        return f"{target}:={target} {word} {operand};"
+        return f"Add {target},{self.value(s.operand)};"
 
     def write_clear(self, s: st.Clear) -> Lines:
         if s.target is None or s.count not in (None, ex.Number(1)):

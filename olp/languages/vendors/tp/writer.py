@@ -72,8 +72,8 @@ class TpWriter(TpMoves):
 
     templates: ClassVar = {
         st.Else: "ELSE",
+        st.EndIf: "ENDIF",
         st.Next: "ENDFOR",
-        st.ReadInput: "{target}={signal}",
         st.Wait: "WAIT {condition}",
         st.Return: "END",
         st.Pause: "PAUSE",
@@ -153,11 +153,6 @@ class TpWriter(TpMoves):
         first = self.lines(st.Assign(0, target, start)) if start != target else []
         return [*first, *self.added_lines(index, by)]
 
-    def write_update(self, s: st.Update) -> Lines:
-        if s.operator not in ("+", "-", "*", "/") or s.operand is None:
-            raise CannotSayError(terminology.operation(s.operator))
-        return [f"{self.single(s.target)}={self.assigned(ex.Binary(s.operator, s.target, s.operand))}"]
-
     def _clock(self, clock: ex.SystemValue, value: ex.Expression) -> str:
         shown = self.named("TIMER", ex.Number(clock.index))
         if clock.name == "timer-running" and isinstance(value, (ex.SignalState, ex.Number)):
@@ -217,21 +212,8 @@ class TpWriter(TpMoves):
             return str(int(it.on))
         return self.single(it)
 
-    def write_if(self, s: st.If) -> Lines:
-        self._blocks.append(1)
-        return self._opening(s)
-
-    def _opening(self, s: st.If | st.ElseIf) -> str:
+    def write_if(self, s: st.If) -> str:
         return f"IF {self.condition(s.condition, 1)} THEN"
-
-    def write_else_if(self, s: st.ElseIf) -> Lines:
-        """TP has none: an IF within ELSE, which its own ENDIF closes."""
-        if self._blocks:
-            self._blocks[-1] += 1
-        return ["ELSE", self._opening(s)]
-
-    def write_end_if(self, s: st.EndIf) -> Lines:
-        return ["ENDIF"] * (self._blocks.pop() if self._blocks else 1)
 
     def write_for(self, s: st.For) -> Lines:
         step = s.step.value if isinstance(s.step, ex.Number) else None
@@ -318,7 +300,7 @@ class TpWriter(TpMoves):
         if not isinstance(action, (st.Assign, st.SetOutput)) and not text.startswith(
             ("JMP", "CALL", "RUN", "WAIT")
         ):
-            return [self._opening(condition), text, "ENDIF"]
+            return [self.write_if(condition), text, "ENDIF"]
         return [f"IF {self.condition(condition.condition, 1)},{text}"]
 
     def _timed_wait(self, wait: st.Wait, following: st.Statement | None) -> tuple[list[str], int]:
@@ -396,7 +378,6 @@ class TpWriter(TpMoves):
         self.positions = TpPositionWriter(routine.points, self.details, self.own)
         self.names, self.points = self.details, routine.points
         self.labels = Labels(routine, self.own)
-        self._blocks: list[int] = []  # how many ENDIF each open IF needs
         self.begin()
         self.body(routine.body)
         instructions, count = _numbered_lines(self.rows)

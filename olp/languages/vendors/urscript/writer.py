@@ -282,11 +282,6 @@ class UrscriptWriter(UrscriptMoves):
     def write_assign(self, s: st.Assign) -> Lines:
         return [self.stored(s.target, s.value)]
 
-    def write_update(self, s: st.Update) -> Lines:
-        if s.operand is None or s.operator not in "+-*/" or isinstance(s.target, ex.Variable):
-            raise CannotSayError(terminology.operation(s.operator))
-        return [self.stored(s.target, ex.Binary(s.operator, s.target, s.operand))]
-
     def write_declare(self, s: st.Declare) -> Lines:
         if self.own:
             return [] if s.value is None else [self.declared(s, "local " if s.native == "local" else "")]
@@ -316,10 +311,6 @@ class UrscriptWriter(UrscriptMoves):
         if s.signal.bus != "analog-out" and value in (ex.Number(0), ex.Number(1)):
             value = ex.SignalState(value == ex.Number(1))
         return [f"{word}({self.value(s.signal.index)}, {self.value(value)})"]
-
-    def write_read_input(self, s: st.ReadInput) -> Lines:
-        assert isinstance(s.signal, ex.Signal)
-        return [self.stored(s.target, s.signal)]
 
     def write_message(self, s: st.Message) -> Lines:
         text = s.text
