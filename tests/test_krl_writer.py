@@ -39,7 +39,6 @@ from olp.ir.program import (
     Declare,
     Dwell,
     Else,
-    ElseIf,
     EndIf,
     If,
     Label,
@@ -332,7 +331,7 @@ def test_an_offset_along_the_tool_is_a_product_from_the_right() -> None:
 def test_other_statements_of_other_languages() -> None:
     found = lines_of(
         foreign(
-            If(1, Compare("=", Named("n"), Number(1))), ElseIf(2, SignalState(True)), Else(3), EndIf(4),
+            If(1, Compare("=", Named("n"), Number(1))), Else(3), EndIf(4),
             Wait(5, Signal("in", Number(3)), Quantity(Number(2.5), 1.0)),
             SetOutput(6, Signal("out", Text("doGrip")), SignalState(True)), Dwell(7, Quantity(Number(350), 0.001)),
             Assign(8, Member(Named("P1"), "rz"), Binary("/", Named("n"), Number(2))),
@@ -340,7 +339,7 @@ def test_other_statements_of_other_languages() -> None:
         )
     )  # fmt: skip
     at = found.index("IF n==1 THEN")
-    assert found[at : at + 6] == ["IF n==1 THEN", "ELSE", "IF TRUE THEN", "ELSE", "ENDIF", "ENDIF"]
+    assert found[at : at + 3] == ["IF n==1 THEN", "ELSE", "ENDIF"]
     assert "WHILE NOT $IN[3] AND (WAITED<2.5)" in found
     assert {"doGrip=TRUE", "WAIT SEC 0.35", "P1.A=1.0*n/2", "DECL REAL WAITED"} <= set(found)
 

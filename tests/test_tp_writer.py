@@ -47,10 +47,7 @@ from olp.ir.program import (
     Call,
     Comment,
     Disabled,
-    ElseIf,
     End,
-    EndIf,
-    If,
     Jump,
     Label,
     Move,
@@ -62,7 +59,6 @@ from olp.ir.program import (
     SetOutput,
     Speed,
     SpeedUnit,
-    Update,
     Wait,
     While,
 )
@@ -540,21 +536,6 @@ def test_names_of_labels_become_numbers_with_names() -> None:
     assert lines == ["LBL[7]", "LBL[1:loop start of al]", "JMP LBL[1]", "JMP LBL[7]"]
 
 
-def test_an_else_with_a_condition_is_a_block_inside() -> None:
-    lines = instructions(made(If(1, r(1)), Return(1), ElseIf(1, r(2)), ElseIf(1, r(3)), EndIf(1)))
-    assert lines == [
-        "IF (R[1]<>0) THEN",
-        "END",
-        "ELSE",
-        "IF (R[2]<>0) THEN",
-        "ELSE",
-        "IF (R[3]<>0) THEN",
-        "ENDIF",
-        "ENDIF",
-        "ENDIF",
-    ]
-
-
 def test_a_bounded_wait_sets_the_controllers_timeout() -> None:
     wait = Wait(1, r(1), Quantity(Number(2.5), 1.0))
     assert instructions(made(Label(1, "1"), wait, Jump(1, "1", SystemValue("timed-out")), wait)) == [
@@ -574,8 +555,8 @@ def test_comments_behind_statements_and_long_ones_stand_above() -> None:
     assert lines == ["!word word word word word word", "!word word word", "!let go", "DO[2]=OFF"]
 
 
-def test_begin_end_and_updates() -> None:
-    assert instructions(made(Begin(1), Update(1, "+", r(1), Number(1)), End(1))) == ["R[1]=R[1]+1"]
+def test_begin_and_end_are_no_lines() -> None:
+    assert instructions(made(Begin(1), Return(1), End(1))) == ["END"]
 
 
 RADIUS = Blend(BlendKind.RADIUS, Quantity(Number(0.025), 1.0))

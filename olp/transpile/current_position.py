@@ -299,28 +299,25 @@ class _Relative:
             return s
         frame = s.frame if own_frame or relative.kind == "tool" else FrameRef("base")
         here = self._place(s.tool, frame)
-        given = s.targets if s.via is None else (*s.targets, s.via)
-        found = [self._moved(here, e, relative.kind == "tool") for e in given]
-        says = next((one for one in found if isinstance(one, str)), "")
-        if says:
-            self.work.lose(s, Fate.REFUSED, "relative", says)
+        target = self._moved(s, here, s.targets[0])
+        via = None if s.via is None else self._moved(s, here, s.via)
+        if target is None or (s.via is not None and via is None):
             return s
-        target, via = found[0], found[1] if s.via is not None else None
         return replace(s, targets=(target,), via=via, relative=None, frame=frame)
 
-    def _moved(self, here: Expression, offset: Expression, in_tool: bool) -> Expression | str:
-        """The place that lies by an offset from `here`, or why it cannot be written."""
+    def _moved(self, s: Move, here: Expression, offset: Expression) -> Expression | None:
+        """The place that lies by an offset from `here`; None where it is rejected."""
         by = self.symbols.fixed_position(self.name, offset)
         if by is None or by.kind == "joint":
-            return "a move by an offset that is computed"
+            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that is computed")
+            return None
         values = _written(by)
         turns = sum(v not in _ZEROS for v in values[3:])
-        if not in_tool:
-            return (
-                "a move by an offset that turns the tool"
-                if turns
-                else Function("pose-offset", (here, *values[:3]))
-            )
+        if s.relative is not None and s.relative.kind != "tool":
+            if not turns:
+                return Function("pose-offset", (here, *values[:3]))
+            self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
+            return None
         if turns > 1:  # about z first, as no `pose-relative-tool` turns
             return Function("pose-product", (here, replace(by, values=_moved(by.values))))
         return Function("pose-relative-tool", (here, *values))

@@ -53,7 +53,11 @@ class RapidMoves(RapidValues):
             return "MoveAbsJ"
         if s.path not in _WORDS or (s.path is st.Path.CIRCULAR) != (s.via is not None):
             raise CannotSayError(f"a {s.path.value} move of this shape")
-        if not self.own and s.path is not st.Path.JOINT and any(map(self._is_joints, (target, s.via))):
+        if (
+            not self.own
+            and s.path is not st.Path.JOINT
+            and any(self._is_joints(e) for e in (target, s.via) if e is not None)
+        ):
             raise CannotSayError(f"a {s.path.value} move to joint angles", "use the pose that they reach")
         return _WORDS[s.path]
 
