@@ -16,10 +16,8 @@ from olp.robots.robot import load_robot
 from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
-from olp.transpile.context import Fate
 from olp.transpile.context import PROCESS, Fate
-from olp.transpile.convert import convert
-from olp.transpile.convert import runs_of
+from olp.transpile.convert import convert, runs_of
 from olp.transpile.receipt import verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
