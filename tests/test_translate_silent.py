@@ -542,7 +542,7 @@ def test_registers_have_values_in_a_list_and_the_receipt_asks_for_them():
         tp("R[2]=R[R[1]]+R[7]", "L P[1] 100mm/sec FINE", positions=((1, 0, 1, *P1[3:]),)), "tp", "krl"
     )
     lines = code("\n".join(data.decode() for data in made.files.values()), ";")
-    assert sum(row.startswith("R[") and row.endswith("]=0") for row in lines) == 100
+    assert sum(row.startswith("R[") and row.endswith("]=0") for row in lines) == 200
 
 
 # --- position registers -------------------------------------------------------------------------------------

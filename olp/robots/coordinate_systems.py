@@ -6,7 +6,7 @@ missing is assumed in one documented way and reported once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -69,6 +69,7 @@ class Cell:
     user_frames: dict[int, Pose] = field(default_factory=dict)
     gaps: dict[str, Gap] = field(default_factory=dict)
     frame_files: Mapping[str, str] = field(default_factory=dict)
+    made_up: Callable[[str, int], Pose | None] | None = None  # of a tool ("tool") or frame that is not known
 
     def robot(self, mechanism: int) -> Robot | None:
         return self.mechanisms[mechanism].robot
@@ -112,6 +113,9 @@ class Cell:
         """The tool's centre point on the flange; the flange itself when the tool is not known (reported)."""
         tool = self.tools.get(number)
         if tool is None:
+            made = None if self.made_up is None else self.made_up("tool", number)
+            if made is not None:
+                return made
             if self.tools or number:
                 self._gap(
                     f"tool {number}",
@@ -124,6 +128,9 @@ class Cell:
         """A user frame in the base; the base itself when the frame is not known (reported)."""
         frame = self.user_frames.get(number)
         if frame is None:
+            made = None if self.made_up is None else self.made_up("frame", number)
+            if made is not None:
+                return made
             self._gap(
                 f"user {number}",
                 f"user frame {number} is not known ({self._absent('user', 'frames')}): taken as the base frame",

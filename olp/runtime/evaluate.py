@@ -50,6 +50,12 @@ def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
         )
         if held:
             return SystemPosition(held)
+    made = (
+        None if m.made_up is None or local else m.made_up.variable(store, index, m.conventions.taught_frames)
+    )
+    if made is not None:
+        values[key] = made
+        return made
     value = values[key] = zero(store)
     name = f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{index:03d}"
     if store in POSITION_STORES:

@@ -91,6 +91,7 @@ from olp.runtime.flow import test
 from olp.runtime.folder import build_world
 from olp.runtime.functions import frame_value
 from olp.runtime.jobs import Jobs
+from olp.runtime.made_up import MadeUp
 from olp.runtime.memory import (
     SAVED_NUMBERS,
     SAVED_POSITIONS,
@@ -151,7 +152,10 @@ def wait(m: Machine, s: Wait) -> None:
             "I305", f"a limit of {limit:g} s is left out", "write a time between zero and four months"
         )
     seconds = _fixed(m, s.condition, limit)
-    if seconds is None:
+    if seconds is None and limit is not None and m.made_up is not None:
+        seconds = 0.0 if test(m, s.condition) else limit  # as a loop that asks would find it
+        m.timed_out = seconds > 0.0
+    elif seconds is None:
         seconds = _expected(m, s.condition)
         m.timed_out = limit is not None and seconds >= limit > 0.0
         if limit is not None and m.timed_out:
@@ -503,12 +507,14 @@ def run(
     folder: str | os.PathLike[str] | None = None,
     max_steps: int | None = None,
     cycles: int = 1,
+    made_up: MadeUp | None = None,
 ) -> Plan:
     """The plan of `program`: its first routine, run to the end.
 
     `robot`: library name, robot file or Robot of the first arm; else olp.toml or the controller's backup decide.
     `assumptions`: what the program cannot tell; the nearest olp.toml when None. `folder`: where called routines and
     controller files are; the program's own folder when None. `cycles`: passes of an endless main loop.
+    `made_up`: values for what nothing tells, in place of zeros.
     `max_steps`: statements after which the run is stopped (None: 200,000 in each cycle, and ten times what is read).
     Raises OlpError for a robot that does not exist; everything else is in `Plan.diagnostics`.
     """
@@ -535,6 +541,9 @@ def run(
         world.cell.frame_files = m.conventions.frame_files
         m.case_sensitive = find_vendor(program.vendor).case_sensitive
         m.advance_stops = find_vendor(program.vendor).advance_stops
+    if made_up is not None:
+        m.made_up = made_up
+        world.cell.made_up = made_up.pose
     m.allow(STEPS * cycles if max_steps is None else max_steps)
     m.allows_more = max_steps is None
     m.load(main)

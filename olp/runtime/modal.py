@@ -191,8 +191,8 @@ def tool_number(m: Machine, tool: Expression) -> int:
     if isinstance(tool, FrameRef):
         number = whole(m, tool.number) if tool.number is not None else 0
         return m.tool_now.get(number, number)
-    if _is_elsewhere(m, tool, "tool", "the flange"):
-        return _number_of(m, "tool", Pose.identity(), m.world.tools)
+    if (pose := _elsewhere(m, tool, "tool", "the flange")) is not None:
+        return _number_of(m, "tool", pose, m.world.tools)
     value = evaluate(m, tool)
     if isinstance(value, (int, float)):
         return m.tool_now.get(int(value), int(value))
@@ -212,29 +212,32 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
             return "base", None
         number = whole(m, frame.number) if frame.number is not None else 0
         return "user", m.user_now.get(number, number)
-    if _is_elsewhere(m, frame, "frame", "the base"):
-        return "base", None
-    value = evaluate(m, frame)
-    if isinstance(value, (int, float)):
-        number = int(value)
-        return ("user", m.user_now.get(number, number)) if number else ("base", None)
-    pose = _work_pose(value)
+    pose = _elsewhere(m, frame, "frame", "the base")
+    if pose is None:
+        value = evaluate(m, frame)
+        if isinstance(value, (int, float)):
+            number = int(value)
+            return ("user", m.user_now.get(number, number)) if number else ("base", None)
+        pose = _work_pose(value)
     if _told(pose)[1]:
         return "base", None
     return "user", _number_of(m, "user", pose, m.world.cell.user_frames)
 
 
-def _is_elsewhere(m: Machine, e: Expression, kind: str, taken: str) -> bool:
-    """Whether a tool or frame has no value at hand, as a file that is not here declares it: `taken`, which is told."""
+def _elsewhere(m: Machine, e: Expression, kind: str, taken: str) -> Pose | None:
+    """Where a tool or frame is that a file declares which is not here: `taken`, which is told; None where one is."""
     name = e.base if isinstance(e, Item) else e
     if not isinstance(name, Named) or name.name.casefold() in m.assumptions.names:
-        return False
+        return None
     slot = find_slot(m, name.name)
     if slot is not None and slot.value is not None:
-        return False
+        return None
+    made = None if m.made_up is None else m.made_up.pose(kind, spell(e).casefold())
+    if made is not None:
+        return made
     says = f"nothing at hand gives the {kind} {name.name} a value (no file beside it, no [names] in olp.toml)"
     m.assume_once(f"{kind} {name.name}", f"{says}: {taken} is taken")
-    return True
+    return Pose.identity()
 
 
 def _work_pose(value: Value) -> Pose:

@@ -55,10 +55,12 @@ def _own_place(m: Machine, s: Move) -> Place:
 
 def _value_of(m: Machine, mechanism: int, s: Move, target: Expression) -> PositionValue:
     """A move's target or via point, with all its components."""
+    tool, place = _own_tool(m, s), _own_place(m, s)
+    if m.made_up is not None:
+        m.made_up.place = (*place, tool)
     value = literal_position(target) if type(target) is PositionLiteral else evaluate(m, target)
     if not isinstance(value, PositionValue):
         value = position_of(value, spell(target))
-    tool, place = _own_tool(m, s), _own_place(m, s)
     own_tool = value.state.frame not in (ACTIVE, "joint") and s.tool is None
     value = position_in(value, place, value.state.tool if own_tool else tool)
     if value.state.frame == "user" or own_tool:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.ir.program import Path
+from olp.robots.geometry import Pose
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -190,6 +191,7 @@ class Plan:
     `unknown`: how many steps there were when a statement was first left out because a value is not known; -1: none was.
     `events`: index into `durations` -> what the step is about. `calls`: of the main routine, in order. `zone_law`: the
     blending law whose zones BlendCode.ZONE means. `conditions`: of moves that were recorded.
+    `held` (m,): the tool of each move, as a key of `tools` (its centre point on the flange), -1 for none.
     """
 
     sources: tuple[Source, ...]
@@ -212,6 +214,8 @@ class Plan:
     unknown: int = -1
     events: Mapping[int, Event] = field(default_factory=dict)
     conditions: MoveConditions | None = None
+    held: NDArray[np.int32] | None = None
+    tools: Mapping[int, Pose] = field(default_factory=dict)
 
     @property
     def path(self) -> str:

@@ -160,7 +160,8 @@ def _before_all(m: Machine, mechanism: int) -> int:
                 f"the arm stands {1000 * values[0]:.0f} mm in front of its base at first and points down: "
                 f"[start] may say where",
             )
-            return m.recorder.position(mechanism, _IN_BASE, values)
+            begins = values if m.made_up is None else m.made_up.start(values)
+            return m.recorder.position(mechanism, _IN_BASE, begins)
     return NOWHERE
 
 

@@ -163,21 +163,22 @@ def columns(
     count: int,
     rows: Sequence[MoveRow],
     extras: Mapping[int, Extra] | None = None,
-) -> tuple[Positions, Moves]:
-    """The `count` positions and all moves of a plan."""
+) -> tuple[Positions, Moves, NDArray[np.int32]]:
+    """The `count` positions and all moves of a plan, and the tool of each move (-1: none)."""
     positions, tools, says = _resolve(cell, batches, count)
     moves, end_of_arc = _moves(rows)
     if not len(moves):
-        return positions, moves
+        return positions, moves, np.zeros(0, dtype=np.int32)
     positions, moves, tools = keep_branches(cell, positions, tools, says, moves)
     positions, moves = _with_target_tools(cell, positions, tools, moves)
+    held = tools[moves.target]
     extras = extras or {}
     with_via = {row: extra for row, extra in extras.items() if extra.via >= 0}
     positions, moves, whole_arcs = beyond_targets(positions, moves, with_via)
     via, before, length = shape_paths(moves, positions, end_of_arc, whole_arcs)
     angle = turn_between(positions.quaternion[moves.start], positions.quaternion[moves.target])
     moves = replace(moves, via=via, before=before, length=length, angle=angle)
-    return positions, with_extras(moves, extras, units_of(rows))
+    return positions, with_extras(moves, extras, units_of(rows)), held
 
 
 def _resolve(
@@ -538,7 +539,10 @@ class Recorder:
 
     def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
         """The plan of everything executed."""
-        positions, moves = columns(self.cell, self._batches.values(), self._pool, self._moves, self._extras)
+        positions, moves, held = columns(
+            self.cell, self._batches.values(), self._pool, self._moves, self._extras
+        )
+        tools = {number: self.cell.tool_pose(number) for number in np.unique(held).tolist() if number >= 0}
         gaps = tuple(Assumption(0, gap.says) for gap in self.cell.gaps.values() if not gap.unusable)
         robots: tuple[Robot | None, ...] = tuple(m.robot for m in self.cell.mechanisms)
         return Plan(
@@ -558,4 +562,6 @@ class Recorder:
             robots=robots,
             unknown=self.unknown,
             events=self._events,
+            held=held,
+            tools=tools,
         )

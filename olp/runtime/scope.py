@@ -55,6 +55,13 @@ def read_name(m: Machine, name: str) -> Value:
         given = m.assumptions.names.get(name.casefold())
         if given is not None:
             return PositionValue(*given) if isinstance(given, tuple) else given
+        made = (
+            None if m.made_up is None else m.made_up.named(fold(m, name), "" if slot is None else slot.type)
+        )
+        if made is not None:
+            slot = slot or m.modules.setdefault(m.frame.job.source, {}).setdefault(fold(m, name), Slot(None))
+            slot.value, slot.shared = made, True
+            return made
     if slot is None and name.startswith("$"):
         m.assume(f"{name} is taken as 0: the controller sets it")
         return 0
@@ -169,11 +176,13 @@ def _slot(m: Machine, s: Declare) -> Slot:
             "I202", f"{s.name} has more than {_MOST_ITEMS:,} items", "make the array smaller"
         )
     if s.value is None:
-        return Slot(_empty(s.type, sizes), s.type, s.shared)
-    value = evaluate(m, s.value)
-    if sizes and isinstance(value, Array) and len(value.items) < sizes[0]:
-        value.items.extend([_ZEROS.get(s.type)] * (sizes[0] - len(value.items)))
-    return Slot(fitted(s.type, value), s.type, s.shared)
+        slot = Slot(_empty(s.type, sizes), s.type, s.shared)
+    else:
+        value = evaluate(m, s.value)
+        if sizes and isinstance(value, Array) and len(value.items) < sizes[0]:
+            value.items.extend([_ZEROS.get(s.type)] * (sizes[0] - len(value.items)))
+        slot = Slot(fitted(s.type, value), s.type, s.shared)
+    return slot if m.made_up is None else m.made_up.begun(fold(m, s.name), slot)
 
 
 def _empty(type_: str, sizes: list[int]) -> Value | None:

@@ -52,6 +52,10 @@ def _raw(m: Machine, key: SignalKey) -> int:
     m.reads += 1
     m.inputs_read[key] = m.reads
     value = m.memory.signals.get(key)
+    if value is None and m.made_up is not None:
+        value = m.made_up.signal(key, is_number(key.bus))
+        if value is not None:
+            m.memory.signals[key] = value
     if value is None:
         shown = "0" if is_number(key.bus) else "OFF"
         m.assume(f"{signal_name(key)} is taken as {shown}")

@@ -14,6 +14,7 @@ from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.folder import KIND_PREFIX, World, group_names
 from olp.runtime.jobs import Jobs, RunnableRoutine
+from olp.runtime.made_up import MadeUp
 from olp.runtime.memory import Key, Memory, PositionValue, Scope, Slot, Value
 from olp.runtime.plan import ASSUMABLE, USUAL_LAW, CallSpan
 from olp.runtime.recorder import NOWHERE, Recorder
@@ -179,6 +180,7 @@ class Machine:
     declaring: bool = False  # data are made ready
     unsure: bool = False  # a value was assumed: what is wrong from here on may only follow from it
     timed_out: bool = False  # whether the last wait ended by its limit
+    made_up: MadeUp | None = None  # values for what no file tells
     _topics: dict[str, tuple[int, int]] = field(default_factory=dict)
     _assumed: dict[tuple[int, int, str], int] = field(default_factory=dict)
     _found: dict[tuple[str, str, int, str], Diagnostic] = field(default_factory=dict)

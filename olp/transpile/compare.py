@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
 from olp.ir.program import Path
+from olp.robots.geometry import quaternion_from_rotation
 from olp.runtime.paths import circle, point_on_arc
-from olp.runtime.plan import PATHS, BlendCode, Event, Plan, StepKind
+from olp.runtime.plan import CUT_SHORT, PATHS, BlendCode, Event, Plan, StepKind
 from olp.runtime.state import VALUE_IS_UNKNOWN
 from olp.timing.blending.law import load_law
 
@@ -26,6 +27,7 @@ _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]
 _INSTANT = 1e-6  # [s] by which points that are rounded change a move
 _AHEAD = 64  # steps that are looked at for the next pair
+_MUCH_LONGER = 8  # times the steps of the other: not for the same statements, where both were stopped
 _ARC = 8  # steps of one program that may be one arc in the other
 
 
@@ -67,6 +69,8 @@ class ComparedStep(NamedTuple):
     still: bool = False  # goes nowhere
     event: Event | None = None
     file: str = ""
+    fraction: float = math.nan  # of a joint move: the share of full speed that is programmed
+    tool: tuple[float, ...] = ()  # centre point on the flange, quaternion
 
 
 class PlanDifference(NamedTuple):
@@ -129,15 +133,21 @@ def compare_plans(
     origins: Mapping[Place, int] | None = None,
     renamed: Callable[[Event], Event] | None = None,
     seconds: tuple[Sequence[float], Sequence[float]] = ((), ()),
+    other_lengths: bool = False,
 ) -> Comparison:
     """The differences of two plans.
 
-    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed" and "blend", the lines of `one`
-    where they are known to differ. `origins`: the line of `one` that each line of `other` was made from; without it
-    steps are paired in their order. `renamed`: an event of `one` with the signals of `other`. `seconds`: of the steps
-    of both plans, as they were timed.
+    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed", "blend" and "wait", the lines
+    of `one` where they are known to differ. `origins`: the line of `one` that each line of `other` was made from;
+    without it steps are paired in their order. `renamed`: an event of `one` with the signals of `other`. `seconds`: of
+    the steps of both plans, as they were timed. `other_lengths`: moves are not as long as they were when speeds of
+    joint moves and sizes of blends were converted, which are then not compared; nor is what only one of two runs
+    comes to that were stopped.
     """
-    rules = _Rules(tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed)
+    cut_short = other_lengths and any(d.code in CUT_SHORT for plan in (one, other) for d in plan.diagnostics)
+    rules = _Rules(
+        tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed, other_lengths, cut_short
+    )
     first, second = steps_of(one, without, seconds[0]), steps_of(other, seconds=seconds[1])
     result = _compared(first, second, rules)
     result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
@@ -156,6 +166,8 @@ class _Rules(NamedTuple):
     loose: Mapping[str, Set[int]]
     origins: Mapping[Place, int] | None
     renamed: Callable[[Event], Event] | None
+    other_lengths: bool = False
+    cut_short: bool = False
 
     def belong(self, a: ComparedStep, b: ComparedStep) -> bool:
         """Whether two steps may come from one statement."""
@@ -163,6 +175,15 @@ class _Rules(NamedTuple):
             return False
         origin = None if self.origins is None else self.origins.get((b.file, b.line))
         return origin is None or origin == a.line
+
+    def asks(self, a: ComparedStep) -> bool:
+        """Whether a wait is a loop in the other program, which finds at once what it asks for."""
+        loop = a.line in self.loose.get("wait", frozenset())
+        return loop and a.kind is StepKind.WAIT and not a.duration
+
+    def is_added(self, b: ComparedStep) -> bool:
+        """Whether it is known that no statement of the first program has become this step's."""
+        return self.origins is not None and (b.file, b.line) not in self.origins
 
     def made(self, some: Sequence[ComparedStep], b: ComparedStep) -> bool:
         """Whether it is known that one of these steps of the first program is what the other one's was made from."""
@@ -184,7 +205,8 @@ def paired(
         if not (more or others) and not rules.belong(a, b):
             skip = _next_pair(first, second, i, j, rules)
             if skip is None:
-                yield a, b
+                if not rules.cut_short or min(len(first) - i, len(second) - j) > _AHEAD:
+                    yield a, b
                 return
             yield from ((s, None) for s in first[i : i + skip[0]] if not s.still)
             yield from ((None, s) for s in second[j : j + skip[1]] if not s.still)
@@ -193,6 +215,16 @@ def paired(
         i, j = i + more, j + others
         a, b = _joined(first[i - more : i + 1]), _joined(second[j - others : j + 1])
         i, j = i + 1, j + 1
+        if _is_message(a) and _is_message(b):
+            # A text may be longer than a line of the other controller.
+            more_follow = i < len(first) and _is_message(first[i])
+            while j < len(second) and _is_message(second[j]):
+                if more_follow and not rules.is_added(second[j]):
+                    break
+                j += 1
+        if a.kind is b.kind is StepKind.WAIT:
+            a, i = _waited(a, first, i, b.duration)
+            b, j = _waited(b, second, j, a.duration)
         if a.kind is StepKind.MOVE:
             # A move to where the arm stands that only one of the programs has: how it ends is how the one before does.
             while j < len(second) and second[j].still and not rules.made(first[i : i + 1], second[j]):
@@ -204,6 +236,11 @@ def paired(
             ):
                 a, i = _ending(a, first[i]), i + 1
         yield a, b
+    if (
+        rules.cut_short
+        and max(len(first), len(second)) < _MUCH_LONGER * min(len(first), len(second)) + _AHEAD
+    ):
+        return
     yield from ((s, None) for s in first[i:] if not s.still)
     if not cut:
         yield from ((None, s) for s in second[j:] if not s.still)
@@ -259,6 +296,19 @@ def _joined(run: Sequence[ComparedStep]) -> ComparedStep:
     )
 
 
+def _waited(
+    step: ComparedStep, steps: Sequence[ComparedStep], at: int, until: float
+) -> tuple[ComparedStep, int]:
+    """A wait with those that follow from the same statement, which a loop repeats, for as long as the other's is."""
+    while at < len(steps) and step.duration < until and steps[at].event is None:
+        last = steps[at]
+        if last.kind is not StepKind.WAIT or (last.file, last.line) != (step.file, step.line):
+            break
+        lasts, seconds = step.duration + last.duration, step.seconds + last.seconds
+        step, at = step._replace(duration=lasts, seconds=seconds), at + 1
+    return step, at
+
+
 def _ending(step: ComparedStep, last: ComparedStep) -> ComparedStep:
     return step._replace(exact=last.exact, blend=last.blend, seconds=step.seconds + last.seconds)
 
@@ -278,6 +328,8 @@ def _compared(
                 *((0, 0.0) if b is None else (b.line, b.seconds)),
             )
         )
+        if b is None and a is not None and rules.asks(a):
+            continue
         if a is None or b is None:
             which, step = ("the source", a) if b is None else ("the translation", b)
             assert step is not None
@@ -300,6 +352,8 @@ def _compare_events(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
     if a.event is None or b.event is None:
         return
     one = a.event if rules.renamed is None else rules.renamed(a.event)
+    if a.kind is StepKind.WAIT and not b.event.signals:
+        return  # of a variable, which a signal without a number may be there
     if rules.renamed is not None and one.signals != b.event.signals:
         says = f"{_named(a.event)}, which is {_named(one)} there, and {_named(b.event)}"
         result.differ(a, b, "signal", f"signals {says}")
@@ -324,6 +378,7 @@ def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: 
     result.worst_angle = max(result.worst_angle, turned)
     if turned > tolerances.angle:
         result.differ(a, b, "orientation", f"turned by {turned / deg:.6f} deg")
+    _compare_tools(a, b, result, rules)
     if a.path is Path.JOINT and any(map(math.isnan, (*a.position, *b.position))):
         apart = _distance(a.axes, b.axes)
         result.worst_angle = max(result.worst_angle, apart)
@@ -335,6 +390,16 @@ def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: 
         _compare_speeds(a, b, result, rules)
     if rules.blends and a.line not in rules.loose.get("blend", frozenset()):
         _compare_blends(a, b, result, rules)
+
+
+def _compare_tools(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
+    """The same point may be reached with another tool: the flange is elsewhere then."""
+    if a.tool == b.tool or not a.tool or not b.tool:
+        return
+    off, turned = _distance(a.tool[:3], b.tool[:3]), _between(a.tool[3:], b.tool[3:])
+    if off > rules.tolerances.position or turned > rules.tolerances.angle:
+        says = f"tools {off / mm:.6f} mm and {turned / deg:.6f} deg apart"
+        result.differ(a, b, "tool", says)
 
 
 def _shape(step: ComparedStep) -> Path | None:
@@ -369,7 +434,10 @@ def _off_circle(points: tuple[tuple[float, ...], ...], on: tuple[tuple[float, ..
 
 
 def _compare_speeds(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
-    for name, x, y in (("speed", a.travel, b.travel), ("time at speed", a.time, b.time)):
+    time = ("time at speed", a.time, b.time)
+    if rules.other_lengths and a.path is Path.JOINT:
+        time = ("share of full speed", a.fraction, b.fraction)
+    for name, x, y in (("speed", a.travel, b.travel), time):
         if math.isnan(x) or math.isnan(y) or max(x, y) <= 0.0:
             continue
         off = abs(x - y) / max(x, y)
@@ -383,6 +451,8 @@ def _compare_speeds(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
 def _compare_blends(a: ComparedStep, b: ComparedStep, result: Comparison, rules: _Rules) -> None:
     x, y = (0.0 if s.exact else s.blend for s in (a, b))
     if a.exact is b.exact and (math.isnan(x) or math.isnan(y)):
+        return
+    if a.exact is b.exact and rules.other_lengths:
         return
     off = abs((0.0 if math.isnan(x) else x) - (0.0 if math.isnan(y) else y))
     result.worst_blend = max(result.worst_blend, off)
@@ -419,6 +489,10 @@ def steps_of(
     found: list[ComparedStep] = []
     moved = False
     middles = _middles(plan)
+    tools = {
+        number: (*pose.position.tolist(), *quaternion_from_rotation(pose.rotation[None])[0].tolist())
+        for number, pose in plan.tools.items()
+    }
     names = [source.path for source in plan.sources]
     for at in range(len(plan) if stop is None else stop):
         kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
@@ -428,7 +502,7 @@ def steps_of(
         took = float(seconds[at]) if len(seconds) else 0.0
         file = names[int(plan.source[at])]
         if kind is StepKind.MOVE:
-            step = _move(plan, row, line, middles)
+            step = _move(plan, row, line, middles, tools)
             found.append(step._replace(seconds=took, still=moved and _goes_nowhere(plan, row), file=file))
             moved = True
             continue
@@ -442,7 +516,8 @@ def steps_of(
             and found
             and not lasts
             and row not in plan.events
-            and _shows(found[-1], line)
+            and _is_message(found[-1])
+            and found[-1].line == line
         ):
             continue  # a window and what it says: one message
         found.append(
@@ -451,9 +526,9 @@ def steps_of(
     return found
 
 
-def _shows(step: ComparedStep, line: int) -> bool:
-    """Whether a step is a message, or the like, of this line."""
-    return step.kind is StepKind.SIGNAL and step.line == line and step.event is None and not step.duration
+def _is_message(step: ComparedStep) -> bool:
+    """Whether a step is a message, or the like."""
+    return step.kind is StepKind.SIGNAL and step.event is None and not step.duration
 
 
 def _stop_before(found: list[ComparedStep]) -> None:
@@ -494,7 +569,13 @@ def _goes_nowhere(plan: Plan, row: int) -> bool:
     return bool(len(known)) and bool((np.abs(known) < _TURN).all())
 
 
-def _move(plan: Plan, row: int, line: int, middles: Mapping[int, tuple[float, ...]]) -> ComparedStep:
+def _move(
+    plan: Plan,
+    row: int,
+    line: int,
+    middles: Mapping[int, tuple[float, ...]],
+    tools: Mapping[int, tuple[float, ...]],
+) -> ComparedStep:
     moves, positions = plan.moves, plan.positions
     target = int(moves.target[row])
     path = PATHS[int(moves.path[row])]
@@ -516,6 +597,8 @@ def _move(plan: Plan, row: int, line: int, middles: Mapping[int, tuple[float, ..
         _asked(plan, row) if path is Path.JOINT else float(moves.duration[row]),
         0.0 if code == 0 else size,
         code == 0,
+        fraction=float(moves.fraction[row]),
+        tool=() if plan.held is None else tools.get(int(plan.held[row]), ()),
         length=float(moves.length[row]),
         middle=middles.get(row, ()),
         circle=_circle_of(plan, row) if row in middles else (),

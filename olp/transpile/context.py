@@ -166,6 +166,7 @@ class TranslationContext:
     losses: list[Loss] = field(default_factory=list)
     names: dict[tuple[str, str], str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
+    undeclared: dict[str, str] = field(default_factory=dict)  # name that no file declares -> its type
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
     named_systems: set[str] = field(default_factory=set)  # variables of numbered tools and frames
     external_units: tuple[tuple[str, str], ...] = ()  # of external axes, in order: name in the target, unit

@@ -5,20 +5,21 @@ Codes: X011 something that the target cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from olp.core.diagnostic import Diagnostic, OlpError, raise_errors
 from olp.core.memory_limit import no_garbage_collection
-from olp.ir.expressions import Store, Taught
+from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointBlock, PointTable
-from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement
+from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Routine, Statement, Wait
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of
 from olp.transpile.commented_out import LeftOut
-from olp.transpile.context import Context
+from olp.transpile.context import Context, Fate
 from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
 from olp.transpile.pipeline import Translated, canonical, refusals
@@ -27,11 +28,13 @@ from olp.transpile.source_plans import MOST_AGAIN, asked_inputs, plan_of
 if TYPE_CHECKING:
     from olp.robots.model import Robot
     from olp.runtime.assumptions import Assumptions, SignalKey
+    from olp.runtime.made_up import MadeUp
     from olp.runtime.plan import Plan
     from olp.transpile.receipt import PlanRuns
 
 
 _MOST_STEPS = 200_000  # statements of a run
+_MOST_MADE_UP = 10_000  # of each of the runs with made-up values, which are many
 _ROUNDS = 20  # of commenting out what the writer refuses
 
 
@@ -171,20 +174,35 @@ def rerun(
     robot: Robot | None,
     source: Program | None = None,
     inputs: Sequence[Mapping[SignalKey, tuple[int, ...]]] = (),
+    made_up: MadeUp | None = None,
 ) -> Rerun:
     """The files, read again and run beside each other.
 
     `source`: what stands around that program (its olp.toml, its controller's tools and frames) stands around them.
-    `inputs`: sets of the source's inputs with which they run once more.
+    `inputs`: sets of the source's inputs with which they run once more. `made_up`: values for what nothing tells.
     """
+    from olp.runtime.end_actions import shown_at_ends
+    from olp.transpile.correspondence import origins_of
+
+    with _read_again(converted, vendor, robot, source) as (written, plan):
+        plans = [plan({}, _MOST_STEPS, made_up), *(plan(one, MOST_AGAIN, made_up) for one in inputs)]
+        return Rerun(tuple(plans), origins_of(converted.translated.program, map(shown_at_ends, written)))
+
+
+PlanAgain: TypeAlias = "Callable[[Mapping[SignalKey, tuple[int, ...]], int, MadeUp | None], Plan]"
+
+
+@contextmanager
+def _read_again(
+    converted: Converted, vendor: str, robot: Robot | None, source: Program | None
+) -> Iterator[tuple[list[Program], PlanAgain]]:
+    """The programs of the files, and what runs them: inputs of the source, how many statements, made-up values."""
     import tempfile
     from pathlib import Path
 
     from olp.languages.read import read
     from olp.languages.vendor import find_vendor
-    from olp.runtime.end_actions import shown_at_ends
     from olp.runtime.interpreter import run
-    from olp.transpile.receipt import origins_of
 
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder, name) for name in converted.files]
@@ -196,11 +214,12 @@ def rerun(
         suffixes = find_vendor(vendor).suffixes
         others = [p for p in paths if p != main and p.suffix.lower() in suffixes]
         written = [program, *(read(path, vendor=vendor) for path in others)]
-        plans = []
-        for given, steps in [({}, _MOST_STEPS), *((one, MOST_AGAIN) for one in inputs)]:
-            around = None if source is None else _surroundings(source, converted, robot, given)
-            plans.append(run(program, robot=robot, folder=folder, assumptions=around, max_steps=steps))
-        return Rerun(tuple(plans), origins_of(converted.translated.program, map(shown_at_ends, written)))
+
+        def plan(inputs: Mapping[SignalKey, tuple[int, ...]], steps: int, made_up: MadeUp | None) -> Plan:
+            around = None if source is None else _surroundings(source, converted, robot, inputs)
+            return run(program, robot, folder=folder, assumptions=around, max_steps=steps, made_up=made_up)
+
+        yield written, plan
 
 
 def _surroundings(
@@ -216,7 +235,7 @@ def _surroundings(
     from olp.runtime.assumptions import Assumptions, WrittenPosition, load_assumptions, nearest_assumptions
     from olp.runtime.memory import ACTIVE
     from olp.transpile.context import cell_of
-    from olp.transpile.receipt import SignalsThere
+    from olp.transpile.correspondence import SignalsThere
 
     folder = Path(source.path).parent if source.path and Path(source.path).is_file() else None
     path = nearest_assumptions(folder) if folder is not None else None
@@ -250,17 +269,48 @@ def runs_of(
 
     `robots`: of the source, and of the translation where it is another one.
     """
+    from olp.runtime.made_up import MadeUp
+    from olp.transpile.correspondence import SharedUnknowns
     from olp.transpile.receipt import PlanRuns
 
     asked = asked_inputs(source)
     sets = [asked] if asked else []
-    first = [plan_of(source, robots[0], None, None)]
-    first += [plan_of(source, robots[0], inputs, MOST_AGAIN) for inputs in sets]
+    plain = MadeUp()
+    losses = converted.translated.losses
+    left = _without(source, {loss.line for loss in losses if loss.leaves_out and loss.fate is Fate.COMMENTED})
+    first = [plan_of(left, robots[0], None, None, plain)]
+    first += [plan_of(left, robots[0], inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
+    target = robots[1] or robots[0]
     try:
-        there = rerun(converted, vendor, robots[1] or robots[0], source, sets)
+        there = rerun(converted, vendor, target, source, sets, MadeUp())
     except OlpError:
         return PlanRuns(tuple(first), (None,) * len(first))
-    return PlanRuns(tuple(first), there.plans, there.origins)
+
+    def both(here: MadeUp, those: Callable[[], MadeUp]) -> tuple[Plan | None, Plan | None]:
+        plan = plan_of(left, robots[0], {}, _MOST_MADE_UP, here)
+        if plan is None:
+            return None, None
+        with _read_again(converted, vendor, target, source) as (_, again):
+            return plan, again({}, _MOST_MADE_UP, those())
+
+    unknown = SharedUnknowns(source, converted.translated, vendor)
+    return PlanRuns(tuple(first), there.plans, there.origins, tuple(unknown.runs(both, plain.asked)))
+
+
+def _without(program: Program, lines: Set[int]) -> Program:
+    """The program with nothing in the lines that are left out of its translation."""
+    if not lines:
+        return program
+    routines = [
+        replace(r, body=tuple(_nothing(s) if s.line in lines else s for s in r.body))
+        for r in program.routines
+    ]
+    return replace(program, routines=tuple(routines))
+
+
+def _nothing(s: Statement) -> Statement:
+    """What is left of a statement: where the program waited, the arm still stops."""
+    return Dwell(s.line, Quantity(Number(0), 1.0)) if isinstance(s, (Wait, Dwell)) else Comment(s.line, "")
 
 
 # --- Files of the target ---

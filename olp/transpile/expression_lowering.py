@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.core.diagnostic import OlpError
 from olp.ir.expressions import (
     POSITION_STORES,
     Argument,
@@ -43,6 +44,7 @@ from olp.ir.program import (
     Update,
 )
 from olp.ir.transformer import expressions_of, mapped, sets_numbers
+from olp.languages.limits import limits_of
 from olp.runtime.assumptions import Given
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import (
@@ -82,6 +84,14 @@ _ELEMENTS: Final = (*POSE_ELEMENTS, "e1", "e2")
 _SYSTEM: Final = {"position-pose": "current-pose", "position-pulse": "current-joints"}
 _LARGEST_ARRAY: Final = 100
 _POSE: Final = frozenset(POSE_ELEMENTS)
+
+
+def _numbers_of(vendor: str) -> Mapping[Store, int]:
+    """How many variables of each kind the controllers of a language have."""
+    try:
+        return limits_of(vendor).numbered
+    except OlpError:
+        return {}  # a language that is read alone
 
 
 def lift(program: Program, work: TranslationContext) -> Program:
@@ -137,7 +147,9 @@ class _Lift:
     def _array(self, scope: str, store: Store) -> None:
         if (scope, store) not in self.arrays:
             stem = f"{'L' if scope else ''}{LETTERS[store]}"
-            self.arrays[(scope, store)] = Named(self.work.fresh(stem))
+            self.arrays[(scope, store)] = array = Named(self.work.fresh(stem))
+            if not scope:
+                self.work.names[("variable", f"{LETTERS[store]}*")] = array.name
             self.largest[(scope, store)] = 0
 
     def variable(self, v: Variable) -> Expression:
@@ -155,7 +167,8 @@ class _Lift:
                 )
             else:
                 index = Binary("+", v.index, Number(first)) if first else v.index
-                self.largest[(scope, v.store)] = _LARGEST_ARRAY
+                usual = _numbers_of(self.program.vendor).get(v.store, _LARGEST_ARRAY)
+                self.largest[(scope, v.store)] = max(self.largest[(scope, v.store)], usual)
             return Item(array, (index,))
         assert type(v.index) is Number
         key = (scope, v.store, int(v.index.value))

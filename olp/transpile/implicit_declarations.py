@@ -104,6 +104,7 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
     uses = {name: use for name, use in uses.items() if name not in own}
     for use in uses.values():
         _tell(use, work)
+        work.undeclared[use.name] = use.kind
     _refuse_members(program, {name for name, use in uses.items() if use.records}, work)
     if work.limits.dimensions == "numbers":
         tables = {n for n, use in uses.items() if len(use.sizes) > 1 and use.kind not in NUMERIC}

@@ -67,6 +67,7 @@ class Translated:
     Kinds: point, variable, tool, frame, routine, signal, task, label. `problems`: what no comment can stand for (X012).
     `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
     `held`: values of tools ("tool") and frames ("user") that the target's controller is to hold, by number or name.
+    `types`: of the source's names that no file declares, as `Declare.type` says it.
     """
 
     program: Program
@@ -77,6 +78,7 @@ class Translated:
     remarks: tuple[Loss, ...] = ()
     asks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
+    types: Mapping[str, str] = field(default_factory=dict)
 
 
 def started(program: Program, work: TranslationContext) -> Program:
@@ -216,6 +218,7 @@ def canonical(
         tuple(dict.fromkeys(work.remarks)),
         {says: tuple(things) for says, things in work.asks.items()},
         dict(work.held),
+        dict(work.undeclared),
     )
 
 

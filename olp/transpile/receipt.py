@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -16,26 +17,18 @@ from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg, mm
 from olp.ir.program import (
     Begin,
-    Call,
     Comment,
     Declare,
-    Dwell,
     End,
-    Message,
     Move,
-    Pause,
     Program,
-    PulseOutput,
-    SetOutput,
-    Statement,
-    Wait,
 )
 from olp.ir.terminology import kind_of
-from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_key, signal_name
 from olp.runtime.interpreter import LIMIT
-from olp.runtime.plan import ASSUMABLE, Event, Plan
+from olp.runtime.plan import ASSUMABLE, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
 from olp.transpile.context import PROCESS, Fate, Loss
+from olp.transpile.correspondence import MadeUpRun, blamed, renamer
 from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
 from olp.transpile.pipeline import Translated
@@ -73,12 +66,13 @@ _FAILED: Final = ("I1", "I2", "I3")  # a statement that a run left out
 class PlanRuns(NamedTuple):
     """Plans of the source and of the translation: with the inputs as assumed, then with other ones, in the same order.
 
-    None where a program could not be run. `origins`: see `Rerun`.
+    None where a program could not be run. `origins`: see `Rerun`. `made_up`: with values for what no file tells.
     """
 
     source: tuple[Plan | None, ...]
     target: tuple[Plan | None, ...]
     origins: Mapping[tuple[str, int], int] | None = None
+    made_up: tuple[MadeUpRun, ...] = ()
 
 
 class Objection(NamedTuple):
@@ -212,6 +206,7 @@ class Receipt:
     data_only: bool = False  # nothing in it runs
     verdict: Verdict = field(default_factory=Verdict)
     again: tuple[Comparison, ...] = ()  # with the inputs on
+    made_up: tuple[Comparison, ...] = ()  # with values for what no file tells; what the others have not shown
     unreached: str = ""  # moves that none of the runs comes to
 
     @property
@@ -243,32 +238,39 @@ def receipt_of(
     again: list[Comparison] = []
     times: tuple[tuple[int, float, int, float], ...] = ()
     left_out = {loss.line for loss in translated.losses if loss.part == "statement"}
+    compared = partial(
+        compare_plans,
+        without=left_out,
+        tolerances=tolerances,
+        origins=runs.origins,
+        renamed=renamer(translated.mapping),
+        loose={"wait": {loss.line for loss in translated.losses if loss.part == "wait"}},
+    )
     for before, after in zip(runs.source, runs.target, strict=False):
         if before is None or after is None:
             continue
-        found = compare_plans(
-            before,
-            after,
-            without=left_out,
-            tolerances=tolerances,
-            origins=runs.origins,
-            renamed=renamer(translated.mapping),
-            seconds=(_seconds(before), _seconds(after)) if before is one else ((), ()),
-        )
         if before is one:
-            comparison = found
-            times = tuple(found.times)
+            comparison = compared(before, after, seconds=(_seconds(before), _seconds(after)))
+            times = tuple(comparison.times)
         else:
-            again.append(found)
+            again.append(compared(before, after))
+    known = {(row.line, row.part) for past in (comparison, *again) if past is not None for row in past.found}
+    made_up: list[Comparison] = []
+    for run in runs.made_up:
+        found = _with_made_up(run, compared, known)
+        if found is not None:
+            made_up.append(found)
+            known |= {(row.line, row.part) for row in found.found}
     program = linked.program
     data_only = holds_data_only(program)
-    compared = [*([] if comparison is None else [comparison]), *again]
-    verdict = verdict_of(translated, runs, compared, data_only)
+    comparisons = [*([] if comparison is None else [comparison]), *again, *made_up]
+    verdict = verdict_of(translated, runs, comparisons, data_only)
     idle = (loss for loss in translated.losses if loss.fate is Fate.EXACT)
     remarks = (*idle, *translated.remarks)
     lines = [loss.line for loss in (*translated.losses, *remarks)]
     lines += [] if comparison is None else comparison.unknown
     lines += [one.line for one in verdict.objections]
+    sources = (*runs.source, *(run.source for run in runs.made_up))
     checked = data_only or (comparison is not None and not comparison.until)
     return Receipt(
         program.path,
@@ -289,8 +291,32 @@ def receipt_of(
         data_only,
         verdict,
         tuple(again),
-        "" if data_only else places(map(linked.place, _unreached(program, runs.source, left_out))),
+        tuple(made_up),
+        "" if data_only else places(map(linked.place, _unreached(program, sources, left_out))),
     )
+
+
+def _with_made_up(
+    run: MadeUpRun, compared: Callable[..., Comparison], known: Set[tuple[int, str]]
+) -> Comparison | None:
+    """Both runs with made-up values: what differs beyond what is known, and which of the values makes it differ."""
+    if run.source is None or run.target is None or not run.asked:
+        return None
+    found = compared(run.source, run.target, other_lengths=True)
+    new = [row for row in found.found if (row.line, row.part) not in known]
+    if new:
+        first = (new[0].line, new[0].part)
+
+        def differs(one: MadeUpRun) -> bool:
+            if one.source is None or one.target is None:
+                return False
+            alone = compared(one.source, one.target, other_lengths=True)
+            return any((row.line, row.part) == first for row in alone.found)
+
+        says = blamed(run, differs)
+        new = [row._replace(says=f"with another value of {says}: {row.says}") for row in new]
+    found.found = new
+    return found
 
 
 def _unreached(program: Program, plans: Sequence[Plan | None], left_out: Set[int]) -> list[int]:
@@ -421,133 +447,3 @@ def _time(receipt: Receipt) -> dict[str, Any] | None:
             for a, x, b, y in receipt.times
         ],
     }
-
-
-# --- Correspondence ---
-# Which statement of the source each line of a translation was made from, found from the two texts' own statements.
-#
-# The writer makes no list: the translated program and the program that is read again hold the same statements
-# in the same order, but for what a language sets beside them. Pairs are found routine by routine and never by counting:
-# where one of them has a statement more, the next pair is looked for.
-
-Token = tuple[object, ...]
-_AHEAD: Final = 32  # statements that are looked at for the next pair
-_SIGNAL: Final = "signal"
-
-
-def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[str, int], int]:
-    """File and line of `written`, the files read again -> the line of the source that it was made from."""
-    found: dict[tuple[str, int], int] = {}
-    several: set[tuple[str, int]] = set()  # lines that were made from two, such as a move with its output
-    bodies = {routine.name.casefold(): _steps(routine.body) for routine in translated.routines}
-    for program in written:
-        for routine in program.routines:
-            made = bodies.get(routine.name.casefold())
-            for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
-                place = (program.path, t.line)
-                if s.line and found.setdefault(place, s.line) != s.line:
-                    several.add(place)
-    for place in several:
-        del found[place]
-    return found
-
-
-def _steps(body: Sequence[Statement]) -> list[tuple[Token, Statement]]:
-    return [(token, s) for s in body if (token := _token(s))]
-
-
-def _token(s: Statement) -> Token:
-    """What a statement and its translation have in common; () for what makes no step."""
-    match s:
-        case Move():
-            return ("move", s.path)
-        case Call():
-            return ("call", s.routine.casefold())
-        case SetOutput() | PulseOutput():
-            return (type(s).__name__, s.signal.index)
-        case Dwell() | Wait() | Pause() | Message():
-            return (type(s).__name__,)
-        case _:
-            return ()
-
-
-def _paired(
-    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]]
-) -> Iterable[tuple[Statement, Statement]]:
-    i, j = 0, 0
-    while i < len(made) and j < len(written):
-        if made[i][0] == written[j][0]:
-            yield made[i][1], written[j][1]
-            i, j = i + 1, j + 1
-            continue
-        more, others = _next_pair(made, written, i, j)
-        i, j = i + more, j + others
-
-
-def _next_pair(
-    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]], i: int, j: int
-) -> tuple[int, int]:
-    """How many statements of both come before the next pair, as few as can be."""
-    for total in range(1, _AHEAD):
-        for more in range(total + 1):
-            x, y = i + more, j + total - more
-            if x < len(made) and y < len(written) and made[x][0] == written[y][0]:
-                return more, total - more
-    return 1, 1
-
-
-# --- signals ------------------------------------------------------------------------------------------------
-
-
-_ANY: Final = "*"  # a computed number
-
-
-@dataclass(frozen=True, slots=True)
-class SignalsThere:
-    """What signals of the source are in the target. `numbered`: by bus, the name of one with a computed number *."""
-
-    single: Mapping[SignalKey, SignalKey]
-    numbered: Mapping[str, str]
-
-    @classmethod
-    def of(cls, mapping: Mapping[tuple[str, str], str]) -> SignalsThere:
-        """`mapping`: (kind, name in the source) -> name in the target."""
-        single: dict[SignalKey, SignalKey] = {}
-        numbered: dict[str, str] = {}
-        for (kind, name), to in mapping.items():
-            if kind != _SIGNAL:
-                continue
-            bus, _, shown = name.rpartition(" ")
-            there, _, index = to.rpartition(" ")
-            if shown == _ANY:
-                numbered[bus] = index
-            else:
-                single[_key(bus, shown)] = _key(there or bus, index)
-        return cls(single, numbered)
-
-    def find(self, signal: SignalKey) -> SignalKey:
-        found = self.single.get(signal)
-        if found is not None:
-            return found
-        name = self.numbered.get(signal.bus) if isinstance(signal.number, int) else None
-        return signal if name is None else _key(signal.bus, name.replace(_ANY, str(signal.number)))
-
-
-def _key(bus: str, shown: str) -> SignalKey:
-    return SignalKey(bus, int(shown)) if shown.isdecimal() else SignalKey(NAMED_SIGNAL, shown.casefold())
-
-
-def renamer(mapping: Mapping[tuple[str, str], str]) -> Callable[[Event], Event]:
-    """Events of the source with the target's signals."""
-    there = SignalsThere.of(mapping)
-    single = {signal_name(old): signal_name(new) for old, new in there.single.items()}
-
-    def name_there(name: str) -> str:
-        key = signal_key(name) if there.numbered else None
-        return single.get(name, name) if key is None else signal_name(there.find(key))
-
-    def renamed(event: Event) -> Event:
-        signals = tuple(sorted(map(name_there, event.signals)))
-        return event if signals == event.signals else event._replace(signals=signals)
-
-    return renamed

@@ -126,6 +126,14 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         new = [says for says in again.differences if says not in c.differences]
         yield f"with the inputs on: {again.steps} steps, {len(new) or 'no'} further differences"
         yield from (f"  {says}" for says in new[:_DIFFERENCES])
+    if receipt.made_up:
+        new = list(dict.fromkeys(says for one in receipt.made_up for says in one.differences))
+        steps = sum(one.steps for one in receipt.made_up)
+        yield (
+            f"with other values for what no file tells, {len(receipt.made_up)} times: {steps} steps,"
+            f" {len(new) or 'no'} further differences"
+        )
+        yield from (f"  {says}" for says in new[:_DIFFERENCES])
     if receipt.times:
         source, target = (_total([row[at] for row in receipt.times]) for at in (1, 3))
         names = " and ".join(dict.fromkeys(name for name in receipt.robots if name)) or "no robot named"

@@ -22,6 +22,7 @@ from olp.runtime.assumptions import (
     nearest_assumptions,
 )
 from olp.runtime.interpreter import run
+from olp.runtime.made_up import MadeUp
 from olp.runtime.plan import Plan
 from olp.transpile.context import Context, Planned, TranslationContext
 
@@ -55,6 +56,7 @@ def plan_of(
     robot: Robot | None,
     inputs: Mapping[SignalKey, tuple[int, ...]] | None,
     most: int | None,
+    made_up: MadeUp | None = None,
 ) -> Plan | None:
     """The plan of `most` statements (None: as usual), None where the program cannot be run.
 
@@ -62,12 +64,12 @@ def plan_of(
     """
     try:
         if inputs is None:
-            return run(program, robot=robot, max_steps=most)
+            return run(program, robot=robot, max_steps=most, made_up=made_up)
         folder = Path(program.path).parent if program.path and Path(program.path).is_file() else None
         path = nearest_assumptions(folder) if folder is not None else None
         given = load_assumptions(path) if path is not None else Assumptions()
         on = replace(given, inputs={**inputs, **given.inputs})
-        return run(program, robot=robot, assumptions=on, max_steps=most)
+        return run(program, robot=robot, assumptions=on, max_steps=most, made_up=made_up)
     except OlpError:
         return None
 

@@ -1,0 +1,206 @@
+"""Values made up for what nothing at hand tells, so that two programs that share it can be compared.
+
+Tools, frames, positions, inputs and variables that no file gives are zeros in a run, and two programs that use them in
+different ways then do the same by chance. Here each of them has a value of its own, which depends on the seed and on
+what it is in the source: the translation's run has the same one under the name that the translation gave it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+from random import Random
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from olp.core.units import deg, mm
+from olp.ir.expressions import Store
+from olp.ir.points import PointKind, PointState
+from olp.robots.geometry import Pose
+from olp.runtime.assumptions import SignalKey
+from olp.runtime.memory import ACTIVE, INTEGERS, Array, PositionValue, Record, Slot, Value
+
+_NEAR: Final = (40 * mm, 12 * deg)  # how far a tool's or a frame's made-up pose is from none
+_AROUND: Final = (80 * mm, 20 * deg)  # how far a position is from the middle of them
+_MIDDLE: Final = (0.5, 0.0, 0.4, pi, 0.0, 0.0)  # [m], [rad] of an arm whose reach is not known
+_AXES: Final = (0.1, -0.3, 0.3, 0.2, 0.9, 0.4)  # [rad] around which axis values are
+_LARGEST: Final = 7  # number that nothing is compared with
+_FRACTION: Final = 0.5
+_POSITIONS: Final = ("position", "joints")
+# The member of a record that says where a tool or a frame is (ABB: tooldata, wobjdata).
+_PLACED: Final = ("tframe", "uframe")
+
+FrameAndTool = tuple[str, int | None, int]
+
+
+class UnknownThing(NamedTuple):
+    """What no file tells. `kind`: tool, frame, signal, variable, element or start; `name` as its program has it."""
+
+    kind: str
+    name: int | str | SignalKey | tuple[Store, int] | tuple[str, int]
+
+
+class MadeUpPosition(NamedTuple):
+    """`place`: the frame, its number and the tool with which the source first used it."""
+
+    value: PositionValue
+    place: FrameAndTool
+
+
+Made = Value | Pose | MadeUpPosition | None
+
+
+@dataclass(slots=True)
+class MadeUp:
+    """What one run is told. `seed` 0: nothing; what could be made up is noted all the same.
+
+    `origins`: a thing of this program -> of the source. `types`: of names that nothing declares, as `Declare.type`.
+    `choices`: numbers that the source compares a thing with. `only`: all else is zero, and positions are those of no
+    seed. `begins`: what the source's run made up, which the translation declares as zero. `places`: frame and tool of
+    positions that hold them.
+    """
+
+    seed: int = 0
+    origins: Mapping[UnknownThing, UnknownThing] = field(default_factory=dict)
+    types: Mapping[str, str] = field(default_factory=dict)
+    choices: Mapping[UnknownThing, tuple[int, ...]] = field(default_factory=dict)
+    only: UnknownThing | None = None
+    begins: Mapping[UnknownThing, Made] = field(default_factory=dict)
+    places: Mapping[UnknownThing, FrameAndTool] = field(default_factory=dict)
+    place: FrameAndTool = ("base", None, 0)  # that hold for the target that is evaluated
+    asked: dict[UnknownThing, Made] = field(default_factory=dict)
+
+    def origin(
+        self, kind: str, name: int | str | SignalKey | tuple[Store, int] | tuple[str, int]
+    ) -> UnknownThing:
+        thing = UnknownThing(kind, name)
+        return self.origins.get(thing, thing)
+
+    def _chance(self, thing: UnknownThing) -> Random | None:
+        """Where its values come from, None where it has none."""
+        self.asked.setdefault(thing, None)
+        return Random(f"{self.seed} {thing}") if self.seed and self._is_other(thing) else None
+
+    def _is_other(self, thing: UnknownThing) -> bool:
+        return self.only is None or self.only == thing
+
+    def _keep(self, thing: UnknownThing, made: Made) -> None:
+        self.asked[thing] = made
+
+    # --- what is asked for ------------------------------------------------------------------------------------
+
+    def pose(self, kind: str, name: int | str) -> Pose | None:
+        """Where a tool's centre point is on the flange, or a frame in the base; nothing of number 0, which is none."""
+        thing = self.origin(kind, name)
+        chance = self._chance(thing) if thing.name != 0 else None
+        if chance is None:
+            return None
+        made = Pose.from_xyz_angles(_about((0.0,) * 6, _NEAR, chance))
+        self._keep(thing, made)
+        return made
+
+    def signal(self, key: SignalKey, is_number: bool) -> int | None:
+        thing = self.origin("signal", key)
+        chance = self._chance(thing)
+        if chance is None:
+            return None
+        # Every second seed has the other state.
+        made = int(self._number(thing, chance, True)) if is_number else (self._first(thing) + self.seed) % 2
+        self._keep(thing, made)
+        return made
+
+    def variable(self, store: Store, index: int, frames: bool) -> Value | None:
+        """What a numbered variable holds. `frames`: positions of this language name their frame and tool."""
+        thing = self.origin("variable", (store, index))
+        if store is Store.ROBOT:
+            return self._position(thing, frames)
+        return self._plain(thing, "integer" if store in INTEGERS else "real" if store is Store.REAL else "")
+
+    def named(self, name: str, type_: str) -> Value | None:
+        thing = self.origin("variable", name)
+        type_ = type_ or self.types.get(str(thing.name), "")
+        return self._position(thing, False, type_) if type_ in _POSITIONS else self._plain(thing, type_)
+
+    def start(self, values: tuple[float, ...]) -> tuple[float, ...]:
+        """Where the arm stands at first, around a place that it reaches."""
+        chance = self._chance(UnknownThing("start", 0))
+        return values if chance is None else _about(values, _NEAR, chance)
+
+    def begun(self, name: str, slot: Slot) -> Slot:
+        """A declared variable with what it is in the source, where the source does not tell that."""
+        made = self._begin(UnknownThing("variable", name))
+        if isinstance(slot.value, Array):
+            for at in range(len(slot.value.items)):
+                item = self._begin(UnknownThing("element", (name, at + 1)))
+                if item is not None:
+                    slot.value.items[at] = _held(item, slot.value.items[at])
+        elif made is not None:
+            slot.value = _held(made, slot.value)
+        return slot
+
+    def _begin(self, there: UnknownThing) -> Made:
+        return self.begins.get(self.origins.get(there, there))
+
+    # --- values -----------------------------------------------------------------------------------------------
+
+    def _plain(self, thing: UnknownThing, type_: str) -> Value | None:
+        chance = self._chance(thing) if type_ in ("integer", "real", "boolean") else None
+        if chance is None:
+            return None
+        if type_ == "boolean":
+            made: Value = bool((self._first(thing) + self.seed) % 2)
+        else:
+            made = self._number(thing, chance, type_ == "integer")
+        self._keep(thing, made)
+        return made
+
+    def _number(self, thing: UnknownThing, chance: Random, whole: bool) -> int | float:
+        choices = self.choices.get(thing, ())
+        if choices:
+            return choices[(self._first(thing) + self.seed) % len(choices)]
+        number = chance.randint(1, _LARGEST)
+        return number if whole or self.seed % 2 else number + _FRACTION
+
+    @staticmethod
+    def _first(thing: UnknownThing) -> int:
+        return Random(str(thing)).randrange(1000)
+
+    def _position(self, thing: UnknownThing, frames: bool, type_: str = "position") -> PositionValue | None:
+        chance = self._chance(thing)
+        if not self.seed:
+            return None
+        chance = chance or Random(str(thing))  # a position is somewhere
+        begun = self.begins.get(thing)
+        if isinstance(begun, MadeUpPosition) and begun.value.state.kind is PointKind.JOINT:
+            value = begun.value  # a register holds axis values or a pose
+        elif type_ == "joints":
+            axes = tuple(axis + chance.uniform(-0.2, 0.2) for axis in _AXES)
+            value = PositionValue(PointState(PointKind.JOINT, "joint"), axes)
+        else:
+            frame, user, tool = self.places.get(thing, ("base", None, 0)) if frames else (ACTIVE, None, 0)
+            state = PointState(PointKind.POSE, frame, user, tool)
+            value = PositionValue(state, _about(_MIDDLE, _AROUND, chance))
+        self._keep(thing, MadeUpPosition(value, self.place))
+        return value
+
+
+def _about(values: tuple[float, ...], by: tuple[float, float], chance: Random) -> tuple[float, ...]:
+    """Six numbers of a pose, each moved."""
+    return tuple(v + chance.uniform(-1.0, 1.0) * by[0 if at < 3 else 1] for at, v in enumerate(values))
+
+
+def _held(made: Made, value: Value | None) -> Value | None:
+    """What was made up as a variable with the value so far holds it; `value` where it cannot."""
+    if isinstance(made, MadeUpPosition):
+        made = made.value
+    if isinstance(made, Pose):
+        made = PositionValue(PointState(PointKind.POSE, ACTIVE), tuple(np.array(made.xyz_angles()).tolist()))
+        if isinstance(value, Record):
+            name = next((n for n in value.members if n.casefold() in _PLACED), None)
+            return value if name is None else Record(value.type, {**value.members, name: made}, value.partial)
+    numbers = isinstance(made, (bool, int, float)) and isinstance(value, (bool, int, float, type(None)))
+    if numbers and isinstance(value, bool):
+        return bool(made)
+    return made if numbers or isinstance(made, PositionValue) else value

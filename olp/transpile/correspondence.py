@@ -1,0 +1,374 @@
+"""Which things of a translation are which ones of the source: statements, signals, and what no file tells.
+
+Statements and signals pair the steps of both runs. What no file tells is zero in a plain run of each, so that the two
+may agree by chance: both are run several times more with values made up for it (`olp.runtime.made_up`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from olp.core.diagnostic import OlpError
+from olp.ir.expressions import Compare, Expression, Named, Number, Signal, Store, Text, Unary, Variable
+from olp.ir.program import (
+    Call,
+    Case,
+    Dwell,
+    Message,
+    Move,
+    Pause,
+    Program,
+    PulseOutput,
+    SetOutput,
+    Statement,
+    Switch,
+    Wait,
+)
+from olp.ir.transformer import calls_nothing, expressions_of
+from olp.languages.limits import limits_of
+from olp.languages.vendor import conventions_of, find_vendor
+from olp.runtime.assumptions import NAMED_SIGNAL, VARIABLE_LETTERS, SignalKey, signal_key, signal_name
+from olp.runtime.made_up import FrameAndTool, MadeUp, MadeUpPosition, UnknownThing
+from olp.runtime.plan import Event, Plan
+from olp.transpile.expression_lowering import LETTERS
+from olp.transpile.pipeline import Translated
+
+# --- Statements ---
+# Which statement of the source each line of a translation was made from, found from the two texts' own statements.
+#
+# The writer makes no list: the translated program and the program that is read again hold the same statements
+# in the same order, but for what a language sets beside them. Pairs are found routine by routine and never by counting:
+# where one of them has a statement more, the next pair is looked for.
+
+Token = tuple[object, ...]
+_AHEAD: Final = 32  # statements that are looked at for the next pair
+_SIGNAL: Final = "signal"
+
+
+def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[str, int], int]:
+    """File and line of `written`, the files read again -> the line of the source that it was made from."""
+    found: dict[tuple[str, int], int] = {}
+    several: set[tuple[str, int]] = set()  # lines that were made from two, such as a move with its output
+    bodies = {routine.name.casefold(): _steps(routine.body) for routine in translated.routines}
+    for program in written:
+        for routine in program.routines:
+            made = bodies.get(routine.name.casefold())
+            for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
+                place = (program.path, t.line)
+                if s.line and found.setdefault(place, s.line) != s.line:
+                    several.add(place)
+    for place in several:
+        del found[place]
+    return found
+
+
+def _steps(body: Sequence[Statement]) -> list[tuple[Token, Statement]]:
+    return [(token, s) for s in body if (token := _token(s))]
+
+
+def _token(s: Statement) -> Token:
+    """What a statement and its translation have in common; () for what makes no step."""
+    match s:
+        case Move():
+            return ("move", s.path)
+        case Call():
+            return ("call", s.routine.casefold())
+        case SetOutput() | PulseOutput():
+            return (type(s).__name__, s.signal.index)
+        case Dwell() | Wait() | Pause() | Message():
+            return (type(s).__name__,)
+        case _:
+            return ()
+
+
+def _paired(
+    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]]
+) -> Iterable[tuple[Statement, Statement]]:
+    i, j = 0, 0
+    while i < len(made) and j < len(written):
+        if made[i][0] == written[j][0]:
+            yield made[i][1], written[j][1]
+            i, j = i + 1, j + 1
+            continue
+        more, others = _next_pair(made, written, i, j)
+        i, j = i + more, j + others
+
+
+def _next_pair(
+    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]], i: int, j: int
+) -> tuple[int, int]:
+    """How many statements of both come before the next pair, as few as can be."""
+    for total in range(1, _AHEAD):
+        for more in range(total + 1):
+            x, y = i + more, j + total - more
+            if x < len(made) and y < len(written) and made[x][0] == written[y][0]:
+                return more, total - more
+    return 1, 1
+
+
+# --- Signals ---
+
+
+_ANY: Final = "*"  # a computed number
+
+
+@dataclass(frozen=True, slots=True)
+class SignalsThere:
+    """What signals of the source are in the target. `numbered`: by bus, the name of one with a computed number *."""
+
+    single: Mapping[SignalKey, SignalKey]
+    numbered: Mapping[str, str]
+
+    @classmethod
+    def of(cls, mapping: Mapping[tuple[str, str], str]) -> SignalsThere:
+        """`mapping`: (kind, name in the source) -> name in the target."""
+        single: dict[SignalKey, SignalKey] = {}
+        numbered: dict[str, str] = {}
+        for (kind, name), to in mapping.items():
+            if kind != _SIGNAL:
+                continue
+            bus, _, shown = name.rpartition(" ")
+            there, _, index = to.rpartition(" ")
+            if shown == _ANY:
+                numbered[bus] = index
+            else:
+                single[_key(bus, shown)] = _key(there or bus, index)
+        return cls(single, numbered)
+
+    def find(self, signal: SignalKey) -> SignalKey:
+        found = self.single.get(signal)
+        if found is not None:
+            return found
+        name = self.numbered.get(signal.bus) if isinstance(signal.number, int) else None
+        return signal if name is None else _key(signal.bus, name.replace(_ANY, str(signal.number)))
+
+
+def _key(bus: str, shown: str) -> SignalKey:
+    return SignalKey(bus, int(shown)) if shown.isdecimal() else SignalKey(NAMED_SIGNAL, shown.casefold())
+
+
+def renamer(mapping: Mapping[tuple[str, str], str]) -> Callable[[Event], Event]:
+    """Events of the source with the target's signals."""
+    there = SignalsThere.of(mapping)
+    single = {signal_name(old): signal_name(new) for old, new in there.single.items()}
+
+    def name_there(name: str) -> str:
+        key = signal_key(name) if there.numbered else None
+        return single.get(name, name) if key is None else signal_name(there.find(key))
+
+    def renamed(event: Event) -> Event:
+        signals = tuple(sorted(map(name_there, event.signals)))
+        return event if signals == event.signals else event._replace(signals=signals)
+
+    return renamed
+
+
+# --- What no file tells ---
+
+
+_SEEDS: Final = 4
+_MOST_SEEDS: Final = 8
+_MOST_BLAMED: Final = 8  # things of which each is tried alone, where both runs differ
+_MOST_NAMED: Final = 4
+_LABEL: Final = re.compile(r"([A-Z]+)(\d+)")
+_SHOWN: Final = re.compile(r"([A-Z]+)\[?(\d+)")
+_SYSTEMS: Final = ("tool", "frame")
+
+# Runs both programs: the values for the source, and what makes those for the translation once that has run.
+RunBoth = Callable[[MadeUp, Callable[[], MadeUp]], tuple[Plan | None, Plan | None]]
+
+
+class MadeUpRun(NamedTuple):
+    """Both plans with the values of one seed, what was made up, and the same runs with one of these alone."""
+
+    source: Plan | None
+    target: Plan | None
+    asked: tuple[UnknownThing, ...]
+    alone: Callable[[UnknownThing], MadeUpRun]
+
+
+@dataclass(frozen=True, slots=True)
+class SharedUnknowns:
+    """What makes the values for both runs. `vendor`: of the translation."""
+
+    program: Program
+    translated: Translated
+    vendor: str
+
+    def runs(self, both: RunBoth, asked: Mapping[UnknownThing, object]) -> Iterator[MadeUpRun]:
+        """With each seed; none where nothing is unknown. `asked`: what the plain run of the source asked for."""
+        if not asked:
+            return
+        choices = _choices(self.program)
+        widest = max((len(choices.get(thing, ())) for thing in asked), default=0)
+        for seed in range(1, 1 + min(max(_SEEDS, widest), _MOST_SEEDS)):
+            run = self._run(both, seed, choices, None)
+            if not run.asked:
+                return  # of what it asks for, nothing can be made up
+            yield run
+
+    def _run(
+        self,
+        both: RunBoth,
+        seed: int,
+        choices: Mapping[UnknownThing, tuple[int, ...]],
+        only: UnknownThing | None,
+    ) -> MadeUpRun:
+        here = MadeUp(seed, types=self.translated.types, choices=choices, only=only)
+        source, target = both(here, lambda: self._there(here))
+        made = tuple(thing for thing, value in here.asked.items() if value is not None)
+        return MadeUpRun(source, target, made, lambda thing: self._run(both, seed, choices, thing))
+
+    def _there(self, here: MadeUp) -> MadeUp:
+        origins = dict(self._origins(here))
+        return MadeUp(
+            here.seed,
+            origins,
+            here.types,
+            here.choices,
+            here.only,
+            here.asked,
+            dict(self._places(here, origins)),
+        )
+
+    # --- which is which -------------------------------------------------------------------------------------
+
+    def _origins(self, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
+        """A thing of the translation, and what it is in the source."""
+        for (kind, name), to in self.translated.mapping.items():
+            if kind in _SYSTEMS:
+                old = UnknownThing(kind, _system(name))
+                yield UnknownThing(kind, _system(to)), old
+                if not to.isdecimal():
+                    yield UnknownThing("variable", self._folded(to, self.vendor)), old
+            elif kind in ("variable", "point"):
+                yield from self._variables(name, to, here)
+        for old_signal, new_signal in SignalsThere.of(self.translated.mapping).single.items():
+            yield UnknownThing("signal", new_signal), UnknownThing("signal", old_signal)
+
+    def _variables(self, name: str, to: str, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
+        if name.endswith("*"):
+            store = _stores().get(name[:-1])
+            first = 1 - conventions_of(self.program.vendor).first_variable
+            for thing in here.asked:
+                if isinstance(thing.name, tuple) and thing.name[0] is store:
+                    place = self._folded(to, self.vendor), int(thing.name[1]) + first
+                    yield UnknownThing("element", place), thing
+            return
+        old = self._variable_here(name, here)
+        registers = limits_of(self.vendor).registers
+        if registers is None:
+            yield UnknownThing("variable", self._folded(to, self.vendor)), old
+        elif (shown := _SHOWN.match(to)) is not None:
+            store = next((s for s, letter in registers.letters.items() if letter == shown[1]), None)
+            if store is not None:
+                yield UnknownThing("variable", (store, int(shown[2]))), old
+
+    def _variable_here(self, name: str, here: MadeUp) -> UnknownThing:
+        label = _LABEL.fullmatch(name)
+        if label is not None and label[1] in _stores():
+            numbered = UnknownThing("variable", (_stores()[label[1]], int(label[2])))
+            if numbered in here.asked:
+                return numbered
+        return UnknownThing("variable", self._folded(name, self.program.vendor))
+
+    def _places(
+        self, here: MadeUp, origins: Mapping[UnknownThing, UnknownThing]
+    ) -> Iterator[tuple[UnknownThing, FrameAndTool]]:
+        """The frame and tool of positions that hold them in the translation."""
+        there = {old: new.name for new, old in origins.items() if new.kind in _SYSTEMS}
+        for thing, made in here.asked.items():
+            if isinstance(made, MadeUpPosition):
+                frame, old, tool = made.place
+                user = None if old is None else there.get(UnknownThing("frame", old), old)
+                number = there.get(UnknownThing("tool", tool), tool)
+                if isinstance(number, int) and (user is None or isinstance(user, int)):
+                    yield thing, (frame, user, number)
+
+    @staticmethod
+    def _folded(name: str, vendor: str) -> str:
+        return name if find_vendor(vendor).case_sensitive else name.casefold()
+
+
+def _stores() -> dict[str, Store]:
+    return {letters: store for store, letters in LETTERS.items()}
+
+
+def _system(label: str) -> int | str:
+    return int(label) if label.isdecimal() else label.casefold()
+
+
+# --- what values are compared with --------------------------------------------------------------------------
+
+
+def _choices(program: Program) -> dict[UnknownThing, tuple[int, ...]]:
+    """The whole numbers that the source compares each of its variables and inputs with, and one beyond them."""
+    found: dict[UnknownThing, dict[int, None]] = {}
+    fold = not find_vendor(program.vendor).case_sensitive
+    for routine in program.routines:
+        switched: Expression | None = None
+        for s in routine.body:
+            pairs: list[tuple[Expression, Expression]] = []
+            if isinstance(s, Switch):
+                switched = s.value
+            elif isinstance(s, Case) and switched is not None:
+                pairs = [(switched, value) for value in s.values]
+            if not calls_nothing(s):
+                compared = (e for e in expressions_of(s) if isinstance(e, Compare))
+                pairs += [pair for e in compared for pair in ((e.left, e.right), (e.right, e.left))]
+            for value, constant in pairs:
+                thing, number = _thing(value, fold), _whole(constant)
+                if thing is not None and number is not None:
+                    found.setdefault(thing, {})[number] = None
+    return {thing: (*numbers, max(numbers) + 1) for thing, numbers in found.items()}
+
+
+def _thing(e: Expression, fold: bool) -> UnknownThing | None:
+    match e:
+        case Named(name):
+            return UnknownThing("variable", name.casefold() if fold else name)
+        case Variable(store, Number(index), False):
+            return UnknownThing("variable", (store, int(index)))
+        case Signal(bus, Number(index)):
+            return UnknownThing("signal", SignalKey(bus, int(index)))
+        case Signal(_, Text(name)):
+            return UnknownThing("signal", SignalKey(NAMED_SIGNAL, name.casefold()))
+    return None
+
+
+def _whole(e: Expression) -> int | None:
+    if isinstance(e, Unary) and e.operator == "-":
+        value = _whole(e.operand)
+        return None if value is None else -value
+    return int(e.value) if isinstance(e, Number) and e.value == int(e.value) else None
+
+
+# --- what made a difference ---------------------------------------------------------------------------------
+
+
+def blamed(run: MadeUpRun, differs: Callable[[MadeUpRun], bool]) -> str:
+    """The thing whose value alone makes both runs differ, as a person would say it."""
+    for thing in run.asked[:_MOST_BLAMED]:
+        try:
+            if differs(run.alone(thing)):
+                return said(thing)
+        except OlpError:
+            continue
+    more = len(run.asked) - _MOST_NAMED
+    return ", ".join(map(said, run.asked[:_MOST_NAMED])) + (f" and {more} more" if more > 0 else "")
+
+
+def said(thing: UnknownThing) -> str:
+    kind, name = thing
+    if isinstance(name, SignalKey):
+        return signal_name(name)
+    if kind == "start":
+        return "where the arm stands at first"
+    if isinstance(name, tuple):
+        store, index = name
+        letters = VARIABLE_LETTERS[store] if isinstance(store, Store) else store
+        return f"{letters}{index:03d}"
+    return f"{kind} {name}" if kind in _SYSTEMS else str(name)

@@ -1,0 +1,117 @@
+"""What no file tells has made-up values in further runs: programs that agree only because it is zero are told apart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from translated_texts import converted, read, tp
+
+from olp.ir.expressions import Store
+from olp.robots.robot import load_robot
+from olp.runtime.made_up import MadeUp, UnknownThing
+from olp.transpile.convert import runs_of
+from olp.transpile.link import link
+from olp.transpile.receipt import receipt_of
+from olp.transpile.receipt_text import as_text
+
+ROBOT = load_robot("yaskawa/gp25")
+TARGETS = ("krl", "rapid", "inform", "urscript")
+ROWS = [
+    "UFRAME_NUM=2",  # line 6
+    "UTOOL_NUM=3",
+    "J P[1] 50% FINE",
+    "L PR[5] 200mm/sec FINE",
+    "R[1]=R[2]*3",
+    "IF DI[3]=ON AND R[4]>2,JMP LBL[2]",
+    "L P[2] R[6]mm/sec FINE Offset,PR[7]",
+    "LBL[2]",
+    "WAIT DI[5]=ON TIMEOUT,LBL[3]",
+    "DO[1]=ON",
+    "LBL[3]",
+    "L P[1] R[1]mm/sec FINE",
+]
+POINTS = [(1, 2, 3, 900, 100, 400, 180, 0, 30), (2, 2, 3, 950, 200, 350, 170, 5, 20)]
+
+
+def receipt(source, target, *swaps, vendor="tp"):
+    """Of a translation in which some texts are others, as a writer with a fault would write them."""
+    made = converted(source, vendor, target)
+    files = {}
+    for name, data in made.files.items():
+        text = data.decode("cp1252")
+        for old, new in swaps:
+            text = text.replace(old, new)
+        files[name] = text.encode("cp1252")
+    assert not swaps or files != made.files
+    made = replace(made, files=files)
+    program = read(source, vendor)
+    runs = runs_of(program, made, target, (ROBOT, None))
+    return receipt_of(link(program), made.translated, target, tuple(files), runs, (ROBOT, None))
+
+
+def differences(found):
+    return [one for one in found.verdict.objections if one.kind == "difference"]
+
+
+@pytest.fixture(scope="module")
+def source():
+    return tp(*ROWS, positions=POINTS)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_translation_that_does_the_same_with_whatever_values_has_no_difference(source, target):
+    found = receipt(source, target)
+    assert differences(found) == []
+    assert len(found.made_up) >= 4
+    assert sum(one.steps for one in found.made_up) >= 12
+    assert "with other values for what no file tells" in as_text(found)
+
+
+# What a plain run cannot see, because both programs take zeros: the swap, the line where it shows, what made it.
+FAULTS = [
+    ("rapid", ("R1:=R2 * 3", "R1:=R2 * 2"), "speed", "R002"),
+    ("rapid", ("\\WObj:=frame_2", ""), "mm apart", "frame 2"),
+    ("rapid", ("R4>2", "R4<=2"), "", "R004"),
+    ("rapid", ("PV7.trans,PV7.rot", "PV5.trans,PV5.rot"), "mm apart", "P00"),
+    ("rapid", ("di3=1", "di3=0"), "", ""),
+    ("urscript", ("set_tcp(tool_3)", "set_tcp(frame_2)"), "tools", "frame 2"),
+    ("krl", ("BASE_DATA[2]", "BASE_DATA[3]"), "mm apart", "frame 2"),
+    ("krl", ("TIMED_OUT=NOT ($IN[5]==TRUE)", "TIMED_OUT=FALSE"), "signal", ""),
+]
+
+
+@pytest.mark.parametrize(("target", "swap", "says", "thing"), FAULTS)
+def test_a_fault_that_zeros_hide_is_found_with_what_shows_it(source, target, swap, says, thing):
+    found = differences(receipt(source, target, swap))
+    assert found, "the runs agree"
+    assert says in " ".join(one.says for one in found)
+    assert thing in found[0].says, found[0].says
+
+
+def test_each_thing_has_a_value_of_its_own_which_is_the_same_in_both_programs():
+    one = MadeUp(1)
+    other = MadeUp(1, {UnknownThing("variable", "count"): UnknownThing("variable", (Store.REAL, 5))})
+    poses = [one.pose("tool", n) for n in (1, 2)] + [one.pose("frame", 1)]
+    assert len({tuple(pose.position) for pose in poses}) == 3
+    assert one.variable(Store.REAL, 5, False) == other.named("count", "real")
+    assert one.pose("tool", 0) is None
+    assert {MadeUp(seed).signal(("in", 1), False) for seed in (1, 2)} == {0, 1}
+
+
+def test_nothing_is_made_up_in_a_plain_run_but_what_could_be_is_noted():
+    plain = MadeUp()
+    assert plain.variable(Store.ROBOT, 3, False) is None
+    assert plain.pose("frame", 4) is None
+    assert list(plain.asked) == [
+        UnknownThing("variable", (Store.ROBOT, 3)),
+        UnknownThing("frame", 4),
+    ]
+
+
+def test_registers_with_a_computed_number_are_as_many_as_the_source_has():
+    """R[150] and more is there on a controller with 200: an array of 100 stops the program."""
+    rows = ["R[1]=R[150]", "R[2]=R[R[1]]", "L P[1] R[2]mm/sec FINE"]
+    made = converted(tp(*rows, positions=POINTS), "tp", "rapid")
+    text = next(iter(made.files.values())).decode()
+    assert "PERS num R{200}" in text
