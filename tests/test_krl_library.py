@@ -12,6 +12,8 @@ from olp.ir.expressions import Compare, SignalState
 from olp.ir.program import If
 from olp.runtime.interpreter import run
 from olp.runtime.plan import StepKind
+from olp.transpile import Context
+from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 
 SHOWS = {"rapid": 'TPWrite "{}"', "tp": "MESSAGE[{}]", "urscript": '"{}"'}
@@ -329,3 +331,51 @@ def test_just_one_of_two_conditions_is_no_exclusive_or_of_bits(target):
         text, "krl", target
     )
     assert left_out(text, target) == []
+
+
+def test_a_signal_by_a_computed_number_is_found_by_a_register_in_tp():
+    text = krl(
+        "DECL INT N",
+        "N=2",
+        "$OUT[N+8]=TRUE",
+        "WAIT FOR $IN[N+10] AND NOT $IN[N]",
+        "IF $IN[N+1] THEN",
+        "HALT",
+        "ENDIF",
+    )
+    written = translated(text, "krl", "tp")
+    for row in (
+        "R[2:temp_integer]=R[1:N]+8",
+        "DO[R[2:temp_integer]]=ON",
+        "WAIT (DI[R[2:temp_integer]] AND !DI[R[1:N]])",
+    ):
+        assert row in written
+    for target in ("tp", "inform"):
+        assert left_out(text, target) == []
+
+
+def test_an_offset_along_the_tool_is_one_in_tp():
+    text = krl(
+        "BAS(#TOOL,1)",
+        "BAS(#BASE,1)",
+        "$VEL.CP=0.5",
+        "LIN {X 1000,Y 0,Z 1200,A 0,B 90,C 0}",
+        "LIN_REL {Z 50} #TOOL",
+    )
+    assert left_out(text, "tp") == []
+    here, there = run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", "tp")
+    for plan in (here, there):
+        x, y, z = plan.positions.position[int(plan.moves.target[-1])]
+        assert (round(x, 6), round(y, 6), round(z, 6)) == (1.05, 0.0, 1.2)
+
+
+def test_positions_of_a_list_are_found_by_a_computed_number_in_tp(tmp_path):
+    rows = "\n".join(f"P[{n}]={{X 9{n}0,Y {n},Z 1200,A 0,B 90,C 0}}" for n in (1, 2, 3))
+    (tmp_path / "part.dat").write_text(f"DEFDAT PART\nDECL E6POS P[3]\n{rows}\nENDDAT\n")
+    (tmp_path / "part.src").write_text(
+        "DEF PART( )\nINT N\nBAS(#TOOL,1)\nBAS(#BASE,1)\n$VEL.CP=0.5\nFOR N=1 TO 3\nLIN P[N]\nENDFOR\nEND\n"
+    )
+    program = link(read_file(tmp_path / "part.src")).program
+    made = convert(program, "tp", Context(robot=ROBOT), date="2026/01/01 00:00")
+    plan = run_converted(made, "tp", ROBOT, program)
+    assert [round(plan.positions.position[int(at)][0], 6) for at in plan.moves.target] == [0.91, 0.92, 0.93]

@@ -93,9 +93,32 @@ def test_a_routine_that_takes_no_time_is_called_there(target):
     assert fates(text, target) == {(4, "approximated")}
 
 
+SHIFTED = (
+    # trigger, whether it stands behind the move, what is told
+    ("DISTANCE=1 DELAY=-50", True, "at the end of the move, not 50 ms before it"),
+    ("DISTANCE=0 DELAY=20", False, "at the start of the move, not 20 ms behind it"),
+    ("PATH=-20.5 DELAY=0", True, "at the end of the move, not 20.5 mm before it"),
+    ("PATH=20 ONSTART DELAY=-5", False, "at the start of the move, not 20 mm behind it and 5 ms before it"),
+)
+
+
+@pytest.mark.parametrize("target", WORDS)
+@pytest.mark.parametrize(("when", "behind", "says"), SHIFTED)
+def test_one_that_acts_on_the_way_acts_at_the_nearer_end_which_is_told(target, when, behind, says):
+    text = krl(START, f"TRIGGER WHEN {when} DO $OUT[3]=TRUE", FIRST, SECOND)
+    assert order(text, target).index(WORDS[target][1]) == (2 if behind else 1)
+    losses = converted(text, "krl", target).translated.losses
+    assert [(x.line, str(x.fate)) for x in losses if says in x.says] == [(3, "approximated")]
+
+
+@pytest.mark.parametrize(("corner", "fate"), [("", "approximated"), (" C_DIS", "commented")])
+def test_a_routine_that_sets_outputs_is_called_where_the_arm_stands(corner, fate):
+    text = krl(START, "TRIGGER WHEN DISTANCE=1 DELAY=0 DO DEED() PRIO=-1", FIRST + corner, SECOND)
+    text += "DEF DEED()\r\n$OUT[3]=TRUE\r\nEND\r\n"
+    assert (3, fate) in fates(text, "rapid")
+
+
 KEPT = (
-    "TRIGGER WHEN DISTANCE=1 DELAY=-50 DO $OUT[3]=TRUE",  # 50 ms before
-    "TRIGGER WHEN PATH=-20 DELAY=0 DO $OUT[3]=TRUE",  # 20 mm before
     "TRIGGER WHEN DISTANCE=1 DELAY=0 DO WAITS() PRIO=-1",  # the arm goes on meanwhile
     "TRIGGER WHEN DISTANCE=1 DELAY=0 DO NOWHERE() PRIO=-1",
     "TRIGGER WHEN DISTANCE=N DELAY=0 DO $OUT[3]=TRUE",

@@ -145,7 +145,7 @@ class Limits:
     chained_arcs: bool = False  # an arc is a chain of moves, each to one of its points
     native_offsets: frozenset[str] = (
         frozenset()
-    )  # "relative" (to where the arm stands), "offset" (to the target)
+    )  # "relative" (to where the arm stands), "relative-tool" (the same along the tool), "offset" (to the target)
     has_shift: bool = False  # a statement that shifts all following targets
     computed_turns: bool = True  # an offset may turn by a computed angle
     near_joints: bool = False  # a pose can be given with joint values near which it is reached

@@ -6,6 +6,7 @@ KRL and FANUC mean those that hold, RAPID those of the move before or those that
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final
@@ -170,7 +171,7 @@ def _current_position_moves_routine(routine: Routine, program: Program, work: Tr
 
 def _reads(s: Statement, work: TranslationContext) -> bool:
     if isinstance(s, Move) and s.relative is not None:
-        return "relative" not in work.limits.native_offsets
+        return not _is_native(s.relative, work.limits.native_offsets)
     waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
     if not waits or calls_nothing(s):
         return False
@@ -178,6 +179,11 @@ def _reads(s: Statement, work: TranslationContext) -> bool:
         (isinstance(e, SystemValue) and e.name in _READ) or systems_of(e) is not None
         for e in expressions_of(s)
     )
+
+
+def _is_native(relative: FrameRef, native: Set[str]) -> bool:
+    """Whether the target has a move by an offset along the tool, or in a frame."""
+    return ("relative-tool" if relative.kind == "tool" else "relative") in native
 
 
 def keeps_systems(s: Statement) -> bool:
@@ -263,7 +269,7 @@ class _Relative:
     declared: list[Declare] = field(default_factory=list)  # axis values that are put together
 
     def move(self, s: Move) -> list[Statement]:
-        if s.relative is not None and "relative" not in self.native:
+        if s.relative is not None and not _is_native(s.relative, self.native):
             by = self.symbols.fixed_position(self.name, s.targets[0])
             if by is not None and by.kind == "joint":
                 return self._joints_from_here(s, by)

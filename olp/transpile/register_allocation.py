@@ -166,8 +166,13 @@ class PositionNumbers:
             return self.variable(e)
         if isinstance(e, (Item, Member)) and type(e.base) is Named and (held := self._held(e)) is not None:
             return held
-        if type(e) is Item and isinstance(e.base, Variable) and len(e.indices) == 1:
+        if type(e) is Item and len(e.indices) == 1 and isinstance(e.base, (Variable, Named)):
             base = e.base
+            if isinstance(base, Named):
+                symbol = self.symbols.find("", base.name)
+                if isinstance(e.indices[0], Number) or symbol is None or not symbol.sizes:
+                    return e
+                base = self.variable(base)  # one of several that nothing changes, by a computed number
             if not isinstance(base.index, Number):
                 return e  # an element of an element
             if self._is_joints(base):

@@ -26,6 +26,7 @@ from olp.ir.expressions import (
     SystemValue,
     Text,
     Unary,
+    Variable,
 )
 from olp.ir.program import (
     Assign,
@@ -43,6 +44,7 @@ from olp.ir.program import (
     Message,
     Move,
     Program,
+    PulseOutput,
     Return,
     Routine,
     SetOutput,
@@ -65,6 +67,7 @@ _READ: Final = {
     "current-pose": "position",
     "current-joints": "joints",
 }  # of which an element may be asked for
+_PLAIN_INDEX: Final = (Number, Text, Named, Variable)
 _FLAG_WORDS: Final = ("group", "analog", "register")
 
 
@@ -166,6 +169,7 @@ class Values:
                 before.append(Assign(0, target, Binary("*", e, Number(count))))
                 return Binary("/", target, Number(count))
             case SystemValue() | Signal() | Member():
+                e = self._signal(e, before) if isinstance(e, Signal) else e
                 return (
                     e
                     if not alone
@@ -311,6 +315,7 @@ class Values:
 
     def condition(self, e: Expression, before: list[Statement]) -> Expression:
         """A condition that the target can write."""
+        e = self._with_indices(e, before)
         if not self.simple:
             return mapped(self._with_values(e, before), self._plain_flag)
         plain = self._comparison(e, before)
@@ -323,6 +328,20 @@ class Values:
         # No order of writing says it: each part that stands in parentheses becomes a flag.
         rest = tuple((word, self._flag(part, before)) for word, part in plain.rest)
         return Logic(self._flag(plain.first, before), rest)
+
+    def _with_indices(self, e: Expression, before: list[Statement]) -> Expression:
+        """The signals of an expression by numbers that stand in a variable."""
+        if not any(type(x) is Signal and not isinstance(x.index, _PLAIN_INDEX) for x in expressions_of(e)):
+            return e
+        return mapped(e, lambda x: self._signal(x, before) if type(x) is Signal else x)
+
+    def _signal(self, e: Signal, before: list[Statement]) -> Signal:
+        if isinstance(e.index, _PLAIN_INDEX):
+            return e
+        kept = self.value(e.index, before, alone=True)
+        if not isinstance(kept, Named):
+            kept = self._kept(kept, "integer", before)
+        return replace(e, index=kept)
 
     def _with_values(self, e: Expression, before: list[Statement]) -> Expression:
         def change(x: Expression) -> Expression:
@@ -528,16 +547,21 @@ class _Hoist(Values):
 
     def _statement(self, s: Statement) -> list[Node]:
         before: list[Statement] = []
+        if isinstance(s, (SetOutput, PulseOutput)) and not isinstance(s.signal.index, _PLAIN_INDEX):
+            s = replace(s, signal=self._signal(s.signal, before))
+            return [*before, *self._statement(s)]
         match s:
             case Assign():
                 return [*before, *self._assign(s)]
             case SetOutput():
                 return self._output(s)
             case Wait() | Jump() if s.condition is not None:
-                condition = self.condition(s.condition, before)
-                if before and isinstance(s, Wait):
+                asked = self._with_indices(s.condition, before)
+                needed: list[Statement] = []
+                condition = self.condition(asked, needed)
+                if needed and isinstance(s, Wait):
                     return self._polled(s)
-                return [*before, replace(s, condition=condition)]
+                return [*before, *needed, replace(s, condition=condition)]
             case Dwell() | Move():
                 new = self._quantities(s, before)
                 if isinstance(new, Move):
@@ -631,7 +655,8 @@ class _Hoist(Values):
             and not is_number(s.signal.bus)
         ):
             if not self.simple:
-                return [s]
+                value = self._with_indices(s.value, before)
+                return [*before, s if value is s.value else replace(s, value=value)]
             condition = self.condition(s.value, before)
             on: list[Node] = [replace(s, value=SignalState(True))]
             off: list[Node] = [replace(s, value=SignalState(False), comment="")]

@@ -84,7 +84,7 @@ LIMITS: Final = Limits(
     ),
     separate_deceleration=True,
     chained_arcs=True,
-    native_offsets=frozenset({"relative"}),
+    native_offsets=frozenset({"relative", "relative-tool"}),
     has_shift=True,
     computed_turns=False,
     no_external_axes="external axes: in INFORM a track or a station has points of its own",

@@ -2,7 +2,8 @@
 
 "TRIGGER" (KSS 8, programming instructions for system integrators): DISTANCE=0 acts at the start point of the next
 motion, DISTANCE=1 at its end point; where that point is approximated, at the end of its arc, or in the middle of it.
-DELAY shifts this by milliseconds: such a one, and PATH, stay as they are. So does a routine that waits or moves.
+DELAY shifts this by milliseconds, PATH by millimetres before or behind the end point, with ONSTART the start point: the
+nearer end stands for it, which is told. A routine that waits or moves stays as it is.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ from olp.languages.vendor import ON_THE_WAY
 from olp.languages.vendors.krl.scope import Scope
 
 _TRIGGER: Final = re.compile(
-    r"TRIGGER\s+WHEN\s+DISTANCE\s*=\s*(?P<at>[01])\s+DELAY\s*=\s*[-+]?0(?:\.0*)?\s+DO\s+(?P<deed>.*?)"
+    r"TRIGGER\s+WHEN\s+(?:DISTANCE\s*=\s*(?P<at>[01])|PATH\s*=\s*(?P<path>[-+]?[\d.]+)(?P<start>\s+ONSTART)?)"
+    r"\s+DELAY\s*=\s*(?P<delay>[-+]?[\d.]+)\s+DO\s+(?P<deed>.*?)"
     r"(?:\s+PRIO\s*=\s*-?\d+)?",
     re.IGNORECASE,
 )
@@ -57,9 +59,10 @@ _QUIET: Final = (
     Assign,
     Process,
 )
-# What takes no time and touches nothing outside the program.
+# What takes no time.
 _INSTANT: Final = (
     Assign, Comment, Declare, Begin, If, Else, EndIf, Switch, Case, Default, EndSwitch, Return, Message, End,
+    SetOutput, PulseOutput,
 )  # fmt: skip
 _INSTANT_FUNCTIONS: Final = frozenset({"varstate"})
 _CORNER: Final = "it acts as the program passes the corner, not where the arm is on its arc"
@@ -67,6 +70,7 @@ _ORDER: Final = "it runs in the order of the text, whatever the advance run has 
 
 NAME: Final = "trigger"
 _AT: Final = "at"
+_SHIFTED: Final = "shifted"
 Find = Callable[[str], Routine | None]
 
 
@@ -82,7 +86,8 @@ def with_triggers(body: Sequence[Statement], find: Find) -> tuple[Statement, ...
             continue
         at_end, deed = found
         corner = not _is_exact(body[move]) if at_end else not _starts_at_rest(body, at)
-        rows = _rows(deed, corner, find)
+        shifted = dict(s.arguments).get(_SHIFTED) if type(s) is Process else None
+        rows = _rows(deed, corner, find, shifted.value if isinstance(shifted, Text) else "")
         if rows:
             gone.add(at)
             (behind if at_end else before).setdefault(move, []).extend(rows)
@@ -109,7 +114,8 @@ def read_trigger(code: str, scope: Scope) -> Process:
         deed = line_parser().parse_line(match["deed"], scope).result
     except (UnexpectedInput, BrokenLineError):
         return plain
-    at = (_AT, Number(int(match["at"])))
+    end = match["at"] == "1" if match["at"] else not match["start"]
+    at = (_AT, Number(int(end)))
     match deed:
         case SetOutput(_, signal, value):
             parts: tuple[tuple[str, Expression], ...] = (("output", signal), ("value", value))
@@ -121,7 +127,22 @@ def read_trigger(code: str, scope: Scope) -> Process:
             parts = (("call", CallValue(routine, arguments)),)
         case _:
             return plain
-    return Process(0, NAME, (*plain.arguments, at, *parts))
+    shift = _shift(match, end)
+    shifted = ((_SHIFTED, Text(shift)),) if shift else ()
+    return Process(0, NAME, (*plain.arguments, at, *parts, *shifted))
+
+
+def _shift(match: re.Match[str], end: bool) -> str:
+    """By what it does not act at an end of its move, as the receipt says it."""
+    path, delay = float(match["path"] or 0), float(match["delay"])
+    sizes = [
+        f"{abs(v):g} {unit} {'before' if v < 0 else 'behind'} it"
+        for v, unit in ((path, "mm"), (delay, "ms"))
+        if v
+    ]
+    if not sizes:
+        return ""
+    return f"it acts at the {'end' if end else 'start'} of the move, not {' and '.join(sizes)}"
 
 
 def _deed(s: Process) -> tuple[bool, Statement] | None:
@@ -143,23 +164,24 @@ def _deed(s: Process) -> tuple[bool, Statement] | None:
     return at == Number(1), deed
 
 
-def _rows(deed: Statement, corner: bool, find: Find) -> list[Statement]:
-    """What is written for it, nothing where that would do something else."""
+def _rows(deed: Statement, corner: bool, find: Find, shifted: str) -> list[Statement]:
+    """What is written for it, nothing where that would do something else. `shifted`: by what it acts elsewhere."""
     if isinstance(deed, Call):
         routine = find(deed.routine)
-        if routine is None or not _is_instant(routine):
+        if routine is None or not _is_instant(routine, at_rest=not corner):
             return []
-    why = _CORNER if corner else _ORDER if isinstance(deed, (Assign, Call)) else ""
+    why = shifted or (_CORNER if corner else _ORDER if isinstance(deed, (Assign, Call)) else "")
     if not why:
         return [deed]
     # CONTINUE: the advance run does not stop the arm for it.
     return [Process(deed.line, "continue", (("", Text("CONTINUE")), (ON_THE_WAY, Text(why)))), deed]
 
 
-def _is_instant(routine: Routine) -> bool:
-    """Whether a routine waits for nothing, whoever calls it where."""
+def _is_instant(routine: Routine, at_rest: bool) -> bool:
+    """Whether a routine waits for nothing, whoever calls it where; `at_rest`: where the arm stands, signals neither."""
+    stopping = SystemValue if at_rest else (Signal, SystemValue)
     return all(isinstance(s, _INSTANT) for s in routine.body) and not any(
-        isinstance(e, (Signal, SystemValue))
+        isinstance(e, stopping)
         or (isinstance(e, CallValue) and e.routine.casefold() not in _INSTANT_FUNCTIONS)
         for s in routine.body
         for e in expressions_of(s)
