@@ -171,6 +171,20 @@ def test_what_cannot_be_reached_is_told_with_what_stops_it_and_nothing_is_writte
         assert "error[C002]" in capsys.readouterr().err
 
 
+def test_a_speed_that_no_edit_changes_is_told_as_such(tmp_path, capsys):
+    """A faster --max-speed would not help. Lines that take no time stop nothing."""
+    program = tmp_path / "a.src"
+    program.write_text(
+        "DEF a()\nBAS(#INITMOV,0)\nslow(0.05)\nPTP {X 900,Y 0,Z 700,A 0,B 90,C 0,S 2,T 2}\n"
+        "LIN {X 900,Y 300,Z 700,A 0,B 90,C 0}\nEND\nDEF slow(v:IN)\nREAL v\n$VEL.CP=v\nEND\n"
+    )
+    words = ["fit", str(program), "--to", "1", "--max-speed", "900", "--robot", "kuka/kr16-2"]
+    assert main([*words, "-o", str(tmp_path / "b.src")]) == 1
+    told = capsys.readouterr().out
+    assert "speed that stands in no number of this file: LIN {" in told
+    assert "0.000 s, " not in told
+
+
 def test_the_front_weighs_seconds_against_edits_and_against_millimetres(tmp_path):
     """No point is behind another one in all three, and a corner passed by half as much costs time."""
     program = tmp_path / "corner.script"

@@ -847,7 +847,28 @@ def test_what_both_declare_at_other_places_is_declared_once_or_told(tmp_path, ca
         said = "".join(f"  {name} : INTEGER\n" for name in names)
         path.write_text(f"PROGRAM a\nVAR\n{said}BEGIN\n  i := 1\nEND a\n")
     assert main(["merge", *map(str, paths[:3]), "-o", str(paths[3]), "--no-time"]) == 1
-    assert "k is declared twice" in capsys.readouterr().err
+    assert "the name k stands twice" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("suffix", "frame", "one", "other"),
+    [
+        ("jbi", "/JOB\n//NAME A\n//POS\n///NPOS 0,0,0,0,0,0\n//INST\n///DATE 2026/01/01 08:00\nNOP\n{}TIMER T=1.00\n"
+         "{}END\n", "*A\n", "*A\n"),
+        ("ls", "/PROG  A\n/MN\n   1:  {}DO[1]=ON ;\n   2:  {}DO[2]=ON ;\n/POS\n/END\n", "LBL[1] ;\n   2:  ",
+         "LBL[1] ;\n   3:  "),
+        ("mod", "MODULE M\n{}PROC a()\nStop;\nENDPROC\n{}ENDMODULE\n", "PROC b()\nStop;\nENDPROC\n",
+         "PROC b()\nSetDO d1,1;\nENDPROC\n"),
+    ],
+)  # fmt: skip
+def test_labels_and_routines_that_both_put_in_under_one_name_are_told(
+    suffix, frame, one, other, tmp_path, capsys
+):
+    paths = [tmp_path / f"{name}.{suffix}" for name in ("base", "ours", "theirs", "merged")]
+    for path, parts in zip(paths, (("", ""), (one, ""), ("", other)), strict=False):
+        path.write_text(frame.format(*parts))
+    assert main(["merge", *map(str, paths[:3]), "-o", str(paths[3]), "--no-time"]) == 1
+    assert "stands twice" in capsys.readouterr().err
 
 
 def test_the_same_line_that_both_put_in_keeps_the_comment_of_one():

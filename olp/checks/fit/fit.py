@@ -10,6 +10,7 @@ Codes: U030 a program that cannot be timed whole, U031 a time that is none.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from olp.checks.edit import speeds
 from olp.checks.fit.choices import (
     Allowed,
     Applied,
@@ -29,6 +31,7 @@ from olp.checks.fit.choices import (
     choices,
     seconds_of,
     source_of,
+    spoken_values,
 )
 from olp.checks.fit.order import best_order
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
@@ -425,7 +428,7 @@ class FitSearch:
         )
         edits = tuple(sorted(edits, key=lambda one: (one.choice.path, one.choice.line, one.choice.kind)))
         reached = timing.total_s <= to_s + _HELD
-        limits = () if reached else (*_limits(timing), *_overrides(self.program))
+        limits = () if reached else (*self._limits(timing), *_overrides(self.program))
         shared = {
             one.path: callers(one.path, self.program) for one in applied.others if one.path in self.called
         }
@@ -441,6 +444,36 @@ class FitSearch:
             applied.others,
             shared,
         )
+
+    def _limits(self, timing: Timing) -> Iterator[str]:
+        """What stops the program from being faster: the lines that take longest, and what rules most of each."""
+        plan = timing.plan
+        seconds: Counter[tuple[int, int]] = Counter()
+        rules: dict[tuple[int, int], Counter[str]] = {}
+        steps = zip(plan.source.tolist(), plan.line.tolist(), timing.duration_s.tolist(), strict=True)
+        for (source, line, s), rule in zip(steps, timing.limited_by, strict=True):
+            if s > 0.0:
+                seconds[source, line] += s
+                rules.setdefault((source, line), Counter())[rule or "a wait or a signal"] += s
+        for (source, line), s in seconds.most_common(3):
+            file = plan.sources[source]
+            name = "" if source == 0 else f"{Path(file.path).name} "
+            rule = rules[source, line].most_common(1)[0][0]
+            told = f"{rule}{self._unedited(timing, source, line) if rule == 'speed' else ''}"
+            yield f"{name}line {line}: {s:.3f} s, {told}: {file.line(line).strip()}"
+
+    def _unedited(self, timing: Timing, source: int, line: int) -> str:
+        """Says so of a line whose speed no edit changes, however fast it may be."""
+        path = timing.plan.sources[source].path
+        program = self.called.get(path) if source else self.program
+        if program is None:
+            return " in a called program"
+        spoken = list(speeds(program))
+        here = {one.line for one in spoken}
+        ran = set(timing.plan.line[timing.plan.source == source].tolist())
+        if line in here or here - ran or any(spoken_values(program)):
+            return ""
+        return " that stands in no number of this file"
 
     def _shared_out(self, chosen: Sequence[Choice], gained: NDArray[np.float64]) -> NDArray[np.float64]:
         """What edits of one line gain together, by what each gains alone."""
@@ -607,23 +640,6 @@ def _counts(most: int) -> list[int]:
         if most
         else []
     )
-
-
-def _limits(timing: Timing) -> Iterator[str]:
-    """What stops the program from being faster: the lines that take longest, and what rules them."""
-    plan = timing.plan
-    seconds: dict[tuple[int, int], float] = {}
-    rules: dict[tuple[int, int], str] = {}
-    steps = zip(
-        plan.source.tolist(), plan.line.tolist(), timing.duration_s.tolist(), timing.limited_by, strict=True
-    )
-    for source, line, s, rule in steps:
-        seconds[source, line] = seconds.get((source, line), 0.0) + (s if s == s else 0.0)
-        rules.setdefault((source, line), rule or "a wait or a signal")
-    for place in sorted(seconds, key=lambda one: -seconds[one])[:3]:
-        file = plan.sources[place[0]]
-        name = "" if place[0] == 0 else f"{Path(file.path).name} "
-        yield f"{name}line {place[1]}: {seconds[place]:.3f} s, {rules[place]}: {file.line(place[1]).strip()}"
 
 
 def _overrides(program: Program) -> Iterator[str]:

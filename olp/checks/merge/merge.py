@@ -20,7 +20,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import from_os_error, read_input
 from olp.core.memory_limit import TextCache, no_garbage_collection, remembering
 from olp.core.source import decode
-from olp.ir.statements import Call, Declare
+from olp.ir.statements import Call, Declare, Label
 from olp.languages.merging import MergeRules, PackedRules, lines_of
 from olp.languages.vendor import Vendor, find_vendor, part_of, recognise, vendor_names
 
@@ -369,15 +369,28 @@ def _new_mistakes(
 
 
 def _mistakes(program: Program) -> Iterator[Diagnostic]:
-    """What its reader finds, and names that are declared twice."""
+    """What its reader finds, and names that stand twice."""
     yield from (one for one in program.diagnostics if one.is_error)
-    for scope, of in (("", program.data), *((one.name, one.body) for one in program.routines)):
-        declared = Counter(one.name.casefold() for one in of if isinstance(one, Declare))
-        for name in (name for name, often in declared.items() if often > 1):
-            last = [one.line for one in of if isinstance(one, Declare) and one.name.casefold() == name][-1]
-            within = f" in {scope}" if scope else ""
+    yield from _twice(program, "routine", [(one.name, one.line) for one in program.routines])
+    for scope, body in (("", program.data), *((f" in {one.name}", one.body) for one in program.routines)):
+        for what, kind in (("name", Declare), ("label", Label)):
+            named = [(one.name, one.line) for one in body if isinstance(one, kind)]
+            yield from _twice(program, what, named, scope)
+
+
+def _twice(
+    program: Program, what: str, named: Sequence[tuple[str, int]], scope: str = ""
+) -> Iterator[Diagnostic]:
+    lines = {name.casefold(): line for name, line in named}  # the last of each
+    if len(lines) < len(named):
+        often = Counter(name.casefold() for name, _ in named)
+        for name in (name for name in lines if often[name] > 1):
             yield _mistake(
-                error, program, last, f"{name} is declared twice{within}", "take one of the two out"
+                error,
+                program,
+                lines[name],
+                f"the {what} {name} stands twice{scope}",
+                "take one of the two out",
             )
 
 
