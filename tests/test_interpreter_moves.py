@@ -80,13 +80,13 @@ def test_without_a_modal_speed_the_last_one_of_its_kind_holds_and_is_reported() 
 
 def test_without_any_speed_a_slow_default_is_taken_and_reported() -> None:
     plan = plan_of("MOVL C00000\nMOVJ C00001", robot=ARM)
-    assert speeds(plan) == [("travel", pytest.approx(0.011)), ("fraction", pytest.approx(0.0078))]
+    assert speeds(plan) == [("travel", pytest.approx(0.25)), ("fraction", pytest.approx(0.1))]
     assert said(plan).count("no speed was set before this move") == 2
 
 
 @pytest.mark.parametrize(
     ("move", "code", "value"),
-    [("MOVJ C00000 VJ=108.00", "I302", 1.0), ("SET I000 0\nMOVL C00000 V=I000", "I301", 0.011)],
+    [("MOVJ C00000 VJ=108.00", "I302", 1.0), ("SET I000 0\nMOVL C00000 V=I000", "I301", 0.25)],
 )
 def test_a_speed_that_the_controller_refuses_is_a_warning(move: str, code: str, value: float) -> None:
     plan = plan_of(move, robot=ARM)

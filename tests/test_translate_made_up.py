@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from translated_texts import converted, read, tp
+from translated_texts import converted, krl, module, read, run_elsewhere, tp
 
 from olp.ir.expressions import Store
 from olp.robots.robot import load_robot
 from olp.runtime.made_up import MadeUp, UnknownThing
+from olp.runtime.modal import FRACTION, TRAVEL, UNTOLD_SPEED
+from olp.runtime.plan import BlendCode
+from olp.transpile.context import Fate
 from olp.transpile.convert import runs_of
 from olp.transpile.link import link
 from olp.transpile.receipt import receipt_of
@@ -115,3 +118,31 @@ def test_registers_with_a_computed_number_are_as_many_as_the_source_has():
     made = converted(tp(*rows, positions=POINTS), "tp", "rapid")
     text = next(iter(made.files.values())).decode()
     assert "PERS num R{200}" in text
+
+
+# --- what waits until the arm stands ------------------------------------------------------------------------------
+
+PLACES = [
+    f"CONST robtarget p{n}:=[[900,{y},400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    for n, y in ((1, 0), (2, 100), (3, 200))
+]
+
+
+@pytest.mark.parametrize("word", ["WaitRob \\InPos;", "WaitRob \\ZeroSpeed;", "WaitTime\\InPos,0;"])
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_move_stops_exactly_before_what_waits_until_the_arm_stands(word, target):
+    rows = ["MoveJ p1,v100,fine,tool0;", "MoveL p2,v100,z10,tool0;", word, "SetDO do3,1;"]
+    text = module(*rows, "MoveL p3,v100,z10,tool0;", "MoveL p1,v100,fine,tool0;", data=PLACES)
+    exact = [BlendCode.EXACT, BlendCode.EXACT, None, BlendCode.EXACT]
+    for plan in (read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)):
+        found = [int(code) for code in plan.moves.blend_code]
+        assert [code == BlendCode.EXACT for code in found] == [code is not None for code in exact]
+    made = converted(text, "rapid", target).translated
+    assert [loss for loss in made.losses if loss.fate is not Fate.EXACT] == []
+
+
+def test_a_move_without_any_speed_is_as_fast_in_its_translation_as_in_its_run():
+    text = krl("PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}", "LIN {X 900,Y 0,Z 400,A 0,B 90,C 0}")
+    plans = read(text, "krl").plan(robot=ROBOT), run_elsewhere(text, "krl", "tp")
+    assert [plan.moves.fraction[0] for plan in plans] == pytest.approx([UNTOLD_SPEED[FRACTION]] * 2)
+    assert [plan.moves.travel[1] for plan in plans] == pytest.approx([UNTOLD_SPEED[TRAVEL]] * 2)

@@ -158,6 +158,9 @@ class Conventions:
     silent_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # likewise, where nobody would write a comment in its place
+    standing_processes: frozenset[str] = (
+        frozenset()
+    )  # case folded: what waits until the arm stands, so that the move before ends exactly
     manner_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # process, case folded -> what it says of how moves are made, which every controller does in a way of its own

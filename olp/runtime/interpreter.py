@@ -261,6 +261,9 @@ def process(m: Machine, s: Process) -> None:
     if s.name == "continue":
         m.continued = (m.frame, following(m))
         return
+    if s.name.casefold() in m.conventions.standing_processes:
+        m.recorder.end_exactly()
+        return
     if s.name == "stop-handler":
         return  # it acts when the arm has been stopped
     if moves.define_trigger(m, s):

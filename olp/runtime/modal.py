@@ -44,10 +44,9 @@ UNITS: Mapping[SpeedUnit, int] = {
 }
 PATH_CODES: Final[Mapping[Path, int]] = {path: code for code, path in enumerate(PATHS)}
 JOINT: Final = PATH_CODES[Path.JOINT]
-# Nobody says how fast a move without any speed is; the slowest taught presets of the controllers, so that a
-# prediction from them stands out.
-_DEFAULT_SPEED: Final = (0.0078, 0.011, 0.1, 0.1, 10.0)  # [1], [m/s], [rad/s], [rad/s], [s]
-_SHOWN: Final = ("0.78 % of the rated joint speed", "11 mm/s", "0.1 rad/s", "0.1 rad/s", "10 s")
+# Nobody says how fast a move without any speed is: as slow as manual operation, in runs and in translations.
+UNTOLD_SPEED: Final = (0.1, 0.25, 0.1, 0.1, 10.0)  # [1], [m/s], [rad/s], [rad/s], [s]
+SHOWN_UNTOLD: Final = ("10 % of the rated joint speed", "250 mm/s", "0.1 rad/s", "0.1 rad/s", "10 s")
 _HIGHEST: Final = (1.0, 1e3, 1e3, 1e3, 1e5)  # faster than any machine, longer than any move
 _TOO_FAST: Final = (
     "a joint speed above 100 % is taken as 100 %",
@@ -108,8 +107,8 @@ def move_speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
 def _modal_speed(m: Machine, unit: int) -> tuple[int, float]:
     value = m.modal.get(unit) or m.last.get(unit)
     if value is None:
-        m.assume(f"no speed was set before this move: {_SHOWN[unit]} is taken")
-        value = _DEFAULT_SPEED[unit]
+        m.assume(f"no speed was set before this move: {SHOWN_UNTOLD[unit]} is taken")
+        value = UNTOLD_SPEED[unit]
     elif unit not in m.modal:
         m.assume("the move names no speed and none was set: that of the last move of its kind is taken")
     return unit, value
@@ -123,9 +122,9 @@ def _checked(m: Machine, unit: int, value: float) -> float:
         m.fault(StatementError("I302", _TOO_FAST[unit], "write a lower speed", Severity.WARNING))
         return _HIGHEST[unit]
     advice = "set the variable it comes from, in the program or in olp.toml"
-    says = f"the speed is not above zero: {_SHOWN[unit]} is taken"
+    says = f"the speed is not above zero: {SHOWN_UNTOLD[unit]} is taken"
     m.fault(StatementError("I301", says, advice, Severity.WARNING))
-    return _DEFAULT_SPEED[unit]
+    return UNTOLD_SPEED[unit]
 
 
 def share(m: Machine, value: float, what: str) -> float:

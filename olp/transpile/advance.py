@@ -2,13 +2,15 @@
 
 KUKA's advance run stops before every statement that sets outputs or reads the periphery, whatever approximation the
 move before asks for, unless CONTINUE stands before it (KSS 8, system integrators' manual, "Computer advance run").
-The target's controller would pass the corner and switch early: the move gets an exact stop there.
+The target's controller would pass the corner and switch early: the move gets an exact stop there. So it does before a
+statement of other languages that waits until the arm stands (RAPID's WaitRob).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -69,9 +71,11 @@ def stopped_advance(program: Program, work: TranslationContext) -> Program:
     """Moves whose blend the advance run takes from them, with an exact stop."""
     if program.vendor not in vendor_names():
         return program
-    if not find_vendor(program.vendor).advance_stops:
+    names = work.conventions.standing_processes
+    stops = find_vendor(program.vendor).advance_stops
+    if not stops and not any(_is_standing(s, names) for s in work.source.statements()):
         return program
-    own = _Stops(work)
+    own = _Stops(work, waits_for_the_arm if stops else partial(_is_standing, names=names))
     # What is left out by now has stopped the arm all the same.
     called = {s.routine.casefold() for s in work.source.statements() if isinstance(s, Call)}
     main = (work.source.main or work.source.routines[0].name).casefold() if work.source.routines else ""
@@ -133,9 +137,13 @@ def continued(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
+def _is_standing(s: Statement, names: Set[str]) -> bool:
+    return isinstance(s, Process) and s.name.casefold() in names
+
+
 class _Stops:
-    def __init__(self, work: TranslationContext) -> None:
-        self._work = work
+    def __init__(self, work: TranslationContext, waits: Callable[[Statement], bool]) -> None:
+        self._work, self._waits = work, waits
         self._runs: dict[int, set[bool]] | None = None
 
     def stopped(self, rows: Sequence[Statement], is_main: bool) -> Iterator[int]:
@@ -143,12 +151,29 @@ class _Stops:
         for at, s in enumerate(rows):
             if not isinstance(s, Move) or s.blend is None or _is_exact(s.blend):
                 continue
-            stops = _stops_behind(rows, at, is_main)
+            stops = self._stops_behind(rows, at, is_main)
             if stops is None:
                 stops = self._in_the_run(s)
             if stops:
                 self._work.note_at(s, _SAYS)
                 yield s.line
+
+    def _stops_behind(self, rows: Sequence[Statement], at: int, is_main: bool) -> bool | None:
+        """Whether what follows a move waits for the arm before the next move; None where the text does not show it."""
+        continued = False
+        for index in range(at + 1, len(rows)):  # no copy of the rest for each move of a long program
+            s = rows[index]
+            if isinstance(s, Process) and s.name == CONTINUE:
+                continued = True
+                continue
+            if isinstance(s, Move) or (is_main and isinstance(s, End)):
+                return False
+            if not continued and self._waits(s):
+                return True
+            if not isinstance(s, (*_QUIET, *_WAITING, Process, SetOutput, Assign)):
+                return None
+            continued = continued and isinstance(s, Comment)
+        return False if is_main else None
 
     def _in_the_run(self, s: Move) -> bool:
         """Whether the run of the source stops at a move, where the text does not show what follows it."""
@@ -174,24 +199,6 @@ class _Stops:
 
 def _is_exact(blend: Blend) -> bool:
     return blend.value is not None and blend.value.literal is not None and blend.value.literal <= 0.0
-
-
-def _stops_behind(rows: Sequence[Statement], at: int, is_main: bool) -> bool | None:
-    """Whether what follows a move waits for the arm before the next move; None where the text does not show it."""
-    continued = False
-    for index in range(at + 1, len(rows)):  # no copy of the rest for each move of a long program
-        s = rows[index]
-        if isinstance(s, Process) and s.name == CONTINUE:
-            continued = True
-            continue
-        if isinstance(s, Move) or (is_main and isinstance(s, End)):
-            return False
-        if not continued and waits_for_the_arm(s):
-            return True
-        if not isinstance(s, (*_QUIET, *_WAITING, Process, SetOutput, Assign)):
-            return None
-        continued = continued and isinstance(s, Comment)
-    return False if is_main else None
 
 
 def waits_for_the_arm(s: Statement) -> bool:

@@ -37,6 +37,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import limits_of
+from olp.runtime.modal import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.current_position import HERE, UNSEEN, System, read_here
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
@@ -62,10 +63,10 @@ _BLENDS: Final[Mapping[object, Quantity]] = {
     BlendKind.SPEED: Quantity(Number(100.0), percent),
     BlendKind.TURN: Quantity(Number(5.0), deg),
 }
-# A speed for moves that nobody gave one, where the target needs it: that of a robot that is taught.
+# A speed for moves that nobody gave one, where the target needs it: that of the source's run.
 _SLOW: Final[Mapping[bool, Speed]] = {
-    True: Speed(SpeedUnit.FRACTION, Quantity(Number(10.0), percent)),
-    False: Speed(SpeedUnit.TRAVEL, Quantity(Number(250.0), mm)),
+    True: Speed(SpeedUnit.FRACTION, Quantity(Number(UNTOLD_SPEED[FRACTION] / percent), percent)),
+    False: Speed(SpeedUnit.TRAVEL, Quantity(Number(UNTOLD_SPEED[TRAVEL] / mm), mm)),
 }
 _NO_BLEND: Final = Quantity(Number(0.0), 1.0)
 _FLANGE: Final = FrameRef("tool", Number(0))
@@ -297,7 +298,8 @@ class _Modal:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
             return None
         says = "no speed was set before this move, which takes its caller's: "
-        self.work.lose(s, Fate.APPROXIMATED, "speed", says + ("10 %" if joint else "250 mm/s"))
+        shown = SHOWN_UNTOLD[FRACTION if joint else TRAVEL].partition(" of ")[0]
+        self.work.lose(s, Fate.APPROXIMATED, "speed", says + shown)
         return _SLOW[joint]
 
     def _rate(self, value: object, joint: bool) -> Acceleration:

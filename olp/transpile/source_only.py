@@ -242,6 +242,10 @@ class _ForeignWords:
         if shown is not None:
             self.work.lose(s, Fate.APPROXIMATED, "option", f"what {s.name} keeps in a log is a message there")
             return [Message(s.line, shown, s.comment)]
+        if s.name.casefold() in self.work.conventions.standing_processes:
+            says = f"{s.name} waits until the arm stands: the move before it stops exactly"
+            self.work.lose(s, Fate.EXACT, "statement", says)
+            return [Comment(s.line, s.comment)] if s.comment else []
         silent = self.work.conventions.silent_processes.get(s.name)
         if silent is None:
             return None

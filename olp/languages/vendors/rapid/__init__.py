@@ -81,6 +81,7 @@ class Rapid(Vendor):
             **dict.fromkeys(("spystart", "spystop"), "recording what runs"),
             **dict.fromkeys(("testsigndefine", "testsignreset"), "measuring a signal of the drives"),
         },
+        standing_processes=frozenset({"waitrob"}),
         manner_processes={
             "singarea": "how the arm passes singularities",
             "cirpathmode": "how the tool turns on arcs",
