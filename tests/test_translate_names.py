@@ -264,7 +264,9 @@ def test_a_routine_that_no_file_has_is_told_at_each_call(target):
 
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
 def test_what_only_the_controller_knows_is_no_variable(target):
-    text = krl("  DECL INT nMode", "  IF $MODE_OP == #T1 THEN", "    nMode = 1", "  ENDIF", "  WAIT SEC 1")
+    text = krl(
+        "  DECL INT nMode", "  IF $PRO_STATE1 == #P_STOP THEN", "    nMode = 1", "  ENDIF", "  WAIT SEC 1"
+    )
     made = converted(text, "krl", target)
     assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [3, 4, 5]
 

@@ -221,7 +221,20 @@ def test_external_axes_keep_their_millimetres_and_degrees(target, written):
     assert (float(slide), float(turn)) == pytest.approx((250.0, 30.0))
 
 
-@pytest.mark.parametrize("target", ["inform", "tp", "urscript"])
+@pytest.mark.parametrize(("value", "unit"), [(250.0, "deg"), (850.5, "mm")])
+def test_external_axes_have_the_unit_in_tp_that_their_values_suggest(value, unit):
+    place = "X 900,Y 0,Z 500,A 0,B 0,C 180"
+    text = krl("$VEL.CP=0.1", f"LIN {{{place},E1 {value},E2 0}}", f"LIN {{{place},E1 20,E2 0}}")
+    assert not converted(krl("$VEL.CP=0.1", f"LIN {{{place},E1 0}}"), "krl", "tp").translated.losses
+    written = translated(text, "krl", "tp")
+    assert [float(x) for x in re.findall(rf"E1= +([\d.]+) +{unit}", written)] == [value, 20.0]
+    assert "E2=" not in written
+    made = converted(text, "krl", "tp").translated
+    assert [(x.line, x.fate.value) for x in made.losses] == [(3, "approximated"), (4, "approximated")]
+    assert any("external axes" in asked for asked in made.asks)
+
+
+@pytest.mark.parametrize("target", ["inform", "urscript"])
 def test_external_axes_are_no_part_of_the_arm_elsewhere_and_never_dropped(target):
     place = "X 900,Y 0,Z 500,A 0,B 0,C 180"
     still = krl("$VEL.CP=0.1", f"LIN {{{place},E1 0,E2 0}}")

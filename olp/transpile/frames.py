@@ -42,6 +42,7 @@ from olp.runtime.assumptions import WrittenPosition
 from olp.transpile.constant_frames import Key, system_of
 from olp.transpile.context import Elsewhere, Fate, TranslationContext, world_of
 from olp.transpile.current_position import HERE, keeps_systems, seen_in, systems_of
+from olp.transpile.first_values import UNDECLARED
 from olp.transpile.frame_names import BASE, SystemNames, system_label, system_words
 from olp.transpile.occurrences import Look, with_rows
 from olp.transpile.records import literal_of, pose_of_literal
@@ -77,9 +78,10 @@ class _Systems(SystemNames):
         if frame is not None and not base and (frame := self._said("user", frame, s)) is not s.frame:
             changes["frame"] = frame
         if id(s) in self.reading:
-            targets = self._placed(s, s.targets)
-            if targets is not s.targets:
-                changes["targets"] = targets
+            for name in ("targets", "via"):
+                placed = self._placed(s, getattr(s, name))
+                if placed is not getattr(s, name):
+                    changes[name] = placed
         if self.work.limits.pose_functions:
             self._folded(s, frame, changes)
         return edited(s, changes) if changes else s
@@ -496,13 +498,14 @@ class _Elsewhere:
 # A whole one is set in the target by its number. All else is refused: it is no variable like others.
 
 _ARRAYS: Final = {"TOOL_DATA": "tool", "BASE_DATA": "user"}
+_SIZES: Final = {"tool": 16, "user": 32}  # as delivered
 
 
 def written_systems(program: Program, work: TranslationContext) -> Program:
     """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
     if not work.conventions.numbered_frame_values:
         return program
-    program = _named_systems(program, work)
+    program = _named_systems(_as_arrays(program, work), work)
     assigned = [s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)]
     written = {key for s in assigned if (key := _set(s.target))}
     _refuse(assigned, written, work)
@@ -518,6 +521,58 @@ def written_systems(program: Program, work: TranslationContext) -> Program:
         replace(r, body=tuple([_statement(s, written) for s in r.body])) for r in program.routines
     )
     return replace(program, routines=routines)
+
+
+def _as_arrays(program: Program, work: TranslationContext) -> Program:
+    """Tools and frames by computed numbers as elements of an array, where the target has names for them and no numbers.
+
+    Those by other numbers are elements of it, too.
+    """
+    limits = work.limits
+    if not limits.named_frames or limits.frame_numbers or limits.pose_functions:
+        return program
+    users: dict[str, Statement] = {}  # the first with a computed number
+    for s in (s for r in program.routines for s in r.body):
+        for e in _numbered_in(s):
+            if not isinstance(e.number, Number):
+                users.setdefault(e.kind, s)
+    if not users:
+        return program
+    names = {kind: work.fresh(f"numbered_{system_words(kind)}s") for kind in users}
+
+    def change(e: Expression) -> Expression:
+        found = _system(e) if isinstance(e, (FrameRef, Item)) else None
+        if found is None or found.kind not in names or found.number is None:
+            return e
+        return Item(Named(names[found.kind]), (found.number,))
+
+    listed = {_ARRAYS.get(d.name.upper(), ""): d for d in program.data}
+    rows = [d for d in program.data if _ARRAYS.get(d.name.upper()) not in names]
+    for kind, name in names.items():
+        if kind in listed:
+            rows.append(replace(listed[kind], name=name))
+            continue
+        word = system_words(kind)
+        rows.append(
+            Declare(
+                0, name, word, None, (Number(_SIZES[kind]),), "persistent", shared=True, comment=UNDECLARED
+            )
+        )
+        says = (
+            f"{name} is not declared here: taken for {_SIZES[kind]} {word}s; their values have to be taught"
+        )
+        work.lose(users[kind], Fate.APPROXIMATED, "name", says)
+    routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
+    return replace(program, routines=routines, data=tuple(rows))
+
+
+def _numbered_in(s: Statement) -> Iterator[FrameRef]:
+    """The tools and frames of a statement by their numbers in the arrays."""
+    systems = [e for name in _FIELDS.get(type(s), ()) if (e := getattr(s, name)) is not None]
+    for e in (*systems, *(() if calls_nothing(s) or sets_numbers(s) else expressions_of(s))):
+        found = _system(e) if isinstance(e, (FrameRef, Item)) else None
+        if found is not None:
+            yield found
 
 
 def _named_systems(program: Program, work: TranslationContext) -> Program:

@@ -87,6 +87,8 @@ class Krl(Vendor):
         manner_processes={
             "message-detail": "how a message looks, who may clear it and how long it stands",
             "brake": "how the arm stops while the routine of an interrupt runs",
+            **dict.fromkeys(("spline", "ptp_spline", "endspline"), "how a spline block passes its points"),
+            "const_vel": "where the speed along a spline stays the same",
         },
         window_process="message-window",
         answers={"exists_krlmsg": (False, "no message stands there: its text is shown once")},
