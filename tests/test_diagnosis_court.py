@@ -412,8 +412,11 @@ def test_slopes_are_those_of_the_whole_model_one_value_moved_at_a_time(tmp_path)
             at += 1
 
 
-@pytest.mark.parametrize(("turn", "drifts"), [(0.4, True), (np.inf, False)])
-def test_a_warm_up_leaves_no_drift_or_is_none(tmp_path, turn, drifts):
+@pytest.mark.parametrize(
+    ("turn", "memory", "drifts"), [(0.4, 0, True), (np.inf, 0, False), (np.inf, 3, False)]
+)
+def test_a_warm_up_leaves_no_drift_or_is_none(tmp_path, turn, memory, drifts):
+    """Errors that a recorder has for some moves (`memory`) are no drift."""
     _, _, way, speed = program(11)
     plain, rng = travel(way, speed, ACCELERATION), np.random.default_rng(11)
     share = np.cumsum(plain) / plain.sum()
@@ -422,9 +425,8 @@ def test_a_warm_up_leaves_no_drift_or_is_none(tmp_path, turn, drifts):
         if np.isinf(turn)
         else np.where(share < turn, share / turn, (1 - share) / (1 - turn))
     )
-    case = case_of(
-        record(tmp_path / "moves", plain * (1 + 0.04 * drift) + 0.002 * rng.normal(size=COUNT), 11)
-    ).case
+    scatter = np.convolve(rng.normal(size=COUNT), np.ones(memory + 1) * (1 + memory), "same")
+    case = case_of(record(tmp_path / "moves", plain * (1 + 0.04 * drift) + 0.002 * scatter, 11)).case
     parts = [
         p for p in shelf_of(case, move_terms()).parts if p.term.name == "warm-up" and p.form.key == "share"
     ]

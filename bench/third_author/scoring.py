@@ -73,7 +73,11 @@ def judge(truth: dict, said: dict) -> dict:
 def _verdicts(truth: dict) -> set[str]:
     """Those that are right."""
     right = VERDICTS.get(truth["family"], {"explained"})
-    return right | {"no-mismatch"} if SCATTER & {effect["term"] for effect in truth["effects"]} else right
+    if SCATTER & {effect["term"] for effect in truth["effects"]}:
+        right = right | {"no-mismatch"}
+    # An error that lasts for some moves is a pattern that no column tells from a cause.
+    slow = {"unexplained"} if truth["family"] == "nothing" else {"partly-explained"}
+    return right | slow if truth["recorder"] == "slow" else right
 
 
 def _intervals(effect: dict, found: dict):

@@ -34,7 +34,9 @@ _DEVIATIONS = 1.5  # standard errors that a gain is at least: √2 is that of tw
 _DRIFT = (
     0.05  # of a drift's mean square that a law of time may leave as drift: more, and the drift is another one
 )
-_LAGS = 5  # moves over which a drift hardly changes
+_APART = range(
+    6, 11
+)  # moves apart: a drift hardly changes over them, and an error that lasts some moves is gone
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
@@ -161,7 +163,7 @@ def _sure(gain: Gain) -> bool:
 def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
     """Whether part `index`, which acts by the running time, leaves a drift that is no small part of its own.
 
-    Only what goes together over neighbouring moves is compared, as a share of their durations; scatter does not.
+    Only what goes together over moves near each other is compared, as a share of their durations; scatter does not.
     """
     part = fitted.model.parts[index]
     condition = part.condition.statements if part.condition is not None else ()
@@ -174,7 +176,7 @@ def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
 
 
 def _together(seconds: Floats, case: MeasuredMoves) -> tuple[float, float]:
-    """[1] mean product of neighbours' shares of their durations, and its standard error where they are independent."""
+    """[1] mean product of near moves' shares of their durations, and its standard error where they are independent."""
     time = case.simulated
     near = seconds - np.median(seconds)
     reach = _CLIP * 1.4826 * float(np.median(np.abs(near)))
@@ -182,7 +184,7 @@ def _together(seconds: Floats, case: MeasuredMoves) -> tuple[float, float]:
     # A time per move and a share of all durations are no drift.
     level = np.stack([np.ones(len(off)), time], axis=1)
     off = off - level @ np.linalg.lstsq(level, off, rcond=None)[0]
-    pairs = [(off[k:] * off[:-k], time[k:] * time[:-k]) for k in range(1, min(_LAGS, len(off) - 1) + 1)]
+    pairs = [(off[k:] * off[:-k], time[k:] * time[:-k]) for k in _APART if k < len(off)]
     size = max(sum(float(both.sum()) for _, both in pairs), 1e-300)
     squares = sum(float((product**2).sum()) for product, _ in pairs)
     return sum(float(product.sum()) for product, _ in pairs) / size, math.sqrt(squares) / size
