@@ -72,3 +72,25 @@ def test_the_cut_is_of_what_is_beyond_the_noise():
     assert clipped_cut(noise + odd, noise, 0.9) < 1.5 * cut(
         2.0 * noise, noise, 0.9
     )  # one move decides nothing
+
+
+def test_motors_that_fade_make_short_moves_slower_as_far_as_they_get_quick(tmp_path):
+    """Ways that are too short for both ramps, against small steps of the speed."""
+    way, speeds = np.linspace(0.05, 2.0, 24), (np.arange(20000) + 0.5) / 20000
+    force = np.minimum(1.0, (1.1 - speeds) / (1.1 - 0.2)) * 2.0 * 20000
+    ramp, behind = np.cumsum(1 / force), np.cumsum(speeds / force)
+    last = np.minimum(np.searchsorted(2 * behind, way), 19999)
+    true = 2 * ramp[last] + np.maximum(way - 2 * behind[last], 0.0) / speeds[last]
+    table = (
+        "move,duration_s,speed_mm_s,accel_mm_s2,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm\n"
+    )
+    rows = [
+        f"{i + 1},1,{(0.5, 1)[i > 0] * 1000},2000,0,{i},0,{1000 * one},{i},0\n" for i, one in enumerate(way)
+    ]
+    (tmp_path / "moves.csv").write_text(table + "".join(rows))
+    moves = case_of(read_recording(tmp_path)).case
+    term = load_term("torque-speed")
+    form = next(form for form in term.forms(moves) if form.key == "path knee")
+    slower = term.act(moves.base, form, np.array([1.1, 0.2 / 1.1]), moves).duration()
+    assert 8 < np.sum(last < 19999) < 20
+    np.testing.assert_allclose(slower[1:], true[1:], rtol=4e-3)

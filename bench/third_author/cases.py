@@ -129,8 +129,9 @@ def _condition(rng, world: World) -> tuple[str, np.ndarray]:
     if kind == "job":
         job = rng.choice(np.unique(moves.jobs))
         return f"job {job}", moves.jobs == job
-    line = rng.choice(np.unique(moves.lines))
-    return f"line {line}", moves.lines == line
+    place = rng.integers(len(moves))
+    job, line = moves.jobs[place], moves.lines[place]
+    return f"line {job}:{line}", (moves.jobs == job) & (moves.lines == line)
 
 
 def _fair(hidden: Hidden, noise: float) -> bool:
@@ -150,7 +151,7 @@ def _fair(hidden: Hidden, noise: float) -> bool:
             or np.abs(part).sum() > 0.5 * whole.sum()
         ):
             return False
-        if hidden.condition and not 0.08 < acts.mean() < 0.6:
+        if hidden.condition and not 0.03 < acts.mean() < 0.6:
             return False
         others = np.delete(parts, i, axis=1)
         if others.size:

@@ -241,16 +241,39 @@ def torque_speed(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     peak = np.sqrt(
         2.0 * np.maximum(case.base.way, 1e-9) / (1.0 / case.base.accelerate + 1.0 / case.base.decelerate)
     )
-    found = []
-    for end in (0, 1):
-        share = in_ramp(case, per, end) * np.minimum(speed, peak)[:, None] * _U / values[0]
-        knee = values[1] if law == "knee" else 0.0
-        left = (
-            1.0 / np.maximum(share, 1e-9)
-            if law == "power"
-            else np.maximum((1.0 - share) / (1.0 - knee), 0.02)
+    knee = values[1] if law == "knee" else 0.0
+
+    def slower(end: int, top: Array) -> Array:
+        """(n, places) one over what is left of the acceleration."""
+        share = in_ramp(case, per, end) * top[:, None] * _U / values[0]
+        if law == "power":
+            return np.asarray(np.maximum(1.0, share))
+        return np.asarray(1.0 / np.clip((1.0 - share) / (1.0 - knee), 0.02, 1.0))
+
+    def ramps(top: Array) -> tuple[Array, Array]:
+        """(n,) way and time from rest to a speed and back."""
+        both_ways = [(slower(0, top), case.base.accelerate), (slower(1, top), case.base.decelerate)]
+        way = sum(top**2 / slow * (over * _U).mean(axis=1) for over, slow in both_ways)
+        return np.asarray(way), np.asarray(sum(top / slow * over.mean(axis=1) for over, slow in both_ways))
+
+    found = [1.0 / longer(1.0 / slower(end, np.minimum(speed, peak))) for end in (0, 1)]
+    short = (case.base.way > 0) & (ramps(np.minimum(speed, peak))[0] > (1.0 + 1e-6) * case.base.way)
+    low, high = np.zeros(len(case)), speed
+    for _ in range(30):
+        fits = ramps(0.5 * (low + high))[0] <= case.base.way
+        low, high = np.where(fits, 0.5 * (low + high), low), np.where(fits, high, 0.5 * (low + high))
+    whole = ramps(low)[1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        even = 4.0 * case.base.way / whole**2
+        even = np.where(
+            2.0 * case.base.way <= speed * whole,
+            even,
+            speed / (whole - case.base.way / np.maximum(speed, 1e-12)),
         )
-        found.append(1.0 / longer(np.minimum(1.0, left)))
+    found = [
+        np.where(short, even / slow, one)
+        for one, slow in zip(found, (case.base.accelerate, case.base.decelerate), strict=True)
+    ]
     return {**both(case, *found), "speed": speed}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
@@ -11,6 +12,7 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
+_HALVINGS, _ROUNDED = 14, 1e-6
 
 
 class TorqueSpeed(MoveTerm):
@@ -68,10 +70,18 @@ class TorqueSpeed(MoveTerm):
         slower = motion.with_(speed=speed)
         top = slower.top()
         start, end = (_along(case, key, k) * top[:, None] for k in (0, 1))
-        return slower.with_(
+        found = slower.with_(
             accelerate=motion.accelerate / longer(_force(start / values[0], knee, law)),
             decelerate=motion.decelerate / longer(_force(end / values[0], knee, law)),
         )
+        ramps = [
+            (per / values[0], slow)
+            for per, slow in (
+                (_along(case, key, 0), motion.accelerate),
+                (_along(case, key, 1), motion.decelerate),
+            )
+        ]
+        return _on_short_ways(found, slower, ramps, knee, law)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         key, law = form.key.split()
@@ -92,6 +102,45 @@ def _force(share: Floats, knee: float, law: str) -> Floats:
     if law == "power":
         return np.asarray(np.minimum(1.0, 1.0 / np.maximum(share, 1e-9)))
     return np.asarray(np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST)))
+
+
+def _on_short_ways(
+    found: Motion, slower: Motion, ramps: list[tuple[Floats, Floats]], knee: float, law: str
+) -> Motion:
+    """`found`, and where both ramps need more than the way, the acceleration that takes the time of those that do not.
+
+    The less force is left, the more way goes by at high speed: the speed that is reached is sought by halving.
+    `ramps`: (n, k) share of the idle or base speed per speed of the path, and (n,) the whole acceleration, of each.
+    """
+
+    def covered(rows: NDArray[np.intp], peak: Floats) -> tuple[Floats, Floats]:
+        """(r,) [m] and (r,) [s] of both ramps."""
+        way, time = np.zeros(len(peak)), np.zeros(len(peak))
+        for share, slow in ramps:
+            over = 1.0 / _force(share[rows] * peak[:, None], knee, law)
+            way += peak**2 / slow[rows] * (over @ PASSED) / len(PASSED)
+            time += peak / slow[rows] * over.mean(axis=1)
+        return way, time
+
+    rows = np.nonzero(slower.way > 0)[0]
+    rows = rows[covered(rows, slower.top()[rows])[0] > (1.0 + _ROUNDED) * slower.way[rows]]
+    if not len(rows):
+        return found
+    way, speed = slower.way[rows], slower.speed[rows]
+    low, high = np.zeros(len(rows)), slower.top()[rows]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        fits = covered(rows, middle)[0] <= way
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    # Ramps that are a little too short go on at the speed that they reach.
+    reached, time = covered(rows, low)
+    time = time + (way - reached) / np.maximum(low, 1e-9)
+    slow = np.where(
+        2.0 * way <= speed * time, 4.0 * way / time**2, speed / np.maximum(time - way / speed, 1e-9)
+    )
+    accelerate, decelerate = found.accelerate.copy(), found.decelerate.copy()
+    accelerate[rows] = decelerate[rows] = slow
+    return found.with_(accelerate=accelerate, decelerate=decelerate)
 
 
 def _unit(case: MeasuredMoves, key: str) -> str:
