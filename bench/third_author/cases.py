@@ -108,7 +108,10 @@ def _attempt(rng, family: str) -> Hidden | None:
     condition, where = None, np.ones(len(moves), bool)
     if family == "somewhere":
         condition, where = _condition(rng, world)
-    return Hidden(world, names, list(rng.uniform(0.25, 1, count)), [where] * count, condition)
+    hidden = Hidden(world, names, list(rng.uniform(0.25, 1, count)), [where] * count, condition)
+    for _ in range(2):  # the running time is that of the real arm
+        world.starts = np.append(0.0, np.cumsum(hidden.total() + 0.05)[:-1])
+    return hidden
 
 
 def _condition(rng, world: World) -> tuple[str, np.ndarray]:

@@ -210,7 +210,8 @@ def _time_over(world: World, way: np.ndarray) -> np.ndarray:
 def warm_up(world: World, strength: float, drive: Drive) -> Change:
     """Cold grease: moves take longer until the gears are warm."""
     share, tau = 0.01 + 0.07 * strength, world.options["warm"] * world.starts[-1]
-    late = np.where(world.waits, 0.0, world.simulated * share * np.exp(-world.starts / tau))
+    time = world.simulated if drive is world.drive else world.simulated + seconds(drive) - world.integrated
+    late = np.where(world.waits, 0.0, time * share * np.exp(-world.starts / tau))
     return drive, late, {"share": share, "tau": tau}
 
 

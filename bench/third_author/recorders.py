@@ -26,6 +26,6 @@ def record(rng, kind: str, true: np.ndarray, sigma: float) -> tuple[np.ndarray, 
     if kind == "digits":
         return np.round(true + rng.normal(0, 0.001, n), 2), 0.01 if rng.random() < 0.5 else None
     step = float(rng.choice([0.001, 0.01, 0.012]))
-    events = np.append(0.0, np.cumsum(true + rng.uniform(0, 0.2 * step))) + rng.uniform(0, step)
+    events = np.append(0.0, np.cumsum(true)) + rng.uniform(0, step)
     events += rng.normal(0, 0.0003, n + 1)
     return np.diff(np.floor(events / step)) * step, step if rng.random() < 0.7 else None
