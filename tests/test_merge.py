@@ -833,6 +833,34 @@ def test_a_routine_that_one_side_took_out_and_the_other_calls_is_no_silent_choic
     assert main(words) == 0
 
 
+_ROUTINES = {
+    "krl": ("DEF a()\nb()\nEND\n", "DEF b()\nLIN P1{}\nEND\n", "; of the box\nDEF c()\nLIN P2\nEND\n", "", " C_DIS"),
+    "rapid": (
+        "MODULE M\nVAR num n:=1;\n", "PROC b()\nWaitTime {}1;\nENDPROC\n", "! of the box\nPROC c()\nStop;\nENDPROC\n",
+        "ENDMODULE\n", "1",
+    ),
+    "pdl2": (
+        "PROGRAM a\n", "ROUTINE b\nBEGIN\n  DELAY {}1\nEND b\n", "ROUTINE c\nBEGIN\n  PAUSE\nEND c\n",
+        "BEGIN\n  b\nEND a\n", "1",
+    ),
+    "as": ("", ".PROGRAM b()\n  TWAIT {}1\n.END\n", ".PROGRAM c()\n  PAUSE\n.END\n", ".REALS\nn = 1\n.END\n", "1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", _ROUTINES)
+def test_a_routine_that_one_side_moves_has_what_the_other_changes_in_it(language):
+    front, one, other, behind, new = _ROUTINES[language]
+    base = f"{front}{one.format('')}{other}{behind}".encode()
+    ours = f"{front}{other}{one.format('')}{behind}".encode()
+    theirs = f"{front}{one.format(new)}{other}{behind}".encode()
+    want = f"{front}{other}{one.format(new)}{behind}"
+    assert merged(base, ours, theirs, language) == (0, want)
+    assert merged(base, theirs, ours, language) == (0, want)
+    # Theirs takes it out: somebody has to say whether it stays.
+    gone = f"{front}{other}{behind}".encode()
+    assert merged(base, theirs, gone, language)[0] == 1
+
+
 def test_what_both_declare_at_other_places_is_declared_once_or_told(tmp_path, capsys):
     frame = "DEF a()\n{}\nLIN P1\nEND\n"
     base, ours, theirs = (

@@ -268,6 +268,30 @@ class MergeRules:
                 return []
         return [] if inside else found
 
+    def by_routines(self, text: str) -> list[tuple[str, str]]:
+        """The text in routines by their names, each with the remarks above it, between what is in front and behind.
+
+        Empty: something else stands between two of them, or a line end is missing.
+        """
+        found: list[tuple[str, str]] = []
+        name, held, silent = "", "", 0  # of `held`, where the remarks at its end begin
+        for line, end in lines_of(text):
+            edge = self.scope.match(line)
+            if edge is not None and edge[1] and not name:
+                name = edge[1].casefold()
+                if not found:
+                    found, held = [("", held[:silent])], held[silent:]
+                elif silent:
+                    return []
+            held += line + end
+            if edge is not None and not edge[1] and name:
+                found.append((name, held))
+                name, held, silent = "", "", 0
+            elif not name and not self.is_silent(line):
+                silent = len(held)
+        whole = not name and all(one.endswith(("\n", "\r")) for _, one in found[1:])
+        return [*found, ("", held)] if whole else []
+
     def branches(self, lines: Sequence[str], behind: str) -> list[str]:
         """The constants whose branches these lines are in front of `behind`; empty: they are something else."""
         said = [line for line in lines if not self.is_silent(line)]

@@ -88,7 +88,7 @@ def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedT
     """
     if theirs < ours:
         return merge_texts(rules, base, theirs, ours).swapped()
-    base, ours, theirs = rules.renamed(base, ours, theirs)
+    base, ours, theirs = _in_one_order(rules, rules.renamed(base, ours, theirs))
     marks = [text.startswith(_MARK) for text in (base, ours, theirs)]
     texts = with_new_names(rules, *(text.removeprefix(_MARK) for text in (base, ours, theirs)))
     merged = _merged_in_order(rules, texts.base, texts.ours, texts.theirs)
@@ -115,6 +115,24 @@ def _merged_in_order(rules: MergeRules, base: str, ours: str, theirs: str) -> Me
     work = _Merge(rules, first, sides[0], sides[1])
     settled = work.settled(*pairs)
     return _MergeWriter(work, fixed, (base, ours, theirs)).written(settled)
+
+
+def _in_one_order(rules: MergeRules, texts: tuple[str, str, str]) -> tuple[str, str, str]:
+    """The three texts with their routines in the order into which one side, and not the other, has put them."""
+    cuts = [rules.by_routines(text) for text in texts]
+    base, ours, theirs = ([name for name, _ in parts if name] for parts in cuts)
+    if any(len(set(names)) < len(names) for names in (base, ours, theirs)):
+        return texts
+    moved = [[n for n in side if n in base] != [n for n in base if n in side] for side in (ours, theirs)]
+    if moved[0] == moved[1]:
+        return texts  # neither, or each side has an order of its own
+    order = ours if moved[0] else theirs
+    found = []
+    for parts in cuts:
+        routines = dict(parts)
+        rest = (name for name in order if name in routines)
+        found.append("".join(routines[next(rest)] if name in order else text for name, text in parts))
+    return found[0], found[1], found[2]
 
 
 def _unscoped(cuts: Sequence[Cut]) -> list[Cut]:
@@ -569,7 +587,8 @@ class _Merge:
         elif ours is None and theirs is None:
             elsewhere = self._elsewhere(base)
             if elsewhere:
-                yield Clash("statement", "", elsewhere, (base,), (), ())
+                # Neither side has it here: the name says what it is about.
+                yield Clash("statement", base.piece.code.replace(NUMBER, "#"), elsewhere, (base,), (), ())
             else:
                 self.taken["both"].statements += 1
         elif ours is None or theirs is None:
@@ -945,7 +964,7 @@ def _joined(found: Sequence[Settled]) -> Iterator[Settled]:
                 held = one
             else:
                 held = Clash(
-                    held.what, "", held.why, held.base + one.base, held.ours + one.ours,
+                    held.what, held.name, held.why, held.base + one.base, held.ours + one.ours,
                     held.theirs + one.theirs,
                 )  # fmt: skip
             continue
