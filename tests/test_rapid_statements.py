@@ -403,7 +403,7 @@ def test_logic_binds_and_before_or_and_not_weakest_in_front() -> None:
     assert value("p AND q AND r") == Logic(p, (("and", q), ("and", r)))
     assert value("NOT p AND q") == Unary("not", Logic(p, (("and", q),)))
     assert value("p AND NOT q") == Logic(p, (("and", Unary("not", q)),))
-    assert value("p XOR q") == Binary("xor", p, q)
+    assert value("p XOR q") == Logic(p, (("xor", q),))
 
 
 def test_a_quotient_of_whole_numbers_is_a_fraction() -> None:

@@ -365,6 +365,28 @@ def test_what_each_controller_sets_in_its_own_way_is_a_comment_that_is_told(word
     assert [loss.fate for loss in found] == [Fate.APPROXIMATED]
 
 
+@pytest.mark.parametrize("target", ["krl", "inform", "tp", "urscript"])
+def test_an_exclusive_or_is_written_in_every_language(target):
+    data = ("VAR bool a:=TRUE;", "VAR num n:=2;")
+    for n, waits in ((2, 0.0), (1, 3.0)):
+        text = module(f"n:={n};", "IF a XOR n=2 THEN", "WaitTime 3;", "ENDIF", data=data)
+        assert not [x for x in losses(text, "rapid", target) if x.leaves_out]
+        plan = run_elsewhere(text, "rapid", target)
+        assert plan.durations.sum() == pytest.approx(waits)
+
+
+@pytest.mark.parametrize("target", ["krl", "inform", "tp"])
+def test_axes_of_a_pose_are_not_computed_by_a_function_that_takes_more(target):
+    text = script("q = get_inverse_kin(p[0.4,0.2,0.4,0,3.14,0])", "movej(q)")
+    assert refused(text, "urscript", target)
+
+
+def test_axes_of_a_pose_are_not_computed_with_the_flange_where_a_tool_holds():
+    rows = ("q = get_inverse_kin(p[0.4,0.2,0.4,0,3.14,0])", "movej(q)")
+    assert not [x for x in losses(script(*rows), "urscript", "rapid") if x.fate is not Fate.APPROXIMATED]
+    assert refused(script("set_tcp(p[0,0,0.1,0,0,0])", *rows), "urscript", "rapid")
+
+
 # --- 10: whole numbers --------------------------------------------------------------------------------------
 
 
@@ -916,7 +938,6 @@ def test_a_record_that_is_returned_stays_refused():
 @pytest.mark.parametrize(
     ("text", "vendor", "target", "says"),
     [
-        (script("x = True", "y = False", "set_digital_out(1, x xor y)"), "urscript", "tp", "exclusive OR"),
         (script("x = 2", "sleep(struct(a=x, b=3).a)"), "urscript", "rapid", "without a name"),
         (krl("DECL FRAME F,G", "DECL INT I", "I=2", "F=G:{X 1,Y I}"), "krl", "inform", "omitted"),
         (krl("DECL E6POS P1", "LIN P1:{Z 5}"), "krl", "rapid", "omitted"),

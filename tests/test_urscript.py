@@ -734,3 +734,12 @@ def test_the_export_of_polyscope_goes_to_its_waypoints() -> None:
     home = points["Home_q"].value
     assert isinstance(home, PositionLiteral)
     np.testing.assert_allclose(axes[0], home.values, atol=1e-12)
+
+
+def test_rotation_vectors_and_roll_pitch_yaw_are_one_turn() -> None:
+    rows = ["v = rpy2rotvec([0.3, 0.2, 0.1])", "w = rotvec2rpy(v)", *(f"sleep(w[{n}])" for n in range(3))]
+    text = "def prog():\n" + "".join(f"  {row}\n" for row in rows) + "end\n"
+    waits = read(text).plan().durations
+    assert waits == pytest.approx([0.3, 0.2, 0.1])
+    half_turn = read("def prog():\n  w = rotvec2rpy([0, 0, 1.5])\n  sleep(w[2])\nend\n").plan().durations
+    assert half_turn == pytest.approx([1.5])

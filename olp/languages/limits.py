@@ -146,6 +146,7 @@ class Limits:
     native_offsets: frozenset[str] = (
         frozenset()
     )  # "relative" (to where the arm stands), "relative-tool" (the same along the tool), "offset" (to the target)
+    has_xor: bool = False  # conditions may be joined by an exclusive OR
     has_shift: bool = False  # a statement that shifts all following targets
     computed_turns: bool = True  # an offset may turn by a computed angle
     near_joints: bool = False  # a pose can be given with joint values near which it is reached

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -215,6 +215,31 @@ def _element(m: Machine, arguments: Arguments) -> Value:
     return float(numbers[index - 1])
 
 
+def _angles_of_vector(m: Machine, arguments: Arguments) -> Value:
+    """Roll, pitch and yaw [rad] of a rotation vector."""
+    pose = pose_of_rotation_vector(0.0, 0.0, 0.0, _three(m, arguments[0]))
+    return _list(pose.xyz_angles()[3:])
+
+
+def _vector_of_angles(m: Machine, arguments: Arguments) -> Value:
+    """The rotation vector [rad] of roll, pitch and yaw."""
+    turn = rotation_from_angles(np.array(_three(m, arguments[0])))
+    return _list(rotation_vector(Pose(np.zeros(3), turn)))
+
+
+def _three(m: Machine, e: Expression) -> tuple[float, float, float]:
+    value = evaluate(m, e)
+    items = value.items if isinstance(value, Array) else []
+    found = [float(v) for v in items if isinstance(v, (int, float)) and math.isfinite(v)]
+    if len(found) != len(items) or len(found) != 3:
+        raise StatementError("I222", "a turn has three numbers", "write a list of three")
+    return found[0], found[1], found[2]
+
+
+def _list(values: Iterable[float]) -> Array:
+    return Array([float(v) for v in values])
+
+
 def _length(m: Machine, arguments: Arguments) -> Value:
     value = evaluate(m, arguments[0])
     if isinstance(value, (Array, str)):
@@ -290,6 +315,8 @@ _FURTHER: Mapping[str, Computes] = {
     "length": _length,
     "get_list_length": _length,
     "norm": _norm,
+    "rotvec2rpy": _angles_of_vector,
+    "rpy2rotvec": _vector_of_angles,
     "get_steptime": lambda m, arguments: 0.002,  # e-Series: 500 Hz
     "taught": lambda m, arguments: evaluate(m, Taught(Store.ROBOT, whole(m, arguments[0]))),
     "current-pose": _current(joints=False),
@@ -312,6 +339,7 @@ _LEAST_ARGUMENTS: Mapping[str, int] = {
     "size-of-array": 2,
     "joined-text": 0,
     "parameter": 0,
+    "get_steptime": 0,
 }
 
 

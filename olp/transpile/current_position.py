@@ -57,11 +57,14 @@ def systems_of(e: Expression) -> System | None:
     return named.get(_TOOL.casefold()), named.get(_FRAME.casefold())
 
 
+def solves(e: Expression) -> bool:
+    """Whether an expression computes axes from a pose, or a pose from axes."""
+    return type(e) is Function and e.name in ("forward", "inverse")
+
+
 def _solves_elsewhere(e: Expression) -> bool:
-    """Whether a function between axes and poses names the tool and the frame."""
-    if type(e) is not Function or e.name not in ("forward", "inverse"):
-        return False
-    return any(isinstance(a, NamedArgument) for a in e.arguments)
+    """The same with a tool and a frame that it names."""
+    return solves(e) and any(type(a) is NamedArgument for a in expressions_of(e))
 
 
 def here(program: Program, work: TranslationContext) -> Program:

@@ -16,12 +16,14 @@ from olp.ir.expressions import (
     Expression,
     FrameRef,
     Function,
+    Logic,
     Named,
     NamedArgument,
     Number,
     PositionLiteral,
     SignalState,
     Text,
+    Unary,
     Unknown,
 )
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
@@ -61,6 +63,8 @@ def functions(program: Program, work: TranslationContext) -> Program:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)
+            if type(e) is Logic and not work.limits.has_xor:
+                e = _without_xor(e)
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
 
         for s in routine.body:
@@ -204,6 +208,21 @@ def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> Positi
         work.lose(s, Fate.APPROXIMATED, "joints", says)
         return None
     return replace(near, values=tuple(map(float, axes[0])))
+
+
+def _without_xor(e: Logic) -> Logic:
+    """Conditions that an exclusive OR joins, as one of both without the other."""
+    if not any(operator == "xor" for operator, _ in e.rest):
+        return e
+    found: Expression = e.first
+    for operator, right in e.rest:
+        if operator == "xor":
+            left = Logic(found, (("and", Unary("not", right)),))
+            found = Logic(left, (("or", Logic(Unary("not", found), (("and", right),))),))
+        else:
+            found = Logic(found, ((operator, right),))
+    assert isinstance(found, Logic)
+    return found
 
 
 def _with_angles(e: Expression) -> Expression:

@@ -39,7 +39,7 @@ from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import limits_of
 from olp.runtime.modal import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
 from olp.transpile.context import LOST, Fate, TranslationContext
-from olp.transpile.current_position import HERE, UNSEEN, System, read_here
+from olp.transpile.current_position import HERE, UNSEEN, System, read_here, solves
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
 
@@ -336,10 +336,17 @@ class _Modal:
 
     def placed(self, s: Statement) -> Statement:
         """KRL and FANUC read the position in the frame and with the tool that hold."""
-        if type(s) in _MODAL_KINDS or HERE not in expressions_of(s):
+        if type(s) in _MODAL_KINDS or not any(e == HERE or solves(e) for e in expressions_of(s)):
             return s
         tool: Any = self.value(_TOOL, _FLANGE)
         frame: Any = self.value(_FRAME, _BASE)
+        if (tool, frame) != (_FLANGE, _BASE) and any(map(solves, expressions_of(s))):
+            says = (
+                "axes and poses computed with another tool than the flange, or in another frame than the base"
+            )
+            self.work.lose(s, Fate.REFUSED, "position", says)
+        if HERE not in expressions_of(s):
+            return s
         for which, value in (("tool", tool), ("frame", frame)):
             if _lost(value):
                 self._lose(s, which, value)

@@ -306,6 +306,18 @@ class KrlValues(Generator):
             raise CannotSayError(terminology.function("pose-product"))
         return f"{self.value(given[0], _PRODUCT)}:{self.value(given[1], _ATOM)}", _PRODUCT
 
+    def function_inverse(self, given: tuple[ex.Expression, ...]) -> str:
+        return self._solved("INVERSE", "inverse", given)
+
+    def function_forward(self, given: tuple[ex.Expression, ...]) -> str:
+        return self._solved("FORWARD", "forward", given)
+
+    def _solved(self, word: str, name: str, given: tuple[ex.Expression, ...]) -> str:
+        """Both take the variable of an error number, INVERSE also where the axes start, which others do not name."""
+        if not self.own:
+            raise CannotSayError(terminology.function(name))
+        return f"{word}({','.join(map(self.value, given))})"
+
     def function_joined_text(self, given: tuple[ex.Expression, ...]) -> str:
         if len(given) == 1 and isinstance(given[0], ex.Text):
             return f'"{given[0].value}"'

@@ -89,8 +89,8 @@ class RapidExpressionRules(Transformer[Token, Any]):
     def and_not(self, children: list[Any]) -> Expression:
         return _logic("and", self._plain(children[0]), Unary("not", self._plain(children[3])))
 
-    def xor(self, children: list[Any]) -> Binary:
-        return Binary("xor", self._plain(children[0]), self._plain(children[2]))
+    def xor(self, children: list[Any]) -> Expression:
+        return _logic("xor", self._plain(children[0]), self._plain(children[2]))
 
     def not_(self, children: list[Any]) -> Unary:
         return Unary("not", self._plain(children[1]))

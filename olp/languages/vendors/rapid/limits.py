@@ -40,6 +40,7 @@ LIMITS = Limits(
     tool_and_frame="move",
     has_data_files=True,
     names=r"[A-Za-z][A-Za-z0-9_]*",
+    has_xor=True,
     has_repeat=False,
     has_break=False,
     has_continue=False,

@@ -18,6 +18,8 @@ _SETTINGS = (
     "set_gravity",
     "set_input_actions_to_default",
     "set_payload",
+    "set_payload_cog",
+    "set_payload_mass",
     "set_safety_mode_transition_hardness",
     "set_standard_analog_input_domain",
     "set_target_payload",
@@ -47,6 +49,7 @@ class UrScript(Vendor):
         move_options=MoveOptions(manner=frozenset({"mode", "process", "v"})),  # v beside a time, which counts
         arguments_are_values=True,
         window_process="popup",
+        manner_processes={"sync": "how long a step of the controller is"},
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
     )
     joint_moves = (  # at the speed and acceleration that movej has by itself

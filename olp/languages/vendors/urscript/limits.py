@@ -39,6 +39,7 @@ LIMITS: Final = Limits(
     has_repeat=False,
     has_for=False,
     has_continue=True,
+    has_xor=True,
     has_switch=False,
     has_relative=False,
     reserved=_WORDS | frozenset(name.upper() for name in (*KNOWN, *TEXTS, COUNTER)),
