@@ -211,9 +211,12 @@ def says_what_it_is(it: TermUnderTest) -> Iterator[Difference]:
     for name in ("summary", "does", "source"):
         words = getattr(it.term, name, "")
         if not 10 < len(words) < 250 or "\n" in words or words != words.strip(" ."):
-            yield name, repr(words)
+            yield name, f"{words!r}: one line of 11 to 249 characters without a full stop is wanted"
     if not it.term.confusable or not set(it.term.confusable) <= set(term_names()) - {it.term.name}:
-        yield "confusable", f"{it.term.confusable}"
+        yield (
+            "confusable",
+            f"{it.term.confusable}: wanted are names of other terms: {', '.join(term_names())}",
+        )
     if not isinstance(it.term, MoveTerm | LogTerm):
         yield it.term.name, "neither a term of moves nor of logs"
     if it.is_shipped and (
@@ -221,14 +224,21 @@ def says_what_it_is(it: TermUnderTest) -> Iterator[Difference]:
     ):
         yield it.term.name, "the registry of terms does not find it under the name of its file"
     if isinstance(it.term, MoveTerm) and (it.term.phase not in PHASES or it.term.stage not in set(Stage)):
-        yield "phase and stage", f"{it.term.phase}, {it.term.stage}"
+        stages = ", ".join(f"Stage.{stage.name}" for stage in Stage)
+        yield (
+            "phase and stage",
+            f"{it.term.phase}, {it.term.stage}: there are {', '.join(PHASES)}, and {stages}",
+        )
 
 
 def does_what_its_equation_says(it: TermUnderTest) -> Iterator[Difference]:
     """Each form changes each move as an oracle works it out anew from the equation, in every kind of recording"""
     if it.oracle is None:
         if it.is_shipped and it.forms:
-            yield it.term.name, "olp.contracts.term_oracles has no oracle of it"
+            yield (
+                it.term.name,
+                f"no `{it.term.name.replace('-', '_')}` in olp/contracts/term_oracles.py, and none given as `oracle`",
+            )
         return
     assert isinstance(it.term, MoveTerm)
     for name, case in (("a recording that tells everything", it.case), *other_cases()):
@@ -286,7 +296,8 @@ def is_as_it_was_written_down(it: TermUnderTest) -> Iterator[Difference]:
     said = text[begin : text.find("\n## ", begin + 1) % (len(text) + 1)] if begin >= 0 else ""
     own = details(it.term, it.case, other_cases())
     for line in set(own.strip().split("\n")) ^ set(said.strip().split("\n")):
-        yield f"{DETAILS.name}, section {it.term.name}", f"only one of file and term says {line.strip()!r}"
+        where = f"{DETAILS.name}, section {it.term.name} (python bench/physics_page.py writes it)"
+        yield where, f"only one of file and term says {line.strip()!r}"
 
 
 def is_seen_in_logs(it: TermUnderTest) -> Iterator[Difference]:
@@ -543,12 +554,21 @@ def details(term: Term, case: MeasuredMoves, others: Sequence[tuple[str, Measure
     """All of a term: its forms in a recording that tells everything, `case`, and what `others` have instead."""
     lines = [f"\n## {term.name}\n", f"{_sentence(term.summary)} Trace: {term.does}.\n"]
     if isinstance(term, MoveTerm):
+        lines.append(_place(term))
         lines += _forms(term, case)
         lines += _elsewhere(term, case, others)
     if isinstance(term, LogTerm):
         lines.append(f"- in logs: ${term.equation}$")  # type: ignore[attr-defined]
         lines += [_parameter(p) for p in term.parameters]  # type: ignore[attr-defined]
     return "\n".join([*lines, f"\nSource: {_sentence(term.source)}\n"])
+
+
+def _place(term: MoveTerm) -> str:
+    """Where in a move the term acts, among which others, and on which moves."""
+    which = "on single moves too" if term.conditionable else "on all moves alone"
+    grows = ", changes with the running time" if term.by_time else ""
+    looks = f"; may look like {', '.join(term.confusable)}" if term.confusable else ""
+    return f"- phase {term.phase}, stage {term.stage.name.lower()}, {which}{grows}{looks}"
 
 
 def _picture(term: Term) -> str:

@@ -346,13 +346,18 @@ def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:
 @lru_cache
 def foreign(target: str) -> tuple[tuple[str, str, Converted | OlpError], ...]:
     """(language, file, what is made of it) of the programs with declared readings of all languages but `target`."""
-    found = []
-    for vendor in (find_vendor(name) for name in vendor_names() if name != target):
-        for path in readings.readings_of(handling.samples_folder(vendor)):
-            for name, program in readings.programs_of(vendor, readings.load_declared(path)):
-                if _is_whole(program):
-                    found.append((vendor.name, name, _made(find_vendor(target), program)))
-    return tuple(found)
+    vendor = find_vendor(target)
+    languages = [name for name in vendor_names() if name != target]
+    return tuple((one, name, _made(vendor, program)) for one in languages for name, program in _declared(one))
+
+
+@lru_cache
+def _declared(language: str) -> tuple[tuple[str, Program], ...]:
+    """(file, program) of the declared readings of a language."""
+    vendor = find_vendor(language)
+    paths = readings.readings_of(handling.samples_folder(vendor))
+    found = [row for path in paths for row in readings.programs_of(vendor, readings.load_declared(path))]
+    return tuple((name, program) for name, program in found if _is_whole(program))
 
 
 def _is_whole(program: Program) -> bool:

@@ -64,8 +64,8 @@ class MeasuredMoves:
     blend: Floats  # [m] rounding at the move's end, 0: exact stop
     blend_start: Floats  # [m] rounding at the move's start
     corner: Floats  # [rad] change of direction at the move's end, nan where not known
-    payload: Floats  # [kg]
-    payload_inertia: Floats  # [kg m²]
+    payload: Floats  # [kg], nan where not known
+    payload_inertia: Floats  # [kg m²], nan where not known
     t_start: Floats  # [s]
     cycle: NDArray[np.int64]  # -1: none
     job: tuple[str, ...]
