@@ -31,7 +31,9 @@ class ToyWriter(Generator):
     comparisons: ClassVar = {"=": " = ", "<>": " <> ", "<": " < ", ">": " > ", "<=": " <= ", ">=": " >= "}
     compared = (4, 5)
     functions: ClassVar = {"pose-offset": "OFFSET"}
-    signals: ClassVar = {"in": "IN", "out": "OUT"}
+    signals: ClassVar = {"in": "IN"}
+    not_in_text = frozenset('"#\n')
+    no_text = 'a text that holds ", # or a line end'
     states = ("OFF", "ON")
     separator = ", "
     templates: ClassVar = {
@@ -93,8 +95,9 @@ class ToyWriter(Generator):
         return f"OUT {self.value(s.signal.index)} {self.value(s.value)}"
 
     def write_move(self, s: st.Move) -> Lines:
-        # `Limits` promise it: each move names all of them, in units that TOY has.
-        assert s.speed is not None
+        if s.speed is None:
+            raise CannotSayError("a move without a speed")
+        # `Limits` promise it: each move names all others, in units that TOY has.
         assert s.blend is not None
         assert s.blend.value is not None
         assert s.tool is not None
@@ -113,7 +116,9 @@ class ToyWriter(Generator):
     def write_declare(self, s: st.Declare) -> Lines:
         word = "NUM" if isinstance(s.value, ex.Number) else _WORDS.get(s.type)
         if word is None or s.sizes:
-            raise CannotSayError(f"data of the type {s.type}")
+            raise CannotSayError(
+                f"data of the type {s.type}", "TOY has whole numbers, positions, tools and frames"
+            )
         if isinstance(s.value, ex.PositionLiteral):  # written out: SI becomes what TOY writes
             units = [deg] * 6 if s.value.kind == "joint" else [mm] * 3 + [deg] * 3
             numbers = [decimal(without_noise(v / u)) for v, u in zip(s.value.values, units, strict=False)]
