@@ -982,3 +982,48 @@ def test_a_number_beside_a_text_is_made_a_text():
     text = b'.PROGRAM part()\nn = 2\nPRINT "n=",n\n.END\n'
     made = convert(read_source(decode(text, "part.as"), vendor="as"), "rapid", Context(robot=ROBOT))
     assert b'TPWrite "n="\\Num:=n;' in b"".join(made.files.values())
+
+
+# --- arithmetic and counters ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_integers_of_inform_are_divided_towards_zero(target):
+    rows = ["MOVJ C00000 VJ=50.00 PL=0", "SET D000 -7", "DIV D000 2", "ADD D000 10", "SET B000 D000"]
+    rows += ["TIMER T=B000", "SET D001 7", "DIV D001 2", "SET B000 D001", "TIMER T=B000"]
+    point = "C00000=900.000,0.000,400.000,180.0000,0.0000,0.0000"
+    head = [
+        "/JOB",
+        "//NAME PART",
+        "//POS",
+        "///NPOS 1,0,0,0,0,0",
+        "///TOOL 0",
+        "///POSTYPE ROBOT",
+        "///RECTAN",
+    ]
+    head += ["///RCONF 0,0,0,0,0,0,0,0", point, "//INST", "///DATE 2026/03/02 14:07", "///ATTR SC,RW"]
+    text = "\r\n".join([*head, "///GROUP1 RB1", "NOP", *rows, "END", ""])
+    plans = read(text, "inform").plan(robot=ROBOT), run_elsewhere(text, "inform", target)
+    assert [pytest.approx([0.07, 0.03]) == plan.durations.tolist() for plan in plans] == [True, True]
+
+
+def test_just_one_of_two_flags_compares_states_in_tp():
+    """R[1]<>0 is a state, R[1] alone a number, which no state is compared with."""
+    rows = ["DECL BOOL a,b", "a=TRUE", "b=FALSE", *HOME, "IF a EXOR b AND a THEN", "$OUT[1]=TRUE", "ENDIF"]
+    assert "IF ((R[1:a]<>0)<>(R[2:b]<>0 AND R[1:a]<>0)) THEN" in translated(krl(*rows), "krl", "tp")
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "inform", "urscript"])
+def test_a_counter_of_tp_ends_at_the_last_value(target):
+    rows = ["L P[1] 100mm/sec FINE", "FOR R[1]=1 TO 3", "WAIT .10(sec)", "ENDFOR", "WAIT R[1]", "R[3]=2"]
+    rows += ["FOR R[2]=R[3] DOWNTO 1", "WAIT .10(sec)", "ENDFOR", "WAIT R[2]"]
+    text = tp(*rows, positions=((1, 0, 1, *P1[3:]),))
+    for plan in (read(text, "tp").plan(robot=ROBOT), run_elsewhere(text, "tp", target)):
+        assert plan.durations.tolist() == pytest.approx([0.1, 0.1, 0.1, 3.0, 0.1, 0.1, 1.0])
+
+
+@pytest.mark.parametrize("target", ["tp", "rapid", "inform"])
+def test_a_counter_of_krl_ends_one_step_beyond_it(target):
+    rows = ["INT i", *HOME, "FOR i=1 TO 2", "WAIT SEC 0.1", "ENDFOR", "WAIT SEC i"]
+    for plan in (read(krl(*rows), "krl").plan(robot=ROBOT), run_elsewhere(krl(*rows), "krl", target)):
+        assert plan.durations.tolist() == pytest.approx([0.1, 0.1, 3.0])

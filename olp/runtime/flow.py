@@ -176,6 +176,9 @@ def next_(m: Machine, s: Next) -> int | None:
     assert isinstance(head, For)
     stop, step, _ = counter
     following = number(m, head.variable) + step
+    if m.conventions.for_keeps_last and _beyond(following, stop, step):
+        _show(m, opener, head.variable)
+        return None
     if _fits(head.variable, following):
         _count(m, head.variable, following)
         if not _beyond(following, stop, step):

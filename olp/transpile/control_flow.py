@@ -266,16 +266,17 @@ class _Target:
         limits, head, closer = self.work.limits, block.opener, block.closer
         assert isinstance(head, For)
         step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
-        if (
-            limits.has_for
-            and step_fits
-            and not (self.work.target_conventions.for_declares and self._is_used_outside(head))
-        ):
+        there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
+        other_end = there.for_declares or there.for_keeps_last is not keeps_last
+        if limits.has_for and step_fits and not (other_end and self._is_used_outside(head)):
             loop, inside = self._inside(block)
             return [Block([(head, inside)], closer), *self._end(loop, closer)]
-        before: list[Node] = [Assign(head.line, head.variable, head.start, head.comment)]
+        before: list[Node] = []
+        start = self._kept(head.start, before, head.line) if keeps_last else head.start
+        before.append(Assign(head.line, head.variable, start, head.comment))
         stop = self._kept(head.stop, before, head.line)
         step = self._kept(head.step or Number(1), before, head.line)
+        last = self._last(head, start, stop, step) if keeps_last and self._is_used_outside(head) else []
         count: Statement = Assign(closer.line, head.variable, Binary("+", head.variable, step))
         as_while = Block(
             [(While(head.line, _not_beyond(head.variable, stop, step)), block.branches[0][1])],
@@ -284,11 +285,19 @@ class _Target:
         if limits.has_continue or not limits.has_goto:
             loop, inside = self._inside(as_while, [count])
             again: list[Node] = [Block([(as_while.opener, [*inside, count])], as_while.closer)]
-            return [*before, *again, *self._end(loop, closer)]
+            return [*before, *again, *last, *self._end(loop, closer)]
         # A Continue jumps to the label before the count.
         loop, inside = self._inside(as_while, jumps=not limits.has_while)
         counted = Block([(as_while.opener, [*inside, count])], as_while.closer)
-        return [*before, *self._while_of(counted), *self._end(loop, closer)]
+        return [*before, *self._while_of(counted), *last, *self._end(loop, closer)]
+
+    def _last(self, head: For, start: Expression, stop: Expression, step: Expression) -> list[Node]:
+        """Behind a loop that has run to its end: its variable back at the last value, where it ends in the source."""
+        back: Node = Assign(head.line, head.variable, Binary("-", head.variable, step))
+        runs = _not_beyond(start, stop, step)
+        if isinstance(start, Number) and isinstance(stop, Number) and isinstance(step, Number):
+            return [back] if (stop.value - start.value) * step.value >= 0 else []
+        return [Block([(If(head.line, runs), [back])], EndIf(head.line))]
 
     def _while_of(self, block: Block) -> list[Node]:
         """A while block whose inside is done already."""

@@ -86,6 +86,12 @@ _LARGEST_ARRAY: Final = 100
 _POSE: Final = frozenset(POSE_ELEMENTS)
 
 
+def _is_integer(e: Expression | None) -> bool:
+    if isinstance(e, Variable):
+        return TYPES.get(e.store) == "integer"
+    return isinstance(e, Element) or (isinstance(e, Number) and isinstance(e.value, int))
+
+
 def _numbers_of(vendor: str) -> Mapping[Store, int]:
     """How many variables of each kind the controllers of a language have."""
     try:
@@ -397,7 +403,9 @@ class _Lift:
                 and isinstance(s.target, Variable)
                 and TYPES.get(s.target.store) == "integer"
             ):
-                value = Function("round", (value,))
+                # Two integers divide towards zero; what a real gives is rounded.
+                whole = _is_integer(s.operand)
+                value = Binary("div", target, operand) if whole else Function("round", (value,))
         return [Assign(s.line, target, value, s.comment)]
 
     def _moved_position(self, s: Update, target: Expression, operand: Expression | None) -> list[Statement]:

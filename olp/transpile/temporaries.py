@@ -364,6 +364,12 @@ class Values:
             return Unary("not", self._as_comparison(e.operand))
         if isinstance(e, Compare) and isinstance(e.right, SignalState) and isinstance(e.left, Named):
             return Compare(e.operator, e.left, Number(int(e.right.on)))
+        if isinstance(e, Compare) and is_condition(e.left) is not is_condition(e.right):
+            # A state is compared with a state, and not with the number that stands for one.
+            left, right = (
+                one if is_condition(one) else self._as_comparison(one) for one in (e.left, e.right)
+            )
+            return Compare(e.operator, left, right)
         return e
 
     def _as_comparison(self, e: Expression) -> Expression:
