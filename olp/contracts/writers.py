@@ -27,11 +27,12 @@ from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
 from olp.transpile.convert import Converted, convert
-from olp.transpile.export import writable
+from olp.transpile.export import export, writable
 from olp.transpile.link import link
 from olp.transpile.probes import probes, program_with
 
 _DATE: Final = "2026/04/23 17:39"
+_ROBOT: Final = "X012"  # the code of what a translation cannot know without a robot
 
 
 class Sample(NamedTuple):
@@ -241,6 +242,21 @@ def does_what_the_program_does(it: WriterUnderTest) -> Iterator[Difference]:
         yield from ((f"contract_program({n})", d) for d in differences(wanted, found))
 
 
+def does_the_same_in_one_file(it: WriterUnderTest) -> Iterator[Difference]:
+    """Exported as one file, where no robot is needed for that, the contract program does the same"""
+    for n, (contract, made) in it.contracts.items():
+        try:
+            data = export(contract.program, it.vendor.name, date=_DATE)
+        except OlpError as refused:
+            yield from (
+                (f"contract_program({n})", one.render()) for one in refused.diagnostics if one.code != _ROBOT
+            )
+            continue
+        _, found = it.events(replace(made, files={made.main: data}))
+        wanted = loosened(stopped_by_advance(contract.events, it.vendor), made.translated.losses)
+        yield from ((f"contract_program({n}) in one file", d) for d in differences(wanted, found))
+
+
 def loosened(events: Any, losses: tuple[Loss, ...]) -> list[OracleEvent]:
     """The events without what a receipt names of joint moves: their speed within `_LOOSE`, the size of their blend."""
     parts = frozenset(loss.part for loss in losses if loss.part in ("speed", "blend"))
@@ -437,6 +453,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     is_found,
     writes_as_declared,
     does_what_the_program_does,
+    does_the_same_in_one_file,
     spells_poses_as_the_sample,
     spells_speeds_as_the_sample,
     keeps_words,
@@ -494,6 +511,9 @@ def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[s
     parts = dict(_rows("program", _made(vendor, program)))
     if limits_of(vendor.name, forms=True).forms:
         parts |= dict(_rows("program in forms", _made(vendor, program, forms=True)))
+    if limits_of(vendor.name).data_beside:
+        data = export(program, vendor.name, date=_DATE)
+        parts["program in one file"] = [line.rstrip() for line in decode(data, "").lines]
     yield _CONTRACT, parts
     for path in readings.readings_of(folder):
         parts = {}
