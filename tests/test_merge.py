@@ -667,7 +667,7 @@ def test_without_olp_git_merges_as_text_and_marks_what_conflicts(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("shutil.which", lambda name: str(tool))
     assert main(["git", "install"]) == 0
-    assert git("config", "diff.olp.textconv")[1].strip() == f"'{tool}' git text"
+    assert f"'{tool}' git text" in git("config", "diff.olp.textconv")[1]
     program = tmp_path / "A.JBI"
     for branch, start, body in (
         ("base", "main", BODY),
@@ -684,6 +684,7 @@ def test_without_olp_git_merges_as_text_and_marks_what_conflicts(tmp_path, monke
     git("checkout", "-q", "ours")
     assert git("merge", "theirs")[0] == 1
     assert program.read_bytes().count(b"<<<<<<< ours") == 1
+    assert "+MOVL C00001 V=200.0" in git("diff", "base", "ours", "--", "A.JBI")[1]
     assert git("ls-files", "-u")[1].count("A.JBI") == 3
 
 

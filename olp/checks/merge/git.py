@@ -72,12 +72,12 @@ def _text(path: Path) -> str:
 
 def _settings(command: str) -> dict[str, str]:
     merge = f"{command} merge --driver %P --marker-size %L %O %A %B"
-    # Where olp is gone git would leave ours there, without a mark.
+    # Where olp is gone git would leave ours there, without a mark, and show no difference at all.
     texts = "git merge-file --marker-size %L -L ours -L base -L theirs %A %O %B"
     return {
         "merge.olp.name": "robot programs: points by identity, logic by statement",
         "merge.olp.driver": f"{merge}; s=$?; case $s in 126|127) {texts};; *) exit $s;; esac",
-        "diff.olp.textconv": f"{command} git text",
+        "diff.olp.textconv": f'show() {{ {command} git text "$1" || cat "$1"; }}; show',
     }
 
 
