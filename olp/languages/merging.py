@@ -23,6 +23,7 @@ _ENDS_IN_ZERO = re.compile(r"0(?![\w.])")
 _NO_SIGN = re.compile(r"-(?<=[\s,:=({\[]-)(?=0\.?(?![\w.]))")
 _DIGITS = re.compile(r"\d+")
 _EXPONENT = re.compile(r"(?<![\w.])(\d+\.?\d*)e([-+]?\d+)(?![\w.])", re.IGNORECASE)
+_UNEVEN = re.compile(r"[\d.][eE][-+0]|[0.][eE]\d")  # an exponent that may be written in another way
 _CONSTANT = re.compile(r"-?\d+|#\w+|\"[^\"]*\"")
 
 
@@ -188,7 +189,7 @@ class MergeRules:
     def _plain(self, words: str) -> str:
         if self.ignores_case:
             words = words.casefold()
-        if _EXPONENT.search(words):
+        if _UNEVEN.search(words):
             words = _EXPONENT.sub(_exponent, words)
         if self.reals is not _NEVER:
             words = self.reals.sub(r"\g<0>.", words)
@@ -271,26 +272,27 @@ class MergeRules:
     def by_routines(self, text: str) -> list[tuple[str, str]]:
         """The text in routines by their names, each with the remarks above it, between what is in front and behind.
 
-        Empty: something else stands between two of them, or a line end is missing.
+        Empty: there is none, something else stands between two of them, or a line end is missing.
         """
         found: list[tuple[str, str]] = []
-        name, held, silent = "", "", 0  # of `held`, where the remarks at its end begin
-        for line, end in lines_of(text):
+        name, held = "", [""]
+        for line, end in lines_of(text) if self.scope is not _NEVER else ():
             edge = self.scope.match(line)
             if edge is not None and edge[1] and not name:
                 name = edge[1].casefold()
+                remarks = len(held)
+                while remarks > 1 and self.is_silent(held[remarks - 1].rstrip("\r\n")):
+                    remarks -= 1
                 if not found:
-                    found, held = [("", held[:silent])], held[silent:]
-                elif silent:
+                    found, held = [("", "".join(held[:remarks]))], ["", *held[remarks:]]
+                elif remarks > 1:
                     return []
-            held += line + end
+            held.append(line + end)
             if edge is not None and not edge[1] and name:
-                found.append((name, held))
-                name, held, silent = "", "", 0
-            elif not name and not self.is_silent(line):
-                silent = len(held)
-        whole = not name and all(one.endswith(("\n", "\r")) for _, one in found[1:])
-        return [*found, ("", held)] if whole else []
+                found.append((name, "".join(held)))
+                name, held = "", [""]
+        whole = found and not name and all(one.endswith(("\n", "\r")) for _, one in found[1:])
+        return [*found, ("", "".join(held))] if whole else []
 
     def branches(self, lines: Sequence[str], behind: str) -> list[str]:
         """The constants whose branches these lines are in front of `behind`; empty: they are something else."""
