@@ -657,7 +657,7 @@ def test_a_move_that_follows_a_conveyor_is_no_move_to_where_it_was(target):
 # --- what a statement that is left out takes with it --------------------------------------------------------
 
 
-@pytest.mark.parametrize("target", ["rapid", "inform", "urscript"])
+@pytest.mark.parametrize("target", ["inform", "urscript"])
 def test_moves_in_a_frame_whose_choice_is_left_out_are_left_out_too(target):
     rows = (
         *HOME,
