@@ -327,7 +327,7 @@ def test_a_position_stays_one_as_a_parameter_and_as_a_result(kind):
 @pytest.mark.parametrize("target", ["rapid", "tp"])
 def test_just_one_of_two_conditions_is_no_exclusive_or_of_bits(target):
     text = krl("DECL BOOL B", "B=FALSE", "B=B EXOR $IN[4]", "$OUT[3]=B")
-    assert {"rapid": "B:=B XOR di4=1;", "tp": "IF (R[1:B]<>DI[4]) THEN"}[target] in translated(
+    assert {"rapid": "B:=B XOR di4=1;", "tp": "IF ((R[1:B]<>0)<>DI[4]) THEN"}[target] in translated(
         text, "krl", target
     )
     assert left_out(text, target) == []

@@ -74,3 +74,11 @@ def test_enumerations_are_whole_numbers_elsewhere(tmp_path, target, set_, asked)
     assert asked in text
     assert not made.translated.losses
     assert "kind is a whole number there: RED 1, GREEN 2" in made.translated.notes
+
+
+def test_what_other_programs_may_change_is_no_constant_without_a_word(tmp_path):
+    """A program that chooses by a variable of a shared list is one for the value that the list has today."""
+    shared = ["DECL GLOBAL INT SIDE=2", "DECL GLOBAL CONST INT LEFT=1"]
+    path = _cell(tmp_path, "IF SIDE==LEFT THEN", "$OUT[1]=TRUE", "ENDIF", shared=shared)
+    losses = convert(link(olp.read(path)).program, "tp").translated.losses
+    assert [(loss.line, loss.says.split()[0]) for loss in losses] == [(2, "SIDE")]

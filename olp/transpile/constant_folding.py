@@ -262,11 +262,15 @@ def _computed(e: Expression, limits: Limits) -> Expression:
 def fold_constants(program: Program, work: TranslationContext) -> Program:
     """Names that always hold the same number, text or state are written as it."""
     symbols = work.symbols(program)
+    elsewhere = _changeable(program)
+    told: list[str] = []  # of them, in the statement under way
 
     def change(e: Expression) -> Expression:
         if type(e) is Named and e.name not in work.registers:
             value = symbols.fixed_value("", e)
             if isinstance(value, (Number, Text, SignalState)):
+                if e.name in elsewhere:
+                    told.append(e.name)
                 return value
         if type(e) is Member and isinstance(e.base, Named) and e.name in _MEMBERS:
             literal = symbols.fixed_value("", e.base)
@@ -282,6 +286,17 @@ def fold_constants(program: Program, work: TranslationContext) -> Program:
             e = s.targets[0]
             if type(symbols.fixed_value("", e) if type(e) is Named else e) is PositionLiteral:
                 return s
-        return mapped(s, change)
+        told.clear()
+        changed = mapped(s, change)
+        for name in dict.fromkeys(told):
+            says = f"{name} is a variable of another file, which other programs may change: its value there is written"
+            work.lose(s, Fate.APPROXIMATED, "value", says)
+        return changed
 
     return with_routines(program, (with_rows(r, list(map(folded, r.body))) for r in program.routines))
+
+
+def _changeable(program: Program) -> set[str]:
+    """Data that other files declare and that are no constants; their lines follow the program's own."""
+    own = program.source.raw.count(b"\n") + 1
+    return {d.name for d in program.data if d.line > own and d.storage != "constant"}

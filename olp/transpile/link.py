@@ -233,7 +233,8 @@ class _Joined:
             self.parts.append(LinkedPart(other.path, len(self.lines), len(other.source.lines)))
             self.lines += other.source.lines
         offset = self.offsets[id(other)]
-        self.data += [_moved(d, offset) for d in rows]
+        # What tells no line of its own is of that file all the same.
+        self.data += [_moved(d if d.line else replace(d, line=1), offset) for d in rows]
 
 
 def _with_handlers(routine: Routine, change: Change) -> Routine:
