@@ -387,6 +387,13 @@ def test_axes_of_a_pose_are_not_computed_with_the_flange_where_a_tool_holds():
     assert refused(script("set_tcp(p[0,0,0.1,0,0,0])", *rows), "urscript", "rapid")
 
 
+def test_a_position_with_an_axis_that_tp_has_no_number_for_is_refused_alone():
+    far = "[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,1063.4]]"
+    text = module("MoveL p1,v100,fine,tool0;", f"MoveL {far},v100,fine,tool0;", data=TARGETS)
+    lost = [loss.line for loss in losses(text, "rapid", "tp") if loss.fate is Fate.COMMENTED]
+    assert lost == [next(n for n, line in enumerate(text.splitlines(), 1) if "1063" in line)]
+
+
 # --- 10: whole numbers --------------------------------------------------------------------------------------
 
 

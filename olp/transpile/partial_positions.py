@@ -246,11 +246,13 @@ def _with_units(program: Program, work: TranslationContext) -> Program:
         for at, value in enumerate(e.external):
             farthest[at] = max(farthest[at], abs(value) if value == value else 0.0)
     count = max((at for at, value in enumerate(farthest, 1) if value), default=0)
+    most = work.limits.external_units
+    if count > most:
+        _refuse_beyond(program, most, work)
+        count = max((at for at, value in enumerate(farthest[:most], 1) if value), default=0)
     program = _everywhere(program, lambda e: _without(e, count))
     if not count:
         return program
-    if count > work.limits.external_units:
-        work.lose(0, Fate.REFUSED, "external", f"more than {work.limits.external_units} external axes")
     units = tuple((f"E{n}", "mm" if value > _TURN else "deg") for n, value in enumerate(farthest[:count], 1))
     work.external_units = units
     for name, unit in units:
@@ -262,6 +264,15 @@ def _with_units(program: Program, work: TranslationContext) -> Program:
             if any(_stands(e, symbols, routine.name) for e in _positions(s)):
                 work.lose(s, Fate.APPROXIMATED, "external", _UNITS_ARE_OPEN)
     return program
+
+
+def _refuse_beyond(program: Program, most: int, work: TranslationContext) -> None:
+    """Statements with positions in which an axis beyond the first `most` external ones does not stand at zero."""
+    symbols = work.symbols(program)
+    for routine in program.routines:
+        for s in routine.body:
+            if any(_stands(e, symbols, routine.name, most) for e in _positions(s)):
+                work.lose(s, Fate.REFUSED, "external", f"more than {most} external axes")
 
 
 def _everywhere(program: Program, change: Callable[[Expression], Expression]) -> Program:
@@ -284,10 +295,10 @@ def _positions(s: Statement) -> tuple[Expression, ...]:
     return tuple(expressions_of(s))
 
 
-def _stands(e: Expression, symbols: Symbols, routine: str) -> bool:
-    """Whether a position has an external axis that is not at zero."""
+def _stands(e: Expression, symbols: Symbols, routine: str, first: int = 0) -> bool:
+    """Whether a position has an external axis behind the `first` ones that is not at zero."""
     value = symbols.fixed_value(routine, e)
-    return type(value) is PositionLiteral and any(v == v and v != 0.0 for v in value.external)
+    return type(value) is PositionLiteral and any(v == v and v != 0.0 for v in value.external[first:])
 
 
 def _without(e: Expression, count: int = 0) -> Expression:
