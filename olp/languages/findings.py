@@ -1,4 +1,4 @@
-"""Collects what is to be told about a file; findings that repeat are counted instead of listed."""
+"""Collects the diagnostics of a file; those that repeat are counted instead of listed."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What rules each move by itself: the tool's travel, its reorientation, or the slowest axis.
+"""Which limit sets the duration of each move taken alone: the tool's travel, its reorientation, or the slowest axis.
 
-Every row becomes one length with one speed and one acceleration, in metres of the tool's path wherever it has one,
-so that neighbours of different kinds can be chained.
+Each move becomes one length with one speed and one acceleration: in metres of the tool's path if the tool travels, so
+that moves of different kinds can be blended.
 """
 
 from __future__ import annotations

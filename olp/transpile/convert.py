@@ -1,4 +1,4 @@
-"""A program of one language as the files of another: the passes, the writer, one file per routine where it takes that.
+"""Converts a program into files of another language: runs the passes and the writer, one file per routine if needed.
 
 Codes: X011 something that the target cannot say.
 """

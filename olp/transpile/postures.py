@@ -1,7 +1,7 @@
-"""Joint values for another robot: those with which it stands as the source's robot does.
+"""Joint values for another robot: those that give it the same posture as the source's robot.
 
-One robot has one way of reading its joints, whatever the language: with `--robot` alone joint values and poses in the
-base are carried as written. With `--target-robot` each is read as its own robot's file says.
+With `--robot` alone joint values and poses in the base are copied, because one robot counts its joints in one way,
+whatever the language. With `--target-robot` each robot's file says how its joints count.
 """
 
 from __future__ import annotations

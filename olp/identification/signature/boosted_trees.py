@@ -1,4 +1,4 @@
-"""Gradient boosting of regression trees with robust leaves: a learner for what a law of physics leaves.
+"""Gradient boosting of regression trees with robust leaves: learns the residual of a law of physics.
 
 J. H. Friedman, Greedy function approximation: a gradient boosting machine, Annals of Statistics 29 (2001):
 splits by clipped gradients (Huber), leaves by medians, each tree a small step. Small and vectorised:

@@ -1,7 +1,7 @@
-"""95 % intervals of moves of every kind: learnt where the recording held them, else told as a guess.
+"""95 % intervals of move durations: learnt for the kinds of moves that the recording has, assumed for all others.
 
-What is guessed: with no joint moves learnt their acceleration takes between nothing and three times its time; curves
-between nothing and twice; with no corners learnt each may cost half a stop more or less and half of what it saves.
+Assumed: without joint moves in the recording, their ramps take 0 to 3 times the computed time; without curves, theirs
+take 0 to 2 times; without corners, each corner may cost half a stop more or less, and half of what it saves.
 """
 
 from __future__ import annotations

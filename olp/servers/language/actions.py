@@ -1,7 +1,7 @@
-"""Quick fixes: what findings of rules carry, a word that was meant, a finding that is excused, a budget to hold.
+"""Quick fixes and formatting for editors.
 
-Formatting lays a text out anew. It is read again, and where the program is not the same one to the letter, nothing
-changes.
+Quick fixes are those that a lint rule offers, the correction of a misspelt word, a comment that excuses a finding and
+edits that hold a time budget. A formatted text is read again; it is dropped unless it is exactly the same program.
 """
 
 from __future__ import annotations

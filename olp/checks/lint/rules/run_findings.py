@@ -1,4 +1,4 @@
-"""W003, W005, W006, W009, W011: what running and timing find, as rules."""
+"""Lint rules for problems that the run and its timing report: W003, W005, W006, W009, W011."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A second encoder per axis against the first: late by one time for all axes, or twisted by torque?
+"""Compares an encoder behind the gear with the motor's: a delay between both channels, or a compliant gear?
 
-Columns `q1_link_deg`, … of a log are the positions behind the gears. A gear that gives way twists in proportion to its
-torque at any speed; two channels that are not of one instant differ in proportion to speed, by the same time for all.
+Columns `q1_link_deg`, … of a log are the positions behind the gears. A compliant gear twists in proportion to its
+torque, at any speed. A delay makes both channels differ in proportion to speed, by the same time for all axes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where a KRL program's positions and speeds stand: in its .dat, its .src, and thrice in an inline form."""
+"""The text spans of the positions and speeds in a KRL program: .dat, .src, and three places of an inline form."""
 
 from __future__ import annotations
 
