@@ -181,7 +181,7 @@ def test_a_speed_that_no_edit_changes_is_told_as_such(tmp_path, capsys):
     words = ["fit", str(program), "--to", "1", "--max-speed", "900", "--robot", "kuka/kr16-2"]
     assert main([*words, "-o", str(tmp_path / "b.src")]) == 1
     told = capsys.readouterr().out
-    assert "speed that stands in no number of this file: LIN {" in told
+    assert "speed that is computed or an argument, which is not edited: LIN {" in told
     assert "0.000 s, " not in told
 
 

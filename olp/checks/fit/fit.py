@@ -31,7 +31,7 @@ from olp.checks.fit.choices import (
     choices,
     seconds_of,
     source_of,
-    spoken_values,
+    top_speed,
 )
 from olp.checks.fit.order import best_order
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
@@ -468,12 +468,16 @@ class FitSearch:
         program = self.called.get(path) if source else self.program
         if program is None:
             return " in a called program"
-        spoken = list(speeds(program))
-        here = {one.line for one in spoken}
-        ran = set(timing.plan.line[timing.plan.source == source].tolist())
-        if line in here or here - ran or any(spoken_values(program)):
+        plan = timing.plan
+        here = np.flatnonzero((plan.source == source) & (plan.line == line) & (plan.kind == StepKind.MOVE))
+        slow = plan.moves.travel[plan.row[here]] < (1.0 - _SAME_SPEED) * top_speed(
+            program, self.base, self.allowed
+        )
+        edited = [steps for place, steps in self.steps.items() if place[0] == "speed"]
+        if not slow.any() or any(np.isin(here, steps).any() for steps in edited):
             return ""
-        return " that stands in no number of this file"
+        kept = line in {one.line for one in speeds(program)}  # it may be edited, and is not
+        return "" if kept else " that is computed or an argument, which is not edited"
 
     def _shared_out(self, chosen: Sequence[Choice], gained: NDArray[np.float64]) -> NDArray[np.float64]:
         """What edits of one line gain together, by what each gains alone."""
