@@ -5,7 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.scatter import DIGITS, NEIGHBOURS, REMAINS, REPEATS, neighbours, scatter_of
+from olp.identification.diagnosis.scatter import (
+    DIGITS,
+    NEIGHBOURS,
+    REMAINS,
+    REPEATS,
+    beyond_digits,
+    neighbours,
+    scatter_of,
+)
 
 SIGMA = 0.001
 
@@ -99,3 +107,18 @@ def test_repeats_that_are_mostly_equal_in_the_digits_of_the_clock_do_not_hide_th
     assert np.median(np.abs(left)) == 0.0
     found = scatter_of(left, case, 1e-5, structured)
     assert found.value == pytest.approx(left.std(), rel=0.15)
+
+
+def test_rounding_that_repeats_give_again_is_not_beyond_the_digits():
+    """Repeats are rounded by the same: their residuals go together, and it is the clock's doing."""
+    larger = []
+    for seed in range(40):
+        case, rng = moves(20, 8, seed)
+        case.resolution, case.simulated = 0.01, np.tile(rng.uniform(1.0, 3.0, 20), 8)
+        left = np.round(case.simulated, 2) - case.simulated
+        larger.append(np.sqrt(np.mean(left**2)) > 0.01 / np.sqrt(12.0))
+        assert not beyond_digits(left, case)
+        assert beyond_digits(left + np.where(case.repeats < 10, 0.006, -0.006), case)
+    assert np.mean(larger) > 0.3  # than the mean square of rounding, by chance
+    case.resolution = 0.0
+    assert beyond_digits(left, case)

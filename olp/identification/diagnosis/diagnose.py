@@ -29,7 +29,7 @@ from olp.identification.diagnosis.result import (
     NextExperiment,
     Remainder,
 )
-from olp.identification.diagnosis.scatter import Scatter, digits_of, scatter_of
+from olp.identification.diagnosis.scatter import Scatter, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price, swaps
 from olp.identification.diagnosis.waits import spread
 from olp.timing.physics import load_term
@@ -343,7 +343,7 @@ def verdict_of(named: NamingResult) -> str:
     if len(named.late) < _FEWEST:
         return "not-judged"
     sigma, left, raw = floor_of(named).value, rms(left_over(named)), rms(named.clean.residual)
-    pattern = named.remains.structured and left > digits_of(named.clean)
+    pattern = named.remains.structured and beyond_digits(left_over(named), named.clean)
     if not named.fit.model.parts and not named.late.any():
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"

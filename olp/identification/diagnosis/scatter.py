@@ -22,6 +22,7 @@ REPEATS, REMAINS, NEIGHBOURS, DIGITS = "repeats", "what remains", "neighbours", 
 _ENOUGH = 8  # degrees of freedom behind repeats
 _LARGER = 0.001  # how seldom chance leaves so much more than a few repeats scatter
 _FEWEST = 12  # moves without repeats
+_BY_CHANCE = 2.33  # standard deviations that chance passes once in a hundred recordings
 _ROUND = 1e-3  # of the resolution
 _PATTERN = 0.8  # times what remains: neighbours that differ by less show a pattern
 _STEP = 3.0  # standard deviations of a difference: what is farther is a step
@@ -60,6 +61,19 @@ def digits_of(case: MeasuredMoves) -> float:
         return 0.0
     off = np.abs(case.simulated / case.resolution - np.round(case.simulated / case.resolution))
     return case.resolution * float(np.sqrt((2.0 if (off < _ROUND).all() else 1.0) / 12.0))
+
+
+def beyond_digits(left: Floats, case: MeasuredMoves) -> bool:
+    """Whether `left` (n,) [s] is more than rounding leaves by chance; the error of repeats is one and the same.
+
+    The square of a uniform error has a variance of 0.8 times its mean's square.
+    """
+    digits = digits_of(case)
+    if not digits > 0:
+        return True
+    count = len(case) - _freedom(case)
+    more = float(np.mean(left**2)) / digits**2 - 1.0
+    return more > _BY_CHANCE * math.sqrt(0.8 / count)
 
 
 def f_tail(x: float, top: int, bottom: int) -> float:
