@@ -195,3 +195,9 @@ def test_an_arc_with_an_angle_starts_where_another_ended() -> None:
     np.testing.assert_allclose([pose[:2, 3] for pose in poses(plan)], wanted, atol=1e-9)
     quarter = np.pi * 0.1 / 2
     np.testing.assert_allclose(plan.moves.length[1:], [quarter, 2 * quarter, np.sqrt(0.02)], atol=1e-9)
+
+
+def test_setting_an_element_of_what_the_controller_owns_changes_no_time():
+    plan = run("PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}", "$TORQMON[2]=0", "PTP {A1 10}")
+    assert not [d for d in plan.diagnostics if d.code == "I223"]
+    assert any("$TORQMON is set" in one.says for one in plan.assumptions)

@@ -162,8 +162,12 @@ def pose_of_rotation_vector(x: float, y: float, z: float, vector: tuple[float, f
 def write_item(m: Machine, target: Item, value: Value) -> None:
     """Stores an element. Raises StatementError (I223) outside of the array."""
     from olp.runtime.evaluate import evaluate
-    from olp.runtime.scope import copied
+    from olp.runtime.scope import copied, find_slot
 
+    base = target.base
+    if isinstance(base, Named) and base.name.startswith("$") and find_slot(m, base.name) is None:
+        m.assume(f"{base.name} is set: nothing that is timed depends on it")
+        return
     if not target.indices:  # the array as a whole
         _store(m, target.base, value)
         return

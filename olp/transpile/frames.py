@@ -542,8 +542,8 @@ def _as_arrays(program: Program, work: TranslationContext) -> Program:
 
     def change(e: Expression) -> Expression:
         found = _system(e) if isinstance(e, (FrameRef, Item)) else None
-        if found is None or found.kind not in names or found.number is None:
-            return e
+        if found is None or found.kind not in names or found.number is None or found.number == Number(0):
+            return e  # 0: the flange, the base
         return Item(Named(names[found.kind]), (found.number,))
 
     listed = {_ARRAYS.get(d.name.upper(), ""): d for d in program.data}

@@ -27,6 +27,7 @@ from olp.runtime.plan import Plan
 from olp.transpile.context import Context, Planned, TranslationContext
 
 MOST_AGAIN: Final = 20_000  # statements of a run with the inputs on, in which loops may have no end
+_CIRCLES: Final = 40_000  # statements of a run after which a program in circles has come by all that it will
 
 
 def work_for(
@@ -44,7 +45,9 @@ def plans_of(program: Program, robot: Robot | None) -> Planned:
     @lru_cache(maxsize=2)  # without and with inputs
     def planned(with_inputs: bool) -> Plan | None:
         if not with_inputs:
-            return plan_of(program, robot, None, 200_000)
+            # A program that is passed once is run to its end.
+            rows = sum(len(r.body) for r in program.routines)
+            return plan_of(program, robot, None, min(200_000, max(_CIRCLES, 2 * rows)))
         inputs = asked_inputs(program)
         return plan_of(program, robot, inputs, MOST_AGAIN) if inputs else None
 
