@@ -9,6 +9,7 @@ import pytest
 from bench.concealed import fake
 from bench.concealed.arms import forward, inverse, random_arm
 from bench.concealed.cases import Case, make, schedule
+from bench.concealed.effects import Hidden, _warming
 from bench.concealed.families import FAMILIES
 from bench.concealed.files import write
 from bench.concealed.judge import judge
@@ -181,6 +182,67 @@ def test_a_lucky_guess_among_equals_counts_only_when_it_says_so() -> None:
         "x", said | {"indistinguishable": [["settling", "dispatch", "gravity"]]}, answer, 0.0, ""
     )
     assert everything.wide == ["dispatch"]
+
+
+def test_one_name_stands_for_two_where_it_is_declared_the_same_law_as_a_plainer_one_beside_the_other() -> (
+    None
+):
+    answer = {
+        "family": "fudged", "required": ["acceleration", "payload"], "allowed": [], "hidden": [],
+        "noise_floor_s": 1e-3, "same": {}, "near": {}, "size": {"acceleration": 4.0, "payload": 4.0}, "parameters": {},
+        "moves": {},
+    }  # fmt: skip
+    finding = {"term": "payload", "parameters": {}, "moves": [1]}
+    for beside, exact in ((True, True), (False, False)):
+        other = {"term": "acceleration", "delta_bic": 0.0, "beside": beside}
+        said = {
+            "findings": [finding | {"alternatives": [other]}],
+            "indistinguishable": [["payload", "acceleration"]],
+        }
+        assert judge("x", said, answer, 0.0, "").exact == exact
+
+
+def test_a_step_of_all_durations_is_a_scale_from_a_time_on_and_nothing_else() -> None:
+    answer = {
+        "family": "outside", "required": [], "allowed": [], "hidden": [], "noise_floor_s": 1e-3, "same": {}, "near": {},
+        "size": {"outside": 4.0}, "parameters": {}, "moves": {}, "confounded_with": "step", "simulation": {},
+    }  # fmt: skip
+    for note, term, condition, right in (
+        ("step", "speed-scale", "time > 40 s", True), ("step", "speed-scale", None, False),
+        ("step", "acceleration", "time > 40 s", False), ("walk", "speed-scale", "time > 40 s", False),
+    ):  # fmt: skip
+        said = {"findings": [{"term": term, "condition": condition, "moves": [1]}], "verdict": "explained"}
+        (row,) = (
+            r
+            for r in figures([judge("x", said, answer | {"confounded_with": note}, 0.0, "")])
+            if "outside" in r[0]
+        )
+        assert row[2].startswith("100.0" if right else "0.0")
+
+
+def test_an_answer_that_contradicts_its_own_numbers_is_counted() -> None:
+    answer = {
+        "family": "none", "required": [], "allowed": [], "hidden": [], "noise_floor_s": 1e-3, "same": {}, "near": {},
+        "size": {}, "parameters": {}, "moves": {}, "simulation": {},
+    }  # fmt: skip
+    evidence = {"heldout_rmse_before_s": 0.002, "heldout_rmse_after_s": 0.002}
+    idle = {"term": "jerk", "moves": [1], "evidence": evidence}
+    for verdict, left, findings, count in (
+        ("no-mismatch", 0.0019, [], 0), ("no-mismatch", 0.0021, [], 1), ("explained", 0.0016, [idle], 2),
+        ("unexplained", 0.1, [], 0), ("not-judged", 0.0, [idle], 2),
+    ):  # fmt: skip
+        said = {
+            "verdict": verdict,
+            "findings": findings,
+            "data": {"noise_floor_s": 0.001},
+            "unexplained": {"rmse_s": left},
+        }
+        assert len(judge("x", said, answer, 0.0, "").contradictions) == count
+
+
+def test_a_timer_is_not_slower_cold() -> None:
+    times = _warming(np.array([1.0, 1.0]), np.array([True, False]), Hidden("warm-up", 0.1, choice=100.0))
+    assert times.tolist() == [1.1, 1.0]
 
 
 def test_any_first_part_of_the_schedule_has_all_families_in_their_shares() -> None:

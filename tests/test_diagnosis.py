@@ -278,6 +278,7 @@ BEYOND = {  # what olp says more than was asked
     ".data": {"noise_floor_from"},
     ".unexplained": {"correction"},
     ".findings.parameters": {"identified"},
+    ".findings.alternatives": {"beside"},
     ".next_experiment.moves": {"start_mm", "end_mm", "speed_mm_s", "payload_kg", "blend_mm", "times", "why"},
 }
 

@@ -7,6 +7,7 @@ import csv
 import numpy as np
 import pytest
 
+from olp.__main__ import main
 from olp.identification.diagnosis import naming
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
@@ -14,6 +15,7 @@ from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, drifts_on,
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
+from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
 from olp.identification.diagnosis.waits import late_moves
 from olp.identification.recording import read_recording
@@ -325,12 +327,16 @@ def test_three_moves_are_no_comparison(tmp_path):
     (tmp_path / "r" / "moves.csv").write_text("\n".join(lines) + "\n")
     found = diagnose_recording(read_recording(str(tmp_path / "r"))).diagnosis
     assert found.verdict == "not-judged"
+    assert main(["diagnose", str(tmp_path / "r")]) == 2
     assert recording.moves.move.size == COUNT
     assert joined("not-judged", "not-judged", False) == "not-judged"
     assert joined("explained", "not-judged", True) == "explained"
 
 
-WAYS = ("nothing", "wave", "walk", "jerky", "tail", "drift", "late")
+WAYS = (
+    *("nothing", "wave", "walk", "jerky", "tail", "drift", "late"),
+    *("region", "clamp", "pair", "digits", "few"),
+)
 
 
 @pytest.mark.parametrize("way_of", WAYS)
@@ -351,6 +357,17 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
         real = real * (1.0 + 0.03 * np.exp(-at / 40.0))
     elif way_of == "late":
         real = real + np.where(rng.random(COUNT) < 0.06, 0.4, 0.0) + 0.03 * (end[:, 0] > 1.0)
+    elif way_of == "region":
+        real = np.where(end[:, 2] > 0.5, travel(way, speed, 0.5 * ACCELERATION), real)
+    elif way_of == "clamp":
+        real = travel(way, np.minimum(speed, 0.78), ACCELERATION) + rng.normal(0.0, 0.002, COUNT)
+    elif way_of == "pair":  # the second makes up for the first on the mean
+        real = travel(way, speed, 0.8 * ACCELERATION) + rng.normal(0.0, 0.002, COUNT)
+        real -= np.mean(real - plain(20))
+    elif way_of == "digits":
+        real = np.round((real + 0.004) / 0.02) * 0.02
+    elif way_of == "few":
+        real = real + 0.05 * (at % 40 == 7)
     outcome = diagnose_recording(record(tmp_path / "r", real, 20))
     found = outcome.diagnosis
     left, floor = found.remainder.rmse, found.noise_floor
@@ -360,7 +377,9 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     assert all(gain.cut >= CUT for gain in outcome.named.gains)
     assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
     assert not found.findings or found.heldout_after.rmse <= found.heldout_before.rmse
+    alike = {term for group in found.indistinguishable for term in group}
     for finding in found.findings:
+        assert not finding.holds_null or finding.term in alike
         assert finding.evidence.heldout_before >= NOTICED * finding.evidence.heldout_after
         assert finding.evidence.delta_bic > 0
         for parameter in finding.parameters.values():
@@ -501,7 +520,8 @@ def test_an_inertia_that_the_simulation_has_at_one_reach_is_one_name(seed, tmp_p
     assert found.indistinguishable == (
         ("reach-inertia", "acceleration"),
     )  # the same law from the first axis on
-    assert any("plainer one beside acceleration" in note for note in found.notes)
+    assert [(a.term, a.beside) for a in finding.alternatives if a.beside] == [("acceleration", True)]
+    assert "a plainer law of this name beside acceleration" in text_report(found)
     growth, simulated = finding.parameters["growth"], finding.parameters["simulated"]
     assert growth.low < 0.8 < growth.high
     assert simulated.low < np.sqrt(0.75) < simulated.high

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis import evidence
-from olp.identification.diagnosis.diagnose import findings_of
+from olp.identification.diagnosis.diagnose import _as_waits, findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
-from olp.identification.diagnosis.folds import Folds, blocks
-from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.naming import name
+from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved
+from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
+from olp.identification.diagnosis.naming import NamingResult, name
 from olp.identification.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.identification.diagnosis.waits import late_moves, waiting_moves
 from olp.timing.physics import load_term
@@ -227,3 +227,75 @@ def test_groups_held_out_are_predicted_by_what_the_seen_moves_choose(monkeypatch
         seen = evidence.selection(made, noise, Folds("", labels), shelf, named)
         assert np.std(made.measured - seen.predicted) < 1.2 * NOISE
         assert np.sqrt(np.mean((made.measured - seen.predicted) ** 2)) == pytest.approx(error, rel=0.2)
+
+
+def test_a_fold_that_holds_most_of_what_a_name_does_is_dealt_among_all():
+    """Nobody could know it from the others. Repeats of a programmed move stay together, unless there are too few."""
+    for kinds in (30, 15):
+        programmed = np.arange(MOVES) % kinds
+        made = case(repeats=programmed)
+        quick = made.base.top() > 0.6
+        acting = evaluate(DurationModel((part("speed-clamp", made, 0.6),)), made, Noise(NOISE / 9))
+        by_speed = Folds("speed", np.where(quick, 0, 1 + np.arange(MOVES) % 4))
+        dealt = evidence.folds_for(acting, (0,), made, by_speed)
+        assert dealt.by == EACH_FIFTH
+        where = evidence.acts(acting, 0, made)
+        assert {k for k, w in zip(dealt.labels.tolist(), where.tolist(), strict=True) if w} == set(range(5))
+        for one in np.unique(programmed[where]).tolist():
+            assert len(np.unique(dealt.labels[where & (programmed == one)])) == 1
+        every = evaluate(DurationModel((part("dispatch", made, 0.03),)), made, Noise(NOISE / 9))
+        assert evidence.folds_for(every, (0,), made, by_speed) is by_speed
+    assert interleaved(np.zeros(10, dtype=int)).tolist() == [0, 1, 2, 3, 4] * 2
+
+
+def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
+    """Two numbers for one move that is always late by the same: that is a list."""
+    programmed = np.arange(MOVES) % 9
+    made = case(repeats=programmed)
+    turned = replace(made, turn=np.where(programmed == 4, 1.0, 0.0), derived={})
+    own = part("orientation-limit", turned, 1.0, 9.0, key="of its own")
+    late = replace(turned, measured=DurationModel((own,)).seconds(turned) + scatter(), derived={})
+    fitted = evaluate(DurationModel((own,)), late, Noise(NOISE / 2))
+    assert set(programmed[evidence.acts(fitted, 0, late)].tolist()) == {4}
+    folds, shelf = Folds("", np.arange(MOVES) % 5), shelf_of(late, [load_term("orientation-limit")])
+    assert evidence.confirmed(fitted, late, Noise(NOISE / 2), folds, shelf)[0].names == ()
+    one = part("orientation-limit", turned, 1.0, key="slows the path")
+    late = replace(turned, measured=DurationModel((one,)).seconds(turned) + scatter(), derived={})
+    alone = evaluate(DurationModel((one,)), late, Noise(NOISE / 2))
+    assert evidence.confirmed(alone, late, Noise(NOISE / 2), folds, shelf)[0].names == ("orientation-limit",)
+
+
+def test_inside_a_fold_names_are_held_against_unseen_moves_too(monkeypatch):
+    """The seen moves end at a speed that a clamp seems to set; the unseen ones are faster."""
+    way, speed = programmed()
+    made = case(measured=trapezoids(way, speed, 0.8 * ACCELERATION) + scatter())
+    slower, noise = part("acceleration", made, 0.8 * ACCELERATION), Noise(NOISE / 3)
+    found = DurationModel((slower, part("speed-clamp", made, 1.19)))
+    monkeypatch.setattr(
+        evidence,
+        "found_in",
+        lambda train, noise, shelf: evaluate(found, train, noise)._replace(bic=-1e9),
+    )
+    shelf, labels = (
+        shelf_of(made, [load_term("acceleration"), load_term("speed-clamp")]),
+        np.arange(MOVES) % 5,
+    )
+    labels[40] = 0
+    seen = evidence.selection(made, noise, Folds("", labels), shelf, DurationModel((slower,)))
+    assert seen.sets == (frozenset({"acceleration"}),) * 5
+    assert np.abs(made.measured - seen.predicted).max() < 5 * NOISE
+
+
+@pytest.mark.parametrize(("few", "alike"), [(2, True), (12, False)])
+def test_a_fixed_time_in_a_region_of_few_programmed_moves_may_as_well_be_waits(few, alike):
+    programmed, noise = np.arange(MOVES) % 15, Noise(NOISE / 2)
+    made = case(repeats=programmed)
+    below = np.where(programmed < few, -1.0, 1.0) * (0.1 + made.start[:, 2])
+    start = np.stack([*made.start.T[:2], below], axis=1)
+    late = made.simulated + 0.03 * (programmed < few) + scatter()
+    made = replace(made, start=start, measured=late, derived={})
+    region = Condition((Statement("start z", below=0.0), Statement("x", above=-9.0)))
+    time = part("dispatch", made, 0.03, key="")._replace(condition=region)
+    best = fit(DurationModel((time,)), made, noise)
+    named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None)
+    assert [other.term for other in _as_waits(best, 0, named)] == (["external-wait"] if alike else [])

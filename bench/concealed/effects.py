@@ -275,7 +275,7 @@ def _controller(world: World, hidden: list[Hidden], times: Floats) -> Floats:
         assert h.draw is not None
         result = result + h.strength * h.draw
     if h := by.get("warm-up"):
-        result = _warming(result, h)
+        result = _warming(result, moves.kind != 2, h)
     if h := by.get("outside"):
         assert h.draw is not None
         result = result * (1 + h.strength * h.draw)
@@ -286,10 +286,10 @@ def _controller(world: World, hidden: list[Hidden], times: Floats) -> Floats:
     return result
 
 
-def _warming(times: Floats, h: Hidden) -> Floats:
-    """Cold joints make the whole move slower by a share that dies away with running time."""
+def _warming(times: Floats, moving: NDArray[np.bool_], h: Hidden) -> Floats:
+    """Cold joints make the whole move slower by a share that dies away with running time; no timer has joints."""
     result, clock = np.empty(len(times)), 0.0
     for i, time in enumerate(times.tolist()):
-        result[i] = time * (1 + h.strength * np.exp(-clock / h.choice))
+        result[i] = time * (1 + h.strength * np.exp(-clock / h.choice)) if moving[i] else time
         clock += result[i]
     return result

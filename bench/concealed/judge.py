@@ -21,6 +21,9 @@ UNITS = {
     "rad": ("angle", 1.0), "deg": ("angle", 0.017453292519943295), "Hz": ("frequency", 1.0),
 }  # fmt: skip
 
+_AGREES, _EXPLAINED = 2.001, 1.501  # times the floor
+# A step of all durations at a time is one of these from that time on.
+SCALES = {"speed-scale", "clock"}
 # Effects that identical.py does not play in place of others.
 UNCOMPARED = {"clock", "external-wait", "warm-up"}
 
@@ -44,6 +47,7 @@ class Judgement:
     covered: list[tuple[str, str, bool, float, float]] = field(default_factory=list)
     cpu: float = 0.0
     error: str = ""
+    contradictions: list[str] = field(default_factory=list)  # of the answer with its own numbers
 
     @property
     def exact(self) -> bool:
@@ -69,12 +73,16 @@ def judge(
     result.named = [f["term"] for f in findings]
     groups = {t: _group(t, diagnosis.get("indistinguishable", [])) for t in result.named}
     true = set(answer["required"]) | set(answer["allowed"])
+    if answer.get("confounded_with") == "step" and any(
+        "time" in (f.get("condition") or "") for f in findings
+    ):
+        true |= SCALES
     result.wrong = [t for t in result.named if not groups[t] & true]
     same = {s for t in true for s in answer["same"].get(t, [])}
     result.undeclared = [t for t in result.wrong if t in same]
     near = same | {s for t in true for s in answer["near"].get(t, [])} | true
     result.wide = [t for t in result.named if groups[t] - near - {t} - UNCOMPARED]
-    result.missed = _missed(answer["required"], result.named, groups)
+    result.missed = _missed(answer["required"], result.named, groups, _beside(findings))
     if findings:
         result.first = bool(groups[result.named[0]] & true)
     result.f1 = _f1(findings, answer, groups)
@@ -82,18 +90,47 @@ def judge(
     if after is not None and answer["noise_floor_s"] > 0:
         result.heldout = after / answer["noise_floor_s"]
     result.covered = _covered(findings, answer)
+    result.contradictions = _contradictions(diagnosis) if not answer["family"].startswith("log-") else []
     return result
+
+
+def _contradictions(diagnosis: dict[str, Any]) -> list[str]:
+    """What no answer may say, whatever was hidden."""
+    verdict, findings = diagnosis.get("verdict"), diagnosis.get("findings", [])
+    floor = diagnosis.get("data", {}).get("noise_floor_s") or 0.0
+    left = diagnosis.get("unexplained", {}).get("rmse_s") or 0.0
+    unseen = [
+        (f["evidence"]["heldout_rmse_before_s"], f["evidence"]["heldout_rmse_after_s"])
+        for f in findings
+        if "evidence" in f
+    ]
+    rules = {
+        "no mismatch above twice the floor": verdict == "no-mismatch" and left > _AGREES * floor,
+        "explained above 1.5 times the floor": verdict == "explained" and left > _EXPLAINED * floor,
+        "a name that does not lower the unseen error": any(None not in pair and pair[1] >= pair[0] for pair in unseen),
+        "names without an explanation": bool(findings) != (verdict in ("explained", "partly-explained")),
+    }  # fmt: skip
+    return [said for said, broken in rules.items() if broken]
 
 
 def _group(term: str, declared: list[list[str]]) -> set[str]:
     return {term}.union(*(set(g) for g in declared if term in g))
 
 
-def _missed(required: list[str], named: list[str], groups: dict[str, set[str]]) -> list[str]:
-    """Required terms that no name stands for; one name stands for one term."""
+def _beside(findings: list[dict[str, Any]]) -> set[str]:
+    """Terms that the diagnosis declares beside a plainer law of a name: both together are what the name says alone."""
+    return {a["term"] for f in findings for a in f.get("alternatives", []) if a.get("beside")}
+
+
+def _missed(
+    required: list[str], named: list[str], groups: dict[str, set[str]], beside: set[str]
+) -> list[str]:
+    """Required terms that no name stands for; one name stands for one term, and for one declared `beside` it."""
     free = list(named)
     left = []
     for term in required:
+        if term in beside and any(term in groups[name] and name in required for name in named):
+            continue
         if term in free:
             free.remove(term)
         else:

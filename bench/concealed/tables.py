@@ -33,6 +33,7 @@ def figures(all_: Sequence[Judgement]) -> list[tuple[str, str, str, str]]:
         _row("explained: held-out ≤ 1.2 × noise floor", "≥ 90 %", _explained(all_), lambda j: (j.heldout or 9) <= 1.2),
         _coverage(all_),
         _row("any case: groups wider than the data", "-", list(all_), lambda j: bool(j.wide)),
+        _row("any case: an answer that contradicts itself", "0 %", list(all_), lambda j: bool(j.contradictions)),
         _row("any case: error or no answer", "-", list(all_), lambda j: bool(j.error)),
         _most("largest CPU time, up to 600 moves [s]", "≤ 8 s", [j.cpu for j in all_ if not _has_log(j)]),
         _most("largest CPU time, other logs [s]", "-", [j.cpu for j in all_ if _has_log(j) and not _long(j)]),
@@ -65,7 +66,7 @@ def _clock_or_nothing(j: Judgement) -> bool:
 
 
 def _unexplained(j: Judgement) -> bool:
-    return j.verdict == "unexplained" and not j.named
+    return not j.wrong and (bool(j.named) or j.verdict == "unexplained")
 
 
 def _explained(all_: Iterable[Judgement]) -> list[Judgement]:

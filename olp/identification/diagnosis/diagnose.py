@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis import evidence
-from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit
+from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, loss_of, penalty, whiten
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
 from olp.identification.diagnosis.judged import case_of
@@ -118,7 +118,7 @@ def _answer(
     notes = (*notes, *tuned)
     if verdict not in ("explained", "partly-explained"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
-        told = ReportedFindings([], [], [], [])
+        told = ReportedFindings([], [], [])
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:
@@ -141,7 +141,7 @@ def _answer(
         heldout_before=errors_of(raw, named.clean.measured),
         heldout_after=errors_of(held, named.clean.measured),
         placebo=evidence.placebo(named.fit, named.clean, named.noise, named.shelf),
-        notes=(*notes, *told.notes, *_untold(case), *(log.notes if log is not None else ())),
+        notes=(*notes, *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
@@ -167,7 +167,6 @@ def _without_tuning(told: ReportedFindings, case: MeasuredMoves) -> tuple[Report
         [f for f in told.findings if f.term not in undone],
         [told.alike[k] for k in kept],
         [told.rivals[k] for k in kept],
-        told.notes,
     )
     return told, (
         f"the simulated times are {abs(case.stretch - 1.0):.2%} {'longer' if case.stretch > 1.0 else 'shorter'} than "
@@ -478,12 +477,11 @@ _ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
 
 class ReportedFindings(NamedTuple):
-    """Findings, groups of names that cannot be told apart, for each such group its models, and what to note."""
+    """Findings, groups of names that cannot be told apart, and for each such group its models."""
 
     findings: list[Finding]
     alike: list[tuple[str, ...]]
     rivals: list[list[DurationModel]]  # one alone where no move could tell more
-    notes: list[str]
 
 
 class _Rival(NamedTuple):
@@ -501,20 +499,20 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
     rivals_of = {name: _rivals(best, parts, named) for name, parts in by_term.items()}
     as_good = [r.model for rivals in rivals_of.values() for r in rivals if r.alternative.delta_bic < ALIKE]
     parameters = parameters_with_intervals(best, named.clean, named.noise, as_good, floor)
-    told = ReportedFindings([], [], [], [])
+    told = ReportedFindings([], [], [])
     for term, parts in by_term.items():
         rivals = rivals_of[term]
-        told.findings.append(
-            _finding(term, parts, named, case, parameters, shares, [r.alternative for r in rivals])
-        )
+        beside = _beside_a_plainer_form(best, parts[0], named) if len(parts) == 1 else []
+        beside += _as_waits(best, parts[0], named) if len(parts) == 1 else []
+        others = [*(r.alternative for r in rivals), *beside]
+        told.findings.append(_finding(term, parts, named, case, parameters, shares, others))
         alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
         if alike:
             told.alike.append((term, *(r.alternative.term for r in alike)))
             told.rivals.append([best.model, *(r.model for r in alike)])
-        for other in sorted(_beside_a_plainer_form(best, parts[0], named) if len(parts) == 1 else ()):
-            told.alike.append((term, other))
-            told.rivals.append([best.model])  # the same law: no move tells them apart
-            told.notes.append(f"{term} as it is told here is the same law as a plainer one beside {other}")
+        for other in beside:
+            told.alike.append((term, other.term))
+            told.rivals.append([best.model])  # no move tells them apart
     waits = _waiting(named, case)
     return told if waits is None else told._replace(findings=[*told.findings, waits])
 
@@ -531,21 +529,44 @@ def _rivals(best: ModelFit, parts: list[int], named: NamingResult) -> list[_Riva
     return rivals
 
 
-def _beside_a_plainer_form(best: ModelFit, index: int, named: NamingResult) -> set[str]:
+def _beside_a_plainer_form(best: ModelFit, index: int, named: NamingResult) -> list[Alternative]:
     """The names that explain as much beside a form of the term with fewer numbers: an inertia that is right at one
     reach is the same law as one from the first axis with another acceleration."""
     part, rest = best.model.parts[index], best.model.without(index).parts
     shelf, case, noise = named.shelf, named.clean, named.noise
-    found = set[str]()
+    found = dict[str, float]()
     for plainer in shelf.parts:
         if plainer.label != part.label or len(plainer.values) >= len(part.values):
             continue
         bare = fit(DurationModel((*rest, plainer._replace(condition=part.condition))), case, noise, 8)
         for other in additions(shelf, bare, case, noise, _BESIDE):
             both = fit(DurationModel((*bare.model.parts, other)), case, noise, 20)
-            if both.bic - best.bic < ALIKE:
-                found.add(other.term.name)
-    return found - set(best.names)
+            worse = min(max(both.bic - best.bic, 0.0), found.get(other.term.name, math.inf))
+            if worse < ALIKE and other.term.name not in best.names:
+                found[other.term.name] = worse
+    return [Alternative(term, worse, beside=True) for term, worse in sorted(found.items())]
+
+
+def _as_waits(best: ModelFit, index: int, named: NamingResult) -> list[Alternative]:
+    """Waits, each programmed move for a time of its own, where that explains the few moves that are slower under a
+    condition as well. It costs a number for each, and the choice of these from all that there are."""
+    case, noise = named.clean, named.noise
+    if best.model.parts[index].condition is None or len(case.repeats) != len(case):
+        return []
+    bare = fit(best.model.without(index), case, noise, 15)
+    programmed = np.unique(case.repeats[evidence.acts(best, index, case)])
+    left = case.measured - bare.model.seconds(case)
+    for one in programmed.tolist():
+        some = case.repeats == one
+        if (mean := float(left[some].mean())) <= 0:
+            return []
+        left[some] -= mean
+    count, few = len(np.unique(case.repeats)), len(programmed)
+    choice = math.lgamma(count + 1) - math.lgamma(few + 1) - math.lgamma(count - few + 1)
+    loss, _ = loss_of(whiten(left, noise, case), noise.least)
+    bic = 2.0 * loss + penalty(bare.model.parts, case) + few * math.log(len(case)) + 2.0 * choice
+    worse = max(bic - best.bic, 0.0)
+    return [Alternative("external-wait", worse)] if worse < ALIKE else []
 
 
 def _finding(

@@ -11,16 +11,17 @@ second name.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
-from olp.identification.diagnosis.folds import HALF, Folds, interleaved, rms
+from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interleaved, rms
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import remains_of
+from olp.identification.diagnosis.scatter import digits_of, scatter_of
 from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, price, search
 from olp.timing.physics._case import MeasuredMoves
 
@@ -111,7 +112,7 @@ def gain_of(
     fitted: ModelFit, index: int, case: MeasuredMoves, noise: Noise, folds: Folds, floor: float
 ) -> Gain:
     """Adding part `index` to the others, held out by the folds; `floor` [s]: the noise."""
-    labels = _labels_for(fitted, index, case, folds)
+    labels = folds_for(fitted, (index,), case, folds).labels
     without, with_it = (np.full(len(case), np.nan) for _ in range(2))
     difference = np.zeros(len(case))
     for label in np.unique(labels).tolist():
@@ -196,13 +197,59 @@ def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]
     return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > _ACTS * fitted.scale)
 
 
+def confirmed(
+    best: ModelFit, case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf
+) -> tuple[ModelFit, tuple[Gain, ...]]:
+    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew."""
+    tried = len({part.label for part in shelf.parts})
+    while best.model.parts:
+        floor = noise_left(best, case, noise)
+        gains = [gain_of(best, k, case, noise, folds, floor) for k in range(len(best.model.parts))]
+        weak = fallen(gains, tried)
+        weak += [k for k in range(len(gains)) if k not in weak and _dispensable(best, k, case, noise)]
+        weak += [k for k in range(len(gains)) if k not in weak and _has_a_number_for_each(best, k, case)]
+        weak = [k for k in range(len(gains)) if drifts_on(best, k, case)] or weak
+        if not weak:
+            return best, tuple(gains)
+        worst = min(weak, key=lambda k: gains[k].loglik)
+        best = fit(best.model.without(worst), case, noise, 30)
+    return best, ()
+
+
+def _has_a_number_for_each(best: ModelFit, index: int, case: MeasuredMoves) -> bool:
+    """Whether part `index` acts in fewer programmed moves than it has numbers: that is no law, but a list of them."""
+    return len(np.unique(_programmed(case)[acts(best, index, case)])) < len(best.model.parts[index].values)
+
+
+def _programmed(case: MeasuredMoves) -> NDArray[np.int64]:
+    """(n,) the same label for moves that were programmed alike."""
+    return case.repeats if len(case.repeats) == len(case) else np.arange(len(case))
+
+
+def stamped(noise: Noise) -> Noise:
+    """What shared time stamps do to neighbours is the recorder's; what goes together is left over."""
+    return noise if noise.order < 0 else noise._replace(order=0.0)
+
+
+def noise_left(best: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
+    """[s] noise, as far as what a fit leaves tells it."""
+    left = case.measured - best.model.seconds(case)
+    structured = remains_of(whiten(left, stamped(noise), case), case, {}).structured
+    return scatter_of(left, case, max(digits_of(case), noise.least), structured).value
+
+
+def _dispensable(best: ModelFit, index: int, case: MeasuredMoves, noise: Noise) -> bool:
+    """Whether the others do as well without part `index`, by BIC."""
+    return worth(fit(best.model.without(index), case, noise, 15), best) < TELLING
+
+
 def selection(
     case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf, named: DurationModel
 ) -> Selection:
     """Search and fit without each fold, predict it.
 
     The `named` terms of all moves are one candidate: a narrow search may not come to them, and the moves that are seen
-    choose.
+    choose. Names beyond these have to hold on folds of the moves that are seen.
     """
     predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
     for label in np.unique(folds.labels).tolist():
@@ -211,11 +258,34 @@ def selection(
         if not len(seen):
             predicted[held] = test.simulated
             continue
-        fits = (found_in(train, noise, shelf.take(seen)), fit(named, train, noise, 10))
-        best = min(fits, key=price)
+        known, found = fit(named, train, noise, 10), found_in(train, noise, shelf.take(seen))
+        if price(found) < price(known):
+            found = _held_against(
+                found, known.labels, train, noise, Folds(folds.by, folds.labels[seen]), shelf
+            )
+        best = min(known, found, key=price)
         predicted[held] = best.model.seconds(test)
         sets.append(frozenset(best.names))
     return Selection(predicted, tuple(sets))
+
+
+def _held_against(
+    found: ModelFit,
+    known: frozenset[str],
+    case: MeasuredMoves,
+    noise: Noise,
+    folds: Folds,
+    shelf: PartShelf,
+) -> ModelFit:
+    """The set without those of its parts beyond the `known` labels that held-out moves do not confirm."""
+    more = [k for k, part in enumerate(found.model.parts) if part.label not in known]
+    if not more:
+        return found
+    floor = noise_left(found, case, noise)
+    gains = [gain_of(found, k, case, noise, folds, floor) for k in more]
+    weak = [more[k] for k in fallen(gains, len({part.label for part in shelf.parts}))]
+    kept = tuple(part for k, part in enumerate(found.model.parts) if k not in weak)
+    return fit(DurationModel(kept), case, noise, 10) if weak else found
 
 
 def found_in(case: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
@@ -242,18 +312,31 @@ def placebo(
     return float((gain > np.where(size > 1e-12, cost, np.inf)[:, None]).any(axis=0).mean())
 
 
-def _labels_for(fitted: ModelFit, index: int, case: MeasuredMoves, folds: Folds) -> NDArray[np.int64]:
-    """The folds, unless one of them holds most of what the part does: nobody could know that from the others."""
-    where = acts(fitted, index, case)
+def folds_for(fitted: ModelFit, parts: Iterable[int], case: MeasuredMoves, folds: Folds) -> Folds:
+    """The folds, unless one holds most of what one of the parts does: nobody could know that from the others."""
+    acting = {k: acts(fitted, k, case) for k in parts}
+    lumped = [where for k, where in acting.items() if _lumped(fitted, k, where, case, folds)]
+    if not lumped:
+        return folds
+    programmed = _programmed(case)
+    labels = np.zeros(len(case), dtype=np.int64)
+    _, kind = np.unique(np.stack(lumped, axis=1), axis=0, return_inverse=True)
+    for each in range(int(kind.max()) + 1):
+        some = kind.ravel() == each
+        labels[some] = interleaved(programmed[some])
+    return Folds(EACH_FIFTH, labels)
+
+
+def _lumped(
+    fitted: ModelFit, index: int, where: NDArray[np.bool_], case: MeasuredMoves, folds: Folds
+) -> bool:
+    """Whether one fold holds most of what part `index` does, or leaves too few of the moves `where` (n,) it acts."""
     done = (fitted.model.seconds(case) - fitted.model.without(index).seconds(case)) ** 2
     for label in np.unique(folds.labels).tolist():
         held = folds.labels == label
         if where[~held].sum() < min(_FEWEST, where.sum()) or done[held].sum() > HALF * done.sum():
-            labels = np.zeros(len(case), dtype=np.int64)
-            for some in (where, ~where):
-                labels[some] = interleaved(int(some.sum()))
-            return labels
-    return folds.labels
+            return True
+    return False
 
 
 def _parts(labels: NDArray[np.int64], label: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -26,6 +26,7 @@ _LARGEST = 0.6  # of the moves that one group may hold
 HALF = 0.5  # of the square of a difference: no fold holds more, nobody could know it from the others
 _BEYOND = 3.0  # times the middle's scatter: what a move differs by beyond that counts as the difference
 _CAPPED = 0.9  # quantile of it that a single move counts at most: no single wait decides
+EACH_FIFTH = "every fifth move"  # what the groups are where every fifth move is one
 _ORDER = ("start", "job", "cycle", "speed")
 
 
@@ -45,7 +46,7 @@ def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None)
         if labels is not None and _serves(labels):
             found.append(Folds(name, _dealt(labels, weight)))
     found.append(Folds("block", blocks(len(rows))))
-    found.append(Folds("every fifth move", interleaved(len(rows))))
+    found.append(Folds(EACH_FIFTH, interleaved(recording.repeats()[rows])))
     square = weight**2
     spread = [f for f in found if np.bincount(f.labels, square).max() <= HALF * float(square.sum())]
     return (spread or found)[0]
@@ -66,9 +67,12 @@ def blocks(count: int) -> Labels:
     return np.asarray((np.arange(count) * pieces // max(count, 1)) % COUNT, dtype=np.int64)
 
 
-def interleaved(count: int) -> Labels:
-    """Every fifth move; for effects that act in too few moves to spare a whole group."""
-    return np.asarray(np.arange(count) % COUNT, dtype=np.int64)
+def interleaved(programmed: Labels) -> Labels:
+    """Every fifth programmed move with all its repeats, by labels (n,) of what was programmed alike; of fewer than five
+    every fifth repeat. For effects that act in too few moves to spare a whole group."""
+    _, first, place = np.unique(programmed, return_index=True, return_inverse=True)
+    turn = np.argsort(np.argsort(first))[place] if len(first) >= COUNT else np.arange(len(programmed))
+    return np.asarray(turn % COUNT, dtype=np.int64)
 
 
 def _serves(labels: Labels) -> bool:

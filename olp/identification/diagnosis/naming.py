@@ -13,20 +13,18 @@ from olp.identification.diagnosis.evidence import (
     Gain,
     Selection,
     chosen,
+    confirmed,
     cut,
-    drifts_on,
-    fallen,
-    gain_of,
+    folds_for,
+    noise_left,
     selection,
-    worth,
+    stamped,
 )
 from olp.identification.diagnosis.fitting import ModelFit, Noise, fit, whiten
 from olp.identification.diagnosis.folds import Folds
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
-from olp.identification.diagnosis.scatter import digits_of, scatter_of
 from olp.identification.diagnosis.search import (
-    TELLING,
     WIDE,
     PartShelf,
     exchanged,
@@ -76,18 +74,19 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
             break
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
-    best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+    best, gains = confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
     if not np.array_equal(again := _waits(best, case, noise), late):
         # Beside the names that hold, some are late no longer; or some are, and a name that fell had them.
         late, clean_folds = again, Folds(folds.by, folds.labels[~again])
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
         best = _found(clean, noise, shelf) if late.any() else best
-        best, gains = _confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+        best, gains = confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+    clean_folds = folds_for(best, range(len(best.model.parts)), clean, clean_folds)
     seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}
     left = clean.measured - best.model.seconds(clean)
-    remains = remains_of(whiten(left, _stamped(noise), clean), clean, clean_groups)
+    remains = remains_of(whiten(left, stamped(noise), clean), clean, clean_groups)
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
     return NamingResult(best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains)
@@ -99,13 +98,8 @@ def without(named: NamingResult, term: str) -> NamingResult:
     model = DurationModel(tuple(named.fit.model.parts[k] for k in kept))
     best = fit(model, named.clean, named.noise, 30)
     left = named.clean.measured - best.model.seconds(named.clean)
-    remains = remains_of(whiten(left, _stamped(named.noise), named.clean), named.clean, {})
+    remains = remains_of(whiten(left, stamped(named.noise), named.clean), named.clean, {})
     return named._replace(fit=best, gains=tuple(named.gains[k] for k in kept), remains=remains)
-
-
-def _stamped(noise: Noise) -> Noise:
-    """What shared time stamps do to neighbours is the recorder's; what goes together is left over."""
-    return noise if noise.order < 0 else noise._replace(order=0.0)
 
 
 def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
@@ -121,40 +115,10 @@ def _order(best: ModelFit, clean: MeasuredMoves) -> float:
     return float(np.clip(order, _LEAST_ORDER, _MOST_ORDER)) if abs(order) > 0.1 else 0.0
 
 
-def _confirmed(
-    best: ModelFit, case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf
-) -> tuple[ModelFit, tuple[Gain, ...]]:
-    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew."""
-    tried = len({part.label for part in shelf.parts})
-    while best.model.parts:
-        floor = _floor(best, case, noise)
-        gains = [gain_of(best, k, case, noise, folds, floor) for k in range(len(best.model.parts))]
-        weak = fallen(gains, tried)
-        weak += [k for k in range(len(gains)) if k not in weak and _dispensable(best, k, case, noise)]
-        weak = [k for k in range(len(gains)) if drifts_on(best, k, case)] or weak
-        if not weak:
-            return best, tuple(gains)
-        worst = min(weak, key=lambda k: gains[k].loglik)
-        best = fit(best.model.without(worst), case, noise, 30)
-    return best, ()
-
-
 def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:
     """(n,) the late moves, or none where that takes away less than it leaves: waits are a name, too."""
     late = late_moves(best, case, noise.least)
     rest = np.nonzero(~late)[0].astype(np.int64)
     left = case.measured - best.model.seconds(case)
-    floor = _floor(best, case.take(rest), noise)
+    floor = noise_left(best, case.take(rest), noise)
     return late if late.any() and cut(left, left[rest], floor) >= CUT else np.zeros_like(late)
-
-
-def _floor(best: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
-    """[s] noise, as far as what a fit leaves tells it."""
-    left = case.measured - best.model.seconds(case)
-    structured = remains_of(whiten(left, _stamped(noise), case), case, {}).structured
-    return scatter_of(left, case, max(digits_of(case), noise.least), structured).value
-
-
-def _dispensable(best: ModelFit, index: int, case: MeasuredMoves, noise: Noise) -> bool:
-    """Whether the others do as well without part `index`, by BIC."""
-    return worth(fit(best.model.without(index), case, noise, 15), best) < TELLING

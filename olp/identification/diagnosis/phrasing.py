@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from olp.identification.diagnosis.result import Diagnosis, Errors, Finding, FittedParameter
+from olp.identification.diagnosis.result import Alternative, Diagnosis, Errors, Finding, FittedParameter
 
 if TYPE_CHECKING:
     from olp.timing.physics._case import MeasuredMoves
@@ -87,6 +87,12 @@ def counted(number: int, noun: str) -> str:
 def term_title(name: str) -> str:
     """A term as words: "joint speed limit"."""
     return name.replace("-", " ")
+
+
+def alternative(other: Alternative) -> str:
+    """In the place of a finding, or beside a plainer law of its name."""
+    title = term_title(other.term)
+    return f"a plainer law of this name beside {title}" if other.beside else title
 
 
 def term_summary(name: str) -> str:

@@ -149,7 +149,7 @@ def _finding(page: _Page, title: str, finding: Finding, known: dict[int, phrasin
         )
     if finding.alternatives:
         others = [
-            f"{phrasing.term_title(a.term)} (Δ BIC {phrasing.figure(a.delta_bic, 2)})"
+            f"{phrasing.alternative(a)} (Δ BIC {phrasing.figure(a.delta_bic, 2)})"
             for a in finding.alternatives
         ]
         page.say(

@@ -38,10 +38,12 @@ class FittedParameter(NamedTuple):
 
 
 class Alternative(NamedTuple):
-    """A term that could stand for a finding, and how much worse the whole then is (Δ BIC, 0 or more)."""
+    """A term that could stand for a finding, or beside a plainer form of it, and how much worse the whole then is
+    (Δ BIC, 0 or more)."""
 
     term: str
     delta_bic: float
+    beside: bool = False
 
 
 class Evidence(NamedTuple):
@@ -242,7 +244,10 @@ def _finding(finding: Finding) -> dict[str, Any]:
             "heldout_rmse_before_s": _number(finding.evidence.heldout_before),
             "heldout_rmse_after_s": _number(finding.evidence.heldout_after),
         },
-        "alternatives": [{"term": a.term, "delta_bic": _number(a.delta_bic)} for a in finding.alternatives],
+        "alternatives": [
+            {"term": a.term, "delta_bic": _number(a.delta_bic), "beside": a.beside}
+            for a in finding.alternatives
+        ],
     }
 
 

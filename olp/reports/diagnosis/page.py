@@ -378,7 +378,7 @@ def _finding(
         "delta_bic": phrasing.figure(evidence.delta_bic, 3),
         "chance": phrasing.chance(evidence.p_value),
         "alternatives": [
-            (phrasing.term_title(a.term), phrasing.figure(a.delta_bic, 2)) for a in finding.alternatives
+            (phrasing.alternative(a), phrasing.figure(a.delta_bic, 2)) for a in finding.alternatives
         ],
     }
 
