@@ -7,7 +7,7 @@ that holds logs alone, of a Universal Robot without a header (time, six joints, 
 rest becomes a joint move where the leading axis holds a speed for a quarter of it: that was programmed. Other folders
 are named and left out. Of each recording, joint moves and paths (lines and arcs) apart:
 
-- olp out of the box: nothing learnt, as `olp time` times a program of these moves; joint moves with their interval.
+- olp out of the box: nothing learnt, as `olp time` times a program of these moves, with the interval of each.
 - olp, 20 moves: `olp calibrate` on twenty moves drawn at random, `olp predict` on all others; 100 moves likewise, of
   recordings of twice as many.
 - olp, half: each program predicted after every second move of the other programs; where there is one program only,
@@ -56,6 +56,7 @@ from olp.robots.robot import load_robot  # noqa: E402
 from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION  # noqa: E402
 from olp.timing.arm import ArmTiming  # noqa: E402
 from olp.timing.arm_prior import arm_prior  # noqa: E402
+from olp.timing.joint_times import ramp_doubt  # noqa: E402
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -236,6 +237,12 @@ def out_of_the_box(recording: Recording) -> Told:
     if len(rows):
         factor = np.exp(_NORMAL * _prior(recording, axes).spread(joints.motions))
         told.low[rows], told.high[rows] = told.duration[rows] / factor, told.duration[rows] * factor
+    length, _, speed, _ = _asked(moves, recording)
+    rows = np.flatnonzero(np.isin(moves.kind, (LINEAR, CIRCULAR)) & np.isfinite(told.duration))
+    given = recording.robot is not None and recording.robot.linear_acceleration is not None
+    ramps = np.maximum(told.duration - length / speed, 0.0)[rows]
+    below, above = ramp_doubt(ramps, np.isfinite(moves.acceleration[rows]) | given)
+    told.low[rows], told.high[rows] = told.duration[rows] - below, told.duration[rows] + above
     return told
 
 

@@ -279,6 +279,24 @@ def test_pauses_hardly_bend_the_law() -> None:
     assert np.median(np.abs(fitted.residual[clean])) < 0.02
 
 
+def test_an_arm_at_half_of_its_rated_speeds_is_learnt() -> None:
+    """One axis at several speeds: no law with the rated speed fits, and the moves beat the data sheet."""
+    prior = arm_prior(load_robot(ROBOT))
+    true = prior.mean.copy()
+    true[:6] += np.log(0.5)
+    draw, one = np.random.default_rng(8), np.ones(30)
+    start, end = np.zeros((2, 30, 6))
+    start[:, 0], end[:, 0] = draw.uniform(-1.5, 1.5, (2, 30))
+    share = draw.choice([0.1, 0.5, 1.0], 30)
+    moves = joint_moves(load_robot(ROBOT), start, end, share, one, one)
+    measured = prior.with_mean(true).durations(moves.motions)
+    seen, unseen = np.arange(20), np.arange(20, 30)
+    learnt = learn_arm(prior, moves.take(seen), measured[seen], np.zeros(20, dtype=np.int64))
+    told = learnt.predict(moves.take(unseen))
+    assert told.duration == pytest.approx(measured[unseen], rel=0.03)
+    assert np.all((told.low <= measured[unseen]) & (measured[unseen] <= told.high))
+
+
 def test_a_region_in_which_moves_are_slow_is_found_and_others_are_not() -> None:
     draw = np.random.default_rng(2)
     features, law = draw.normal(size=(100, 12)), draw.normal(size=100)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from olp.core.diagnostic import OlpError
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
 from olp.identification.signature.file import from_json, to_json
-from olp.identification.signature.path_moves import LearntPaths, pieces_of
+from olp.identification.signature.path_moves import LearntPaths, learn_paths, pieces_of
 from olp.identification.signature.rows import predict_recording
 from olp.identification.signature.stretches import stretches_of
 from olp.timing.path_law import NUMBERS, PathPieces, path_durations
@@ -165,6 +165,22 @@ def test_lines_arcs_and_corners_are_learnt_from_each_other(tmp_path: Path, kinds
         assert np.mean((rows.low <= true) & (true <= rows.high)) >= 0.85
 
 
+def test_a_corner_that_no_piece_taught_is_known_less_than_a_stop() -> None:
+    draw = np.random.default_rng(3)
+    lines = [
+        pieces(float(way), float(v))
+        for way, v in zip(draw.uniform(0.2, 0.8, 12), draw.uniform(0.1, 1.0, 12), strict=True)
+    ]
+    known = PathPieces(*(np.concatenate([getattr(p, f.name) for p in lines]) for f in fields(PathPieces)))
+    measured = path_durations(PLAIN, known) * np.exp(draw.normal(0, 0.002, 12))
+    learnt = learn_paths(known, measured, np.zeros(12, dtype=np.int64), False, 0.001)
+    stop, corner = (learnt.halves(pieces(0.5, 1.0, ends, 0.01))[0] for ends in ((False, False), (True, True)))
+    assert stop < 0.03
+    assert corner > 2 * stop
+    again = LearntPaths.from_json(learnt.to_json())
+    assert again.halves(known) == pytest.approx(learnt.halves(known))
+
+
 def test_a_whole_circle_has_the_middle_point_opposite(tmp_path: Path) -> None:
     places = {"x_start_mm": 0, "y_start_mm": 0, "x_via_mm": 200, "y_via_mm": 0, "x_end_mm": 1, "y_end_mm": 1}
     row = runs("a", 1, 3)[0] | places
@@ -197,6 +213,11 @@ def test_spoilt_numbers_are_no_law_of_paths(tmp_path: Path) -> None:
     assert LearntPaths.from_json(content).numbers == pytest.approx(signature.paths.numbers)
     with pytest.raises(OlpError, match="law of lines and arcs"):
         from_json(to_json(signature) | {"version": 4})
-    for key, value in (("half_95", -1.0), ("numbers", {}), ("examples", {"features": []})):
+    for key, value in (
+        ("half_95", -1.0),
+        ("numbers", {}),
+        ("examples", {"features": []}),
+        ("covariance", [[-1.0]]),
+    ):
         with pytest.raises((KeyError, ValueError)):
             LearntPaths.from_json(content | {key: value})

@@ -303,7 +303,7 @@ def _by_paths(signed: SignedPlan, wanted: Demand, joined: Chain, overrides: Floa
     if not len(rows):
         return signed
     duration = paths.predict(pieces)
-    half = duration * float(np.expm1(paths.half))
+    half = duration * np.expm1(paths.halves(pieces))
     told = PredictedRows(own[rows], duration, half, np.ones(len(rows)), ("",) * len(rows))
     return replace(signed, told=told)
 

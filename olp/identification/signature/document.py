@@ -65,8 +65,6 @@ class Signature:
     @property
     def version(self) -> int:
         """Of the file: the oldest that holds all of it."""
-        if self.arm is not None:
+        if self.arm is not None or self.paths is not None:
             return VERSION
-        if self.paths is not None:
-            return 5
         return 2 if self.parts else 1

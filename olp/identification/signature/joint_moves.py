@@ -155,7 +155,7 @@ def _cuts(values: Floats) -> list[int]:
 # unknown.
 #
 # Gauss-Newton on the logarithms of the durations with Student's weights, so that pauses and replanned moves
-# count little.
+# count little, nor does a prior number that the moves contradict: an arm may run at half of its rated speeds.
 
 
 _FREEDOM: Final = (
@@ -164,6 +164,7 @@ _FREEDOM: Final = (
 _STEPS: Final = 60
 _ENOUGH: Final = 1e-6
 _LEAST_SCATTER: Final = 0.004
+_MISFIT: Final = 2.0  # of the prior's scatter: a law that leaves more does not fit
 _KNOWN_SCATTER_WEIGHT: Final = 8.0  # moves that the prior's scatter counts as much as
 
 
@@ -175,24 +176,33 @@ class ArmFit(NamedTuple):
     weight: Floats
 
 
-def fit_arm(
-    prior: ArmTiming,
-    motions: JointMotions,
-    measured: Floats,
-    resolution: float = 0.0,
-    start: Floats | None = None,
+def fit_arm(prior: ArmTiming, motions: JointMotions, measured: Floats, resolution: float = 0.0) -> ArmFit:
+    """`measured` (n,) [s] above zero, of moves whose numbers are all finite; `resolution` [s] of them.
+
+    Where the prior's own place leads to a law that does not fit, its speeds are all scaled as the moves ask first.
+    """
+    log_measured, rounding = np.log(measured), resolution / np.sqrt(12.0) / measured
+    found = _fit_from(prior.mean, prior, motions, log_measured, rounding)
+    if found.timing.scatter <= _MISFIT * prior.scatter:
+        return found
+    scaled = prior.mean.copy()
+    scaled[: len(prior.axes)] -= np.median(log_measured - _logs(prior.mean, motions))
+    again = _fit_from(scaled, prior, motions, log_measured, rounding)
+    return again if again.timing.scatter < found.timing.scatter else found
+
+
+def _fit_from(
+    start: Floats, prior: ArmTiming, motions: JointMotions, log_measured: Floats, rounding: Floats
 ) -> ArmFit:
-    """`measured` (n,) [s] above zero, of moves whose numbers are all finite; `resolution` [s] of them."""
-    log_measured = np.log(measured)
-    rounding = resolution / np.sqrt(12.0) / measured
-    precision: Floats = np.asarray(np.linalg.inv(prior.covariance), dtype=np.float64)
-    mean = prior.mean.copy() if start is None else start.copy()
+    known: Floats = np.asarray(np.linalg.inv(prior.covariance), dtype=np.float64)
+    mean = start.copy()
     scatter = max(prior.scatter, _scatter(log_measured - _logs(mean, motions), prior.scatter))
     damping = 1e-3
     residual = log_measured - _logs(mean, motions)
     for _ in range(_STEPS):
         variance = scatter**2 + rounding**2
         weight = _weights(residual, variance)
+        precision = _doubted(known, mean - prior.mean, prior.sd)
         cost = _cost(residual, variance, mean - prior.mean, precision)
         jacobian = gradient(mean, motions)
         scaled = jacobian * (weight / variance)[:, None]
@@ -219,7 +229,9 @@ def fit_arm(
     variance = scatter**2 + rounding**2
     weight = _weights(residual, variance)
     jacobian = gradient(mean, motions)
-    covariance = np.linalg.inv(jacobian.T @ (jacobian * (weight / variance)[:, None]) + precision)
+    precision = _doubted(known, mean - prior.mean, prior.sd)
+    told = jacobian.T @ (jacobian * (weight / variance)[:, None])
+    covariance = np.asarray(np.linalg.inv(told + precision), dtype=np.float64)
     timing = replace(prior, mean=mean, covariance=covariance, scatter=scatter)
     return ArmFit(timing, residual, weight)
 
@@ -231,6 +243,12 @@ def _logs(mean: Floats, motions: JointMotions) -> Floats:
 def _weights(residual: Floats, variance: Floats) -> Floats:
     """Of Student's t."""
     return np.asarray((_FREEDOM + 1.0) / (_FREEDOM + residual**2 / variance))
+
+
+def _doubted(precision: Floats, away: Floats, sd: Floats) -> Floats:
+    """(p, p) the prior's precision with Student's weights of how far the numbers are `away` from it."""
+    weight = np.sqrt(np.minimum(_weights(away, sd**2), 1.0))
+    return np.asarray(precision * np.outer(weight, weight))
 
 
 def _cost(residual: Floats, variance: Floats, away: Floats, precision: Floats) -> float:

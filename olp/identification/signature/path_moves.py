@@ -50,6 +50,7 @@ _BETTER: Final = 0.02
 _AT_ONCE: Final = 2048  # rows that a kernel is made for: more leave the processor's own memory
 _WHOLE_CIRCLE: Final = 0.02  # of the way to the middle point: an end nearer to the start closes a circle
 _TILT: Final = 1.5
+_NORMAL: Final = 1.96
 _TOO_FAST: Final = 0.9  # of the time at programmed speed
 _NAMES: Final = tuple(number.name for number in NUMBERS)
 
@@ -84,12 +85,14 @@ class Examples(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LearntPaths:
-    """`numbers` of the law in the order of NUMBERS; `half` of ln(duration) that holds 95 % of held-out pieces.
+    """`numbers` of the law in the order of NUMBERS, and their `covariance`.
 
-    `corners`: whether corners and arcs were among the pieces, and the law was nearer to them than the parts.
+    `half` of ln(duration) holds 95 % of held-out pieces, which are like those learnt from. `corners`: whether corners
+    and arcs were among the pieces, and the law was nearer to them than the parts.
     """
 
     numbers: Floats
+    covariance: Floats
     examples: Examples | None
     half: float
     held_out: Mapping[str, float]  # [%]
@@ -103,10 +106,16 @@ class LearntPaths:
             return law
         return np.asarray(law * np.exp(self.examples.predict(_features(self.numbers, pieces))))
 
+    def halves(self, pieces: PathPieces) -> Floats:
+        """(n,) of ln(duration) that hold 95 %: a corner is hardly known where none was learnt."""
+        slope = _slope(self.numbers, pieces)
+        unknown = np.sqrt(np.sum((slope @ self.covariance) * slope, axis=1))
+        return np.asarray(np.hypot(self.half, _NORMAL * unknown))
+
     def of_rows(self, moves: RecordedMoves, robot: Robot | None, stretches: Stretches) -> PathRows:
         pieces, rows = pieces_of(moves, robot, stretches)
         duration = self.predict(pieces)
-        wide = np.exp(self.half)
+        wide = np.exp(self.halves(pieces))
         return PathRows(rows, duration, duration / wide, duration * wide)
 
     def to_json(self) -> dict[str, Any]:
@@ -119,6 +128,7 @@ class LearntPaths:
             "examples": None
             if examples is None
             else {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in examples._asdict().items()},
+            "covariance": [row[: i + 1] for i, row in enumerate(self.covariance.tolist())],
             "half_95": self.half,
             "held_out_percent": dict(self.held_out),
             "rows": self.rows,
@@ -138,11 +148,16 @@ class LearntPaths:
             shape = arrays[0].shape
             if shape != (len(arrays[1]), len(arrays[2])) or arrays[2].shape != arrays[3].shape:
                 raise ValueError("examples of different shapes")
+        covariance = np.zeros((len(numbers), len(numbers)))
+        for i, row in enumerate(content["covariance"]):
+            covariance[i, : i + 1] = covariance[: i + 1, i] = row
         half = float(content["half_95"])
-        if not (np.isfinite(numbers).all() and half >= 0):
+        known = np.isfinite(numbers).all() and np.isfinite(covariance).all()
+        if not (known and (np.diag(covariance) >= 0).all() and half >= 0):
             raise ValueError("numbers of the law of paths")
         held_out = {str(name): float(value) for name, value in content["held_out_percent"].items()}
-        return LearntPaths(numbers, examples, half, held_out, int(content["rows"]), bool(content["corners"]))
+        rows, corners = int(content["rows"]), bool(content["corners"])
+        return LearntPaths(numbers, covariance, examples, half, held_out, rows, corners)
 
 
 # --- pieces of a recording --------------------------------------------------------------------------------------------
@@ -243,7 +258,7 @@ def learn_paths(
     errors = {length: np.zeros(len(measured)) for length in lengths}
     for number in np.unique(fold).tolist():
         out, rest = np.flatnonzero(fold == number), np.flatnonzero(fold != number)
-        numbers = _fit(pieces.take(rest), measured[rest], written, resolution)
+        numbers, _ = _fit(pieces.take(rest), measured[rest], written, resolution)
         law = np.log(path_durations(numbers, pieces.take(out)))
         for length in lengths:
             added = np.zeros(len(out))
@@ -254,10 +269,10 @@ def learn_paths(
     means = {length: float(np.mean(np.abs(np.expm1(-e)))) for length, e in errors.items()}
     best = min(means.values())
     chosen = next(length for length in lengths if means[length] <= (1.0 + _BETTER) * best)
-    numbers = _fit(pieces, measured, written, resolution)
+    numbers, covariance = _fit(pieces, measured, written, resolution)
     examples = _examples(numbers, pieces, measured, chosen) if chosen else None
     held_out = {f"law and examples over {n:g}" if n else "law": 100.0 * mean for n, mean in means.items()}
-    return LearntPaths(numbers, examples, _half(errors[chosen]), held_out, len(measured))
+    return LearntPaths(numbers, covariance, examples, _half(errors[chosen]), held_out, len(measured))
 
 
 def _fold(groups: Labels) -> Labels:
@@ -277,8 +292,8 @@ def _half(errors: Floats) -> float:
     return float(np.sqrt(np.mean(away**2))) * Spread(1.0, 0.0, 1.0, max(count - 1, 2)).quantile
 
 
-def _fit(pieces: PathPieces, measured: Floats, written: bool, resolution: float) -> Floats:
-    """The most probable numbers: Gauss-Newton with Student's weights."""
+def _fit(pieces: PathPieces, measured: Floats, written: bool, resolution: float) -> tuple[Floats, Floats]:
+    """The most probable numbers and their covariance: Gauss-Newton with Student's weights."""
     prior = np.array([number.mean for number in NUMBERS])
     sd = np.array([number.sd for number in NUMBERS])
     if written:
@@ -312,7 +327,11 @@ def _fit(pieces: PathPieces, measured: Floats, written: bool, resolution: float)
         scatter = max((len(left) * found + 8 * _SCATTER) / (len(left) + 8), _LEAST_SCATTER)
         if np.max(np.abs(step) / sd) < 1e-3:
             break
-    return numbers
+    variance = scatter**2 + rounding**2
+    weight = (_FREEDOM + 1.0) / (_FREEDOM + left**2 / variance) / variance
+    slope = _slope(numbers, pieces)
+    covariance = np.linalg.inv(slope.T @ (slope * weight[:, None]) + np.diag(sd**-2.0))
+    return numbers, np.asarray(covariance)
 
 
 def _slope(numbers: Floats, pieces: PathPieces) -> Floats:
