@@ -119,6 +119,9 @@ def _merged_in_order(rules: MergeRules, base: str, ours: str, theirs: str) -> Me
 
 def _in_one_order(rules: MergeRules, texts: tuple[str, str, str]) -> tuple[str, str, str]:
     """The three texts with their routines in the order into which one side, and not the other, has put them."""
+    first, *others = map(rules.routine_names, texts)
+    if all(names == first for names in others):
+        return texts
     cuts = [rules.by_routines(text) for text in texts]
     base, ours, theirs = ([name for name, _ in parts if name] for parts in cuts)
     if any(len(set(names)) < len(names) for names in (base, ours, theirs)):
