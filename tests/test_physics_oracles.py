@@ -186,10 +186,11 @@ def long_case():
 
 
 def ramp_cost(force, speed, steps=20000):
-    """[s] of a ramp beyond its way at full speed: its time by dt = dv/a, less its way by ds = v dt over the speed."""
+    """[s] of a ramp beyond its way at full speed and [m] that way: time by dt = dv/a, way by ds = v dt."""
     v = (np.arange(steps) + 0.5) * speed / steps
     took = speed / steps / force(v)
-    return float(took.sum() - (v * took).sum() / speed)
+    way = float((v * took).sum())
+    return float(took.sum()) - way / speed, way
 
 
 @pytest.mark.parametrize("law", ["line", "knee", "power"])
@@ -208,7 +209,9 @@ def test_ramps_of_torque_speed_cost_what_integrating_the_force_costs(law):
                 "knee": lambda v, v0=v0, w=values[-1]: np.minimum(1, (1 - v / v0) / (1 - w)),
                 "power": lambda v, v0=v0: np.minimum(1, v0 / v),
             }
-            expected = ramp_cost(lambda v, a=a, share=shares[law]: a * share(v), speed)
+            expected, way = ramp_cost(lambda v, a=a, share=shares[law]: a * share(v), speed)
+            if 2.0 * way > case.base.way[k]:
+                continue  # with so little force left it never gets to its speed
             assert 0.5 * speed / moved.accelerate[k] == pytest.approx(expected, rel=0.015)
             seen += expected > 1.02 * 0.5 * speed / a
     assert seen >= 3
@@ -229,7 +232,7 @@ def test_ramps_of_viscous_friction_cost_what_integrating_the_force_costs():
     moved = term.act(case.base, form, np.array([loss]), case)
     for k in range(0, len(case), 3):
         speed, a = case.base.speed[k], case.base.accelerate[k]
-        expected = sum(ramp_cost(lambda v, a=a, s=sign: a + s * loss * v, speed) for sign in (-1, 1))
+        expected = sum(ramp_cost(lambda v, a=a, s=sign: a + s * loss * v, speed)[0] for sign in (-1, 1))
         cost = 0.5 * speed / moved.accelerate[k] + 0.5 * speed / moved.decelerate[k]
         assert cost == pytest.approx(expected, rel=0.06)
 
