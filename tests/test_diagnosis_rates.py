@@ -312,6 +312,16 @@ def test_the_limits_of_all_axes_are_read_off_simulated_joint_moves(together):
     assert limits_from_times(turned, share, np.ones(120), sim * rng.uniform(0.7, 1.3, 120)) is None
 
 
+def test_an_axis_that_never_is_the_slowest_has_no_limit_in_simulated_times():
+    rng = np.random.default_rng(6)
+    turned, share = rng.uniform(0.02, 0.3, (60, 4)), rng.choice([0.3, 0.6, 1.0], 60)
+    turned[:, 0] = rng.uniform(0.8, 2.0, 60)
+    found = limits_from_times(turned, share, np.ones(60), joint_times(turned, share, True))
+    assert found.speeds.tolist() == [pytest.approx(SPEEDS[0], rel=1e-3), np.inf, np.inf, np.inf]
+    assert found.accelerations.tolist() == [pytest.approx(RAMPS[0], rel=1e-3), np.inf, np.inf, np.inf]
+    assert set(found.leading.tolist()) == {0}
+
+
 def test_joint_moves_without_a_robot_are_simulated_as_they_were(tmp_path):
     """The axis that turns farthest is often not the slowest: its speed was read off all the same, with rounded ends."""
     rng = np.random.default_rng(4)

@@ -562,6 +562,10 @@ class AxisLimits(NamedTuple):
 _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
 _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves
 _LIMIT_ROUNDS = 60
+_NO_LIMIT, _NEEDED = (
+    20.0,
+    1e-3,
+)  # logarithm of a limit that is none, and sum of shares of times that needs one
 _STARTS = (
     (1.02, 1.3),
     (1.2, 1.3),
@@ -601,6 +605,7 @@ def limits_from_times(turned: Floats, share: Floats, ramps: Floats, sim: Floats)
     if best is None or best[0] > _OFF:
         return None
     _, logs, together = best
+    logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], together)
     _, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(told, sim, 1.0), together)
     speeds, accelerations = np.exp(logs.reshape(2, -1))
     at = np.arange(len(sim))
@@ -614,6 +619,23 @@ def limits_from_times(turned: Floats, share: Floats, ramps: Floats, sim: Floats)
         sets = np.unique(active[told])
         whole[row, turns[sets]] = limits[sets]
     return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way)
+
+
+def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:
+    """(2k,) the limits, without those that the times do not need: a quick move would just allow them."""
+
+    def off(tried: Floats) -> float:
+        return float(np.abs(_over(tried, per_speed, per_ramp, sim, together)[0]).sum())
+
+    width = len(logs) // 2
+    order = np.argsort(np.bincount(_over(logs, per_speed, per_ramp, sim, together)[1][0], minlength=width))
+    for axis in order.tolist():
+        for limit in (axis, width + axis):
+            freed = logs.copy()
+            freed[limit] = _NO_LIMIT
+            if off(freed) <= off(logs) + _NEEDED:
+                logs = freed
+    return logs
 
 
 def _over(
