@@ -61,7 +61,7 @@ def test_a_file_that_is_not_there_is_refused_with_its_path(tmp_path: Path) -> No
         "help: check the path"
     )
     (text,) = refusal(read, tmp_path)
-    assert text.startswith("error[P004]: cannot read the file: Is a directory")
+    assert text.startswith("error[P004]: cannot read the file: this is not a plain file")
 
 
 def test_an_encoding_that_does_not_exist_is_refused(tmp_path: Path) -> None:

@@ -35,6 +35,8 @@ def test_a_changed_program_is_timed_again_until_it_is_interrupted(tmp_path: Path
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",
+        # In the background of a script an interrupt is ignored, and so it would be in what is started there.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     killer = threading.Timer(60, process.kill)
     killer.start()
