@@ -41,7 +41,7 @@ def test_an_arc_by_an_offset_turns_from_where_the_arm_is():
 
 def test_the_angle_is_bounded():
     plan = plan_of(f"{ARC}1E9")
-    assert [d.code for d in plan.diagnostics if d.is_error] == ["I213"]
+    assert [d.code for d in plan.diagnostics if d.is_error] == ["I308"]
 
 
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])

@@ -179,13 +179,13 @@ def _compound(m: Machine, s: Move) -> None:
 def _by_angle(m: Machine, s: Move, angle: float) -> list[Move]:
     """An arc that turns by an angle [rad], whatever its target, as arcs through points, passed without a stop.
 
-    Itself, to its target, where its points are on a line. Raises StatementError (I213) for more than a hundred turns.
+    Itself, to its target, where its points are on a line. Raises StatementError (I308) for more than a hundred turns.
     """
     assert s.via is not None
     if not abs(angle) <= _MOST_TURNS * 2.0 * math.pi:
         turns = f"{abs(angle) / (2.0 * math.pi):.6g}"
         raise StatementError(
-            "I213", f"an arc of {turns} turns", f"write an angle of up to {_MOST_TURNS} turns"
+            "I308", f"an arc of {turns} turns", f"write an angle of up to {_MOST_TURNS} turns"
         )
     mechanism = role(m, 0, _ROBOT)
     start, via, end = arc_poses(m, mechanism, s)
