@@ -39,6 +39,12 @@ def test_an_arc_by_an_offset_turns_from_where_the_arm_is():
     assert plan.positions.position[plan.moves.target[-1]] == pytest.approx(top, abs=1e-9)
 
 
+def test_the_orientation_at_its_end_is_an_assumption():
+    turned = "CIRC {X 550,Y 50,Z 500},{X 600,Y 0,Z 500,A 10,B 90,C 0}, CA 90"
+    said = [[it.says for it in plan_of(row).assumptions] for row in (turned, f"{ARC}90")]
+    assert [sum("orientation of its target" in it for it in texts) for texts in said] == [1, 0]
+
+
 def test_the_angle_is_bounded():
     plan = plan_of(f"{ARC}1E9")
     assert [d.code for d in plan.diagnostics if d.is_error] == ["I308"]

@@ -83,10 +83,10 @@ def test_a_register_chooses_the_point_and_a_number_that_nobody_taught_is_told() 
 
 
 def test_what_is_missing_is_asked_for_in_files_that_the_controller_has() -> None:
-    program = read(listing("UTOOL_NUM=3", "UFRAME_NUM=3", "PR[5]=PR[6]", "L PR[5] 100mm/sec FINE"))
-    plan = program.plan(robot=ROBOT)
-    said = [found.help for found in plan.diagnostics] + [it.text for it in plan.assumptions]
-    assert any("olp.toml" in it for it in said)
+    plan = read(listing("PR[5]=P[1]", "L PR[5] 100mm/sec FINE", "PR[5]=PR[6]")).plan(robot=ROBOT)
+    said = [found.help for found in plan.diagnostics] + [it.says for it in plan.assumptions]
+    for asked in ("[frames] in olp.toml", "[tools] in olp.toml", "in olp.toml: [variables]"):
+        assert any(asked in it for it in said)
     assert not any(".CND" in it or "VAR.DAT" in it for it in said)
 
 

@@ -53,6 +53,7 @@ _EXACT, _ZONE, _UNTAGGED, _RADIUS = (
 )
 _HIGHEST_LEVEL = 8
 _MOST_TURNS = 100  # of one arc
+_SAME_TURN = 1e-9  # of the elements of two rotations
 _NAN = math.nan
 # Looked up once: every move asks.
 _ROBOT, _BY_RADIUS, _BY_SPEED = Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
@@ -193,6 +194,8 @@ def _by_angle(m: Machine, s: Move, angle: float) -> list[Move]:
     whole = replace(s, arc=None, relative=None)
     if not arcs:
         return [replace(s, arc=None)]
+    if abs(start.rotation - end.rotation).max() > _SAME_TURN:
+        m.assume_once("arc by angle", "an arc by an angle is taken to end with the orientation of its target")
     last = len(arcs) - 1
     return [
         replace(
