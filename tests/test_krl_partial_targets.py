@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from translated_texts import ROBOT, converted, krl, read, run_elsewhere, translated
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, translated
 
 from olp.runtime.interpreter import run
 from olp.transpile.compare import WRITTEN, compare_plans
@@ -48,3 +48,47 @@ def test_the_arguments_of_rapids_own_functions_keep_their_names():
     written = translated(krl("BAS(#INITMOV,0)", *SYSTEMS, JOINTS, MOVES[0]), "krl", "rapid")
     assert re.search(r":=CRobT\(\\Tool:=\w+\\WObj:=\w+\);", written)
     assert "target.trans.z:=500;" in written
+
+
+COMPUTED = (
+    "LIN {Z H}", "LIN_REL {X D,Z -D}", "LIN_REL {Z D} #TOOL", "PTP {A5 D}", "PTP_REL {A1 D}",
+    "P={X H,Y 0,Z 500,A 0,B 90,C 0,S 2,T 10}", "LIN P", "Q={A1 D,A2 -20,A3 30,A4 0,A5 50,A6 0}", "PTP Q",
+    "Q={A1 Q.A1+D,A2 -25,A3 30,A4 0,A5 50,A6 0}", "PTP Q", "PTP {A1 D,A2 -15,A3 25,A4 0,A5 45,A6 0,E1 0,E2 0}",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_components_that_are_computed_come_to_the_same_places(target):
+    given = ("DECL REAL H,D", "DECL E6POS P", "DECL E6AXIS Q", "BAS(#INITMOV,0)", *SYSTEMS, "H=600", "D=15")
+    text = krl(*given, JOINTS, *COMPUTED)
+    assert not [loss for loss in converted(text, "krl", target).translated.losses if loss.leaves_out]
+    here, there = run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", target)
+    found = compare_plans(here, there, tolerances=WRITTEN)
+    assert found.steps == 10
+    assert not found.found
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript", "inform"])
+def test_external_axes_of_computed_positions_are_written_or_rejected(target):
+    rows = ("LIN {X D,Y 0,Z 500,A 0,B 90,C 0,E1 D}", "PTP {A1 D,A2 -15,A3 25,A4 0,A5 45,A6 0,E1 100}")
+    text = krl("DECL REAL D", "BAS(#INITMOV,0)", "D=600", JOINTS, *rows)
+    lost = {loss.line for loss in converted(text, "krl", target).translated.losses if loss.leaves_out}
+    assert lost == (set() if target == "rapid" else {6, 7})
+    if target == "rapid":
+        written = translated(text, "krl", target)
+        assert "MoveL [[D,0,500]," in written
+        assert ",[D,9E9,9E9,9E9,9E9,9E9]]" in written
+        assert "MoveAbsJ [[D,-15,25,0,45,0],[100,9E9,9E9,9E9,9E9,9E9]]" in written
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_computed_external_axes_of_rapid_are_rejected_where_they_cannot_be_said(target):
+    rows = ("x:=[[500,e,400],[0,1,0,0],[0,0,0,0],[e,9E9,9E9,9E9,9E9,9E9]];", "MoveL x,v100,fine,tool0;")
+    text = module(*rows, data=("VAR robtarget x;", "VAR num e:=10;"))
+    assert 5 in {loss.line for loss in converted(text, "rapid", target).translated.losses if loss.leaves_out}
+
+
+@pytest.mark.parametrize("row", ["P={Z 500}", "P={Z D}", "Q={A1 D}"])
+def test_what_an_assignment_leaves_out_is_not_guessed(row):
+    text = krl("DECL REAL D", "DECL E6POS P", "DECL E6AXIS Q", row)
+    assert {5} == {loss.line for loss in converted(text, "krl", "rapid").translated.losses if loss.leaves_out}

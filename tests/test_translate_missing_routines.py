@@ -16,7 +16,7 @@ from olp.transpile.link import link
 OWN = {
     "rapid": module('ok:=StrToVal("12",n);', "IF RobOS() THEN", "WaitTime 1;", "ENDIF", "WaitTime n;",
                     data=("VAR num n;", "VAR bool ok;")),
-    "krl": krl("DECL INT n", "DECL CHAR t[9]", "n=StrToInt(t[],n)", "IF MBX_REC(n)>0 THEN", "WAIT SEC 1",
+    "krl": krl("DECL INT n", "DECL CHAR t[9]", "n=MD_GETSTATE(t[],n)", "IF MBX_REC(n)>0 THEN", "WAIT SEC 1",
                "ENDIF", "WAIT SEC n"),
 }  # fmt: skip
 
@@ -27,7 +27,9 @@ def test_what_only_the_sources_controllers_have_is_left_out(vendor, target):
     if vendor == target:
         return
     losses = converted(OWN[vendor], vendor, target).translated.losses
-    first = next(i for i, text in enumerate(OWN[vendor].splitlines(), 1) if "StrTo" in text)
+    first = next(
+        i for i, text in enumerate(OWN[vendor].splitlines(), 1) if "StrTo" in text or "MD_GET" in text
+    )
     gone = {loss.line for loss in losses if loss.fate is Fate.COMMENTED}
     assert gone >= {first, first + 1, first + 2, first + 3}
     assert any(loss.line == first + 4 for loss in losses)  # n is not what it was
@@ -87,3 +89,38 @@ def test_a_member_of_a_structure_without_a_value_is_set(tmp_path):
     plan = run(olp.read(tmp_path / "s.src"))
     assert [float(s) for s in plan.durations] == [3, 7]
     assert [d.line for d in plan.diagnostics if d.code == "I203"] == [12]
+
+
+SOCKET = krl("DECL EKI_STATUS ret", "DECL INT v", 'ret=EKI_Open("CELL")', 'ret=EKI_GetInt("CELL","a/b",v)',
+             "WAIT SEC v", "{}", 'ret=EKI_Close("CELL")')  # fmt: skip
+
+
+def test_what_reaches_outside_the_arm_is_called_by_its_name_and_told():
+    text = SOCKET.format("")
+    told = converted(text, "krl", "rapid").translated.losses
+    assert [(loss.fate, loss.part) for loss in told if "EKI" in loss.says] == [
+        (Fate.APPROXIMATED, "call")
+    ] * 3
+    made = translated(text, "krl", "rapid")
+    assert 'EKI_Open "CELL";' in made
+    assert 'EKI_GetInt "CELL","a/b",v;' in made
+    assert "ret_" not in made
+    assert [
+        loss.says
+        for loss in converted(text, "krl", "urscript").translated.losses
+        if "cannot change" in loss.says
+    ]
+
+
+def test_what_a_socket_tells_is_handed_over_member_by_member():
+    made = translated(SOCKET.format("WAIT FOR ret.connected"), "krl", "rapid")
+    members = "ret_Buff,ret_Read,ret_Msg_No,ret_Connected,ret_Counter"
+    assert f'EKI_Open "CELL",{members};' in made
+    assert "VAR bool ret_Connected;" in made
+    assert "WaitUntil ret_Connected" in made
+
+
+@pytest.mark.parametrize("row", ["RSI_MOVECORR()", "n=MBX_REC(n)"])
+def test_what_moves_the_arm_or_belongs_to_the_controller_stays_rejected(row):
+    losses = converted(krl("DECL INT n", row), "krl", "rapid").translated.losses
+    assert [loss.fate for loss in losses if "unknown to" in loss.says] == [Fate.COMMENTED]

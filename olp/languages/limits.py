@@ -151,6 +151,7 @@ class Limits:
     computed_turns: bool = True  # an offset may turn by a computed angle
     near_joints: bool = False  # a pose can be given with joint values near which it is reached
     watches_flags: bool = False  # a statement says whether joint moves obey the arm flags
+    computed_axes: bool = False  # a computed position says where external axes stand
     external_units: int = 0  # how many external axes a position has, each with a unit
     no_external_axes: str = ""  # why positions have no external axes, "" where they have
     joint_values_note: str = ""  # to joint values of another maker's robot that does not couple axes 2 and 3

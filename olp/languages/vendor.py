@@ -169,6 +169,9 @@ class Conventions:
     idle_routines: Mapping[str, str] = field(
         default_factory=dict
     )  # routine of the maker's own, case folded -> what it is, where it moves nothing
+    replaceable_routines: frozenset[str] = (
+        frozenset()
+    )  # of the controller's own, case folded: they reach outside the arm, and another controller can be taught them
     answers: Mapping[str, tuple[bool, str]] = field(
         default_factory=dict
     )  # function of the controller's own, case folded -> what it answers elsewhere, and why

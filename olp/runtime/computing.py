@@ -139,7 +139,7 @@ def _of_vector(m: Machine, arguments: Arguments) -> Value:
 
 
 def _joints(m: Machine, arguments: Arguments) -> Value:
-    values = [evaluate(m, argument) for argument in arguments]
+    values = [evaluate(m, a) for a in arguments if type(a) is not NamedArgument]
     if len(values) == 1 and isinstance(values[0], Array):
         values = [item for item in values[0].items if item is not None]
     angles = tuple(float(v) * deg for v in values if isinstance(v, (int, float)))

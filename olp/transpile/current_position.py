@@ -6,7 +6,7 @@ KRL and FANUC mean those that hold, RAPID those of the move before or those that
 from __future__ import annotations
 
 import math
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Final
@@ -273,27 +273,40 @@ class _Relative:
 
     def move(self, s: Move) -> list[Statement]:
         if s.relative is not None and not _is_native(s.relative, self.native):
-            by = self.symbols.fixed_position(self.name, s.targets[0])
-            if by is not None and by.kind == "joint":
-                return self._joints_from_here(s, by)
+            if (axes := self._axes(s.targets[0])) is not None:
+                return self._joints_from_here(s, axes)
             return [self._from_here(s)]
+        if s.relative is not None and isinstance(s.targets[0], Function) and s.targets[0].name == "joints":
+            return self._joints_from_here(s, list(s.targets[0].arguments))
         if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
             return [self._offset(s)]
         return [s]
 
-    def _joints_from_here(self, s: Move, by: PositionLiteral) -> list[Statement]:
+    def _axes(self, offset: Expression) -> list[Expression] | None:
+        """What an offset in joint values adds to each axis; None of one that is no such."""
+        if isinstance(offset, Function) and offset.name == "joints":
+            return list(offset.arguments)
+        by = self.symbols.fixed_position(self.name, offset)
+        if by is None or by.kind != "joint":
+            return None
+        beside: list[Expression] = [NamedArgument("axes")] if any(by.external) else []
+        return [
+            *(written_component(value or 0.0, by.kind, at) for at, value in enumerate(by.values[:6])),
+            *beside,
+        ]
+
+    def _joints_from_here(self, s: Move, by: list[Expression]) -> list[Statement]:
         """A move to the axis values that the arm has, each with its offset added before."""
-        if any(by.external):
+        if any(isinstance(one, NamedArgument) for one in by):
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset of external axes")
             return [s]
         name = Named(self.work.helper("target"))
         self.declared.append(Declare(0, name.name, "joints", shared=True))
         before: list[Statement] = [Assign(s.line, name, SystemValue("current-joints"))]
-        for at, value in enumerate(by.values[:6]):
-            if value:
-                axis = component(name, by.kind, at)
-                moved = Binary("+", axis, written_component(value, by.kind, at))
-                before.append(Assign(s.line, axis, moved))
+        for at, value in enumerate(by):
+            if value not in _ZEROS:
+                axis = component(name, "joint", at)
+                before.append(Assign(s.line, axis, Binary("+", axis, value)))
         return [*before, replace(s, targets=(name,), relative=None)]
 
     def _from_here(self, s: Move) -> Move:
@@ -317,10 +330,18 @@ class _Relative:
     def _moved(self, s: Move, here: Expression, offset: Expression) -> Expression | None:
         """The place that lies by an offset from `here`; None where it is rejected."""
         by = self.symbols.fixed_position(self.name, offset)
-        if by is None or by.kind == "joint":
+        values: Sequence[Expression]
+        if by is not None and by.kind != "joint":
+            values = _written(by)
+        elif isinstance(offset, Function) and offset.name == "pose-angles" and len(offset.arguments) == 6:
+            values = offset.arguments
+        elif (
+            isinstance(offset, Function) and offset.name == "pose-offset" and _is_nothing(offset.arguments[0])
+        ):
+            values = (*offset.arguments[1:4], *[Number(0)] * 3)
+        else:
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that is computed")
             return None
-        values = _written(by)
         turns = sum(v not in _ZEROS for v in values[3:])
         if s.relative is not None and s.relative.kind != "tool":
             if not turns:
@@ -328,7 +349,8 @@ class _Relative:
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
             return None
         if turns > 1:  # about z first, as no `pose-relative-tool` turns
-            return Function("pose-product", (here, replace(by, values=_moved(by.values))))
+            turned = offset if by is None else replace(by, values=_moved(by.values))
+            return Function("pose-product", (here, turned))
         return Function("pose-relative-tool", (here, *values))
 
     def _place(self, tool: Expression | None, frame: Expression | None) -> Expression:
@@ -403,6 +425,10 @@ def _written(by: PositionLiteral) -> list[Number]:
         Number(0 if math.isnan(v) or not v else float(f"{v / scale:.9g}"))
         for v, scale in zip(by.values[:6], scales, strict=True)
     ]
+
+
+def _is_nothing(e: Expression) -> bool:
+    return isinstance(e, PositionLiteral) and not any(e.values[:6])
 
 
 def _moved(values: tuple[float, ...]) -> tuple[float, ...]:

@@ -233,7 +233,8 @@ def _with_angles(e: Expression) -> Expression:
     if parts is None or not np.linalg.norm(parts) > 0:
         return e
     angles = angles_from_rotation(rotation_from_quaternion(parts))
-    return Function("pose-angles", (*e.arguments[:3], *(Number(float(v) / deg + 0.0) for v in angles)))
+    turn = (Number(float(v) / deg + 0.0) for v in angles)
+    return Function("pose-angles", (*e.arguments[:3], *turn, *e.arguments[7:]))
 
 
 def _plain(e: Expression) -> Expression:
@@ -259,14 +260,14 @@ def _plain(e: Expression) -> Expression:
                 if turn is None
                 else _offset(_turned(_from_vector(turn)), [_times(a, 1000) for a in arguments[:3]])
             )
-        case "pose-angles":
+        case "pose-angles" if len(arguments) == 6:
             angles = _numbers(arguments[3:6])
             return (
                 e
                 if angles is None
                 else _offset(_turned(rotation_from_angles(angles * deg)), list(arguments[:3]))
             )
-        case "pose-quaternion":
+        case "pose-quaternion" if len(arguments) == 7:
             parts = _numbers(arguments[3:7])
             if parts is None or not np.linalg.norm(parts) > 0:
                 return e

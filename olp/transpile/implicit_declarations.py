@@ -188,17 +188,19 @@ def _tell_calls(program: Program, work: TranslationContext) -> None:
         if not name or name.casefold() in known:
             continue
         what = own.get(name.casefold())
-        if what is None:
-            says = f"{name} is in no file here: {other} needs a routine of its own for it{_kept(s, work)}"
+        if what is None or name.casefold() in work.conventions.replaceable_routines:
+            where = "is in no file here" if what is None else f"is {what}"
+            says = f"{name} {where}: {other} needs a routine of its own for it{_kept(s, name, work)}"
             work.lose(s, Fate.APPROXIMATED, "call", says)
         else:
             help = f'write one for {other} and name it in the mapping file: [routines] {name} = "…"'
             work.lose(s, Fate.REFUSED, "call", f"{name}, {what}, is unknown to {other}", help=help)
 
 
-def _kept(s: Statement, work: TranslationContext) -> str:
+def _kept(s: Statement, name: str, work: TranslationContext) -> str:
     """What a routine may do with the variables of a call in the source and cannot in the target."""
-    named = isinstance(s, Call) and any(base_of(one) is not None for one in s.arguments)
+    calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (Call, CallValue)) and e.routine == name]
+    named = any(base_of(one) is not None for call in calls for one in call.arguments)
     if not named or work.conventions.arguments_are_values or not work.target_conventions.arguments_are_values:
         return ""
     return ", which cannot change its arguments"

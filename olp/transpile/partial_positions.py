@@ -40,6 +40,7 @@ _STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool
 _SAME: Final = 1e-9  # [rad]
 _PLACE: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
+_COMPUTED: Final = {"pose-angles": "pose", "joints": "joint"}  # functions of six components
 _READ: Final = {"pose": ("position", "current-pose"), "joint": ("joints", "current-joints")}
 
 
@@ -104,17 +105,15 @@ class _Partial:
 
     def _put_together(self, e: Expression, s: Move, before: list[Statement]) -> Expression:
         """Where the arm is when it comes to a move, with the components that are written."""
-        if not isinstance(e, PositionLiteral) or not _is_partial(e) or e.kind not in _READ:
+        written = _written(e)
+        if written is None:
             return e
+        of, values = written
         name = Named(self.work.helper("target"))
-        kind, reading = _READ[e.kind]
+        kind, reading = _READ[of]
         self.declared.append(Declare(0, name.name, kind, shared=True))
         before.append(Assign(s.line, name, SystemValue(reading)))
-        for at, value in enumerate(e.values[:6]):
-            if not math.isnan(value):
-                before.append(
-                    Assign(s.line, component(name, e.kind, at), written_component(value, e.kind, at))
-                )
+        before += [Assign(s.line, component(name, of, at), value) for at, value in values]
         return name
 
     def _filled(self, e: Expression, s: Move) -> Expression:
@@ -144,6 +143,59 @@ class _Partial:
         if any(abs(a - b) > _SAME for row in rows[1:] for a, b in zip(row, rows[0], strict=True)):
             return None
         return rows[0]
+
+
+def _written(e: Expression) -> tuple[str, list[tuple[int, Expression]]] | None:
+    """ "pose" or "joint", and the components that a partial target writes; None of any other expression."""
+    if isinstance(e, PositionLiteral) and _is_partial(e) and e.kind in _READ:
+        return e.kind, [
+            (at, written_component(v, e.kind, at)) for at, v in enumerate(e.values[:6]) if not math.isnan(v)
+        ]
+    if (
+        isinstance(e, Function)
+        and e.name in _COMPUTED
+        and len(e.arguments) == 6
+        and any(map(_is_partial, e.arguments))
+    ):
+        return _COMPUTED[e.name], [(at, v) for at, v in enumerate(e.arguments) if not _is_partial(v)]
+    return None
+
+
+def computed_axes(program: Program, work: TranslationContext) -> Program:
+    """Joint values of which some are computed, axis by axis, where a position is a register of elements."""
+    registers = work.limits.registers
+    if registers is None or registers.joint_elements:
+        return program
+    declared: list[Declare] = []
+    routines = []
+    for routine in program.routines:
+        rows: list[Statement] = []
+        for s in routine.body:
+            e = s.targets[0] if isinstance(s, Move) and s.relative is None else getattr(s, "value", None)
+            if not isinstance(s, (Assign, Move)) or not _is_axes(e):
+                rows.append(s)
+                continue
+            assert isinstance(e, Function)
+            own = isinstance(s, Assign) and isinstance(s.target, Named) and s.target not in expressions_of(e)
+            name = s.target if own and isinstance(s, Assign) else Named(work.helper("target"))
+            rows.append(Assign(s.line, name, SystemValue("current-joints"), s.comment if own else ""))
+            rows += [Assign(s.line, component(name, "joint", at), one) for at, one in enumerate(e.arguments)]
+            if not own:
+                declared.append(Declare(0, getattr(name, "name", ""), "joints", shared=True))
+                rows.append(
+                    edited(s, {"targets": (name,)}) if isinstance(s, Move) else replace(s, value=name)
+                )
+        routines.append(replace(routine, body=tuple(rows)))
+    return replace(program, routines=tuple(routines), data=(*program.data, *declared))
+
+
+def _is_axes(e: object) -> bool:
+    return (
+        isinstance(e, Function)
+        and e.name == "joints"
+        and len(e.arguments) == 6
+        and not any(map(_is_partial, e.arguments))
+    )
 
 
 _SAYS: Final = "omitted components are those of the current position: write them all"

@@ -37,7 +37,7 @@ from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
 from olp.transpile.optional_parameters import optional_parameters
 from olp.transpile.own_components import own_components
-from olp.transpile.partial_positions import externals, partial, turned_together
+from olp.transpile.partial_positions import computed_axes, externals, partial, turned_together
 from olp.transpile.postures import configurations, postures
 from olp.transpile.quaternions import quaternions
 from olp.transpile.records import records
@@ -146,6 +146,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         single_rows,
         schedules,
         partial,
+        computed_axes,
         elsewhere,
         written_systems,
         pulses,

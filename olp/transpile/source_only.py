@@ -16,6 +16,7 @@ from olp.ir.expressions import (
     Named,
     NamedArgument,
     Number,
+    RecordLiteral,
     SignalState,
     Store,
     Text,
@@ -73,6 +74,8 @@ from olp.transpile.symbols import base_of
 _ACKNOWLEDGES: Final = (
     "what waited for an acknowledgement waits there until the operator starts the program again"
 )
+_PLACES: Final = ("pose-", "joints")  # functions that put a position together
+NOT_CONNECTED: Final = 9e9  # of an axis beside the arm
 _AXES: Final = "extax"  # the axes beside the arm, of a position
 _EACH_AXIS: Final = frozenset(f"e{n}" for n in range(1, 7))
 _NAMED_VALUES: Final = "messages there are fixed texts: the name of a value stands in its place"
@@ -175,7 +178,7 @@ class _ForeignWords:
         dropped: set[str] = set()
 
         def change(e: Expression) -> Expression:
-            if type(e) is not Function or not e.name.startswith("pose-"):
+            if type(e) is not Function or not e.name.startswith(_PLACES):
                 return e
             kept = [a for a in e.arguments if not (type(a) is NamedArgument and a.name in gone)]
             dropped.update(a.name for a in e.arguments if type(a) is NamedArgument and a.name in gone)
@@ -185,6 +188,8 @@ class _ForeignWords:
         if "conf" in dropped:
             says = "the arm configuration of a computed position: the arm takes the nearest one"
             self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
+        if not self.axes_stand and not self.work.limits.computed_axes and _names_axes(s):
+            self.work.lose(s, Fate.REFUSED, "external", "external axes of a computed position")
         return s
 
     def translated(self, s: Statement) -> list[Statement]:
@@ -432,7 +437,7 @@ def _legal(text: str, work: TranslationContext) -> str:
 
 def _tables_stand(program: Program, work: TranslationContext) -> bool:
     """Whether no position says anything of an axis beside the arm but zero."""
-    if any(v == v and v not in (0.0, 9e9) for e in work.literals(program) for v in e.external):
+    if any(v == v and v not in (0.0, NOT_CONNECTED) for e in work.literals(program) for v in e.external):
         return False
     for table in (routine.points for routine in program.routines):
         for (store, taught), block in table.blocks.items():
@@ -455,7 +460,27 @@ def _sets_axes(s: Statement) -> bool:
     """Whether a statement gives axes beside the arm values of its own, or declares such."""
     if isinstance(s, Declare):
         return s.type == "extjoint"
-    return isinstance(s, Assign) and isinstance(s.target, Member) and s.target.name in _EACH_AXIS
+    if isinstance(s, Assign) and isinstance(s.target, Member) and s.target.name in _EACH_AXIS:
+        return True
+    return _may_name_arm(s) and _names_axes(s)
+
+
+def _names_axes(s: Statement) -> bool:
+    """Whether a computed position says where an axis beside the arm stands, other than at zero."""
+    return any(
+        isinstance(e, NamedArgument) and e.name == "axes" and not _stands_at_zero(e.value)
+        for e in expressions_of(s)
+    )
+
+
+def _stands_at_zero(axes: Expression | None) -> bool:
+    """Whether axes beside the arm are given as zero, as not connected, or as those of another position."""
+    if not isinstance(axes, RecordLiteral):
+        return isinstance(axes, Member)
+    return all(
+        one.value in (0, NOT_CONNECTED) if isinstance(one, Number) else isinstance(one, Member)
+        for _, one in axes.members
+    )
 
 
 def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Move:

@@ -9,6 +9,7 @@ from pathlib import Path
 from olp.core.source import Source
 from olp.ir.program import Program, Routine, Statement
 from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, statements
+from olp.languages.vendors.krl.known_routines import REPLACEABLE
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES
 
 _SIGNS = re.compile(
@@ -91,6 +92,7 @@ class Krl(Vendor):
             "const_vel": "where the speed along a spline stays the same",
         },
         window_process="message-window",
+        replaceable_routines=REPLACEABLE,
         answers={"exists_krlmsg": (False, "no message stands there: its text is shown once")},
         off_pulse="FALSE",
         move_options=MoveOptions(
@@ -135,9 +137,11 @@ class Krl(Vendor):
             with_cyclic_flags,
             with_given_parameters,
             with_record_messages,
+            with_status_members,
         )
 
-        return with_cyclic_flags(with_record_messages(with_given_parameters(program)))
+        program = with_record_messages(with_given_parameters(program))
+        return with_status_members(with_cyclic_flags(program))
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

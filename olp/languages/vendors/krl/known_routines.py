@@ -17,11 +17,16 @@ _SYSTEM: Final = "a routine of KUKA's controller"
 
 _CONTROLLER: Final = """
     bas delmens ir_stopm set_cd_params use_cm_pro_values masref_main self_test msgnotify msgquit msgdialog
-    set_krlmsg set_krldlg clear_krlmsg exists_krlmsg exists_krldlg krl_fprintf krl_fopen krl_fclose krl_fscanf
-    krl_fgets eki_init eki_open eki_close eki_clear eki_send eki_getint eki_getreal eki_getbool eki_getstring
-    eki_getframe eki_setint eki_setreal eki_setbool eki_setstring eki_setframe eki_checkbuffer rsi_create rsi_on
-    rsi_off rsi_movecorr rsi_delete
+    set_krlmsg clear_krlmsg exists_krlmsg rsi_create rsi_on rsi_off rsi_movecorr rsi_delete
 """
+# What reaches outside the arm: another controller can do the same by a routine that a person writes for it.
+_OUTSIDE: Final = """
+    set_krldlg exists_krldlg krl_fprintf krl_fopen krl_fclose krl_fscanf krl_fgets krl_fputs
+    eki_init eki_open eki_close eki_clear eki_send eki_getint eki_getreal eki_getbool eki_getstring
+    eki_getframe eki_getintarray eki_getrealarray eki_getboolarray eki_setint eki_setreal eki_setbool eki_setstring
+    eki_setframe eki_checkbuffer eki_clearbuffer eki_lock eki_unlock
+"""
+REPLACEABLE: Final = frozenset(_OUTSIDE.split())
 # Functions and commands of the language itself: "KRL Syntax", "CREAD/CWRITE" (KSS 8).
 _LANGUAGE: Final = """
     abs acos asin atan atan2 bas check_pidoncpc cioctl clear_krlmsg cos cread cwrite delete_backward_buffer
@@ -40,5 +45,5 @@ KNOWN_ROUTINES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("userspot", "spot"), _SPOT),
     **dict.fromkeys(("arc10", "arc20", "a10_ini", "a20_ini", "a10", "a20", "h70"), _ARC),
     "p00": _EXTERNAL,
-    **dict.fromkeys(_CONTROLLER.split(), _SYSTEM),
+    **dict.fromkeys((*_CONTROLLER.split(), *REPLACEABLE), _SYSTEM),
 }

@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 from olp.ir.expressions import (
     CallValue,
@@ -430,3 +430,70 @@ def _with_conditions(s: Statement, here: dict[float, Expression], changing: set[
         return e
 
     return mapped(s, change)
+
+
+# --- Results of EthernetKRL ---
+# `RET=EKI_Open("CELL")`: each function of KUKA.EthernetKRL returns a record of the type EKI_STATUS, which the option
+# declares ("KUKA.EthernetKRL", EKI_STATUS). Where a program reads none of its members, the call alone is left; else the
+# call hands the members over to be set.
+
+_STATUS: Final = "EKI_STATUS"
+_STATUS_MEMBERS: Final = {
+    "Buff": "INT",
+    "Read": "INT",
+    "Msg_No": "INT",
+    "Connected": "BOOL",
+    "Counter": "INT",
+}
+_RETURNS_STATUS: Final = "eki_"
+
+
+def with_status_members(program: Program) -> Program:
+    """The program with calls in the place of assignments of what EthernetKRL's functions return."""
+    rows = [d for d in _declared(program) if d.type.upper() == _STATUS]
+    if not rows or any(r.name.casefold().startswith(_RETURNS_STATUS) for r in program.routines):
+        return program
+    names = {d.name for d in rows}
+    taken = any(map(names.__contains__, _taken_names(program)))
+
+    def row(s: Statement) -> Statement:
+        if not (isinstance(s, Assign) and _is_status(s, names)):
+            return s
+        assert isinstance(s.value, CallValue)
+        members = [Member(s.target, name) for name in _STATUS_MEMBERS] if taken else []
+        return Call(s.line, s.value.routine, (*s.value.arguments, *members), comment=s.comment)
+
+    routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
+    if not taken:
+        routines = tuple(
+            replace(r, body=_without(r.body, names), data=_without(r.data, names)) for r in routines
+        )
+        return replace(program, routines=routines, data=_without(program.data, names))
+    members = tuple((name, RecordLiteral(kind, ())) for name, kind in _STATUS_MEMBERS.items())
+    layout = Declare(0, _STATUS, "structure", RecordLiteral("STRUC", members), native="STRUC")
+    return replace(program, routines=routines, data=(*program.data, layout))
+
+
+def _is_status(s: Assign, names: set[str]) -> bool:
+    return (
+        isinstance(s.target, Named)
+        and s.target.name in names
+        and isinstance(s.value, CallValue)
+        and s.value.routine.casefold().startswith(_RETURNS_STATUS)
+    )
+
+
+def _taken_names(program: Program) -> Iterator[str]:
+    """What statements read, and what they set in another way than by such a function."""
+    for s in program.statements():
+        if isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s):
+            continue
+        found = s.value if isinstance(s, Assign) else None
+        sets = isinstance(found, CallValue) and found.routine.casefold().startswith(_RETURNS_STATUS)
+        for e in expressions_of(s):
+            if isinstance(e, Named) and not (sets and isinstance(s, Assign) and e is s.target):
+                yield e.name
+
+
+def _without(rows: Sequence[Statement], names: set[str]) -> tuple[Any, ...]:
+    return tuple(s for s in rows if not (isinstance(s, Declare) and s.name in names))

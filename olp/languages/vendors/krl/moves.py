@@ -11,6 +11,7 @@ from olp.ir.expressions import (
     CallValue,
     Expression,
     FrameRef,
+    Function,
     Member,
     Number,
     PositionLiteral,
@@ -201,6 +202,9 @@ def _blend(words: list[str], spline: bool, sizes: list[Blend]) -> Blend:
 
 def _whole(it: Expression) -> Expression:
     """Of a relative target: what is not written is 0."""
+    if isinstance(it, Function):
+        parts = (Number(0) if type(a) is Number and a.value != a.value else a for a in it.arguments)
+        return Function(it.name, tuple(parts))
     if not isinstance(it, PositionLiteral):
         return it
     numbers = tuple(0.0 if value != value else value for value in it.values)

@@ -68,6 +68,7 @@ _STRUCTURES: Final = {
     "INERTIA": {"X": "REAL", "Y": "REAL", "Z": "REAL"},
     "APO": {"CPTP": "INT", "CDIS": "REAL", "CORI": "REAL", "CVEL": "INT"},
     "CP": {"CP": "REAL", "ORI1": "REAL", "ORI2": "REAL"},
+    "EKI_STATUS": {"BUFF": "INT", "READ": "INT", "MSG_NO": "INT", "CONNECTED": "BOOL", "COUNTER": "INT"},
 }
 
 

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from math import inf, isinf
 from typing import Final, NamedTuple
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, Function, Number, PositionLiteral, Quantity, RecordLiteral
+from olp.ir.expressions import (
+    Expression,
+    Function,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    Quantity,
+    RecordLiteral,
+)
 from olp.ir.moves import Blend, BlendKind
 from olp.ir.points import Sector
 from olp.languages.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSES, Scope
@@ -16,6 +25,8 @@ from olp.languages.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSE
 NOTHING: Final = math.nan
 POSE_ORDER: Final = ("X", "Y", "Z", "C", "B", "A")  # as x y z rx ry rz
 POSE_SCALES: Final = (mm, mm, mm, deg, deg, deg)
+ARM: Final = ("S", "T")
+NOT_CONNECTED: Final = 9e9
 EXTERNALS: Final = ("E1", "E2", "E3", "E4", "E5", "E6")
 STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 NULL_FRAME: Final = PositionLiteral("pose", (0.0,) * 6, native=(("name", "$NULLFRAME"),))
@@ -86,16 +97,13 @@ def _pose(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
     if not given.keys() <= COMPONENTS.keys():
         return _record(it, scope, kind)
     if not all(type(value) is Number for value in given.values()):
-        if given.keys() <= set(POSE_ORDER):
-            arguments = (given.get(key, Number(NOTHING)) for key in POSE_ORDER)
-            return Function("pose-angles", tuple(settle(one, scope) for one in arguments))
-        return _record(it, scope, kind)
+        return _computed("pose-angles", POSE_ORDER, given, scope)
     numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, Number)}
     values = tuple(
         numbers[key] * scale if key in numbers else NOTHING
         for key, scale in zip(POSE_ORDER, POSE_SCALES, strict=True)
     )
-    native = tuple((key, str(int(numbers[key]))) for key in ("S", "T") if key in numbers)
+    native = tuple((key, str(int(numbers[key]))) for key in ARM if key in numbers)
     configuration = flags(int(numbers["S"])) if "S" in numbers else ()
     sectors = signs(int(numbers["T"])) if "S" in numbers and "T" in numbers else ()
     return PositionLiteral("pose", values, _external(numbers), configuration, native, sectors)
@@ -106,12 +114,27 @@ def _axes(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
     if not given.keys() <= AXIS_NUMBERS.keys() | set(EXTERNALS):
         return _record(it, scope, kind)
     if not all(type(value) is Number for value in given.values()):
-        if given.keys() == AXIS_NUMBERS.keys():
-            return Function("joints", tuple(settle(given[key], scope) for key in AXIS_NUMBERS))
-        return _record(it, scope, kind)
+        return _computed("joints", AXIS_NUMBERS, given, scope)
     numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, Number)}
     values = tuple(numbers[key] * deg if key in numbers else NOTHING for key in AXIS_NUMBERS)
     return PositionLiteral("joint", values, _external(numbers))
+
+
+def _computed(
+    name: str, order: Iterable[str], given: Mapping[str, Expression | KrlAggregate], scope: Scope
+) -> Function:
+    """A position of which a component is computed, nan where one is left out; S, T and external axes by their names."""
+    parts = {key: settle(value, scope) for key, value in given.items()}
+    arguments: list[Expression] = [parts.get(key, Number(NOTHING)) for key in order]
+    arm = tuple((key, parts[key]) for key in ARM if key in parts)
+    if arm:
+        arguments.append(NamedArgument("conf", RecordLiteral("", arm)))
+    if not parts.keys().isdisjoint(EXTERNALS):
+        axes = (parts.get(key, Number(NOT_CONNECTED)) for key in EXTERNALS)
+        arguments.append(
+            NamedArgument("axes", RecordLiteral("extjoint", tuple(zip(EXTERNALS, axes, strict=True))))
+        )
+    return Function(name, tuple(arguments))
 
 
 def _external(numbers: dict[str, float]) -> tuple[float, ...]:

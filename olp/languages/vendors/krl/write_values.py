@@ -327,12 +327,22 @@ class KrlValues(Generator):
         return f"B_NOT {self.value(given[0], _PRODUCT)}"
 
     def function_pose_angles(self, given: tuple[ex.Expression, ...]) -> str:
-        if len(given) != _PARTS_OF_POSE:
+        if len(given) < _PARTS_OF_POSE:
             raise CannotSayError(terminology.function("pose-angles"))
-        return self._aggregate([(word, given[place]) for word, place in POSE])
+        return self._aggregate([*((word, given[place]) for word, place in POSE), *self._named_parts(given)])
 
     def function_joints(self, given: tuple[ex.Expression, ...]) -> str:
-        return self._aggregate(list(zip(AXIS_WORDS, given, strict=False)))
+        return self._aggregate([*zip(AXIS_WORDS, given[:6], strict=False), *self._named_parts(given)])
+
+    def _named_parts(self, given: tuple[ex.Expression, ...]) -> list[tuple[str, ex.Expression]]:
+        """S, T and external axes of KRL's own position."""
+        records = [one.value for one in given if isinstance(one, ex.NamedArgument)]
+        if records and not self.own:
+            raise CannotSayError("external axes of a computed position")
+        parts = [
+            part for record in records if isinstance(record, ex.RecordLiteral) for part in record.members
+        ]
+        return [(name, one) for name, one in parts if one != ex.Number(values.NOT_CONNECTED)]
 
     def _aggregate(self, parts: list[tuple[str, ex.Expression]]) -> str:
         """Numbers only, but in KRL's own programs; `computed` puts other ones into a variable first."""

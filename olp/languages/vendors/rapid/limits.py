@@ -48,6 +48,7 @@ LIMITS = Limits(
     acceleration_range=(0.2, 1.0),  # AccSet takes less for 20 %
     reserved=RESERVED,
     watches_flags=True,
+    computed_axes=True,
     value_types=ValueTypes(signals_are_states=False, persistent_systems=True),
     clocks=1000,  # as many as are declared
     state_signals={

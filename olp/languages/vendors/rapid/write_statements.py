@@ -177,7 +177,12 @@ class RapidStatements(RapidMoves):
 
     def _partly(self, target: ex.Expression, value: ex.Expression, kind: str) -> str | None:
         """A pose that keeps its place or its turn is assigned in part."""
-        if kind == "jointtarget" and isinstance(value, ex.Function) and value.name == "joints":
+        if (
+            kind == "jointtarget"
+            and isinstance(value, ex.Function)
+            and value.name == "joints"
+            and len(value.arguments) <= 6
+        ):
             return f"{self.value(target)}.robax:={self.robjoint_text(value.arguments)};"
         if not isinstance(value, ex.Function) or kind not in (*_POSES, *FRAMES, ""):
             return None

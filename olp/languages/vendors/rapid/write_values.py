@@ -20,6 +20,7 @@ from olp.languages.vendors.rapid.predefined_data import PREDEFINED_NAMES
 
 _BITS: Final = "RAPID computes with the bits of a byte alone: BitAnd, BitOr, BitXOr, BitNeg"
 TIMED_OUT: Final = "olp_timed_out"
+_NOT_CONNECTED: Final = ex.Number(9e9)
 _READERS: Final = {
     "in": "DInput", "out": "DOutput", "in-group": "GInput", "out-group": "GOutput", "analog-in": "AInput",
     "analog-out": "AOutput",
@@ -293,6 +294,8 @@ class RapidValues(Generator):
         if of == "robjoint" and all(isinstance(value, ex.Item) for _, value in members):
             return self.robjoint_text(tuple(value for _, value in members))
         if of == "extjoint":
+            if any(value == _NOT_CONNECTED for _, value in members):
+                return f"[{','.join('9E9' if v == _NOT_CONNECTED else self.value(v) for _, v in members)}]"
             base = common_base(tuple(value for _, value in members), tuple(f"e{n}" for n in range(1, 7)))
             if base is not None:
                 return f"{self.value(base)}.extax"
@@ -440,7 +443,8 @@ class RapidValues(Generator):
         return self._assembled(f"[{place}]", f"{name}.rot", (), kind)
 
     def function_joints(self, given: Arguments, kind: str = "") -> str:
-        return f"[{self.robjoint_text(given)},{NO_AXES}]"
+        axes = [self.value(one.value) for one in given if isinstance(one, ex.NamedArgument) and one.value]
+        return f"[{self.robjoint_text(given[:6])},{axes[0] if axes else NO_AXES}]"
 
     def function_pose_distance(self, given: Arguments, kind: str = "") -> str:
         def pos(it: ex.Expression) -> str:
