@@ -42,7 +42,8 @@ def one(line: str, **lists: list[str]) -> Any:
 
 
 def unplaced(statement: Any) -> Any:
-    return replace(statement, line=0)
+    triggers = tuple(trigger._replace(above=0) for trigger in getattr(statement, "triggers", ()))
+    return replace(statement, line=0, **({"triggers": triggers} if triggers else {}))
 
 
 def codes(program: Program) -> list[tuple[str, int]]:

@@ -31,7 +31,7 @@ ENDMODULE
 def test_a_move_acts_at_its_end() -> None:
     plan = read_source(decode(_PROGRAM.encode(), "M.mod")).plan()
     happens = [
-        plan.events[int(row)][1:] if kind == StepKind.SIGNAL else int(line)
+        plan.events[int(row)][1:3] if kind == StepKind.SIGNAL else int(line)
         for kind, row, line in zip(plan.kind, plan.row, plan.line, strict=True)
     ]
     assert happens == [
@@ -74,7 +74,7 @@ def test_a_trigger_sets_its_output_on_the_way() -> None:
     """TriggIO: with \\Start at the start of the move, else that far before its end; the value is that of then."""
     plan = read_source(decode(_TRIGGERS.encode(), "M.mod")).plan()
     happens = [
-        plan.events[int(row)][1:] if kind == StepKind.SIGNAL else int(line)
+        plan.events[int(row)][1:3] if kind == StepKind.SIGNAL else int(line)
         for kind, row, line in zip(plan.kind, plan.row, plan.line, strict=True)
     ]
     assert happens == [
@@ -82,3 +82,4 @@ def test_a_trigger_sets_its_output_on_the_way() -> None:
         (("SIGNAL#(do5)",), 1.0), 12, (("SIGNAL#(ao1)",), 4.0), (("SIGNAL#(do5)",), 0.0),
         13,
     ]  # fmt: skip
+    assert [(one.metres, one.seconds) for one in plan.events.values()] == [(0, 0), (-0.03, -0.1), (-0.01, 0)]

@@ -11,6 +11,7 @@ from olp.core.source import decode
 from olp.fluent import read_source
 from olp.runtime.interpreter import run
 from olp.transpile import Context
+from olp.transpile.compare import compare_plans
 from olp.transpile.convert import convert
 from olp.transpile.link import link
 
@@ -93,22 +94,69 @@ def test_a_routine_that_takes_no_time_is_called_there(target):
     assert fates(text, target) == {(4, "approximated")}
 
 
-SHIFTED = (
-    # trigger, whether it stands behind the move, what is told
-    ("DISTANCE=1 DELAY=-50", True, "at the end of the move, not 50 ms before it"),
-    ("DISTANCE=0 DELAY=20", False, "at the start of the move, not 20 ms behind it"),
-    ("PATH=-20.5 DELAY=0", True, "at the end of the move, not 20.5 mm before it"),
-    ("PATH=20 ONSTART DELAY=-5", False, "at the start of the move, not 20 mm behind it and 5 ms before it"),
+ON_THE_WAY = (
+    # trigger, target, how the target says it
+    (
+        "DISTANCE=1 DELAY=-50",
+        "rapid",
+        r"TriggIO (\w+),0\.05\\Time\\DOp:=do3,1;\s+TriggL .*,v250,\1,fine,tool0;",
+    ),
+    ("PATH=-20.5 DELAY=0", "rapid", r"TriggIO (\w+),20\.5\\DOp:=do3,1;\s+TriggL .*,\1,fine,tool0;"),
+    ("PATH=20 ONSTART DELAY=-5", "rapid", r"TriggEquip (\w+),20\\Start,0\.005\\DOp:=do3,1;\s+TriggL .*,\1,"),
+    ("DISTANCE=1 DELAY=-50", "tp", r"L P\[2\] 250mm/sec FINE TB \.05sec,DO\[3\]=ON "),
+    ("PATH=-20.5 DELAY=0", "tp", r"L P\[2\] 250mm/sec FINE DB 20\.5mm,DO\[3\]=ON "),
+    ("PATH=20 ONSTART DELAY=-5", "krl", r"TRIGGER WHEN PATH=20 ONSTART DELAY=-5 DO \$OUT\[3\]=TRUE"),
 )
 
 
-@pytest.mark.parametrize("target", WORDS)
-@pytest.mark.parametrize(("when", "behind", "says"), SHIFTED)
-def test_one_that_acts_on_the_way_acts_at_the_nearer_end_which_is_told(target, when, behind, says):
+@pytest.mark.parametrize(("when", "target", "says"), ON_THE_WAY)
+def test_one_that_acts_on_the_way_does_so_where_the_target_can_say_it(when, target, says):
+    text = krl(START, f"TRIGGER WHEN {when} DO $OUT[3]=TRUE", FIRST, SECOND)
+    assert re.search(says, translated(text, "krl", target))
+    assert not [loss for loss in converted(text, "krl", target).translated.losses if loss.line == 3]
+    here, there = run(read(text, "krl"), robot=ROBOT), run_elsewhere(text, "krl", target)
+    found = compare_plans(here, there, speeds=False)
+    assert found.differences == []
+    assert found.steps == 4
+
+
+SHIFTED = (
+    # trigger, target, whether it stands behind the move, what is told
+    ("DISTANCE=0 DELAY=20", "rapid", False, "at the start of the move, not 20 ms behind it"),
+    ("DISTANCE=0 DELAY=20", "tp", False, "at the start of the move, not 20 ms behind it"),
+    (
+        "PATH=20 ONSTART DELAY=-5",
+        "tp",
+        False,
+        "at the start of the move, not 20 mm behind and 5 ms before it",
+    ),
+    ("PATH=-20 DELAY=-5", "tp", True, "at the end of the move, not 20 mm before and 5 ms before it"),
+)
+
+
+@pytest.mark.parametrize(("when", "target", "behind", "says"), SHIFTED)
+def test_any_other_one_acts_at_the_nearer_end_which_is_told(when, target, behind, says):
     text = krl(START, f"TRIGGER WHEN {when} DO $OUT[3]=TRUE", FIRST, SECOND)
     assert order(text, target).index(WORDS[target][1]) == (2 if behind else 1)
     losses = converted(text, "krl", target).translated.losses
     assert [(x.line, str(x.fate)) for x in losses if says in x.says] == [(3, "approximated")]
+
+
+def test_the_proof_sees_an_output_that_switches_elsewhere():
+    one, other = (
+        run(
+            read(krl(START, f"TRIGGER WHEN DISTANCE=1 DELAY={ms} DO $OUT[3]=TRUE", FIRST), "krl"), robot=ROBOT
+        )
+        for ms in (-50, -60)
+    )
+    assert [found.part for found in compare_plans(one, other).found] == ["order"]
+    assert compare_plans(one, one).found == []
+
+
+def test_at_a_corner_each_controller_counts_from_its_own_end():
+    text = krl(START, "TRIGGER WHEN DISTANCE=1 DELAY=-50 DO $OUT[3]=TRUE", FIRST + " C_DIS", SECOND)
+    assert "TriggL" in translated(text, "krl", "rapid")
+    assert fates(text, "rapid") == {(3, "approximated")}
 
 
 @pytest.mark.parametrize(("corner", "fate"), [("", "approximated"), (" C_DIS", "commented")])

@@ -74,14 +74,16 @@ _MOVES = (
         ("TriggIO gun,0.1\\Time\\DOp:=do1,1;", "TriggIO off,0.2\\Time\\DOp:=do2,0;"),
     ],
 )
-def test_outputs_on_the_way_stand_at_the_nearer_end_in_their_order_and_the_receipt_says_so(rows, target):
+def test_outputs_on_the_way_stand_in_their_order_and_the_receipt_says_which_are_elsewhere(rows, target):
     text = module(*rows, *_MOVES, data=_TRIGGERS)
     one, other = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
-    found = compare_plans(one, other)
+    told = translated_at_once(text, "rapid", target).translated.losses
+    at_ends = {loss.line for loss in told if loss.part == "order"}
+    found = compare_plans(one, other, loose={"order": at_ends})
     assert found.differences == []
     assert found.steps == 6
-    told = translated_at_once(text, "rapid", target).translated.losses
-    assert {loss.line for loss in told if loss.part == "order"} >= {11, 12}
+    # TP has one for each move, KRL as many as are needed; in a corner each counts from its own end.
+    assert at_ends & {11, 12} == {11} | ({12} if target in ("inform", "urscript") else set())
     assert not [loss for loss in told if loss.leaves_out]
 
 

@@ -68,12 +68,32 @@ def test_registers_of_a_listing_that_nothing_sets_are_named(target):
 
 
 @pytest.mark.parametrize(
-    "option", ["Skip,LBL[2]", "TB .50sec,DO[4]=ON", "TA .20sec,CALL OPEN", "DB 10mm,DO[1]=ON"]
+    "option", ["Skip,LBL[2]", "TB .50sec,P-SPS", "TA .20sec,CALL OPEN", "DB 10mm,DO[1]=DI[1]"]
 )
 @pytest.mark.parametrize("target", ["rapid", "krl", "inform", "urscript"])
 def test_what_happens_on_the_way_of_a_move_is_refused_with_it(option, target):
     rows = ("J P[1] 100% FINE", f"L P[2] 100mm/sec FINE {option}", "LBL[2]")
     assert option.split()[0].split(",")[0] in refused(tp(*rows, positions=(P1, P2)), "tp", target)[7]
+
+
+ON_THE_WAY = {
+    ("TB .50sec,DO[4]=ON", "krl"): r"TRIGGER WHEN DISTANCE=1 DELAY=-500 DO \$OUT\[4\]=TRUE",
+    ("TA .20sec,DO[4:gun]=OFF", "krl"): r"\$OUT\[4\]=FALSE",
+    ("DB 10.0mm,RO[1]=ON", "rapid"): r"TriggIO (\w+),10\\DOp:=ro1,1;\s+TriggL P2,v100,\1,fine",
+    ("DB 10mm,DO[1]=ON", "krl"): r"TRIGGER WHEN PATH=-10 DELAY=0 DO \$OUT\[1\]=TRUE",
+    ("TB 0.25sec,DO[4]=ON", "inform"): r"DOUT OT#\(4\) ON",
+    ("TB 0.25sec,DO[4]=ON", "urscript"): r"set_digital_out\(4, True\)|set_standard_digital_out\(4, True\)",
+}
+
+
+@pytest.mark.parametrize(("option", "target"), ON_THE_WAY)
+def test_an_output_on_the_way_of_a_move_stays_there_or_is_told(option, target):
+    rows = ("J P[1] 100% FINE", f"L P[2] 100mm/sec FINE {option}", "L P[1] 100mm/sec FINE")
+    text = tp(*rows, positions=(P1, P2))
+    written = translated(text, "tp", target)
+    assert re.search(ON_THE_WAY[option, target], written)
+    told = [loss for loss in losses(text, "tp", target) if loss.line == 7 and loss.part == "order"]
+    assert bool(told) is not bool(re.search("TRIGGER|Trigg", written))
 
 
 def test_an_option_that_moves_the_wrist_otherwise_is_told():

@@ -12,6 +12,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+import numpy as np
+
 from olp.contracts import handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.oracle import PoseSpelling, is_written, numbers_of, spelling_of
@@ -19,8 +21,9 @@ from olp.contracts.programs import BRANCHES, COMMENT, POINTS, Contract, contract
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError, Severity
 from olp.core.source import decode, load
-from olp.ir.expressions import Number, Signal, SignalState
-from olp.ir.program import Comment, Declare, Opaque, Program, SetOutput
+from olp.core.units import mm
+from olp.ir.expressions import Number, Quantity, Signal, SignalState
+from olp.ir.program import Comment, Declare, Move, Opaque, PathTrigger, Program, SetOutput
 from olp.languages.limits import limits_of
 from olp.languages.vendor import Vendor, find_vendor, vendor_names
 from olp.runtime.end_actions import shown_at_ends
@@ -138,6 +141,26 @@ def check_writer(vendor: Vendor, *, samples: Path | None = None, first: bool = F
 
 
 # --- the text ----------------------------------------------------------------------------------------------
+
+
+_TRIGGERS: Final = tuple(
+    PathTrigger(
+        Signal("out", Number(3)),
+        SignalState(on),
+        at_start,
+        None if metres is None else Quantity(Number(metres), mm),
+        None if seconds is None else Quantity(Number(seconds), 1.0),
+    )
+    for on, at_start, metres, seconds in (
+        (True, False, None, -0.13),
+        (False, False, None, 0.07),
+        (True, False, -17.5, None),
+        (False, False, -17.5, -0.04),
+        (True, True, 23.5, None),
+        (False, True, None, 0.11),
+        (True, True, 23.5, 0.06),
+    )
+)
 
 
 def is_found(it: WriterUnderTest) -> Iterator[Difference]:
@@ -295,6 +318,30 @@ def writes_each_kind_of_statement(it: WriterUnderTest) -> Iterator[Difference]:
         wanted = stopped_by_advance(loosened(wanted, made.translated.losses), it.vendor)
         yield from ((f"a program with {kind}", d) for d in differences(wanted, found))
         yield from it.unlike(f"a program with {kind}", again, found)
+
+
+def switches_on_the_way(it: WriterUnderTest) -> Iterator[Difference]:
+    """An output that a move switches on its way does so at the same place when it is written and read again"""
+    forms = limits_of(it.vendor.name).path_triggers
+    *before, last = probes()["Move linear"]
+    assert isinstance(last, Move)
+    for trigger in _TRIGGERS if forms is not None else ():
+        if forms is None or not forms.say(trigger, last.path):
+            continue
+        program = program_with((*before, replace(last, triggers=(trigger,))), it.vendor.name)
+        made = it.written(program)
+        again, _ = read_again(made, it.vendor, runs=False)
+        wanted, found = (list(run(one, robot_of()).events.values()) for one in (program, again))
+        given = (
+            f"{trigger.metres and trigger.metres.literal} m, {trigger.seconds and trigger.seconds.literal} s"
+        )
+        if len(found) != len(wanted):
+            yield given, f"it switches {len(found)} outputs, not {len(wanted)}"
+            continue
+        for one, other in zip(wanted, found, strict=True):
+            far = (one.value, one.metres, one.seconds), (other.value, other.metres, other.seconds)
+            if not np.allclose(*far, rtol=0.0, atol=1e-6):
+                yield given, f"value, metres and seconds behind the end: {far[1]}, not {far[0]}"
 
 
 def writes_back_its_own(it: WriterUnderTest) -> Iterator[Difference]:
@@ -459,6 +506,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     keeps_words,
     loses_nothing_else,
     writes_each_kind_of_statement,
+    switches_on_the_way,
     has_a_true_reader,
     writes_back_its_own,
     writes_the_same_again,

@@ -76,6 +76,26 @@ class Search(NamedTuple):
     distance: Quantity | None = None
 
 
+class PathTrigger(NamedTuple):
+    """An output that switches while a move is under way, `metres` and `seconds` behind its end, or its start.
+
+    Negative ones lie before that end. Times count from where the arm is at the distance. `above`: how many lines
+    above the move it stands, 0 where the move itself names it.
+    """
+
+    signal: Signal
+    value: Expression
+    at_start: bool
+    metres: Quantity | None = None
+    seconds: Quantity | None = None
+    above: int = 0
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether it acts anywhere else than at an end of the move."""
+        return any(far is not None and far.literal != 0.0 for far in (self.metres, self.seconds))
+
+
 class MovePart(NamedTuple):
     """What another control group does during the same move."""
 
@@ -121,6 +141,12 @@ class Move:
     frame: Expression | None = None  # None: that of the point, else the modal one
     offset: Expression | None = None  # a pose added in the move's frame (FANUC Offset)
     tool_offset: Expression | None = None  # a pose added in the tool's axes (FANUC Tool_Offset)
+    triggers: tuple[PathTrigger, ...] = ()  # in the order in which they are named
+
+    @property
+    def has_signals(self) -> bool:
+        """Whether it may name signals."""
+        return self.until is not None or self.search is not None or bool(self.triggers)
 
 
 @dataclass(frozen=True, slots=True)

@@ -147,6 +147,7 @@ def is_usual(s: Move) -> bool:
         or s.arc is not None
         or s.offset is not None
         or s.tool_offset is not None
+        or s.triggers
     ):
         return False
     turn, rate, share = s.turn, s.rate, s.acceleration

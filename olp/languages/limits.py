@@ -10,7 +10,7 @@ from typing import Final
 
 from olp.core.diagnostic import OlpError, error
 from olp.ir.expressions import Store
-from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
+from olp.ir.moves import AccelerationUnit, BlendKind, Path, PathTrigger, SpeedUnit
 
 Range = tuple[float, float]
 _SAME: Final = 1e-6  # relative: so far outside, a number is still within
@@ -67,6 +67,37 @@ class ValueTypes:
 
     signals_are_states: bool
     persistent_systems: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PathTriggerForms:
+    """Outputs that moves of a language can switch while they are under way. Ranges: behind the end that is named.
+
+    `most`: of one move. `paths`: whose moves can have some, `metres_on`: whose moves can name a distance. `delayed`:
+    what acts at a distance can do so earlier or later, too.
+    """
+
+    most: int
+    paths: frozenset[Path]
+    metres_on: frozenset[Path]
+    seconds_at_start: Range
+    seconds_at_end: Range
+    metres_at_start: Range
+    metres_at_end: Range
+    delayed: bool
+
+    def say(self, trigger: PathTrigger, path: Path) -> bool:
+        """Whether a move on such a path can name a trigger: one whose shift is written out."""
+        far = trigger.metres, trigger.seconds
+        if path not in self.paths or any(one is not None and one.literal is None for one in far):
+            return False
+        metres, seconds = (0.0 if one is None else one.literal or 0.0 for one in far)
+        if metres and (path not in self.metres_on or (seconds and not self.delayed)):
+            return False
+        at_start = trigger.at_start
+        low, high = self.metres_at_start if at_start else self.metres_at_end
+        first, last = self.seconds_at_start if at_start else self.seconds_at_end
+        return low <= metres <= high and (first <= seconds <= last or bool(metres))
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +173,7 @@ class Limits:
     # Moves
     separate_deceleration: bool = False  # a move can brake otherwise than it speeds up
     arcs_by_angle: bool = False  # an arc may turn by an angle instead of ending at its target
+    path_triggers: PathTriggerForms | None = None  # outputs that switch while a move is under way
     chained_arcs: bool = False  # an arc is a chain of moves, each to one of its points
     native_offsets: frozenset[str] = (
         frozenset()

@@ -220,16 +220,23 @@ def pause(m: Machine, s: Pause) -> None:
 def set_output(m: Machine, s: SetOutput) -> None:
     if s.signal.bus in PERIPHERY:
         m.stop_advance()
-    value = evaluate(m, s.value)
-    write_signal(m, s.signal, value)
-    event = Event("set", (signal_name(key_of(m, s.signal)),), as_number(value))
-    m.recorder.signal(m.frame.job.source, s.line, event=event)
+    switch(m, s.line, s.signal, s.value)
+
+
+def switch(
+    m: Machine, line: int, signal: Signal, value: Expression, metres: float = 0.0, seconds: float = 0.0
+) -> None:
+    """Sets an output, so far behind where the step stands."""
+    state = evaluate(m, value)
+    write_signal(m, signal, state)
+    event = Event("set", (signal_name(key_of(m, signal)),), as_number(state), metres, seconds)
+    m.recorder.signal(m.frame.job.source, line, event=event)
 
 
 def act(m: Machine, s: Move, at_start: bool) -> None:
     """Sets the outputs that a move switches on its way, near its start or near its end."""
-    for output in moves.outputs_on_the_way(m, s, at_start):
-        set_output(m, output)
+    for signal, value, metres, seconds, above in moves.outputs_on_the_way(m, s, at_start):
+        switch(m, s.line - above, signal, value, metres, seconds)
 
 
 def pulse_output(m: Machine, s: PulseOutput) -> None:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from operator import itemgetter
-from typing import Final
+from typing import Final, NamedTuple, TypeVar
 
 from olp.core.diagnostic import Severity
+from olp.core.units import mm
 from olp.ir.expressions import (
     POSITION_STORES,
     Expression,
     Named,
     Number,
     PositionLiteral,
+    Quantity,
     Signal,
     SignalState,
     Store,
@@ -23,7 +27,7 @@ from olp.ir.expressions import (
     Unknown,
     Variable,
 )
-from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, Process, SetOutput
+from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, PathTrigger, Process
 from olp.robots.geometry import Pose
 from olp.runtime.evaluate import evaluate, quantity, read_variable, whole
 from olp.runtime.memory import Record, SystemPosition, Value
@@ -51,6 +55,7 @@ from olp.runtime.state import Machine, StatementError, role
 _EXACT, _ZONE, _UNTAGGED, _RADIUS = (
     int(c) for c in (BlendCode.EXACT, BlendCode.ZONE, BlendCode.UNTAGGED, BlendCode.RADIUS)
 )
+T = TypeVar("T")
 _HIGHEST_LEVEL = 8
 _MOST_TURNS = 100  # of one arc
 _SAME_TURN = 1e-9  # of the elements of two rotations
@@ -115,14 +120,17 @@ def _is_simple(s: Move) -> bool:
         and s.turn is None
         and s.offset is None
         and s.tool_offset is None
+        and not s.triggers
     )
 
 
 def _compound(m: Machine, s: Move) -> None:
     """A move of several mechanisms, or with anything besides target, speed and blend."""
     if s.arc is not None:
-        for arc in _by_angle(m, s, quantity(m, s.arc)):
+        m.operations.act(m, s, True)
+        for arc in _by_angle(m, replace(s, triggers=()), quantity(m, s.arc)):
             _compound(m, arc)
+        m.operations.act(m, s, False)
         return
     path = PATH_CODES[s.path]
     if _stays(m, s):
@@ -164,7 +172,7 @@ def _compound(m: Machine, s: Move) -> None:
         recorded.append((mechanism, target, row_path, row_unit, row_speed, code, zone))
     # Only now: a tag without a value leaves the whole move out, and a step without rows would be none.
     recorder = m.recorder
-    acts = bool(s.other) and m.conventions.actions_at_ends
+    acts = bool(s.triggers) or (bool(s.other) and m.conventions.actions_at_ends)
     if acts:
         m.operations.act(m, s, True)
     recorder.step(m.frame.job.source, s.line)
@@ -334,68 +342,106 @@ def _report_unknowables(m: Machine, s: Move) -> None:
 
 
 # --- Triggers ---
-# Outputs that RAPID's TriggL, TriggJ and TriggC switch on the way, as TriggIO or TriggEquip has said before. A trigger
-# is data: what it switches, to what, and how far from the end of the move, or from its start (\Start), it acts (ABB,
-# technical reference manual, TriggIO). A plan has steps and no places within them: what acts near the start is a step
-# before the move, everything else one behind it.
+# Outputs that switch while a move is under way: the move names them (`PathTrigger`), or RAPID's TriggL, TriggJ and
+# TriggC name variables that TriggIO or TriggEquip has set before (ABB, technical reference manual, TriggIO). A plan has
+# steps and no places within them: what acts near the start is a step before the move, everything else one behind it.
 
 
 # The type of a trigger, and the argument of a process instruction that names it.
 _TRIGGER: Final = "triggdata"
 _TRIGG: Final = "trigg"
 _AT_START: Final = "start"
-_UNIT, _FAR = "unit", "far"  # how far from that end it acts [mm or s]
+_METRES, _SECONDS = "metres", "seconds"  # how far behind that end it acts
+
+
+class SwitchedOnTheWay(NamedTuple):
+    """What switches `metres` and `seconds` behind an end of a move; nan where nothing tells it."""
+
+    signal: Signal
+    value: Expression
+    metres: float
+    seconds: float
+    above: int = 0  # lines above the move
 
 
 def define_trigger(m: Machine, s: Process) -> bool:
     """Keeps what a TriggIO or TriggEquip says in its variable; False for any other instruction."""
     given = dict(s.arguments)
-    name, signal = given.get(_TRIGGER), given.get("signal")
-    if not isinstance(name, Named) or not isinstance(signal, Signal) or not isinstance(signal.index, Text):
+    name, trigger = given.get(_TRIGGER), trigger_of(s)
+    if not isinstance(name, Named) or trigger is None or not isinstance(trigger.signal.index, Text):
         return False
     members: dict[str, Value] = {
-        "bus": signal.bus,
-        "signal": signal.index.value,
-        "value": evaluate(m, given["value"]),
-        _AT_START: given[_AT_START] == SignalState(True),
-        _UNIT: "s" if "s" in given else "mm",
-        _FAR: evaluate(m, given["s" if "s" in given else "mm"]),
+        "bus": trigger.signal.bus,
+        "signal": trigger.signal.index.value,
+        "value": evaluate(m, trigger.value),
+        _AT_START: trigger.at_start,
+        _METRES: _far(m, trigger.metres),
+        _SECONDS: _far(m, trigger.seconds),
     }
     write_name(m, name.name, Record(_TRIGGER, members))
     return True
 
 
-def outputs_on_the_way(m: Machine, s: Move, at_start: bool) -> list[SetOutput]:
-    """What a move's triggers switch near its start, or near its end, in the order of their places.
+def trigger_of(s: Process) -> PathTrigger | None:
+    """What an instruction that sets a trigger says, with lengths in m and times in s; None for any other one."""
+    given = dict(s.arguments)
+    signal = given.get("signal")
+    if _TRIGGER not in given or not isinstance(signal, Signal):
+        return None
+    at_start = given[_AT_START] == SignalState(True)
+    ahead = 1.0 if at_start else -1.0  # distances from the end lie before it
+    metres = Quantity(given["mm"], ahead * mm) if "mm" in given else None
+    seconds = Quantity(given["s"], ahead) if "s" in given else None
+    if "lag" in given:  # of what is switched: the earlier
+        seconds = Quantity(given["lag"], -1.0)
+    return PathTrigger(signal, given["value"], at_start, metres, seconds)
 
-    Lengths and times cannot be compared: such triggers act in the order in which they are named.
-    """
-    if not s.other or not s.other[0][0].casefold().startswith(_TRIGG):
-        return []
-    found: list[tuple[float, SetOutput]] = []
-    units = set()
-    for _, value in s.other[1:]:
-        slot = find_slot(m, value.name) if isinstance(value, Named) else None
-        trigger = None if slot is None else slot.value
-        if (
-            not isinstance(trigger, Record)
-            or trigger.type != _TRIGGER
-            or trigger.members[_AT_START] != at_start
-        ):
-            continue
-        signal = Signal(str(trigger.members["bus"]), Text(str(trigger.members["signal"])))
-        set_to = trigger.members["value"]
-        if not isinstance(set_to, (bool, int, float)):
-            continue
-        state = SignalState(set_to) if isinstance(set_to, bool) else Number(set_to)
-        far = trigger.members[_FAR]
-        units.add(trigger.members[_UNIT] if isinstance(far, (int, float)) else None)
-        way = float(far) if isinstance(far, (int, float)) else 0.0
-        found.append((way if at_start else -way, SetOutput(s.line, signal, state)))
+
+def _far(m: Machine, amount: Quantity | None) -> float:
+    return 0.0 if amount is None else quantity(m, amount)
+
+
+def outputs_on_the_way(m: Machine, s: Move, at_start: bool) -> list[SwitchedOnTheWay]:
+    """What a move's triggers switch near its start, or near its end, in the order of their places, if that is known."""
+    found = [
+        SwitchedOnTheWay(one.signal, one.value, _far(m, one.metres), _far(m, one.seconds), one.above)
+        for one in s.triggers
+        if one.at_start is at_start
+    ]
+    if s.other and s.other[0][0].casefold().startswith(_TRIGG):
+        found += [one for _, e in s.other[1:] if (one := _set_trigger(m, e, at_start)) is not None]
     if found:
-        m.assume_once(
-            _TRIGGER, "outputs that switch on the way of a move are shown at the nearer of its ends"
-        )
-    if len(units) == 1:
-        found.sort(key=itemgetter(0))
-    return [output for _, output in found]
+        says = "outputs that switch on the way of a move are shown at the nearer of its ends"
+        m.assume_once(_TRIGGER, says)
+    return in_order(found, [(one.metres, one.seconds) for one in found]) or found
+
+
+def in_order(several: Sequence[T], places: Sequence[tuple[float, float]]) -> list[T] | None:
+    """What acts so many metres and seconds behind an end, in the order in which it acts.
+
+    None where one of two is nearer in metres, the other one in seconds.
+
+    >>> in_order("abc", [(-0.01, 0.0), (-0.01, -0.1), (-0.06, -0.1)])
+    ['c', 'b', 'a']
+    """
+    rows = sorted(zip(places, several, strict=True), key=itemgetter(0))
+    if any(first[0][1] > second[0][1] for first, second in pairwise(rows)):
+        return None
+    return [one for _, one in rows]
+
+
+def _set_trigger(m: Machine, e: Expression, at_start: bool) -> SwitchedOnTheWay | None:
+    """What the trigger in a variable switches near that end of a move."""
+    slot = find_slot(m, e.name) if isinstance(e, Named) else None
+    trigger = None if slot is None else slot.value
+    if not isinstance(trigger, Record) or trigger.type != _TRIGGER:
+        return None
+    held = trigger.members
+    value = held["value"]
+    if held[_AT_START] != at_start or not isinstance(value, (bool, int, float)):
+        return None
+    metres, seconds = held[_METRES], held[_SECONDS]
+    assert isinstance(metres, float)
+    assert isinstance(seconds, float)
+    state = SignalState(value) if isinstance(value, bool) else Number(value)
+    return SwitchedOnTheWay(Signal(str(held["bus"]), Text(str(held["signal"]))), state, metres, seconds)

@@ -63,11 +63,16 @@ class BlendCode(IntEnum):
 
 
 class Event(NamedTuple):
-    """What a signal step or a wait is about: signals as olp.toml spells them, and the value (nan: not a number)."""
+    """What a signal step or a wait is about: signals as olp.toml spells them, and the value (nan: not a number).
+
+    `metres`, `seconds`: how far behind its place it acts, as a trigger of a move does (`olp.ir.moves.PathTrigger`).
+    """
 
     kind: str  # set, pulse, wait
     signals: tuple[str, ...]
     value: float
+    metres: float = 0.0
+    seconds: float = 0.0
 
 
 class Assumption(NamedTuple):

@@ -137,8 +137,8 @@ def compare_plans(
 ) -> Comparison:
     """The differences of two plans.
 
-    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed", "blend" and "wait", the lines
-    of `one` where they are known to differ. `origins`: the line of `one` that each line of `other` was made from;
+    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed", "blend", "order" and "wait", the
+    lines of `one` where they are known to differ. `origins`: the line of `one` that each line of `other` was made from;
     without it steps are paired in their order. `renamed`: an event of `one` with the signals of `other`. `seconds`: of
     the steps of both plans, as they were timed. `other_lengths`: moves are not as long as they were when speeds of
     joint moves and sizes of blends were converted, which are then not compared; nor is what only one of two runs
@@ -359,6 +359,20 @@ def _compare_events(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
         result.differ(a, b, "signal", f"signals {says}")
     elif one.value != b.event.value and not (math.isnan(one.value) or math.isnan(b.event.value)):
         result.differ(a, b, "signal", f"{_named(a.event)} to {one.value:g} and to {b.event.value:g}")
+    elif a.line not in rules.loose.get("order", frozenset()):
+        _compare_shifts(a, b, (one, b.event), result, rules)
+
+
+def _compare_shifts(
+    a: ComparedStep, b: ComparedStep, events: tuple[Event, Event], result: Comparison, rules: _Rules
+) -> None:
+    """How far from its place each output switches, where triggers of moves switch them."""
+    one, other = events
+    limits = (("mm", mm, rules.tolerances.position), ("s", 1.0, rules.tolerances.wait))
+    for (unit, scale, limit), x, y in zip(limits, one[3:], other[3:], strict=True):
+        if abs(x - y) > limit:
+            says = f"{_named(one)} {x / scale:g} {unit} and {y / scale:g} {unit} behind the place"
+            result.differ(a, b, "order", says)
 
 
 def _named(event: Event) -> str:

@@ -38,6 +38,7 @@ from olp.ir.program import (
     Jump,
     Move,
     Path,
+    PathTrigger,
     Program,
     PulseOutput,
     ReadInput,
@@ -498,6 +499,8 @@ class _Seen:
             for pose in (s.via, s.offset, s.tool_offset):
                 self.see(pose, "position")
             self.see(s.until, "boolean")
+            for one in s.triggers:
+                self._switched(one)
         kind = "position" if s.path is not Path.JOINT else self._joint_target(s)
         for target in s.targets:
             self.see(target, kind)
@@ -541,6 +544,9 @@ class _Seen:
             self.see(value)
 
     def _output(self, s: SetOutput) -> None:
+        self._switched(s)
+
+    def _switched(self, s: SetOutput | PathTrigger) -> None:
         kind = kind_of_value(self.symbols, self.routine.name, s.signal)
         self.see(s.signal)
         numeric = conventions_of(self.program.vendor).numeric_booleans

@@ -28,7 +28,7 @@ def own_components(program: Program, work: TranslationContext) -> Program:
         for s in routine.body:
             if isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s):
                 continue
-            if isinstance(s, Move) and s.until is None and s.search is None:
+            if isinstance(s, Move) and not s.has_signals:
                 continue
             for e in expressions_of(s):
                 kind = system_or_position(e.base, symbols, routine.name) if isinstance(e, Member) else ""

@@ -49,7 +49,7 @@ from olp.transpile.source_only import comment_texts, foreign_words
 from olp.transpile.source_plans import plans_of, work_for
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import hoist
-from olp.transpile.triggers import triggers
+from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
 from olp.transpile.unroll import executed
 
@@ -129,6 +129,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         spelling,
         stopped_advance,
         triggers,
+        on_the_way,
         at_ends,
         clocks,
         foreign_words,

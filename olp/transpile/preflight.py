@@ -174,7 +174,7 @@ def _signals(translated: Translated, target: str) -> Iterator[str]:
     new = {to if " " in to else f"{name.split(' ')[0]} {to}" for name, to in renamed.items()}
     kept: dict[str, None] = {}
     for s in translated.program.statements():
-        if not isinstance(s, Move) or s.until is not None or s.search is not None:
+        if not isinstance(s, Move) or s.has_signals:
             kept |= {_signal(e): None for e in expressions_of(s) if isinstance(e, Signal)}
     if conventions_of(target).controller_names:
         made = {*renamed.values(), _COMPUTED}

@@ -244,7 +244,9 @@ def receipt_of(
         tolerances=tolerances,
         origins=runs.origins,
         renamed=renamer(translated.mapping),
-        loose={"wait": {loss.line for loss in translated.losses if loss.part == "wait"}},
+        loose={
+            part: {loss.line for loss in translated.losses if loss.part == part} for part in ("wait", "order")
+        },
     )
     for before, after in zip(runs.source, runs.target, strict=False):
         if before is None or after is None:

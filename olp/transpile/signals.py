@@ -92,7 +92,7 @@ class _Signals:
         self.taken.setdefault(bus, set()).add(number)
 
     def statement(self, s: Statement) -> Statement:
-        if type(s) is Move and s.until is None and s.search is None:
+        if type(s) is Move and not s.has_signals:
             return s
         return mapped(s, self.change)
 

@@ -1,20 +1,33 @@
-"""Outputs that switch on the way of a move, at the nearer of its ends: other languages lack RAPID's TriggIO.
+"""Outputs that switch while a move is under way: as the target says it, or at the nearer end of the move.
 
-A trigger is data. Which one it is has to be known from the text: one instruction sets it, and nothing else names it.
+RAPID's TriggIO sets data which moves name. What it holds has to be known from the text: one instruction sets it, and
+nothing else names it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from operator import itemgetter
 from typing import Final
 
+from olp.core.units import mm, ms
 from olp.ir import terminology
-from olp.ir.expressions import Expression, Named, Number, Signal, SignalState, Text
-from olp.ir.program import Comment, Declare, Move, Process, Program, Routine, SetOutput, Statement
+from olp.ir.expressions import Named, Number, Quantity, SignalState, Text
+from olp.ir.program import (
+    Comment,
+    Declare,
+    Move,
+    Path,
+    PathTrigger,
+    Process,
+    Program,
+    Routine,
+    SetOutput,
+    Statement,
+)
 from olp.ir.transformer import expressions_of
+from olp.runtime.moves import in_order, trigger_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 
@@ -22,10 +35,12 @@ _SET: Final = "triggdata"  # the argument of an instruction that names the trigg
 _MOVES: Final = re.compile(r"trigg[ljc]", re.IGNORECASE)
 _FURTHER: Final = re.compile(r"\\t[2-8]", re.IGNORECASE)
 _SAID: Final = "what it says stands at the moves that name it"
+_CORNER: Final = "in a corner each controller counts from its own end of the move"
+_CURVED: Final = "on its way, which is no line, a distance may be along the path or straight to the point"
 
 
 def triggers(program: Program, work: TranslationContext) -> Program:
-    """Every move with known triggers as a move, with what they switch before and behind it."""
+    """Every move with known triggers as one that says itself what they switch, and where."""
     if not any(type(s) is Process and _of(s) for r in program.routines for _, s in work.look(r).rare):
         return program
     own = _Triggers(work, program)
@@ -34,31 +49,93 @@ def triggers(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
+def on_the_way(program: Program, work: TranslationContext) -> Program:
+    """Moves with their triggers where the target has such, else with statements before and behind them."""
+    if not any(type(s) is Move and s.triggers for s in program.statements()):
+        return program
+    routines = [
+        with_rows(r, [row for s in r.body for row in _said(s, work)]) if r.body else r
+        for r in program.routines
+    ]
+    return with_routines(program, routines)
+
+
+def _said(s: Statement, work: TranslationContext) -> list[Statement]:
+    if type(s) is not Move or not s.triggers:
+        return [s]
+    if all(_acts_at_an_end(one, s) for one in s.triggers):
+        return _beside(s, work)
+    forms = work.limits.path_triggers
+    if forms is None or len(s.triggers) > forms.most or not all(forms.say(one, s.path) for one in s.triggers):
+        return _beside(s, work)
+    for one in s.triggers:
+        says = _CORNER if _size(s) != 0.0 and not one.at_start else ""
+        if not says and s.path is not Path.LINEAR and one.metres is not None:
+            says = _CURVED
+        if says:
+            work.lose(_switched(s, one), Fate.APPROXIMATED, "order", says)
+    return [s]
+
+
+def _beside(s: Move, work: TranslationContext) -> list[Statement]:
+    """What its triggers switch before and behind a move, in the order in which they act."""
+    starts, ends = _near(s.triggers, True), _near(s.triggers, False)
+    return [
+        *[_output(s, one, work) for one in _in_order(starts) or starts],
+        replace(s, triggers=()),
+        *[_output(s, one, work) for one in _in_order(ends) or ends],
+    ]
+
+
+def _switched(s: Move, one: PathTrigger) -> SetOutput:
+    return SetOutput(s.line - one.above, one.signal, one.value)
+
+
+def _output(s: Move, one: PathTrigger, work: TranslationContext) -> SetOutput:
+    switched = _switched(s, one)
+    if not _acts_at_an_end(one, s):
+        name, end = terminology.signal(one.signal)[0], "start" if one.at_start else "end"
+        shifts = [(one.metres, mm, "mm"), (one.seconds, ms, "ms")] if one.is_shifted else []
+        says = " and ".join(_shift_text(far, scale, unit) for far, scale, unit in shifts if far is not None)
+        where = f", not {says} it" if says else f": {_CORNER}"
+        work.lose(switched, Fate.APPROXIMATED, "order", f"{name} switches at the {end} of the move{where}")
+    return switched
+
+
+def _shift_text(far: Quantity, scale: float, unit: str) -> str:
+    if far.literal is None:
+        return f"a computed number of {unit} from"
+    return f"{abs(far.literal) / scale:g} {unit} {'before' if far.literal < 0.0 else 'behind'}"
+
+
+def _acts_at_an_end(one: PathTrigger, s: Move) -> bool:
+    """Whether a trigger acts where the arm stands at that end of its move."""
+    return not one.at_start and _size(s) == 0.0 and not one.is_shifted
+
+
+def _size(s: Move) -> float | None:
+    """How large the blend at a move's end is, 0 for an exact stop."""
+    return s.blend.value.literal if s.blend is not None and s.blend.value is not None else None
+
+
 def _of(s: Process) -> str:
     """The trigger that an instruction sets, "" for any other one."""
     name = dict(s.arguments).get(_SET)
     return name.name if isinstance(name, Named) else ""
 
 
-def _is_at_start(one: Process) -> bool:
-    return dict(one.arguments)["start"] == SignalState(True)
+def _near(several: Iterable[PathTrigger], at_start: bool) -> list[PathTrigger]:
+    return [one for one in several if one.at_start is at_start]
 
 
-def _distance(one: Process) -> tuple[str, Expression]:
-    """How far from the end, or the start, of the move a trigger acts: unit and number."""
-    given = dict(one.arguments)
-    return ("s", given["s"]) if "s" in given else ("mm", given["mm"])
-
-
-def _in_order(several: Iterable[Process], at_start: bool) -> list[Process] | None:
-    """In the order in which they act, None where the text does not tell it."""
-    found = [one for one in several if _is_at_start(one) is at_start]
-    far = [_distance(one) for one in found]
-    numbers = [e.value for _, e in far if isinstance(e, Number)]
-    if len(found) > 1 and (len(numbers) < len(far) or len({unit for unit, _ in far}) > 1):
+def _in_order(several: Sequence[PathTrigger]) -> list[PathTrigger] | None:
+    """Those near one end of a move in the order in which they act, None where the text does not tell it."""
+    places = [
+        tuple(0.0 if far is None else far.literal for far in (one.metres, one.seconds)) for one in several
+    ]
+    if len(several) > 1 and any(None in place for place in places):
         return None
-    ways = [way if at_start else -way for way in numbers] if len(found) > 1 else [0.0] * len(found)
-    return [one for _, one in sorted(zip(ways, found, strict=True), key=itemgetter(0))]
+    return in_order(several, [(metres or 0.0, seconds or 0.0) for metres, seconds in places])
 
 
 @dataclass(slots=True)
@@ -76,19 +153,15 @@ class _Triggers:
             return [s]
         named = [e for tag, e in s.other[1:] if not tag or _FURTHER.fullmatch(tag)]
         keys = [self._key(e.name, routine) for e in named if isinstance(e, Named)]
-        found = [self._setting(key) for key in keys]
-        set_by = [one for one in found if one is not None]
-        starts, ends = _in_order(set_by, True), _in_order(set_by, False)
-        if len(set_by) < len(named) or starts is None or ends is None:
+        set_by = [one for key in keys if (one := self._setting(key)) is not None]
+        found = tuple(one for one in map(trigger_of, set_by) if one is not None)
+        told = all(_in_order(_near(found, at_start)) is not None for at_start in (True, False))
+        if len(found) < len(named) or not told:
             self.refused.update(keys)
             return [s]
         self.shown.update(keys)
         kept = tuple((tag, e) for tag, e in s.other[1:] if tag and not _FURTHER.fullmatch(tag))
-        return [
-            *[self._output(s, one) for one in starts],
-            replace(s, other=kept),
-            *[self._output(s, one) for one in ends],
-        ]
+        return [replace(s, other=kept, triggers=found)]
 
     def said(self, s: Statement, routine: Routine) -> Statement:
         """The instruction that sets a trigger as a comment, where all moves with this one could be written."""
@@ -99,20 +172,6 @@ class _Triggers:
             return s
         self.work.lose(s, Fate.APPROXIMATED, "statement", _SAID)
         return Comment(s.line, self.work.source.source.line(s.line).strip().rstrip(";"))
-
-    def _output(self, s: Move, one: Process) -> SetOutput:
-        """What a trigger of a move switches, and where it should."""
-        signal, value = dict(one.arguments)["signal"], dict(one.arguments)["value"]
-        assert isinstance(signal, Signal)
-        unit, far = _distance(one)
-        size = s.blend.value.literal if s.blend is not None and s.blend.value is not None else None
-        if _is_at_start(one) or size != 0.0 or far != Number(0):
-            place, way = ("start", "behind") if _is_at_start(one) else ("end", "before")
-            length = f"{far.value:g} {unit}" if isinstance(far, Number) else f"a computed number of {unit}"
-            name = terminology.signal(signal)[0]
-            says = f"{name} switches at the {place} of the move, not {length} {way} it"
-            self.work.lose(s, Fate.APPROXIMATED, "order", says)
-        return SetOutput(s.line, signal, value)
 
     def _key(self, name: str, routine: Routine) -> tuple[str, str]:
         own = {d.name for d in routine.data} | {p.name for p in routine.parameters}

@@ -36,6 +36,7 @@ from olp.ir.program import (
     EndIf,
     If,
     Move,
+    PathTrigger,
     Program,
     Routine,
     SetOutput,
@@ -81,9 +82,14 @@ class _Typing:
             s = mapped(s, lambda e: self._compared(routine, e))
         if isinstance(s, Assign):
             return self._assigned(routine, s)
+        if isinstance(s, Move) and s.triggers and self.types.signals_are_states:
+            return [replace(s, triggers=tuple(self._trigger(routine, one) for one in s.triggers))]
         if isinstance(s, SetOutput) and _is_digital(s.signal) and self.types.signals_are_states:
             return [replace(s, value=self._as_state(routine, s.value))]
         return [s]
+
+    def _trigger(self, routine: str, one: PathTrigger) -> PathTrigger:
+        return one._replace(value=self._as_state(routine, one.value)) if _is_digital(one.signal) else one
 
     def _assigned(self, routine: str, s: Assign) -> list[Statement]:
         wanted, given = self._kind(routine, s.target), self._kind(routine, s.value)

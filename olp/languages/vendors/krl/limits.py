@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 from typing import Final
 
 from olp.core.units import deg, percent
-from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
-from olp.languages.limits import Limits, ValueTypes
+from olp.ir.moves import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.languages.limits import Limits, PathTriggerForms, ValueTypes
 from olp.languages.vendors.krl.texts import HELPERS
 
 _WORDS: Final = """
@@ -58,6 +59,17 @@ LIMITS: Final = Limits(
     longest_pulse=3.0,  # PULSE, as its inline form, takes 0.1 to 3 s
     reserved=RESERVED | {"TEXT_WHOLE", *HELPERS},
     arcs_by_angle=True,
+    # TRIGGER (KSS 8, programming instructions for system integrators)
+    path_triggers=PathTriggerForms(
+        most=8,
+        paths=frozenset({Path.JOINT, Path.LINEAR, Path.CIRCULAR}),
+        metres_on=frozenset({Path.LINEAR, Path.CIRCULAR}),
+        seconds_at_start=(0.0, inf),
+        seconds_at_end=(-inf, 0.0),
+        metres_at_start=(0.0, inf),
+        metres_at_end=(-inf, 0.0),
+        delayed=True,
+    ),
     native_offsets=frozenset({"relative", "relative-tool"}),
     frame_numbers={"tool": 16, "user": 32},
     first_signal=1,

@@ -17,6 +17,7 @@ from olp.languages.vendors.krl.lists import ListReader
 from olp.languages.vendors.krl.neighbours import HEAD, NAME, TAIL, read_neighbours, stem
 from olp.languages.vendors.krl.parsing import KrlLineReader
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
+from olp.languages.vendors.krl.triggers import with_switches
 
 _OF_HEADS = frozenset("DdEeGg")  # what heads and tails begin with
 
@@ -196,7 +197,7 @@ class _FileReader:
 
     def _routine(self, head: Head, above: tuple[str, ...], number: int) -> Routine:
         assert self._body is not None
-        body, parameters = _typed(self._body.body, head.parameters)
+        body, parameters = _typed(with_switches(self._body.body), head.parameters)
         details = {"above": "\n".join(above)} if above else {}
         if head.shared:
             details["GLOBAL"] = "GLOBAL"
@@ -239,11 +240,11 @@ class _FileReader:
 
 
 def _typed(
-    body: list[Statement], parameters: tuple[Parameter, ...]
+    body: tuple[Statement, ...], parameters: tuple[Parameter, ...]
 ) -> tuple[tuple[Statement, ...], tuple[Parameter, ...]]:
     """Parameters get the types that the body declares them with; those declarations are no variables."""
     if not parameters:
-        return tuple(body), parameters
+        return body, parameters
     names = {one.name.upper() for one in parameters}
     declared = {
         one.name.upper(): one for one in body if isinstance(one, Declare) and one.name.upper() in names

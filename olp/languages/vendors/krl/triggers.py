@@ -2,18 +2,21 @@
 
 "TRIGGER" (KSS 8, programming instructions for system integrators): DISTANCE=0 acts at the start point of the next
 motion, DISTANCE=1 at its end point; where that point is approximated, at the end of its arc, or in the middle of it.
-DELAY shifts this by milliseconds, PATH by millimetres before or behind the end point, with ONSTART the start point: the
-nearer end stands for it, which is told. A routine that waits or moves stays as it is.
+DELAY shifts this by milliseconds, PATH by millimetres before or behind the end point, with ONSTART the start point.
+An output that is shifted stays with its move; for all else the nearer end stands, which is told. A routine that waits
+or moves stays as it is.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Final
 
-from olp.ir.expressions import CallValue, Expression, Number, Quantity, Signal, SystemValue, Text
-from olp.ir.moves import Move, SetAcceleration, SetBlend, SetFrame, SetSpeed, SetTool
+from olp.core.units import mm, ms
+from olp.ir.expressions import CallValue, Expression, Number, Quantity, Signal, SignalState, SystemValue, Text
+from olp.ir.moves import Move, PathTrigger, SetAcceleration, SetBlend, SetFrame, SetSpeed, SetTool
 from olp.ir.program import Routine
 from olp.ir.statements import (
     Assign,
@@ -70,34 +73,92 @@ _ORDER: Final = "it runs in the order of the text, whatever the advance run has 
 
 NAME: Final = "trigger"
 _AT: Final = "at"
-_SHIFTED: Final = "shifted"
+_PATH: Final = "mm"
+_DELAY: Final = "ms"
 Find = Callable[[str], Routine | None]
 
 
+def with_switches(body: Sequence[Statement]) -> tuple[Statement, ...]:
+    """The statements with outputs that triggers switch as parts of their moves."""
+    named: dict[int, list[PathTrigger]] = {}  # by the place of the move
+    gone: set[int] = set()
+    for at, s in enumerate(body):
+        if type(s) is Process and s.name == NAME:
+            move = _next_move(body, at)
+            switch = None if move is None else _switch(s, body[move].line - s.line)
+            if move is not None and switch is not None:
+                named.setdefault(move, []).append(switch)
+                gone.add(at)
+    return tuple(
+        replace(s, triggers=tuple(named[at])) if at in named and isinstance(s, Move) else s
+        for at, s in enumerate(body)
+        if at not in gone
+    )
+
+
+def _switch(s: Process, above: int) -> PathTrigger | None:
+    """The output that a trigger switches, None where it does something else, or switches to what is computed."""
+    given = dict(s.arguments)
+    signal, value = given.get("output"), given.get("value")
+    if not isinstance(signal, Signal) or not isinstance(value, (Number, SignalState)):
+        return None
+    metres, seconds = (
+        Quantity(far, scale) if isinstance(far := given.get(name), Number) else None
+        for name, scale in ((_PATH, mm), (_DELAY, ms))
+    )
+    return PathTrigger(signal, value, given[_AT] == Number(0), metres, seconds, above)
+
+
 def with_triggers(body: Sequence[Statement], find: Find) -> tuple[Statement, ...]:
-    """The statements with triggers as what they do, before and behind their moves. `find`: a routine by its name."""
+    """What triggers do as statements before and behind their moves, but for outputs at other places than an end.
+
+    `find`: a routine by its name.
+    """
     before: dict[int, list[Statement]] = {}  # by the place of the move
     behind: dict[int, list[Statement]] = {}
     gone: set[int] = set()
     for at, s in enumerate(body):
-        found = _deed(s) if type(s) is Process and s.name == NAME else None
-        move = _next_move(body, at) if found is not None else None
-        if found is None or move is None:
-            continue
-        at_end, deed = found
-        corner = not _is_exact(body[move]) if at_end else not _starts_at_rest(body, at)
-        shifted = dict(s.arguments).get(_SHIFTED) if type(s) is Process else None
-        rows = _rows(deed, corner, find, shifted.value if isinstance(shifted, Text) else "")
-        if rows:
+        if isinstance(s, Move) and s.triggers and not any(one.is_shifted for one in s.triggers):
             gone.add(at)
-            (behind if at_end else before).setdefault(move, []).extend(rows)
+            for one in s.triggers:
+                deed = SetOutput(s.line - one.above, one.signal, one.value)
+                rows = _rows(deed, _is_corner(body, at, at, one.at_start), find, "")
+                (before if one.at_start else behind).setdefault(at, []).extend(rows)
+            behind.setdefault(at, []).insert(0, replace(s, triggers=()))
+        elif type(s) is Process and s.name == NAME and (rows := _spelled(body, at, s, find)):
+            gone.add(at)
+            move = _next_move(body, at)
+            assert move is not None
+            (before if dict(s.arguments)[_AT] == Number(0) else behind).setdefault(move, []).extend(rows)
     if not gone:
         return tuple(body)
     return tuple(
-        one
+        row
         for at, s in enumerate(body)
-        for one in (*before.get(at, ()), *(() if at in gone else (s,)), *behind.get(at, ()))
+        for row in (*before.get(at, ()), *(() if at in gone else (s,)), *behind.get(at, ()))
     )
+
+
+def _spelled(body: Sequence[Statement], at: int, s: Process, find: Find) -> list[Statement]:
+    """What stands for a trigger that switches no plain output; nothing for one that is not known here."""
+    deed, move = _deed(s), _next_move(body, at)
+    if deed is None or move is None:
+        return []
+    given = {name: e.value for name, e in s.arguments if isinstance(e, Number)}
+    at_start = not given[_AT]
+    sizes = [
+        f"{abs(v):g} {unit} {'before' if v < 0 else 'behind'} it"
+        for v, unit in ((given.get(_PATH, 0.0), "mm"), (given.get(_DELAY, 0.0), "ms"))
+        if v
+    ]
+    end = "start" if at_start else "end"
+    says = f"it acts at the {end} of the move, not {' and '.join(sizes)}" if sizes else ""
+    return _rows(deed, _is_corner(body, at, move, at_start), find, says)
+
+
+def _is_corner(body: Sequence[Statement], at: int, move: int, at_start: bool) -> bool:
+    """Whether the arm goes on at that end of a move, as a trigger at `at` sees it."""
+    return not _starts_at_rest(body, at) if at_start else not _is_exact(body[move])
 
 
 def read_trigger(code: str, scope: Scope) -> Process:
@@ -127,41 +188,25 @@ def read_trigger(code: str, scope: Scope) -> Process:
             parts = (("call", CallValue(routine, arguments)),)
         case _:
             return plain
-    shift = _shift(match, end)
-    shifted = ((_SHIFTED, Text(shift)),) if shift else ()
-    return Process(0, NAME, (*plain.arguments, at, *parts, *shifted))
-
-
-def _shift(match: re.Match[str], end: bool) -> str:
-    """By what it does not act at an end of its move, as the receipt says it."""
     path, delay = float(match["path"] or 0), float(match["delay"])
-    sizes = [
-        f"{abs(v):g} {unit} {'before' if v < 0 else 'behind'} it"
-        for v, unit in ((path, "mm"), (delay, "ms"))
-        if v
-    ]
-    if not sizes:
-        return ""
-    return f"it acts at the {'end' if end else 'start'} of the move, not {' and '.join(sizes)}"
+    shift = tuple((name, Number(value)) for name, value in ((_PATH, path), (_DELAY, delay)) if value)
+    return Process(0, NAME, (*plain.arguments, at, *parts, *shift))
 
 
-def _deed(s: Process) -> tuple[bool, Statement] | None:
-    """Whether a trigger acts at the end of its move, and what it does; None for one that is not known here."""
+def _deed(s: Process) -> Statement | None:
+    """What a trigger does; None for one that is not known here."""
     given = dict(s.arguments)
-    at = given.get(_AT)
-    if at is None:
+    if _AT not in given:
         return None
-    deed: Statement
     match given:
         case {"output": Signal() as signal, "value": value}:
-            deed = SetOutput(s.line, signal, value, s.comment)
+            return SetOutput(s.line, signal, value, s.comment)
         case {"pulse": Signal() as signal, "value": value}:
-            deed = PulseOutput(s.line, signal, Quantity(value, 1.0), comment=s.comment)
+            return PulseOutput(s.line, signal, Quantity(value, 1.0), comment=s.comment)
         case {"call": CallValue(routine, arguments)}:
-            deed = Call(s.line, routine, arguments, comment=s.comment)
+            return Call(s.line, routine, arguments, comment=s.comment)
         case _:
-            deed = Assign(s.line, given["target"], given["value"], s.comment)
-    return at == Number(1), deed
+            return Assign(s.line, given["target"], given["value"], s.comment)
 
 
 def _rows(deed: Statement, corner: bool, find: Find, shifted: str) -> list[Statement]:

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, ClassVar, Final
 
-from olp.core.units import deg, mm, percent
+from olp.core.units import deg, mm, ms, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.languages.generator import CannotSayError
+from olp.languages.generator import CannotSayError, decimal
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.forms import InlineForms
 from olp.languages.vendors.krl.write_values import AXIS_WORDS, POSE, KrlValues, pose_text
@@ -84,8 +84,21 @@ class KrlMoves(KrlValues):
         """Assignments first, then the move."""
         if ex.Function in map(type, (*s.targets, s.via, s.tool, s.frame)):
             before, s = self.computed(s)
-            return [*before, *self._move(s)]
-        return self._move(s)
+            return [*before, *self._triggers(s), *self._move(s)]
+        return [*self._triggers(s), *self._move(s)] if s.triggers else self._move(s)
+
+    def _triggers(self, s: st.Move) -> list[str]:
+        """What switches while the move is under way; assignments between them and the move do no harm."""
+        return [self._trigger(s.line, one) for one in s.triggers]
+
+    def _trigger(self, line: int, one: st.PathTrigger) -> str:
+        (deed,) = self.lines(st.SetOutput(line, one.signal, one.value))
+        metres, seconds = (0.0 if far is None else far.literal or 0.0 for far in (one.metres, one.seconds))
+        delay = decimal(round(seconds / ms, 6))
+        if one.metres is None:
+            return f"TRIGGER WHEN DISTANCE={0 if one.at_start else 1} DELAY={delay} DO {deed}"
+        start = " ONSTART" if one.at_start else ""
+        return f"TRIGGER WHEN PATH={decimal(round(metres / mm, 6))}{start} DELAY={delay} DO {deed}"
 
     def _move(self, s: st.Move) -> list[str]:
         if self.forms is not None and (form := self.forms.lines(s)) is not None:

@@ -225,7 +225,7 @@ _TRIGGERED: Final = {"dop": "out", "gop": "out-group", "aop": "analog-out"}
 
 
 def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
-    """TriggIO, TriggEquip: kept as written, with what a run needs beside it: how far from the end in mm or s …"""
+    """TriggIO, TriggEquip: kept as written, with what a run needs beside it: how far from the end in mm or s."""
     options = options_of(rules, given)
     bus = next((bus for word, bus in _TRIGGERED.items() if word in options), "")
     values = values_of(rules, name, given, 3)
@@ -239,7 +239,8 @@ def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument])
         ("start", SignalState("start" in options)),
         ("s" if "time" in options else "mm", values[1]),
     )
-    return [Process(0, name, arguments)]
+    lag = (("lag", values[2]),) if name.lower() == "triggequip" else ()
+    return [Process(0, name, (*arguments, *lag))]
 
 
 def _shift_set(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:

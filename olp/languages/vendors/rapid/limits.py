@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Final
 
-from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
-from olp.languages.limits import Limits, ValueTypes
+from olp.ir.moves import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.languages.limits import Limits, PathTriggerForms, ValueTypes
 
 # Words of the language, and data and routines that every controller has: a declaration of the same name is refused.
 _WORDS: Final = """
@@ -41,6 +42,17 @@ LIMITS = Limits(
     has_data_files=True,
     names=r"[A-Za-z][A-Za-z0-9_]*",
     has_xor=True,
+    # TriggIO and TriggEquip (ABB, technical reference manual, RobotWare 6)
+    path_triggers=PathTriggerForms(
+        most=8,
+        paths=frozenset({Path.LINEAR, Path.CIRCULAR}),  # TriggJ takes no axis positions
+        metres_on=frozenset({Path.LINEAR, Path.CIRCULAR}),
+        seconds_at_start=(0.0, 0.0),
+        seconds_at_end=(-0.5, 0.0),
+        metres_at_start=(0.0, inf),
+        metres_at_end=(-inf, 0.0),
+        delayed=True,
+    ),
     has_repeat=False,
     has_break=False,
     has_continue=False,

@@ -22,6 +22,7 @@ _READ_RARE: Final = attrgetter(
     "parts", "rate", "relative", "search", "until", "arc", "offset", "tool_offset", "coordinated"
 )
 _NO_RARE: Final = ((), None, None, None, None, None, None, None, False)
+_TRIGGERED: Final = {"out": "DOp", "out-group": "GOp", "analog-out": "AOp"}
 _USUAL_TURN: Final = 500.0  # [deg/s] of the predefined speeds
 _FULL_NAMES: Final = {values: name for name, values in SPEEDS.items() if name != "vmax"}
 _ZONE_NAMES: Final = {zone.values[0]: name for name, zone in ZONES.items() if name != "fine"}
@@ -40,12 +41,48 @@ class RapidMoves(RapidValues):
         """The instruction of a move alone."""
         if s.other:
             return self._with_process(s)
+        if s.triggers:
+            return self._with_triggers(s)
+        return self._plain_move(s, "")
+
+    def _plain_move(self, s: st.Move, triggers: str) -> str:
         target = s.targets[0]
         word = self._word(s, target)
         via = f"{self._position(s.via)}," if s.via is not None else ""
         conc = "\\Conc," if s.no_wait else ""
-        text = f"{word} {conc}{via}{self._position(target)},{self._speed(s)},{self._blend(s.blend)},{self._tool(s)}"
-        return f"{text}{self._work_object(s)};"
+        if triggers:
+            word = word.replace("Move", "Trigg")
+        how = f"{self._speed(s)},{triggers}{self._blend(s.blend)},{self._tool(s)}{self._work_object(s)}"
+        return f"{word} {conc}{via}{self._position(target)},{how};"
+
+    def _with_triggers(self, s: st.Move) -> str:
+        """TriggL, TriggC: each trigger in a variable, which an instruction before the move sets."""
+        names = []
+        for one in s.triggers:
+            names.append(self.temporary_name("triggdata"))
+            self.before.append(self._trigger(names[-1], one))
+        first, *further = names
+        return self._plain_move(
+            s, first + "".join(f"\\T{n}:={name}" for n, name in enumerate(further, 2)) + ","
+        )
+
+    def _trigger(self, name: str, one: st.PathTrigger) -> str:
+        """TriggIO, or TriggEquip where it acts earlier or later than at its distance."""
+        option = _TRIGGERED.get(one.signal.bus)
+        if option is None:
+            raise CannotSayError(f"{terminology.signal(one.signal)[0]} on the way of a move")
+        setting = f"\\{option}:={self.signal(one.signal)},{self._trigger_value(one.value)};"
+        metres, seconds = (None if far is None else far.literal for far in (one.metres, one.seconds))
+        start = "\\Start" if one.at_start else ""
+        distance = decimal(round(abs(metres or 0.0) / mm, 6))
+        if seconds and metres is None:
+            return f"TriggIO {name},{decimal(round(-seconds, 6))}\\Time{setting}"
+        if seconds:
+            return f"TriggEquip {name},{distance}{start},{decimal(round(-seconds, 6))}{setting}"
+        return f"TriggIO {name},{distance}{start}{setting}"
+
+    def _trigger_value(self, value: ex.Expression) -> str:
+        return str(int(value.on)) if isinstance(value, ex.SignalState) else self.value(value)
 
     def _word(self, s: st.Move, target: ex.Expression) -> str:
         _refuse_what_is_not_said(s)

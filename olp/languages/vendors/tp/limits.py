@@ -6,8 +6,8 @@ from typing import Final
 
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import Store
-from olp.ir.moves import AccelerationUnit, BlendKind, SpeedUnit
-from olp.languages.limits import Limits, Registers
+from olp.ir.moves import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.languages.limits import Limits, PathTriggerForms, Registers
 
 COMMENT_LENGTH: Final = 32  # of a line of its own
 NAME_LENGTH: Final = 16  # of the comment in R[1:…], P[1:…], LBL[1:…]
@@ -49,6 +49,17 @@ LIMITS: Final = Limits(
     nested_expressions=True,
     one_routine_per_file=True,
     timed_out="jump",
+    # TB, TA and DB (R-30iB, operator's manual, time before and distance before)
+    path_triggers=PathTriggerForms(
+        most=1,
+        paths=frozenset({Path.JOINT, Path.LINEAR, Path.CIRCULAR}),
+        metres_on=frozenset({Path.LINEAR, Path.CIRCULAR}),
+        seconds_at_start=(0.0, -1.0),
+        seconds_at_end=(-30.0, 0.5),
+        metres_at_start=(0.0, -1.0),
+        metres_at_end=(-0.9999, 0.0),
+        delayed=False,
+    ),
     reserved=frozenset({"CON", "PRN", "AUX", "NUL"}),
     external_axes=3,
     has_elseif=False,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Final, NamedTuple
 
 from lark import Token, Transformer
@@ -30,7 +31,7 @@ from olp.ir.expressions import (
     Unknown,
     Variable,
 )
-from olp.ir.program import Blend, Move, Speed, SpeedUnit
+from olp.ir.program import Blend, Move, PathTrigger, Speed, SpeedUnit
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.tp import values
 
@@ -178,6 +179,14 @@ OWN = FrameRef(
 WELD_SPEED = SystemValue("weld-speed")
 
 
+# Time and distance before (R-30iB, operator's manual).
+_TRIGGERS: Final = "triggers"
+_TRIGGER: Final = re.compile(
+    r"(?:(?P<word>T[AB])\s+(?P<far>\d*\.?\d+)\s*sec|(?P<db>DB)\s+(?P<way>\d*\.?\d+)\s*mm)\s*,\s*"
+    r"(?P<bus>[DRGA]O)\[(?P<number>\d+)(?::[^\]]*)?\]\s*=\s*\(?(?P<value>ON|OFF|-?\d*\.?\d+)\)?"
+)
+
+
 class TpMoveOption(NamedTuple):
     """One option of a move: the field of `Move` that it sets, "" for one that is kept as written."""
 
@@ -206,6 +215,9 @@ class TpMoveRules(TpValueRules):
             raise BrokenLineError("a move without a termination", wanted="FINE or CNT0 .. CNT100")
         fields: dict[str, Any] = {one.field: one.value for one in options if one.field}
         other = [one.value for one in options if not one.field]
+        triggers = [one.value for one in options if one.field == _TRIGGERS]
+        if triggers:
+            fields[_TRIGGERS] = tuple(triggers)
         return Move(
             0,
             path,
@@ -261,7 +273,23 @@ class TpMoveRules(TpValueRules):
         return TpMoveOption("relative", OWN)
 
     def other(self, children: list[Token]) -> TpMoveOption:
-        return kept(str(children[0]))
+        text = str(children[0])
+        trigger = _trigger(text)
+        return kept(text) if trigger is None else TpMoveOption(_TRIGGERS, trigger)
+
+
+def _trigger(text: str) -> PathTrigger | None:
+    """TB, TA or DB with an output; None for any other option, such as one that calls a program."""
+    match = _TRIGGER.fullmatch(text.strip())
+    if match is None:
+        return None
+    state = match["value"]
+    value = SignalState(state == "ON") if state in ("ON", "OFF") else Number(float(state))
+    signal = Signal(values.BUSES[match["bus"]], Number(int(match["number"])))
+    if match["db"]:
+        return PathTrigger(signal, value, False, metres=Quantity(Number(-float(match["way"])), mm))
+    seconds = float(match["far"]) * (1.0 if match["word"] == "TA" else -1.0)
+    return PathTrigger(signal, value, False, seconds=Quantity(Number(seconds), 1.0))
 
 
 def kept(text: str) -> TpMoveOption:

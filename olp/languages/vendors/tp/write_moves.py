@@ -26,6 +26,7 @@ from olp.robots.geometry import Pose
 _FUNCTIONS: Final = {name: word for word, name in values.FUNCTIONS.items()}
 _STRING_FUNCTIONS: Final = {name: word for word, name in values.STRING_FUNCTIONS.items()}
 _GROUPS: Final = {store: group for group, store in values.GROUP_STORES.items()}
+_SWITCHED: Final = frozenset({"out", "robot-out", "out-group", "analog-out"})
 _COMPARED, _UNARY = 3, 6  # how strongly comparisons and signs bind
 
 
@@ -446,6 +447,7 @@ class TpMoves(TpValues):
 
     def _options(self, s: st.Move, offsets: list[str], lines: list[str]) -> str:
         plain = s.acceleration is None and not s.other and s.offset is s.tool_offset is s.relative is None
+        plain = plain and not s.triggers
         if plain and not offsets:
             return ""
         words = []
@@ -469,7 +471,19 @@ class TpMoves(TpValues):
             if not isinstance(rest, ex.Text):
                 raise CannotSayError(f"the option {name}")
             words.append(f"{name}{rest.value}")
+        words += [self._trigger(s.line, one) for one in s.triggers]
         return "".join(f" {word}" for word in words)
+
+    def _trigger(self, line: int, one: st.PathTrigger) -> str:
+        """What switches before the end of a move, or shortly behind it."""
+        (deed,) = self.lines(st.SetOutput(line, one.signal, one.value))
+        if one.at_start or one.signal.bus not in _SWITCHED:
+            raise CannotSayError(f"{deed} on the way of a move")
+        if one.metres is not None:
+            return f"DB {abs(one.metres.literal or 0.0) / mm:.1f}mm,{deed}"
+        seconds = 0.0 if one.seconds is None else one.seconds.literal or 0.0
+        hundredths = f"{abs(seconds):.2f}".removeprefix("0")
+        return f"{'TA' if seconds > 0.0 else 'TB'} {hundredths}sec,{deed}"
 
     def _offset(self, offset: ex.Expression, lines: list[str], place: int) -> str:
         """A register that holds the offset; `place` tells those of one move apart."""
