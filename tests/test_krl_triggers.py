@@ -14,6 +14,7 @@ from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.convert import convert
 from olp.transpile.link import link
+from olp.transpile.receipt import counts_of
 
 START = "PTP {A1 0,A2 -10,A3 20,A4 0,A5 10,A6 0}"
 FIRST = "LIN {X 800,Y 0,Z 400,A 0,B 90,C 0}"
@@ -151,6 +152,18 @@ def test_the_proof_sees_an_output_that_switches_elsewhere():
     )
     assert [found.part for found in compare_plans(one, other).found] == ["order"]
     assert compare_plans(one, one).found == []
+
+
+@pytest.mark.parametrize(
+    ("when", "fates"), [("DISTANCE=1 DELAY=-50", {}), ("DISTANCE=0 DELAY=20", {"approximated": 1})]
+)
+def test_the_receipt_counts_an_output_that_switches_elsewhere_as_approximated(when, fates):
+    made = converted(krl(START, f"TRIGGER WHEN {when} DO $OUT[3]=TRUE", FIRST), "krl", "rapid")
+    program, losses = (
+        read(krl(START, f"TRIGGER WHEN {when} DO $OUT[3]=TRUE", FIRST), "krl"),
+        made.translated.losses,
+    )
+    assert counts_of(program, losses).get("SetOutput", {}) == fates
 
 
 def test_at_a_corner_each_controller_counts_from_its_own_end():

@@ -334,18 +334,27 @@ def _name(robot: Robot | None) -> str:
 
 
 def counts_of(program: Program, losses: tuple[Loss, ...]) -> dict[str, dict[str, int]]:
-    """Kind of statement -> fate -> how many; a statement has the worst fate of its parts."""
+    """Kind of statement -> fate -> how many; a statement has the worst fate of its parts.
+
+    A loss of a part that no statement of its line is, such as an output that a move switches, is the first one's.
+    """
+    counted = [(s.line, kind_of(s)) for s in program.statements() if not isinstance(s, _UNCOUNTED)]
+    first = dict(reversed(counted))
+    known = set(counted)
+    uncounted = {kind.__name__ for kind in _UNCOUNTED} | {"program"}
     worst: dict[tuple[int, str], Fate] = {}
     for loss in losses:
         key = (loss.line, loss.statement)
+        if key not in known and loss.line in first:
+            key = (loss.line, first[loss.line])
+        elif key not in known and loss.fate is not Fate.EXACT and loss.statement not in uncounted:
+            known.add(key)
+            counted.append(key)  # of a line that the run has with another one: TRIGGER
         worst[key] = max(worst.get(key, Fate.EXACT), loss.fate, key=_ORDER.index)
     found: dict[str, dict[str, int]] = {}
-    for s in program.statements():
-        if isinstance(s, _UNCOUNTED):
-            continue
-        kind = kind_of(s)
-        fate = worst.get((s.line, kind), Fate.EXACT)
-        row = found.setdefault(kind, {})
+    for key in counted:
+        fate = worst.get(key, Fate.EXACT)
+        row = found.setdefault(key[1], {})
         row[fate.value] = row.get(fate.value, 0) + 1
     return dict(sorted(found.items()))
 
