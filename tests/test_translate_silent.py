@@ -13,11 +13,13 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.robots.robot import load_robot
+from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey
+from olp.runtime.interpreter import run
 from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import PROCESS, Fate
-from olp.transpile.convert import convert, runs_of
+from olp.transpile.convert import convert, rerun, runs_of
 from olp.transpile.receipt import verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
@@ -1054,3 +1056,71 @@ def test_a_counter_of_krl_ends_one_step_beyond_it(target):
     rows = ["INT i", *HOME, "FOR i=1 TO 2", "WAIT SEC 0.1", "ENDFOR", "WAIT SEC i"]
     for plan in (read(krl(*rows), "krl").plan(robot=ROBOT), run_elsewhere(krl(*rows), "krl", target)):
         assert plan.durations.tolist() == pytest.approx([0.1, 0.1, 3.0])
+
+
+# --- variables of a routine's own ---------------------------------------------------------------------------
+
+OWN = """MODULE M
+PROC main()
+VAR num i:=5;
+Count 1;
+Count 2;
+SetAO ao9,i;
+ENDPROC
+PROC Count(num by)
+VAR num i:=1;
+VAR num sum;
+VAR pos place:=[1,2,3];
+VAR num list{2};
+sum:=sum+by;
+i:=i+sum;
+place.x:=place.x+i;
+list{by}:=list{by}+i;
+SetAO ao1,i;
+SetAO ao2,place.x;
+SetAO ao3,list{1}+list{2};
+ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_variables_of_a_routine_begin_anew_with_each_call(target):
+    plan = run_elsewhere(OWN, "rapid", target)
+    set_to = [event.value for _, event in sorted(plan.events.items()) if event.kind == "set"]
+    assert set_to == [2, 3, 2, 3, 4, 3, 5]
+
+
+def test_a_routine_leaves_variables_of_its_callers_with_the_same_name_alone():
+    plan = run(read(OWN, "rapid"), ROBOT)
+    set_to = [event.value for _, event in sorted(plan.events.items()) if event.kind == "set"]
+    assert set_to == [2, 3, 2, 3, 4, 3, 5]
+
+
+# --- whether a wait has reached its limit -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+@pytest.mark.parametrize("on", [0, 1])
+def test_whether_a_wait_has_reached_its_limit_is_kept(target, on):
+    data = ("VAR bool late;",)
+    rows = ("WaitDI di1,1\\MaxTime:=1\\TimeFlag:=late;", "IF late SetDO do1,1;", "SetDO do2,1;")
+    text = module(*rows, data=data)
+    source = read(text, "rapid")
+    given = {SignalKey(NAMED_SIGNAL, "di1"): (on,)}
+    plan = rerun(converted(text, "rapid", target), target, ROBOT, source, [given]).plans[1]
+    assert sum(event.kind == "set" for event in plan.events.values()) == 2 - on
+
+
+def test_in_krl_a_truth_value_is_not_compared_with_a_number():
+    rows = ("WaitDI di1,1\\MaxTime:=1\\TimeFlag:=late;", "IF late SetDO do1,1;")
+    assert "late=TIMED_OUT\r\n" in translated(module(*rows, data=("VAR bool late;",)), "rapid", "krl")
+
+
+# --- numbers that no file declares --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("target", "sets"), [("tp", "R[2:n]=1.5*R[1:by]"), ("urscript", "n = 1.5 * by")])
+def test_a_number_that_no_file_declares_keeps_its_fraction_where_all_numbers_are_real(target, sets):
+    rows = ("FOR by FROM 1 TO 3 DO", "n:=1.5*by;", "ENDFOR", "n:=n+place{n};", "SetAO ao1,n;")
+    assert sets in translated(module(*rows), "rapid", target)

@@ -189,7 +189,7 @@ class Conventions:
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
     data_begin_anew: bool = False  # variables of a module have their first values again in each run
-    local_declarations: bool = False  # what a routine declares is seen in it alone, whatever it says
+    whole_numbers: bool = True  # numbers may be of a type that holds whole ones alone
     # Pulses of outputs
     off_pulse: str = ""  # how a pulse is spelt that switches off
     on_pulse: str = ""  # how one is spelt that switches on, where any other inverts

@@ -29,9 +29,11 @@ from olp.ir.transformer import calls_nothing, expressions_of, is_written_out, ma
 from olp.languages.limits import Limits
 from olp.transpile.context import Fate, Handed, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.symbols import Symbols, symbols_of
 
 _SHARING = frozenset({Declare, Return, Call})
-_SYSTEMS_AND_PLACES = ("tool", "frame", "position", "joints")
+_SYSTEMS: Final = ("tool", "frame")
+_PLACES: Final = ("position", "joints")
 
 
 def share_variables(program: Program, work: TranslationContext) -> Program:
@@ -61,8 +63,10 @@ class _Shared:
     results: dict[str, Named] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
     parameters: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
+    symbols: Symbols = field(default_factory=Symbols)
 
     def __post_init__(self) -> None:
+        self.symbols = symbols_of(self.program)
         taken: set[str] = {d.name.casefold() for d in self.program.data}
         for routine in self.program.routines:
             self.parameters[routine.name.casefold()] = routine.parameters
@@ -145,12 +149,19 @@ class _Shared:
                 yield Assign(s.line, Item(Named(name), (Number(at),)), one)
             return
         again = again and not s.sizes
-        literal = isinstance(value, (PositionLiteral, RecordLiteral)) or s.type in ("tool", "frame")
-        kept = value if not again or (literal and s.type in _SYSTEMS_AND_PLACES) else None
+        kept = value if not again or self._is_held(routine, s, value) else None
         self.declared.append(replace(s, line=0, name=name, value=kept, shared=True, comment=""))
         if again and kept is None:
             assert value is not None
             yield Assign(s.line, Named(name), value, s.comment)
+
+    def _is_held(self, routine: Routine, s: Declare, value: Expression | None) -> bool:
+        """Whether a place or a system needs its first value once: nothing changes it, or the target numbers it."""
+        literal = isinstance(value, (PositionLiteral, RecordLiteral)) or s.type in _SYSTEMS
+        if not literal or s.type not in (*_SYSTEMS, *_PLACES):
+            return False
+        symbol = self.symbols.find(routine.name, s.name)
+        return s.type in _SYSTEMS or symbol is None or not symbol.assigned
 
     # --- calls ------------------------------------------------------------------------------------------
 

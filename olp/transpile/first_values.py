@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from math import prod
 from typing import Final
 
@@ -130,6 +131,7 @@ _ZEROS: Final[Mapping[str, Expression]] = {
 }
 POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in which languages number them
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
+_MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets one by one
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 _ANEW: Final = "set these back before each start, as they keep their values from run to run"
 
@@ -146,6 +148,13 @@ def begun(program: Program, work: TranslationContext) -> Program:
                 _note_element(e, e.base.name, used)
     data = tuple(_begun(d, used.get(d.name, set())) for d in program.data)
     return replace(program, data=data, routines=_with_zeros(program))
+
+
+def begun_anew(program: Program, work: TranslationContext) -> Program:
+    """Routines that set their own variables back, for targets that keep them from call to call."""
+    if not work.conventions.data_begin_anew:
+        return program
+    return replace(program, routines=_with_zeros(program))
 
 
 def _ask_anew(program: Program, work: TranslationContext) -> None:
@@ -211,18 +220,23 @@ def _with_zeros(program: Program) -> tuple[Routine, ...]:
             state = ways.before[r.name][index]
             read = _names_read(s) & own[r.name].keys() if state is not None else set()
             open_ |= {name for name in read if ENTRY in (state or {}).get(("local", name), {ENTRY})}
-        rows = [Assign(0, Named(name), own[r.name][name]) for name in own[r.name] if name in open_]
+        rows = [row for name, rows in own[r.name].items() if name in open_ for row in rows]
         routines.append(replace(r, body=_behind_declarations(r.body, rows)) if rows else r)
     return tuple(routines)
 
 
-def _local_zeros(r: Routine) -> dict[str, Expression]:
-    found = [*r.data, *(s for s in r.body if type(s) is Declare)]
-    return {
-        d.name: _ZEROS[d.type]
-        for d in found
-        if d.type in _ZEROS and d.value is None and not d.sizes and d.comment != UNDECLARED
-    }
+def _local_zeros(r: Routine) -> dict[str, list[Assign]]:
+    """What sets each variable of a routine's own, or its elements, to zero."""
+    found: dict[str, list[Assign]] = {}
+    for d in (*r.data, *(s for s in r.body if type(s) is Declare)):
+        zero = _ZEROS.get(d.type)
+        sizes = [int(size.value) for size in d.sizes if type(size) is Number]
+        few = len(sizes) == len(d.sizes) and prod(sizes) <= _MOST_LOCAL_ZEROS
+        if zero is not None and d.value is None and few and d.comment != UNDECLARED:
+            places = product(*(range(1, size + 1) for size in sizes)) if sizes else ()
+            items = [Item(Named(d.name), tuple(map(Number, place))) for place in places]
+            found[d.name] = [Assign(0, target, zero) for target in items or (Named(d.name),)]
+    return found
 
 
 def _set_by(s: Statement) -> list[str]:

@@ -97,7 +97,7 @@ _SAFE_FUNCTIONS: Final = frozenset({"given"})
 def handlers(program: Program, work: TranslationContext) -> Program:
     """What handlers do about waits at their limits, behind these waits; what they do for nothing is left out."""
     known = work.conventions.errors
-    if known is None or not any(_has_handler(r) or _failing(r) for r in program.routines):
+    if known is None or not any(_has_handler(r) or _timed(r) for r in program.routines):
         return program
     pass_ = _Handlers(program, work, known)
     return replace(program, routines=tuple([pass_.routine(r) for r in program.routines]))
@@ -107,10 +107,14 @@ def _has_handler(routine: Routine) -> bool:
     return any(isinstance(s, Disabled) and s.handler for s in routine.body)
 
 
+def _timed(routine: Routine) -> list[int]:
+    """Places of the waits that have a limit."""
+    return [place for place, s in enumerate(routine.body) if isinstance(s, Wait) and s.timeout is not None]
+
+
 def _failing(routine: Routine) -> set[int]:
     """Places of the waits that fail at their limits: nothing asks whether they have reached it."""
-    timed = [place for place, s in enumerate(routine.body) if isinstance(s, Wait) and s.timeout is not None]
-    return {place for place in timed if not _is_asked(routine.body[place + 1 : place + 2])}
+    return {place for place in _timed(routine) if not _is_asked(routine.body[place + 1 : place + 2])}
 
 
 def _is_asked(following: Sequence[Statement]) -> bool:
@@ -241,7 +245,8 @@ class _Handlers:
         places = _failing(routine)
         answer = self.answers[routine.name.casefold()]
         dropped = self._judge(routine, answer)
-        if not places and not dropped:
+        flagged = set() if self.work.limits.timed_out == "asked" else set(_timed(routine)) - places
+        if not places and not dropped and not flagged:
             return routine
         labels = {s.name for s in routine.body if isinstance(s, Label)}
         rows: list[Statement] = []
@@ -249,11 +254,28 @@ class _Handlers:
             if place in places:
                 assert isinstance(s, Wait)
                 rows += self._answered(s, answer, labels)
+            elif place - 1 in flagged:
+                rows += self._flagged(s, routine.body[place - 1], labels)
             elif isinstance(s, Disabled) and s.line in dropped:
                 rows += [comment] if (comment := dropped[s.line]) is not None else []
             else:
                 rows.append(s)
         return replace(routine, body=tuple(rows))
+
+    def _flagged(self, s: Statement, wait: Statement, labels: set[str]) -> list[Statement]:
+        """The assignment that keeps whether the wait before it has reached its limit."""
+        assert isinstance(s, Assign)
+        assert isinstance(wait, Wait)
+        late, in_time = replace(s, value=SignalState(True)), replace(s, value=SignalState(False))
+        if self.work.limits.timed_out != "jump":
+            self.work.lose(s, Fate.APPROXIMATED, "wait", _ASKED_AGAIN)
+            return [If(s.line, wait.condition), in_time, Else(s.line), late, EndIf(s.line)]
+        at_limit = _label(labels, "late")
+        labels.add(at_limit)
+        onward = _label(labels, "onward")
+        labels.add(onward)
+        rows: list[Statement] = [Jump(s.line, at_limit, _TIMED_OUT), in_time, Jump(s.line, onward)]
+        return [*rows, Label(s.line, at_limit), replace(late, comment=""), Label(s.line, onward)]
 
     def _judge(self, routine: Routine, answer: _Answer | None) -> dict[int, Comment | None]:
         """By line the rows of handlers that go: a comment for what is left out, None for what its wait has."""

@@ -298,6 +298,9 @@ def uses_of(program: Program, work: TranslationContext) -> dict[str, Use]:
     for routine in program.routines:
         seen.look_at(routine)
     seen.spread()
+    if not conventions_of(program.vendor).whole_numbers:
+        for use in seen.uses.values():
+            use.kinds = {"real" if kind == "integer" else kind for kind in use.kinds}
     return seen.uses
 
 

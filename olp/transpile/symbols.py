@@ -287,7 +287,7 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             | Compare()
             | Logic()
             | Unary("not", _)
-            | SystemValue("manual-reduced" | "manual-full" | "timer-running")
+            | SystemValue("manual-reduced" | "manual-full" | "timer-running" | "timed-out")
         ):
             return "boolean"
         case SystemValue(name) if name in terminology.STATES:

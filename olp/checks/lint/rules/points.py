@@ -10,7 +10,6 @@ from olp.checks.lint.rule import LintCase, Rule, mentioned, routines
 from olp.ir.expressions import Named, Store
 from olp.ir.points import PointKind
 from olp.ir.program import Declare, Routine
-from olp.languages.vendor import conventions_of
 from olp.reports.outcome.model import Level, OutcomeFinding
 
 _SAME = 1e-6  # [m] and [rad]; pulses are whole numbers
@@ -43,7 +42,7 @@ class UnusedPoint(Rule):
 
     def _named(self, case: LintCase, routine: Routine) -> Iterator[OutcomeFinding]:
         """Points of languages that name them, declared in this routine."""
-        own = [s for s in routine.body if isinstance(s, Declare) and _is_own(case, s)]
+        own = [s for s in routine.body if isinstance(s, Declare) and _is_own(s)]
         if not own:
             return
         used = {p.name.casefold() for s in routine.body for p in mentioned(s) if isinstance(p, Named)}
@@ -57,11 +56,9 @@ class UnusedPoint(Rule):
                 yield self.finding(case, s.line, says, "delete it, or move to it", fixes=fixes)
 
 
-def _is_own(case: LintCase, s: Declare) -> bool:
-    """Whether a declared point is seen in this file only, or in its routine, whatever it says."""
-    return s.type in ("position", "joints") and (
-        not s.shared or conventions_of(case.program.vendor).local_declarations
-    )
+def _is_own(s: Declare) -> bool:
+    """Whether a declared point is seen in this file only, or in its routine."""
+    return s.type in ("position", "joints") and not s.shared
 
 
 class DuplicatedPoint(Rule):

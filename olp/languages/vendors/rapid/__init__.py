@@ -115,7 +115,7 @@ class Rapid(Vendor):
         rounds_to_decimals=True,
         on_pulse="High",
         inverting_pulse=r"PulseDO without \High inverts the output",
-        local_declarations=True,
+        whole_numbers=False,
         answers={
             "issyncmoveon": (
                 False,

@@ -179,6 +179,8 @@ class ModuleReader:
                 self._flush(f"D {first.name}")
                 self.data.append(first)
                 return
+            if first.storage != "persistent":  # it is the routine's own, and begins anew with each call
+                statements = [replace(first, shared=False), *statements[1:]]
         else:
             self._kind(
                 clause, LineKind.OPAQUE if isinstance(first, (Opaque, Process)) else LineKind.STATEMENT
