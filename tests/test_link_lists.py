@@ -1,14 +1,18 @@
-"""Data of other files are found whether or not every routine is."""
+"""Data of other files are found whether or not every routine is, and files that share no names stay apart."""
 
 from __future__ import annotations
 
 import pytest
 
 import olp
+from olp.robots.robot import load_robot
 from olp.runtime.interpreter import run
 from olp.timing.timing import time_plan
-from olp.transpile.convert import convert
+from olp.transpile import Context
+from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
+
+ROBOT = load_robot("yaskawa/gp25")
 
 
 @pytest.mark.parametrize("call", ["", "NOWHERE ( )\n"])
@@ -82,3 +86,114 @@ def test_what_other_programs_may_change_is_no_constant_without_a_word(tmp_path):
     path = _cell(tmp_path, "IF SIDE==LEFT THEN", "$OUT[1]=TRUE", "ENDIF", shared=shared)
     losses = convert(link(olp.read(path)).program, "tp").translated.losses
     assert [(loss.line, loss.says.split()[0]) for loss in losses] == [(2, "SIDE")]
+
+
+# --- names that two files have, each for itself ------------------------------------------------------------------
+
+POINT = "[[{x},50,560],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+OWN_NAMES = {
+    "rapid": {
+        "Main.mod": f"""MODULE A
+LOCAL VAR num n:=1;
+LOCAL VAR num q:=3;
+LOCAL CONST robtarget p1:={POINT.format(x=600)};
+PROC main()
+MoveL p1,v100,fine,tool0;
+Other;
+g:=g+1;
+SetAO ao1,n;
+SetAO ao2,g;
+helper;
+ENDPROC
+LOCAL PROC helper()
+SetAO ao3,1;
+ENDPROC
+ENDMODULE
+""",
+        "Other.mod": f"""MODULE B
+LOCAL VAR num n:=2;
+LOCAL VAR num g:=7;
+LOCAL CONST robtarget p1:={POINT.format(x=700)};
+PROC Other()
+n:=n+10;
+g:=g+10;
+q:=q+1;
+MoveL p1,v100,fine,tool0;
+SetAO ao1,n;
+SetAO ao2,g;
+SetAO ao4,q;
+helper;
+ENDPROC
+LOCAL PROC helper()
+SetAO ao3,2;
+ENDPROC
+ENDMODULE
+""",
+        "Shared.mod": "MODULE C\nVAR num g:=100;\nVAR num q:=50;\nENDMODULE\n",
+    },
+    "krl": {
+        "main.src": """DEF main ( )
+LIN XP1
+OTHER ()
+$ANOUT[1]=N
+HELPER ()
+END
+DEF HELPER ( )
+$ANOUT[3]=1
+END
+""",
+        "main.dat": "DEFDAT main\nDECL REAL N=1\nDECL E6POS XP1={X 600,Y 50,Z 560,A 0,B 90,C 0}\nENDDAT\n",
+        "other.src": """DEF OTHER ( )
+N=N+10
+LIN XP1
+$ANOUT[1]=N
+HELPER ()
+END
+DEF HELPER ( )
+$ANOUT[3]=2
+END
+""",
+        "other.dat": "DEFDAT OTHER\nDECL REAL N=2\nDECL E6POS XP1={X 700,Y 50,Z 560,A 0,B 90,C 0}\nENDDAT\n",
+    },
+}
+
+
+def outputs(plan):
+    return [event.value for _, event in sorted(plan.events.items()) if event.kind == "set"]
+
+
+def ends(plan):
+    return [round(float(x), 3) for x in plan.positions.position[plan.moves.target][:, 0]]
+
+
+@pytest.mark.parametrize(
+    ("vendor", "target", "values"),
+    [("rapid", target, [12, 17, 51, 2, 1, 101, 1]) for target in ("krl", "tp", "urscript")]
+    + [("krl", target, [12, 2, 1, 1]) for target in ("rapid", "tp", "urscript")],
+)
+def test_what_two_files_call_the_same_each_for_itself_stays_apart(tmp_path, vendor, target, values):
+    for name, text in OWN_NAMES[vendor].items():
+        (tmp_path / name).write_text(text)
+    program = olp.read(next(iter(sorted(tmp_path.glob("[Mm]ain.[ms]*")))))
+    plan = run(program, ROBOT)
+    assert outputs(plan) == values
+    assert ends(plan) == [0.6, 0.7]
+    there = run_converted(convert(link(program, target).program, target, Context(ROBOT)), target, ROBOT)
+    assert outputs(there) == values
+    assert ends(there) == [0.6, 0.7]
+
+
+def test_data_of_one_file_may_name_data_of_another_that_is_read_later(tmp_path):
+    a = "MODULE A\nPROC main()\nMoveL far{2},v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+    (tmp_path / "A.mod").write_text(a)
+    (tmp_path / "B.mod").write_text("MODULE B\nCONST robtarget far{2}:=[q1,q2];\nENDMODULE\n")
+    rows = [f"CONST robtarget q{n}:={POINT.format(x=600 + n)};" for n in (1, 2)]
+    (tmp_path / "C.mod").write_text("\n".join(["MODULE C", *rows, "ENDMODULE", ""]))
+    assert ends(run(olp.read(tmp_path / "A.mod"), ROBOT)) == [0.602]
+
+
+def test_variables_of_the_controllers_own_list_are_one_for_all_programs(tmp_path):
+    (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG\nDECL REAL COUNT=1\nENDDAT\n")
+    (tmp_path / "a.src").write_text("DEF a ( )\nCOUNT=5\nb ()\n$ANOUT[1]=COUNT\nEND\n")
+    (tmp_path / "b.src").write_text("DEF b ( )\nCOUNT=COUNT+1\nEND\n")
+    assert outputs(run(olp.read(tmp_path / "a.src"), ROBOT)) == [6]

@@ -265,6 +265,16 @@ class Declare:
     comment: str = ""
 
 
+def is_same(one: Declare, other: Declare) -> bool:
+    """Whether two declarations of a name say the same of it, wherever they stand."""
+    return (one.type, one.value, one.sizes, one.storage) == (
+        other.type,
+        other.value,
+        other.sizes,
+        other.storage,
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Switch:
     line: int

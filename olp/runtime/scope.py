@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, RecordLiteral, Signal, Variable
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
+from olp.ir.statements import is_same
 from olp.runtime.evaluate import round_half_away
 from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import Array, PositionValue, Record, Scope, Slot, Value
@@ -34,7 +35,7 @@ def find_slot(m: Machine, name: str) -> Slot | None:
     slot = m.frame.names.get(key) or job.data.get(key)
     if slot is None:
         slot = m.modules.get(job.source, {}).get(key) or _shared(m, key)
-    if slot is None and m.jobs.read_naming((name,)):
+    if slot is None and (m.jobs.read_naming((name,)) or len(m.modules) < len(m.jobs.programs)):
         for source in range(len(m.jobs.programs)):
             declare_module(m, source)
         slot = _shared(m, key)
@@ -133,8 +134,21 @@ def declare_all(m: Machine, job: RunnableRoutine) -> None:
 def declare_module(m: Machine, source: int) -> None:
     if source in m.modules:
         return
-    m.modules[source] = {}
-    _into(m, m.modules[source], m.jobs.programs[source].data)
+    same = _same_elsewhere(m, m.jobs.programs[source].data)
+    m.modules[source] = same
+    _into(m, same, tuple(d for d in m.jobs.programs[source].data if fold(m, d.name) not in same))
+
+
+def _same_elsewhere(m: Machine, data: tuple[Declare, ...]) -> Scope:
+    """The variables of other files that these declarations, which share them, declare again."""
+    found: Scope = {}
+    for source, scope in m.modules.items():
+        others = {fold(m, d.name): d for d in m.jobs.programs[source].data if d.shared}
+        for d in data:
+            other = others.get(fold(m, d.name))
+            if d.shared and other is not None and is_same(d, other) and fold(m, other.name) in scope:
+                found.setdefault(fold(m, d.name), scope[fold(m, d.name)])
+    return found
 
 
 def _into(m: Machine, scope: Scope, data: tuple[Declare, ...]) -> None:

@@ -19,7 +19,18 @@ from olp.ir.expressions import (
     Text,
     Unknown,
 )
-from olp.ir.program import Assign, Call, Declare, Parameter, Program, Routine, Statement
+from olp.ir.program import (
+    Assign,
+    Call,
+    Declare,
+    EndIf,
+    If,
+    Parameter,
+    Program,
+    Return,
+    Routine,
+    Statement,
+)
 from olp.ir.transformer import expressions_of, mapped
 from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbol, Symbols, symbols_of
@@ -32,6 +43,7 @@ _WHOLE_TYPES: Final = {
 _PARTS: Final = {"speed": "speeddata", "zone": "zonedata"}
 _DEEPEST: Final = 6
 _ALL: Final = Unknown("")  # an index that is left out
+_RESULT: Final = ""  # what a routine returns, among its names
 MemberPath = tuple[str, ...]
 
 
@@ -58,6 +70,15 @@ class _Records:
         default_factory=dict
     )  # routine, case folded -> name -> type
     names: dict[tuple[str, str, MemberPath], str] = field(default_factory=dict)
+    results: dict[str, str] = field(default_factory=dict)  # routine, case folded -> the type that it returns
+
+    def drop(self, odd: Set[str]) -> None:
+        """Leaves records of these types as they are."""
+        self.variables = {key: kind for key, kind in self.variables.items() if kind not in odd}
+        self.results = {name: kind for name, kind in self.results.items() if kind not in odd}
+        for names in self.parameters.values():
+            for name in [name for name, kind in names.items() if kind in odd]:
+                del names[name]
 
     def of(self, routine: str, name: str) -> tuple[str, str] | None:
         """Scope and name of a record, None of what is none."""
@@ -75,11 +96,7 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
     """
     found = _found(program, symbols_of(program), work.conventions.member_types)
     while found.variables and (odd := _odd(program, found)):
-        for key in [key for key, kind in found.variables.items() if kind in odd]:
-            del found.variables[key]
-        for names in found.parameters.values():
-            for name in [name for name, kind in names.items() if kind in odd]:
-                del names[name]
+        found.drop(odd)
     if not found.variables:
         return program
     for (scope, name), kind in [*found.variables.items(), *_parameter_keys(found)]:
@@ -87,10 +104,18 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
         work.note_once(f"{name} is a record: each of its members is a variable, as {first}")
         for leaf in found.shapes[kind]:
             found.names[(scope, name, leaf.path)] = work.fresh("_".join((name, *leaf.path)))
+    data = []
+    for r in program.routines:
+        for leaf in (
+            found.shapes[found.results[r.name.casefold()]] if r.name.casefold() in found.results else ()
+        ):
+            name = work.fresh("_".join((r.name, "result", *leaf.path)))
+            found.names[(r.name.casefold(), _RESULT, leaf.path)] = name
+            data.append(Declare(0, name, leaf.type, None, leaf.sizes, shared=True))
     own = _Flat(found)
     routines = tuple(own.routine(r) for r in program.routines)
-    data = tuple(one for d in program.data for one in own.declared(d, ""))
-    return replace(program, routines=routines, data=data)
+    data = [*(one for d in program.data for one in own.declared(d, "")), *data]
+    return replace(program, routines=routines, data=tuple(data))
 
 
 def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
@@ -134,6 +159,8 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
             found.variables[(symbol.scope, symbol.name)] = kind
     _add_unknown(program, found, layouts.keys())
     for routine in program.routines:
+        if routine.returns.casefold() in found.shapes and routine.returns.casefold() not in _PARTS:
+            found.results[routine.name.casefold()] = routine.returns.casefold()
         for parameter in routine.parameters:
             kind = parameter.type.casefold()
             if any(leaf.sizes or not leaf.type for leaf in found.shapes.get(kind, ())):
@@ -269,6 +296,12 @@ def _odd(program: Program, found: _Records) -> set[str]:
             allowed: list[Expression] = []
             if isinstance(s, Assign) and _is_copy(s, routine.name, found):
                 allowed = [s.target, s.value]
+            elif isinstance(s, Return) and _is_returned(s, routine.name, found):
+                allowed = [s.value] if s.value is not None else []
+            elif isinstance(s, Return):
+                odd |= {found.results.get(routine.name.casefold(), "")} - {""}
+            taken = getattr(s, "value", None) if allowed else None
+            odd |= {kind for e in expressions_of(s) if e is not taken and (kind := _returned_by(e, found))}
             for call in (s, *expressions_of(s)):
                 if isinstance(call, (Call, CallValue)) and (called := own.get(call.routine.casefold())):
                     allowed += call.arguments if _fits(call, called, routine.name, found) else ()
@@ -280,14 +313,33 @@ def _is_copy(s: Assign, routine: str, found: _Records) -> bool:
     leaves = _under(s.target, routine, found)
     if not leaves:
         return False
-    if any(leaf.sizes and leaf.type != "string" for _, _, leaf in leaves):
+    if isinstance(s.value, RecordLiteral) and repr(_root(s.target)) in map(repr, expressions_of(s.value)):
         return False
-    if isinstance(s.value, RecordLiteral):
-        given = [leaf.path for leaf in _leaves(s.value, ())]
-        inside = {repr(e) for e in expressions_of(s.value)}
-        return given == [path for _, path, _ in leaves] and repr(_root(s.target)) not in inside
-    other = _under(s.value, routine, found)
-    return [path for _, path, _ in other] == [path for _, path, _ in leaves]
+    return _gives(s.value, [(path, leaf) for _, path, leaf in leaves], routine, found)
+
+
+def _is_returned(s: Return, routine: str, found: _Records) -> bool:
+    kind = found.results.get(routine.casefold())
+    if kind is None or s.value is None:
+        return False
+    return _gives(s.value, [(leaf.path, leaf) for leaf in found.shapes[kind]], routine, found)
+
+
+def _gives(value: Expression, leaves: list[tuple[MemberPath, _Leaf]], routine: str, found: _Records) -> bool:
+    """Whether a value has these members, each of which is copied."""
+    if any(leaf.sizes and leaf.type != "string" for _, leaf in leaves):
+        return False
+    paths = [path for path, _ in leaves]
+    if isinstance(value, RecordLiteral):
+        return paths == [leaf.path for leaf in _leaves(value, ())]
+    if kind := _returned_by(value, found):
+        return paths == [leaf.path for leaf in found.shapes[kind]]
+    return paths == [path for _, path, _ in _under(value, routine, found)]
+
+
+def _returned_by(e: Expression, found: _Records) -> str:
+    """The type of the record that a call returns, "" of anything else."""
+    return found.results.get(e.routine.casefold(), "") if isinstance(e, CallValue) else ""
 
 
 def _fits(s: Call | CallValue, called: Routine, routine: str, found: _Records) -> bool:
@@ -395,7 +447,8 @@ class _Flat:
         body = tuple(one for s in r.body for one in self.statement(s, r))
         data = tuple(one for d in r.data for one in self.declared(d, r.name))
         parameters = tuple(one for p in r.parameters for one in self._parameter(p, r))
-        return replace(r, body=body, data=data, parameters=parameters)
+        returns = "" if r.name.casefold() in self.found.results else r.returns
+        return replace(r, body=body, data=data, parameters=parameters, returns=returns)
 
     def _parameter(self, p: Parameter, r: Routine) -> list[Parameter]:
         kind = self.found.parameters.get(r.name.casefold(), {}).get(p.name)
@@ -426,24 +479,52 @@ class _Flat:
             return list(self.declared(s, r.name))
         if isinstance(s, Assign) and _is_copy(s, r.name, self.found):
             return list(self._copied(s, r.name))
+        if isinstance(s, Return) and _is_returned(s, r.name, self.found):
+            return self._returned(s, r)
         if isinstance(s, Call):
             s = replace(s, arguments=self._arguments(s, r.name))
         return [mapped(s, lambda e: self._leaf(e, r.name))]
 
     def _copied(self, s: Assign, routine: str) -> Iterator[Statement]:
+        yield from self._called(s.value, s.line, routine)
         for at, (base, rest, leaf) in enumerate(_under(s.target, routine, self.found)):
             target = _all(self._named(base, leaf, routine), leaf)
-            if isinstance(s.value, RecordLiteral):
-                value: Expression | None = _part(s.value, rest)
-            else:
-                value = next(
-                    _all(self._named(b, other, routine), other)
-                    for b, path, other in _under(s.value, routine, self.found)
-                    if path == rest
-                )
-            assert value is not None
-            row = Assign(s.line, target, value, "" if at else s.comment)
+            row = Assign(s.line, target, self._given(s.value, rest, routine), "" if at else s.comment)
             yield mapped(row, lambda e: self._leaf(e, routine))
+
+    def _returned(self, s: Return, r: Routine) -> list[Statement]:
+        """The members of what a routine returns, in variables of their own."""
+        assert s.value is not None
+        rows = list(self._called(s.value, s.line, r.name))
+        for leaf in self.found.shapes[self.found.results[r.name.casefold()]]:
+            target = _all(Named(self.found.names[(r.name.casefold(), _RESULT, leaf.path)]), leaf)
+            row = Assign(s.line, target, self._given(s.value, leaf.path, r.name))
+            rows.append(mapped(row, lambda e: self._leaf(e, r.name)))
+        rows.append(replace(s, value=None, condition=None))
+        return [If(s.line, s.condition), *rows, EndIf(s.line)] if s.condition is not None else rows
+
+    def _called(self, value: Expression, line: int, routine: str) -> Iterator[Statement]:
+        if isinstance(value, CallValue):
+            call = Call(line, value.routine, self._arguments(value, routine))
+            yield mapped(call, lambda e: self._leaf(e, routine))
+
+    def _given(self, value: Expression, path: MemberPath, routine: str) -> Expression:
+        """A member of a record that is copied."""
+        found: Expression | None
+        if isinstance(value, RecordLiteral):
+            found = _part(value, path)
+        elif kind := _returned_by(value, self.found):
+            assert isinstance(value, CallValue)
+            leaf = next(leaf for leaf in self.found.shapes[kind] if leaf.path == path)
+            found = _all(Named(self.found.names[(value.routine.casefold(), _RESULT, path)]), leaf)
+        else:
+            found = next(
+                _all(self._named(base, leaf, routine), leaf)
+                for base, rest, leaf in _under(value, routine, self.found)
+                if rest == path
+            )
+        assert found is not None
+        return found
 
     def _arguments(self, call: Call | CallValue, routine: str) -> tuple[Expression, ...]:
         return tuple(one for a in call.arguments for one in self._argument(a, routine))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source
 from olp.ir.expressions import CallValue, Expression, Named, RecordLiteral
-from olp.ir.program import Call, Declare, Disabled, Move, Program, Routine, Statement
+from olp.ir.program import Call, Declare, Disabled, Move, Parameter, Program, Routine, Statement
+from olp.ir.statements import is_same
 from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
@@ -109,6 +112,13 @@ class _Joined:
     data: list[Declare] = field(default_factory=list)
     offsets: dict[int, int] = field(default_factory=dict)
     looks: dict[int, Look] = field(default_factory=dict)  # at routines, by the id of their body
+    sources: dict[int, int] = field(default_factory=dict)  # of routines, by the id of their body; else 0
+    # By the file that names it, and the name there, case folded: its name in the whole
+    renamed_routines: dict[tuple[int, str], str] = field(default_factory=dict)
+    renamed_data: dict[tuple[int, str], str] = field(default_factory=dict)
+    public: dict[str, str] = field(
+        default_factory=dict
+    )  # shared data of a name that is another file's own here
 
     def __post_init__(self) -> None:
         self.routines += self.program.routines
@@ -146,26 +156,99 @@ class _Joined:
         return routines, tuple([mapped(d, change) for d in data])
 
     def add_routines(self) -> None:
-        """The routines that calls name, and those that they call; with the data of their files."""
-        todo = [name for routine in self.routines for name in self._called(routine)]
+        """The routines that calls name, and those that they call; with the data of their files.
+
+        What two files call the same, each for itself, has another name in the file that comes later.
+        """
         have = {routine.name.casefold() for routine in self.routines}
+        names = {id(routine): routine.name for routine in self.routines}  # of what is there, in the whole
+        todo = [(name, 0) for routine in self.routines for name in self._called(routine)]
         while todo:
-            name = todo.pop(0)
-            job = None if name.casefold() in have else self.jobs.find(name)
-            have.add(name.casefold())
-            if job is None or any(routine is job.routine for routine in self.routines):
+            name, source = todo.pop(0)
+            job = self.jobs.find(name, source)
+            if job is None or (self.plainly and _is_library(job)):
                 continue
-            if self.plainly and _is_library(job):
-                continue
-            other = job.program
-            if id(other) not in self.offsets:
-                known = {declare.name.casefold() for declare in self.data}
-                self._add(other, [d for d in other.data if d.name.casefold() not in known])
-            routine = _spelled_out(job.routine, other, self.jobs) if self.plainly else job.routine
-            routine = _shifted(routine, self.offsets[id(other)])
-            have.add(routine.name.casefold())
-            self.routines.append(routine)
-            todo += self._called(routine)
+            found = job.routine
+            if id(found) not in names:
+                other = job.program
+                if id(other) not in self.offsets:
+                    self._add(other, self._apart(other))
+                new = (
+                    found.name if found.name.casefold() not in have else self._fresh(found.name, other, have)
+                )
+                names[id(found)] = new
+                have.add(new.casefold())
+                routine = _spelled_out(found, other, self.jobs) if self.plainly else found
+                todo += [(called, job.source) for called in self._called(routine)]
+                routine = replace(_shifted(routine, self.offsets[id(other)]), name=new)
+                self.routines.append(routine)
+                self.sources[id(routine.body)] = job.source
+            if names[id(found)] != found.name:
+                self.renamed_routines[(source, name.casefold())] = names[id(found)]
+        self._keep_private()
+        self.routines = [self._renamed(r) for r in self.routines]
+
+    def _keep_private(self) -> None:
+        """Names whose data here are another file's alone, as that of shared data or of none that is known."""
+        if len(self.offsets) == 1 or not find_vendor(self.program.vendor).shares_names:
+            return
+        own = [{d.name.casefold() for d in one.data} for one in self.jobs.programs]
+        private = {d.name.casefold() for d in self.data if not d.shared}
+        for routine in self.routines:
+            source = self.sources.get(id(routine.body), 0)
+            local = {d.name.casefold() for d in _locals(routine)}
+            for name in private.intersection(map(str.casefold, self._look(routine).names())):
+                if name not in local and name not in own[source]:
+                    taken = {d.name.casefold() for d in self.data}
+                    new = self.public.get(name) or _free(f"{name}_shared", taken)
+                    self.public[name] = self.renamed_data[(source, name)] = new
+
+    def _apart(self, other: Program) -> list[Declare]:
+        """The data of a file that comes in, under other names where the data here have them and are others."""
+        known = {d.name.casefold(): d for d in self.data}
+        rows = []
+        source = next(n for n, one in enumerate(self.jobs.programs) if one is other)
+        taken = set(known)
+        for d in other.data:
+            before = known.get(d.name.casefold())
+            if before is None:
+                rows.append(d)
+            elif not (is_same(d, before) and (d.storage == "constant" or (d.shared and before.shared))):
+                new = self._fresh(d.name, other, taken)
+                taken.add(new.casefold())
+                self.renamed_data[(source, d.name.casefold())] = new
+                rows.append(replace(d, name=new))
+        renamed = {name: new for (at, name), new in self.renamed_data.items() if at == source}
+        return [mapped(d, lambda e: _with_new_name(e, renamed)) for d in rows] if renamed else rows
+
+    @staticmethod
+    def _fresh(name: str, other: Program, taken: Set[str]) -> str:
+        stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in Path(other.path).stem)
+        return _free(f"{name}_{stem}", taken)
+
+    def _renamed(self, routine: Routine) -> Routine:
+        """A routine with the names that the whole has for what its file calls otherwise."""
+        source = self.sources.get(id(routine.body), 0)
+        called = {name: new for (at, name), new in self.renamed_routines.items() if at == source}
+        data = {name: new for (at, name), new in self.renamed_data.items() if at == source}
+        for one in _locals(routine):
+            data.pop(one.name.casefold(), None)
+        if not called and not data:
+            return routine
+
+        def change(e: Expression) -> Expression:
+            if type(e) is CallValue and e.routine.casefold() in called:
+                return replace(e, routine=called[e.routine.casefold()])
+            return _with_new_name(e, data)
+
+        def row(s: Statement) -> Statement:
+            s = mapped(s, change)
+            if isinstance(s, Call) and s.routine.casefold() in called:
+                return replace(s, routine=called[s.routine.casefold()])
+            return s
+
+        changed = replace(routine, body=tuple(map(row, routine.body)), data=mapped(routine.data, change))
+        return _with_handlers(changed, change)
 
     def add_data(self) -> None:
         """The declarations of names that nothing declares so far, and of the names that their values need."""
@@ -173,10 +256,14 @@ class _Joined:
         if not open_names or not find_vendor(self.program.vendor).shares_names:
             return
         while open_names:
-            self.jobs.read_naming(open_names)
+            asked = {new.casefold(): name for name, new in self.public.items()}
+            self.jobs.read_naming({asked.get(name, name) for name in open_names})
             before = len(self.data)
             for other in self.jobs.programs[1:]:
-                rows = [d for d in other.data if d.shared and d.name.casefold() in open_names]
+                shared = [d for d in other.data if d.shared]
+                rows = [d for d in shared if d.name.casefold() in open_names]
+                named = ((self.public.get(d.name.casefold(), ""), d) for d in shared)
+                rows += [replace(d, name=new) for new, d in named if new.casefold() in open_names]
                 open_names -= {d.name.casefold() for d in rows}
                 if rows:
                     self._add(other, [*self._layouts(other, rows), *rows])
@@ -235,6 +322,20 @@ class _Joined:
         offset = self.offsets[id(other)]
         # What tells no line of its own is of that file all the same.
         self.data += [_moved(d if d.line else replace(d, line=1), offset) for d in rows]
+
+
+def _free(name: str, taken: Set[str]) -> str:
+    return next(one for one in (f"{name}{n or ''}" for n in count()) if one.casefold() not in taken)
+
+
+def _locals(routine: Routine) -> list[Parameter | Declare]:
+    """What a routine declares for itself."""
+    return [*routine.parameters, *routine.data, *(s for s in routine.body if isinstance(s, Declare))]
+
+
+def _with_new_name(e: Expression, names: Mapping[str, str]) -> Expression:
+    new = names.get(e.name.casefold()) if type(e) is Named else None
+    return e if new is None else Named(new)
 
 
 def _with_handlers(routine: Routine, change: Change) -> Routine:

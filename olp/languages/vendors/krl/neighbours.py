@@ -114,7 +114,7 @@ def _config(config: Source, scope: Scope, findings: Findings, used: frozenset[st
             f"{len(broken)} lines of {config.path} were not understood, the first is line {broken[0].line}"
         )
         findings.warning("P419", message, Span(1, 1, 2), "olp takes what it needs from the others")
-    return tuple(replace(one, native=one.native + CONFIG_MARK, comment="") for one in rows)
+    return tuple(replace(one, native=one.native + CONFIG_MARK, comment="", shared=True) for one in rows)
 
 
 def _shared(source: Source, beside: Source | None, scope: Scope) -> tuple[Declare, ...]:
@@ -140,7 +140,7 @@ def _shared(source: Source, beside: Source | None, scope: Scope) -> tuple[Declar
         layouts += [it for it in reader.declared.values() if it.type == "enumeration"]
     kinds = used | {scope.type_of_name(name) for name in used}
     found = [it for it in found if it.type == "signal"] + [it for it in layouts if it.name.upper() in kinds]
-    return tuple(replace(it, native=it.native + CONFIG_MARK) for it in found)
+    return tuple(replace(it, native=it.native + CONFIG_MARK, shared=True) for it in found)
 
 
 def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[Declare, ...]:
@@ -155,7 +155,7 @@ def _defaults(scope: Scope, findings: Findings, used: frozenset[str]) -> tuple[D
         value = RecordLiteral(kind, members)
         scope.declare(name, kind)
         scope.values[name] = value
-        rows.append(Declare(0, scope.spell(name), kind, value, native=kind + CONFIG_MARK))
+        rows.append(Declare(0, scope.spell(name), kind, value, shared=True, native=kind + CONFIG_MARK))
     if rows:
         names = ", ".join(one.name for one in rows)
         message = f"{names}: taken as in the public $config.dat, which is not beside the program"
