@@ -5,12 +5,16 @@ The oracle is RAPID's meaning of the program: its moves run at 270, 200 and 270 
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+import olp
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.transpile import Context
-from olp.transpile.convert import convert
+from olp.transpile.convert import convert, run_converted
+from olp.transpile.link import link
 
 _PROGRAM = """MODULE M
 CONST robtarget p:=[[900,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
@@ -49,3 +53,50 @@ def test_an_element_that_a_record_was_copied_to_keeps_its_value() -> None:
 def test_speeds_handed_to_functions_and_kept_in_arrays_are_carried_over(target: str) -> None:
     made = convert(read_source(decode(_PROGRAM.encode(), "M.mod")), target, Context(on_loss="comment"))
     assert not [loss for loss in made.translated.losses if loss.leaves_out]
+
+
+_RETURNED = """MODULE M
+PROC main()
+  VAR part one;
+  one:=made(3);
+  one:=moved(one,2);
+  SetAO ao1,one.count;
+  SetAO ao2,one.place.x;
+  one:=first();
+  SetAO ao1,one.count;
+  one:=again(one);
+  SetAO ao1,one.count;
+ENDPROC
+FUNC part made(num n)
+  VAR part p;
+  p.count:=n;
+  p.place.x:=10*n;
+  RETURN p;
+ENDFUNC
+FUNC part moved(part p,num by)
+  p.place.x:=p.place.x+by;
+  IF by>5 RETURN p;
+  p.count:=p.count+by;
+  RETURN p;
+ENDFUNC
+FUNC part first()
+  RETURN made(7);
+ENDFUNC
+FUNC part again(part p)
+  IF p.count>6 RETURN moved(p,2);
+  RETURN p;
+ENDFUNC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_records_that_functions_return_are_handed_back_member_by_member(target: str, tmp_path: Path) -> None:
+    (tmp_path / "m.mod").write_text(_RETURNED)
+    layout = "MODULE T\nRECORD part\nnum count;\npos place;\nbool done;\nENDRECORD\nENDMODULE\n"
+    (tmp_path / "t.mod").write_text(layout)
+    program = link(olp.read(tmp_path / "m.mod"), target).program
+    made = convert(program, target, Context(on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    plan = run_converted(made, target, None)
+    assert [event.value for _, event in sorted(plan.events.items())] == [5, 32, 7, 9]

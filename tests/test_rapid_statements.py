@@ -630,7 +630,7 @@ def test_structures_of_ones_own_have_members() -> None:
     data = ["RECORD part", "num id;", "pos where;", "ENDRECORD", "CONST part one:=[3,[10,20,30]];"]
     program = read(module("x:=one.where.y;", data))
     assert not errors(program)
-    value = program.data[0].value
+    value = next(d.value for d in program.data if d.name == "one")
     assert [name for name, _ in value.members] == ["id", "where"]
     assert value.members[1][1].values[:3] == pytest.approx((0.01, 0.02, 0.03))
     assert program.routines[0].body[0].value == Member(Member(Named("one"), "where"), "y")

@@ -955,8 +955,8 @@ def test_records_are_one_variable_for_each_member(target):
     assert not [x for x in found.found if x.part not in ("speed",)]
 
 
-def test_a_record_that_is_returned_stays_refused():
-    lines = ["MODULE M", *RECORDS, "PROC main()", "p_b:=made();", "WaitTime p_b.count;", "ENDPROC"]
+def test_a_record_that_is_returned_and_compared_as_a_whole_stays_refused():
+    lines = ["MODULE M", *RECORDS, "PROC main()", "IF made()=p_b WaitTime p_b.count;", "ENDPROC"]
     lines += ["FUNC part made()", "RETURN p_a;", "ENDFUNC", "ENDMODULE", ""]
     assert "p_b is data of the type part" in "".join(refused("\r\n".join(lines), "rapid", "krl").values())
 

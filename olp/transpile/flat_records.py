@@ -501,7 +501,10 @@ class _Flat:
             row = Assign(s.line, target, self._given(s.value, leaf.path, r.name))
             rows.append(mapped(row, lambda e: self._leaf(e, r.name)))
         rows.append(replace(s, value=None, condition=None))
-        return [If(s.line, s.condition), *rows, EndIf(s.line)] if s.condition is not None else rows
+        if s.condition is None:
+            return rows
+        condition = mapped(s.condition, lambda e: self._leaf(e, r.name))
+        return [If(s.line, condition), *rows, EndIf(s.line)]
 
     def _called(self, value: Expression, line: int, routine: str) -> Iterator[Statement]:
         if isinstance(value, CallValue):

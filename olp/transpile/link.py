@@ -15,6 +15,7 @@ from olp.ir.program import Call, Declare, Disabled, Move, Parameter, Program, Ro
 from olp.ir.statements import is_same
 from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
 from olp.languages.vendor import find_vendor, vendor_names
+from olp.transpile.name_types import KINDS
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=Statement)
 _LAYOUTS: Final = ("structure", "enumeration")
+_PLAIN_TYPES: Final = frozenset({*KINDS, "speed", "zone", "signal", ""})  # which no file declares
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,8 +187,21 @@ class _Joined:
                 self.sources[id(routine.body)] = job.source
             if names[id(found)] != found.name:
                 self.renamed_routines[(source, name.casefold())] = names[id(found)]
+        self._add_layouts()
         self._keep_private()
         self.routines = [self._renamed(r) for r in self.routines]
+
+    def _add_layouts(self) -> None:
+        """The structures of other files that data, parameters and results here are of."""
+        wanted = {d.type.casefold() for d in self.data}
+        for routine in self.routines:
+            wanted |= {routine.returns.casefold()} | {one.type.casefold() for one in _locals(routine)}
+        wanted -= {d.name.casefold() for d in self.data if d.type in _LAYOUTS} | _PLAIN_TYPES
+        if wanted and find_vendor(self.program.vendor).shares_names:
+            self.jobs.read_naming(wanted)
+            for other in self.jobs.programs[1:]:
+                if rows := self._layouts(other, wanted):
+                    self._add(other, rows)
 
     def _keep_private(self) -> None:
         """Names whose data here are another file's alone, as that of shared data or of none that is known."""
@@ -266,7 +281,7 @@ class _Joined:
                 rows += [replace(d, name=new) for new, d in named if new.casefold() in open_names]
                 open_names -= {d.name.casefold() for d in rows}
                 if rows:
-                    self._add(other, [*self._layouts(other, rows), *rows])
+                    self._add(other, [*self._layouts(other, {d.type.casefold() for d in rows}), *rows])
             if len(self.data) == before:
                 return
             open_names = self._undeclared()
@@ -301,11 +316,10 @@ class _Joined:
                 note_names(s, found)
         return {name.casefold() for name in found if not name.startswith("$")} - known
 
-    def _layouts(self, other: Program, rows: list[Declare]) -> list[Declare]:
-        """The declarations of the types that rows of a file are of, and of their members."""
+    def _layouts(self, other: Program, wanted: Set[str]) -> list[Declare]:
+        """A file's declarations of these types, case folded, and of those of their members."""
         have = {d.name.casefold() for d in self.data}
         found: list[Declare] = []
-        wanted = {d.type.casefold() for d in rows}
         while more := [d for d in other.data if d.type in _LAYOUTS and d.name.casefold() in wanted - have]:
             found += more
             have |= {d.name.casefold() for d in more}

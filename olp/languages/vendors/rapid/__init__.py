@@ -15,6 +15,7 @@ from olp.languages.vendor import (
     Vendor,
     statements,
 )
+from olp.languages.vendors.rapid.predefined_data import TYPES
 
 _PROCESSES = {
     **dict.fromkeys(
@@ -116,6 +117,7 @@ class Rapid(Vendor):
         on_pulse="High",
         inverting_pulse=r"PulseDO without \High inverts the output",
         whole_numbers=False,
+        member_types={word.upper(): kind for word, kind in TYPES.items()},
         answers={
             "issyncmoveon": (
                 False,

@@ -225,6 +225,7 @@ class ModuleReader:
                 self._flush("E", *self._trailing(clause))
             case "RECORD":
                 self._record = True
+                self.data += self._names.layouts(frame.name, clause.line)
                 self._flush(f"T {_one_line(clause)}")
             case "ENDRECORD":
                 self._record = False

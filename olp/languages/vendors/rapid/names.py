@@ -7,8 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from olp.ir.expressions import RecordLiteral
+from olp.ir.program import Declare
 from olp.languages.vendors.rapid.clauses import Clause
-from olp.languages.vendors.rapid.predefined_data import RECORDS, SIGNAL_TYPES, SIGNAL_USERS, SPEEDS, ZONES
+from olp.languages.vendors.rapid.predefined_data import (
+    RECORDS,
+    SIGNAL_TYPES,
+    SIGNAL_USERS,
+    SPEEDS,
+    TYPES,
+    ZONES,
+)
 
 _DATA: Final = re.compile(
     r"(?:(?:LOCAL|TASK)\s+)?(CONST|PERS|VAR)\s+(\w+)\s+(\w+)\s*(\{[^}]{0,500}\}\s*)?(?::=(.*))?;?\Z",
@@ -38,6 +47,8 @@ _NUMBERS: Final = re.compile(r"\[\s*([^\[\]\"]*)\]\Z")
 _COMPONENT: Final = re.compile(r"(\w+)\s+(\w+)\s*;?\Z")
 _SIGNAL_LIKE: Final = re.compile(r"(?:di|do|gi|go|ai|ao)(?=[_0-9A-Z])|(?:DI|DO|GI|GO|AI|AO)(?=[_0-9])")
 _LONG: Final = 120
+STRUCTURE: Final = "structure"  # the type of a declaration that says what members a type has
+_WHOLE: Final = ("tool", "frame")  # neutral types of structures that every language has in a form of its own
 _BUSES: Final = {
     "di": "in", "do": "out", "gi": "in-group", "go": "out-group", "ai": "analog-in", "ao": "analog-out",
 }  # fmt: skip
@@ -91,6 +102,15 @@ class RapidNames:
     def members(self, kind: str) -> tuple[tuple[str, str], ...] | None:
         """Members of a structure with their types, None for what is none."""
         return self.records.get(kind) or RECORDS.get(kind)
+
+    def layouts(self, kind: str, line: int) -> list[Declare]:
+        """The declaration of a structure of the program's own, and of the manual's that its members are of."""
+        members = self.records.get(kind.lower(), ())
+        found = [_layout(kind, line, members)]
+        for word in dict.fromkeys(word for _, word in members):
+            if word in RECORDS and TYPES.get(word) not in _WHOLE:
+                found.append(_layout(word, line, RECORDS[word]))
+        return found
 
     def knows(self, name: str) -> bool:
         key = name.lower()
@@ -224,6 +244,11 @@ def _alias(names: RapidNames, text: str) -> None:
     parts = text.rstrip("; \t\n").split()
     if len(parts) == 3:
         names.aliases[parts[2].lower()] = parts[1].lower()
+
+
+def _layout(name: str, line: int, members: Sequence[tuple[str, str]]) -> Declare:
+    value = RecordLiteral("RECORD", tuple((m, RecordLiteral(word.upper(), ())) for m, word in members))
+    return Declare(line, name, STRUCTURE, value, shared=True, native="RECORD")
 
 
 def _component(

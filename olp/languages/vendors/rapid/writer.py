@@ -19,7 +19,7 @@ from olp.ir.expressions import Expression, Named
 from olp.ir.program import Assign, Declare, Move, Program
 from olp.languages.generator import CannotSayError, as_text
 from olp.languages.vendors.rapid.limits import RESERVED
-from olp.languages.vendors.rapid.names import RapidNames
+from olp.languages.vendors.rapid.names import STRUCTURE, RapidNames
 from olp.languages.vendors.rapid.write_statements import RapidStatements, native_type
 from olp.languages.vendors.rapid.write_values import TIMED_OUT
 
@@ -68,7 +68,8 @@ class RapidWriter(RapidStatements):
         self.types = self.globals
         self._data: dict[str, deque[st.Declare]] = {}
         for one in program.data:
-            self._data.setdefault(one.name, deque()).append(one)
+            if one.type != STRUCTURE:  # which stands in the module's own text
+                self._data.setdefault(one.name, deque()).append(one)
         self._made: list[RapidModuleText] = []
         self._pending: list[str] = []  # lines that wait for the routine or module they stand before
 
