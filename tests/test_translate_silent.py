@@ -98,6 +98,13 @@ def test_an_output_on_the_way_of_a_move_stays_there_or_is_told(option, target):
     assert bool(told) is not bool(re.search("TRIGGER|Trigg", written))
 
 
+@pytest.mark.parametrize("setting", ["PAYLOAD[1:part]", "COL DETECT OFF", "COL GUARD ADJUST 80", "LOCK PREG"])
+def test_how_a_controller_of_fanuc_moves_is_a_comment_that_is_told(setting):
+    text = tp("J P[1] 100% FINE", setting, "L P[2] 100mm/sec FINE", positions=(P1, P2))
+    assert f"! not translated: 2:{setting}" in translated(text, "tp", "rapid")
+    assert [str(loss.fate) for loss in losses(text, "tp", "rapid") if loss.line == 7] == ["approximated"]
+
+
 def test_an_option_that_moves_the_wrist_otherwise_is_told():
     rows = ("J P[1] 100% FINE", "L P[2] 100mm/sec FINE Wjnt")
     found = losses(tp(*rows, positions=(P1, P2)), "tp", "rapid")

@@ -40,6 +40,12 @@ class Tp(Vendor):
         records_in_statements=False,
         wait_limit_prefix="$",
         move_options=MoveOptions(manner=frozenset({"mrot", "pth", "wjnt"}), together=frozenset({"coord"})),
+        manner_processes={
+            "payload": "what load is carried",
+            **dict.fromkeys(("col detect", "col guard adjust"), "when a collision is detected"),
+            **dict.fromkeys(("lock preg", "unlock preg"), "how far ahead position registers are read"),
+        },
+        idle_processes={"diag_rec": "recording for a diagnosis"},
         share_zones=True,
         pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
     )
