@@ -274,13 +274,13 @@ def test_what_only_the_controller_knows_is_no_variable(target):
 @pytest.mark.parametrize("target", [v for v in VENDORS if v != "tp"])
 def test_system_variables_of_fanuc_are_no_variables(target):
     rows = (
-        "$MCR.$GENOVERRIDE=R[1]",
+        "$MCR.$RUN_STATE=R[1]",
         "$WAITTMOUT=300",
         "R[2]=$WAITTMOUT",
         "IF $MCR.$GENOVERRIDE=50,JMP LBL[1]",
     )
     program = read(listing(*rows, "WAIT    .50(sec)", "LBL[1]"), "tp")
-    first = program.source.lines.index("   1:  $MCR.$GENOVERRIDE=R[1] ;") + 1
+    first = program.source.lines.index("   1:  $MCR.$RUN_STATE=R[1] ;") + 1
     with pytest.raises(OlpError) as caught:
         convert(program, target)
     refused = {d.line for d in caught.value.diagnostics if "belongs to TP's controllers" in d.message}
@@ -288,7 +288,15 @@ def test_system_variables_of_fanuc_are_no_variables(target):
     made = convert(program, target, Context(on_loss="comment"))
     assert {x.line for x in made.translated.losses if x.leaves_out} == refused
     assert not [name for kind, name in made.translated.mapping if kind == "variable" and name.startswith("$")]
-    assert not [d for d in made.translated.program.data if "WAITTMOUT" in d.name or "GENOVERRIDE" in d.name]
+    assert not [d for d in made.translated.program.data if "WAITTMOUT" in d.name or "RUN_STATE" in d.name]
+
+
+@pytest.mark.parametrize(
+    ("target", "says"), [("krl", "$OV_PRO=40"), ("rapid", "VelSet 40,5000;"), ("tp", "OVERRIDE=40%")]
+)
+def test_the_override_of_fanuc_is_one_whichever_way_it_is_set(target, says):
+    made = convert(read(listing("$MCR.$GENOVERRIDE=40"), "tp"), target)
+    assert says in b"".join(made.files.values()).decode()
 
 
 @pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])

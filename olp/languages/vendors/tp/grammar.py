@@ -97,6 +97,8 @@ class TpInstructionRules(TpMoveRules):
         target, value = children
         if isinstance(target, Signal):
             return SetOutput(0, target, value)
+        if isinstance(target, Named) and target.name.upper() == values.OVERRIDE:
+            return SetOverride(0, Quantity(value, values.PERCENT))
         return Assign(0, target, value)
 
     def pulse(self, children: list[Any]) -> PulseOutput:

@@ -20,6 +20,7 @@ UNITS: Final = {
 }
 PERCENT: Final = 0.01
 TICK: Final = 0.01  # [s] that $WAITTMOUT counts in
+OVERRIDE: Final = "$MCR.$GENOVERRIDE"  # the system variable that OVERRIDE sets
 TIMEOUT: Final = "$WAITTMOUT"
 USUAL_TIMEOUT: Final = 3000  # [ticks] of a controller that nobody changed
 FASTEST_LINE: Final = 2000.0  # [mm/s] that max_speed is bounded by on lines (manual: "Max Speed")
