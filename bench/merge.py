@@ -5,10 +5,18 @@
     python bench/merge.py speed                        a job of 10,000 lines: the whole command, its start included
 
 HALF is `development`, `held-out` or `all`; MOST limits the pairs of versions of each repository, and below KEEP stands
-what was wrong. `real` has four kinds of merges. Merges that happened: both parents changed a program. Two changes that
-happened: three versions that follow each other, the middle one as base. A change that happened, points touched up: what
-a version became, and up to three positions moved of those that it left alone. A change that happened, cut in two: the
-places of one change, each given to one of two sides. Of the last two it is known what must come out, to the byte.
+what was wrong. `real` has five kinds of merges:
+
+    merges that happened: both parents changed a program
+    two changes that happened: of three versions in a row, the second change is made in the first one, as a rebase does
+        it (`on_its_own` of the oracle)
+    a change undone: of three versions in a row, the first change is taken back while the second one stays, as `git
+        revert` does it, with the middle version as base
+    a change that happened, points touched up: what a version became, and up to three positions moved of those that it
+        left alone
+    a change that happened, cut in two: its places, each given to one of two sides
+
+Of the second, fourth and fifth it is known what must come out, to the byte.
 `bench/merge_oracle.py` says what is right, and `git merge-file` does the same merges.
 """
 
@@ -42,6 +50,7 @@ from bench.merge_oracle import (
     both_changed,
     cut_in_two,
     lost,
+    on_its_own,
     renamed,
     touched_up,
     wrong,
@@ -300,7 +309,8 @@ def _versions(place: Path) -> dict[str, list[str]]:
 
 KINDS = {
     "merge": "merges that happened",
-    "two": "two changes that happened",
+    "apart": "two changes that happened, each made in the same version",
+    "undo": "a change undone that another one followed",
     "night": "a change that happened, points touched up",
     "cut": "a change that happened, cut in two",
     "made": "made: points moved in one version, logic changed in the other",
@@ -326,7 +336,10 @@ def cases(folder: Path, half: str, most: int) -> Iterator[tuple[str, Case]]:
 def _cut(folder: Path, name: str, texts: list[bytes]) -> Iterator[tuple[str, Case]]:
     choose = random.Random(name)
     if len(texts) > 2:
-        yield "two", Case(name, texts[1], texts[0], texts[2])
+        yield "undo", Case(name, texts[1], texts[0], texts[2])
+        apart = on_its_own(folder, *texts)
+        if apart is not None:
+            yield "apart", Case(name, texts[0], *apart)
     touched = touched_up(texts[0], texts[1], choose)
     if touched is not None:
         yield "night", Case(name, texts[0], *touched)

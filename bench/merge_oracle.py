@@ -88,8 +88,11 @@ def _inform(lines: list[str]) -> tuple[Counter[str], Counter[str]]:
         row = re.match(r"(BC|EC|BP|EX|C|P|E)(\d+)=(.*)", line)
         record = re.match(r"///(TOOL|USER|POSTYPE|RECTAN|PULSE|ANGLE|RCONF)\b(.*)", line)
         if row:
-            pulse = state.get("kind") == "PULSE"
-            keys = ("TOOL", "kind") if pulse else ("TOOL", "kind", "POSTYPE", "RCONF")
+            if state.get("kind") == "PULSE":  # where the arm goes, and the tool that it holds there
+                rows[row[1] + row[2]] = row[3] + "|PULSE"
+                used[f"a tool: {state.get('TOOL', '')}"] += 1
+                continue
+            keys = ("TOOL", "kind", "POSTYPE", "RCONF")
             user = state.get("USER", "") if "USER" in state.get("POSTYPE", "") else ""
             rows[row[1] + row[2]] = row[3] + "|".join(state.get(key, "") for key in keys) + user
         elif record:
@@ -270,10 +273,15 @@ def both_changed(language: str, folder: Path, base: str, ours: str, theirs: str)
             (places if put else same).append(
                 f"statement {one.start + 1}: {(*b[one.start : one.stop], *one.new)[:1]}"
             )
-    moved = [_followed(points, side, diff) for side, diff in ((o_points, mine), (t_points, other))]
-    for name in moved[0].keys() & moved[1].keys():
-        if moved[0][name] != moved[1][name]:
-            same.append(f"point {name}")
+    held = [Points(one.used, one.tools, {}) for one in (points, o_points, t_points)]
+    for what, (of, in_ours, in_theirs) in (
+        ("point", (points, o_points, t_points)),
+        ("tool of point", held),
+    ):
+        moved = [_followed(of, side, diff) for side, diff in ((in_ours, mine), (in_theirs, other))]
+        for name in moved[0].keys() & moved[1].keys():
+            if moved[0][name] != moved[1][name]:
+                same.append(f"{what} {name}")
     return Shared(same, places)
 
 
@@ -368,10 +376,14 @@ def _differ(one: Change, other: Change, base: Sequence[str]) -> bool:
 
 
 class Points(NamedTuple):
-    """The positions of numbered moves: of each line their numbers, and what each number says."""
+    """The positions of numbered moves: of each line their numbers, and what each number says.
+
+    `tools`: of those that say where the axes are, whatever the arm holds.
+    """
 
     used: list[tuple[str, ...]]
     says: dict[str, str]
+    tools: dict[str, str]
 
 
 def _followed(base: Points, side: Points, diff: Sequence[Change]) -> dict[str, str]:
@@ -418,22 +430,25 @@ def _parts(language: str, text: str) -> tuple[list[str], Points, dict[str, str]]
     pattern = _DATUM.get(language)
     is_list = language != "krl" or any(re.match(r"DEFDAT\b", line, re.IGNORECASE) for line in lines)
     if pattern is None or not is_list:
-        return lines, Points([()] * len(lines), {}), {}
+        return lines, Points([()] * len(lines), {}, {}), {}
     matches = [pattern.match(line) for line in lines]
     often = Counter(match[1] for match in matches if match)
     data = {match[1]: match[2] for match in matches if match and often[match[1]] == 1}
     rest = [line for line, m in zip(lines, matches, strict=True) if m is None or often[m[1]] > 1]
-    return rest, Points([()] * len(rest), {}), data
+    return rest, Points([()] * len(rest), {}, {}), data
 
 
 def _inform_parts(lines: list[str]) -> tuple[list[str], Points, dict[str, str]]:
-    said, used, says, state = [], [], {}, {}
+    said, used, says, tools, state = [], [], {}, {}, {}
     for line in lines:
         row = re.match(r"((?:BC|EC|BP|EX|C|P|E)\d+)=(.*)", line)
         record = re.match(r"///(TOOL|USER|POSTYPE|RECTAN|PULSE|ANGLE|RCONF)\b(.*)", line)
         if row:
-            keys = ("TOOL", "kind") if state.get("kind") == "PULSE" else ("TOOL", "kind", "POSTYPE", "RCONF")
+            pulse = state.get("kind") == "PULSE"
+            keys = ("kind",) if pulse else ("TOOL", "kind", "POSTYPE", "RCONF")
             says[row[1]] = row[2] + "|".join(state.get(key, "") for key in keys)
+            if pulse:
+                tools[row[1]] = state.get("TOOL", "")
         elif record:
             kind = record[1] in ("RECTAN", "PULSE", "ANGLE")
             state["kind" if kind else record[1]] = record[1] if kind else record[2].strip()
@@ -441,7 +456,7 @@ def _inform_parts(lines: list[str]) -> tuple[list[str], Points, dict[str, str]]:
             found = [] if line.startswith("'") else re.findall(r"(?<![A-Z0-9#])(?:BC|EC|C)\d{3,}", line)
             said.append(re.sub(r"(?<![A-Z0-9#])(?:BC|EC|C)\d{3,}", "@", line) if found else line)
             used.append(tuple(found))
-    return said, Points(used, says), {}
+    return said, Points(used, says, tools), {}
 
 
 def _tp_parts(lines: list[str]) -> tuple[list[str], Points, dict[str, str]]:
@@ -455,7 +470,7 @@ def _tp_parts(lines: list[str]) -> tuple[list[str], Points, dict[str, str]]:
             line = re.sub(r"^\d+:", "", line).strip()
             used.append(tuple(re.findall(r"(?<![\w$])P\[ ?(\d+)", line)))
             said.append(re.sub(r"(?<![\w$])P\[ ?\d+", "P[@", line))
-    return said, Points(used, says), {}
+    return said, Points(used, says, {}), {}
 
 
 # --- Two sides of one change ---
@@ -580,7 +595,67 @@ def cut_in_two(folder: Path, first: bytes, second: bytes, choose: random.Random)
     return _stamped(first, sides[0], sides[1], second)
 
 
+_NUMBERS = re.compile(rb"(?m)^ *\d+:|\b(?:BC|EC|C)\d{3,}|P\[ *\d+")
+
+
+def on_its_own(folder: Path, first: bytes, second: bytes, third: bytes) -> Sides | None:
+    """Two people who each began with `first`: one made of it `second`, the other did in it what `third` changed next.
+
+    That is what a rebase or a cherry-pick of the second change has to do. What `third` changed in lines that `second`
+    has written cannot be done without them, and what it put elsewhere is not another's: both are left out. None where
+    nothing is left, and where positions or lines got other numbers.
+    """
+    if len({tuple(_NUMBERS.findall(text)) for text in (first, second, third)}) > 1:
+        return None
+    base, ours, after = (text.decode("latin-1").split("\n") for text in (first, second, third))
+    old, new, last = ([_unstamped(line) for line in lines] for lines in (base, ours, after))
+    often = [Counter(_named_lines("\n".join(lines))) for lines in (old, new, last)]
+    alone = {one for of in often for one in of if max(some[one] for some in often) == 1}
+    here: set[str] = set()
+    shift, written = 0, []  # lines of `second`, and by how many lines what is behind them has moved
+    for one in changes(folder, old, new):
+        start, shift = one.start + shift, shift + len(one.new) - (one.stop - one.start)
+        written.append((start, start + len(one.new), shift))
+        here.update(_named_lines("\n".join([*old[one.start : one.stop], *one.new])))
+    shift, spots = 0, []
+    for one in changes(folder, new, last):
+        put = after[one.start + shift : one.start + shift + len(one.new)]
+        shift += len(one.new) - (one.stop - one.start)
+        said = _named_lines("\n".join([*new[one.start : one.stop], *one.new]))
+        moved = alone.intersection(here, said)
+        if not moved and not any(_meets(one, start, stop) for start, stop, _ in written):
+            back = [by for _, stop, by in written if stop <= one.start]
+            spots.append((one.start, one.stop, put, back[-1] if back else 0))
+    theirs, merged = list(base), list(ours)
+    for start, stop, put, back in reversed(spots):
+        theirs[start - back : stop - back] = put
+        merged[start:stop] = put
+    stamps = [_STAMP.search(text) for text in (second, third)]
+    told = ["\n".join(lines).encode("latin-1") for lines in (theirs, merged)]
+    if spots and stamps[0] and stamps[1]:
+        newest = max(
+            (one[0] for one in stamps if one), key=lambda text: list(map(int, re.findall(rb"\d+", text)))
+        )
+        told = [
+            _STAMP.sub(one, text, count=1) for one, text in zip((stamps[1][0], newest), told, strict=True)
+        ]
+    return Sides(second, *told) if spots else None
+
+
+def _meets(change: Change, start: int, stop: int) -> bool:
+    """Whether a change of lines `start` to `stop` and another one share a line, or it cannot be said which is first."""
+    if change.start == change.stop or start == stop:
+        return change.start <= stop and start <= change.stop
+    return change.start < stop and start < change.stop
+
+
 _DECLARED = re.compile(r"(?:GLOBAL )?(?:INT|REAL|BOOL|POS|E6POS|FRAME|AXIS|E6AXIS|num|robtarget) (\w+)")
+
+
+def _named_lines(text: str) -> list[str]:
+    """The lines that have a word, and the names that they declare."""
+    said = [line for line in _lines(text) if re.search(r"\w", line)]
+    return [*said, *(f"name {match[1]}" for match in map(_DECLARED.match, said) if match)]
 
 
 def _in_common(places: Sequence[set[str]]) -> list[int]:
@@ -588,11 +663,7 @@ def _in_common(places: Sequence[set[str]]) -> list[int]:
     found = list(range(len(places)))
     known: dict[str, int] = {}
     for at, lines in enumerate(places):
-        said = {*_lines("\n".join(lines))}
-        said |= {f"name {match[1]}" for match in map(_DECLARED.match, said) if match}
-        for line in sorted(said):
-            if not re.search(r"\w", line):
-                continue
+        for line in sorted(set(_named_lines("\n".join(lines)))):
             other = found[known.setdefault(line, at)]
             mine = found[at]
             found = [other if one == mine else one for one in found]

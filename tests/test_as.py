@@ -10,6 +10,7 @@ from handling_sample import SAMPLES, check_damage, check_plan, check_whole
 from scipy.spatial.transform import Rotation
 
 import olp
+from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
@@ -179,3 +180,14 @@ def test_the_sample_is_read_whole() -> None:
 
 def test_no_damage_makes_the_reader_raise_or_hang() -> None:
     check_damage(SAMPLE, 7)
+
+
+def test_lines_that_were_read_before_stand_where_they_stand_now() -> None:
+    """As in a merge or an editor: versions of one text, with what was understood of their lines remembered."""
+    lines = ["SPEED 40 MM/S", "LMOVE p1", "SPEED 50 MM/S", "LMOVE p1", "LMOVE p2"]
+    versions = [lines, [*lines[:2], "SIGNAL 3", *lines[2:]], lines]
+    fresh = [program(*one).routines for one in versions]
+    with remembering(TextCache()):
+        again = [program(*one).routines for one in versions]
+    assert again == fresh
+    assert [one.line for one in moves(program(*versions[1]))] == [3, 6, 7]

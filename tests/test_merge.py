@@ -7,12 +7,14 @@ import json
 import os
 import random
 import subprocess
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from bench import merge as made
+from bench.merge_oracle import on_its_own
 from olp.__main__ import main
 from olp.checks.merge.merge import merge_bytes
 from olp.core.diagnostic import OlpError
@@ -505,6 +507,36 @@ def test_data_that_one_side_took_out_stay_where_the_other_begins_to_use_them():
     assert "y:=b;" in text
 
 
+def test_data_go_that_the_other_side_only_says_in_another_way_than_before():
+    """Ours takes b from another module, also in a value; theirs said b before, and says it once more."""
+    base = b"MODULE M\n  VAR num b:=2;\n  PROC main()\n    x:=b;\n    z:=1;\n  ENDPROC\nENDMODULE\n"
+    ours = base.replace(b"  VAR num b:=2;\n", b"  VAR num c:=b;\n").replace(b"    x:=b;\n", b"    x:=c;\n")
+    theirs = base.replace(b"    z:=1;\n", b"    z:=1;\n    y:=b+1;\n")
+    conflicts, text = merged(base, ours, theirs, "rapid")
+    assert conflicts == 0
+    assert "VAR num b:=2;" not in text
+    assert "VAR num c:=b;" in text
+    assert "y:=b+1;" in text
+
+
+@pytest.mark.parametrize(
+    ("kind", "ours", "theirs", "expected"),
+    [
+        ("///PULSE", ("1,2,", "1,9,"), ("TOOL 0", "TOOL 3"), ["///TOOL 3", "C00000=1,9,3,4,5,6"]),
+        ("///PULSE", ("TOOL 0", "TOOL 5"), ("TOOL 0", "TOOL 3"), None),
+        ("///POSTYPE BASE\r\n///RECTAN", ("1,2,", "1,9,"), ("TOOL 0", "TOOL 3"), None),
+    ],
+)
+def test_pulses_say_where_the_arm_goes_whatever_tool_it_holds(kind, ours, theirs, expected):
+    base = job([ONE, TWO], BODY[:2]).replace(b"///PULSE", kind.encode())
+    sides = [base.replace(old.encode(), new.encode(), 1) for old, new in (ours, theirs)]
+    conflicts, text = merged(base, *sides)
+    assert (conflicts > 0) is (expected is None)
+    assert all(one in text.split("\r\n") for one in expected or ())
+    told = merge_bytes("inform", base, *sides).taken
+    assert expected is None or ("C00000" in told["ours"].points and "C00000" in told["theirs"].points)
+
+
 def test_line_ends_of_one_side_are_no_change_of_every_line():
     base = job([ONE, TWO, THREE], BODY)
     ours = base.replace(b"\r\n", b"\n")
@@ -525,6 +557,21 @@ def run(folder: Path, *words: object) -> tuple[int, str]:
         [*map(str, words)], cwd=folder, capture_output=True, text=True, check=False, env=environment
     )
     return done.returncode, done.stdout + done.stderr
+
+
+def test_a_merge_loads_nothing_that_only_reports_need(tmp_path):
+    """Each of these costs a hundredth of a second or more."""
+    text = job([ONE, TWO, THREE], BODY)
+    sides = text, text.replace(b"31", b"32"), text.replace(b"V=100.0", b"V=90.0")
+    paths = [tmp_path / f"{name}.jbi" for name in ("base", "ours", "theirs")]
+    for path, data in zip(paths, sides, strict=True):
+        path.write_bytes(data)
+    words = ["merge", *map(str, paths), "-o", str(tmp_path / "out.jbi")]
+    heavy = ["numpy.ma", "secrets", "olp.reports.batch", "olp.reports.formats", "olp.robots.backup"]
+    code = f"import sys; from olp.__main__ import main; main({words!r}); print(set({heavy!r}) & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "time" in done.stdout
+    assert done.stdout.splitlines()[-1] == "set()"
 
 
 def test_times_conflicts_and_statuses_are_told(tmp_path, capsys):
@@ -1049,3 +1096,16 @@ def test_one_point_of_polyscope_is_one_thing_and_its_conflict_is_told_without_a_
 def test_a_polyscope_program_that_is_broken_is_refused(data):
     with pytest.raises(OlpError, match="cannot be merged"):
         merge_bytes("urscript", _polyscope(""), data, _polyscope(_taught(_TCP, "a", 0.1)))
+
+
+def test_two_changes_that_happened_are_made_in_the_same_version_where_they_share_nothing(tmp_path):
+    """The second change wrote into a line of the first one, and put another one elsewhere: both are left out."""
+    first = b"&REL 4\nPTP p1\nPTP p2\nPTP p3\nPTP p4\n"
+    second = b"&REL 5\nPTP p1\nLIN p8\nPTP p2\nPTP p3\nPTP p4\nHALT\n"
+    third = b"&REL 6\nHALT\nPTP p1\nLIN p9\nPTP p2\nSPTP p3\nPTP p4\n"
+    assert on_its_own(tmp_path, first, second, third) == (
+        second,
+        b"&REL 6\nPTP p1\nPTP p2\nSPTP p3\nPTP p4\n",
+        b"&REL 6\nPTP p1\nLIN p8\nPTP p2\nSPTP p3\nPTP p4\nHALT\n",
+    )
+    assert on_its_own(tmp_path, first, second, second.replace(b"p8", b"p9")) is None

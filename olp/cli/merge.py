@@ -38,14 +38,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.checks.merge.merge import is_known, merge_files, text_merge
-    from olp.cli.time import print_diagnostics, settings_of
+    from olp.cli.time import print_diagnostics, timing_job_of
     from olp.identification.timing_job import check_assumptions
 
     inputs = [args.base, args.ours, args.theirs]
     if gone := absent(inputs):
         raise OlpError(*gone)
     target = _target(args, inputs)
-    job = settings_of(args) if not args.no_time or args.assumptions is not None else None
+    job = timing_job_of(args) if not args.no_time or args.assumptions is not None else None
     if job is not None:
         check_assumptions(job)
     home = args.driver or (args.ours if target in (None, "-") else target)

@@ -73,11 +73,9 @@ def run(args: Namespace) -> int:
 def _setting(args: Namespace, root: Path) -> WorkerSetting:
     """How workers time. Paths become absolute: they work in the folder. Raises OlpError for what is none."""
     import os
-    from dataclasses import fields
     from pathlib import Path
 
-    from olp.cli.time import settings_of
-    from olp.identification.timing_job import TimingJob
+    from olp.cli.time import timing_job_of
     from olp.runtime.assumptions import nearest_assumptions
     from olp.servers.web.desk import WorkerSetting
 
@@ -90,8 +88,7 @@ def _setting(args: Namespace, root: Path) -> WorkerSetting:
     above = nearest_assumptions(root)
     if above is not None:
         also.append(os.path.realpath(above))
-    told = settings_of(args)
-    job = TimingJob(**{field.name: getattr(told, field.name) for field in fields(TimingJob)})
+    job = timing_job_of(args)
     outside = tuple(path for path in also if not Path(path).is_relative_to(root))
     return WorkerSetting(str(root), "", job, tuple(_words(args)), outside)
 

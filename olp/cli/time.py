@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from olp.core.diagnostic import Diagnostic
+    from olp.identification.timing_job import TimingJob
     from olp.reports.batch import Job
 
 
@@ -186,10 +187,19 @@ def job_of(args: Namespace, count: int) -> Job:
 
 def settings_of(args: Namespace) -> Job:
     """What `add_timing_arguments` took. Raises OlpError for a robot, model or olp.toml that is none."""
-    from olp.identification.timing_job import check_job
+    from dataclasses import fields
+
     from olp.reports.batch import Job
 
-    job = Job(
+    job = timing_job_of(args)
+    return Job(**{field.name: getattr(job, field.name) for field in fields(job)})
+
+
+def timing_job_of(args: Namespace) -> TimingJob:
+    """The same for commands that write no report: those need not be loaded."""
+    from olp.identification.timing_job import TimingJob, check_job
+
+    job = TimingJob(
         robot=args.robot,
         model=args.model,
         acceleration=None if args.accel is None else args.accel * 1e-3,

@@ -15,7 +15,6 @@ import stat
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from secrets import token_hex
 from typing import Any
 
 from olp.core.diagnostic import Diagnostic, OlpError, error
@@ -81,7 +80,7 @@ def write_together(files: Mapping[Path, bytes]) -> None:
 
 def _beside(target: Path) -> Path:
     """A hidden file that nobody has: one that a killed run has left is never in the way."""
-    return target.with_name(f".olp-{token_hex(8)}.part")
+    return target.with_name(f".olp-{os.urandom(8).hex()}.part")
 
 
 def _into_device(target: Path, data: bytes) -> None:

@@ -7,7 +7,7 @@ words. lark itself is imported with the first parser: files of plain moves need 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields
+from dataclasses import fields as dataclass_fields
 from operator import attrgetter
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
@@ -122,6 +122,7 @@ def give_up(findings: Findings, code: str, span: Span, what: str = "lines") -> N
 # --- statements that are made anew for each line ------------------------------------------------------------
 
 _getters: dict[type, Callable[[Any], tuple[Any, ...]]] = {}
+_names: dict[type, tuple[str, ...]] = {}
 
 
 def values_of(statement: Any) -> tuple[Any, ...]:
@@ -129,7 +130,7 @@ def values_of(statement: Any) -> tuple[Any, ...]:
     kind = type(statement)
     getter = _getters.get(kind)
     if getter is None:
-        names = [one.name for one in fields(kind)][1:]
+        names = [one.name for one in dataclass_fields(kind)][1:]
         getter = _getters[kind] = attrgetter(*names) if len(names) > 1 else _few(names)
     return getter(statement)
 
@@ -140,7 +141,18 @@ def _few(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
 
 def placed(statement: Any, line: int) -> Any:
     """The statement on its line."""
+    if statement.line == line:
+        return statement
     return type(statement)(line, *values_of(statement))
+
+
+def changed(statement: Any, **fields: Any) -> Any:
+    """The statement with other values of some fields: `dataclasses.replace`, for thousands of them."""
+    kind = type(statement)
+    names = _names.get(kind)
+    if names is None:
+        names = _names[kind] = tuple(one.name for one in dataclass_fields(kind)[1:])
+    return kind(statement.line, **{**dict(zip(names, values_of(statement), strict=True)), **fields})
 
 
 def bracket_depth(text: str) -> int:

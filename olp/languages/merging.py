@@ -7,7 +7,7 @@ texts are read as Latin-1, in which every byte is one character.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, NamedTuple
@@ -50,22 +50,33 @@ class Piece:
     """One thing that stands in a text. `lines` without their `ends`.
 
     `name`: what it is known by wherever it stands, "" for what is known by its place and words. `loose`: its place
-    among others says nothing. `uses`: the positions whose numbers stand at `NUMBER`. `code`: its words without comment
-    and surplus blanks, by which it is found again.
+    among others says nothing. `uses`: the positions whose numbers stand at `NUMBER`. `says`: its words, or what makes
+    them of a line: they are rarely asked for where a name says which piece it is.
     """
 
     lines: tuple[str, ...]
     ends: tuple[str, ...]
-    code: str
+    says: str | Callable[[str], str]
     name: str = ""
     loose: bool = False
     rule: RecordRule = RecordRule.ASK
     uses: tuple[NumberedUse, ...] = ()
 
     @property
+    def code(self) -> str:
+        """Its words without comment and surplus blanks, by which it is found again."""
+        says = self.says
+        if isinstance(says, str):
+            return says
+        words = " ".join(map(says, self.lines))
+        object.__setattr__(self, "says", words)  # the same, worked out once
+        return words
+
+    @property
     def says_nothing(self) -> bool:
         """A blank line or a comment: nothing runs otherwise because of it."""
-        return not self.code or self.code[0] == _SILENT
+        code = self.code
+        return not code or code[0] == _SILENT
 
 
 _SILENT = "\2"  # begins the code of a comment on a line of its own
@@ -168,6 +179,10 @@ class MergeRules:
         """The lines of a table of positions."""
         return iter(())
 
+    def joined_row(self, base: Row, ours: Row, theirs: Row) -> Row | None:
+        """A position of which the two sides changed different things; None: together these say one place."""
+        return None
+
     def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
         """A record that tells how many positions of a family or numbered lines there are, told anew."""
         return piece.lines[0]
@@ -245,15 +260,14 @@ class MergeRules:
                 return Piece((text,), (end,), self.code(text), f"head {head[0].strip()}", False, rule), at
         name = self.data_name(text)
         if not name:
-            return Piece((text,), (end,), self.code(text)), at
+            return Piece((text,), (end,), self.code), at
         stop = at
         while self.data_ends and stop < len(lines) - 1 and stop - at < 1000:
             if self.split(lines[stop][0])[1].endswith(self.data_ends):
                 break
             stop += 1
         texts, ends = zip(*lines[at : stop + 1], strict=True)
-        code = " ".join(map(self.code, texts))
-        return Piece(texts, ends, code, f"{scope}/{name}", self.loose_data), stop
+        return Piece(texts, ends, self.code, f"{scope}/{name}", self.loose_data), stop
 
     def routines(self, lines: Sequence[str]) -> list[str]:
         """The names of the routines that these lines are: whole ones, and remarks. Empty: they are something else."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from olp.ir.expressions import POSITION_STORES, Store
 from olp.ir.points import PointKind, PointState
-from olp.robots.backup.var_dat import PositionVariable
 from olp.runtime.assumptions import SignalKey, WrittenPosition
+
+if TYPE_CHECKING:
+    from olp.robots.backup.var_dat import PositionVariable
 
 
 class PositionValue(NamedTuple):

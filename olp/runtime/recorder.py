@@ -26,7 +26,17 @@ from olp.robots.coordinate_systems import Cell, Floats, quaternions
 from olp.robots.geometry import compose, quaternion_from_rotation, rotation_from_quaternion
 from olp.runtime.arm_branch import WrittenPosture, axes_after, keep_branches, named, says_of
 from olp.runtime.paths import circle, cross, shape_paths, swept_angle, turn_between
-from olp.runtime.plan import PATHS, Assumption, BlendCode, Event, Moves, Plan, Positions, StepKind
+from olp.runtime.plan import (
+    PATHS,
+    Assumption,
+    BlendCode,
+    Event,
+    Moves,
+    Plan,
+    Positions,
+    StepKind,
+    distinct,
+)
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -542,7 +552,7 @@ class Recorder:
         positions, moves, held = columns(
             self.cell, self._batches.values(), self._pool, self._moves, self._extras
         )
-        tools = {number: self.cell.tool_pose(number) for number in np.unique(held).tolist() if number >= 0}
+        tools = {number: self.cell.tool_pose(number) for number in distinct(held) if number >= 0}
         gaps = tuple(Assumption(0, gap.says) for gap in self.cell.gaps.values() if not gap.unusable)
         robots: tuple[Robot | None, ...] = tuple(m.robot for m in self.cell.mechanisms)
         return Plan(

@@ -46,6 +46,57 @@ class Speeds(NamedTuple):
     exit: Floats
 
 
+class _CornerRoom(NamedTuple):
+    """What there is for corners (n,): room [m] on both rows, their limits [m/s^2], `change` [s per m/s] in between.
+
+    `apart`: the middles of their ramps do not coincide; `mixed`: limits of axes and of the tool.
+    """
+
+    before: Floats
+    after: Floats
+    fall_limit: Floats
+    rise_limit: Floats
+    change: Floats
+    apart: Mask
+    mixed: Mask
+
+    def take(self, rows: Rows) -> _CornerRoom:
+        return _CornerRoom._make(column[rows] for column in self)
+
+    def ramp(self, entry: Floats, leave: Floats) -> Floats:
+        """[s] How long speeds change: ramps that do not coincide have nothing to cancel against."""
+        limit = np.minimum(self.fall_limit, self.rise_limit)
+        together = np.abs(entry - leave) / limit + np.minimum(entry, leave) * self.change
+        alone = np.maximum(entry / self.fall_limit, leave / self.rise_limit)
+        # Each ramp keeps the limit of its own row where these are of two kinds.
+        return np.where(self.mixed, alone, np.where(self.apart, np.maximum(alone, together), together))
+
+    def for_shift(self, entry: Floats, leave: Floats) -> Floats:
+        """[s] How much shift there is room for."""
+        last = self.ramp(entry, leave)
+        room = np.minimum(self.before / entry, self.after / leave) - last / 2
+        return np.asarray(np.minimum(room, self.before / (2 * entry)))
+
+
+def _raised(both: Floats, most: Floats, fits: Callable[[Rows], Callable[[Floats], Mask]]) -> Floats:
+    """How far one of both rows may be above `both`, at most `most` [m/s] (n,), by halving.
+
+    `fits` of rows says of their speeds whether they do: no higher speed does where one does not.
+    """
+    found = np.maximum(both, most)
+    at = np.flatnonzero(most > both)
+    at = at[~fits(at)(most[at])]
+    if not len(at):
+        return found
+    low, way, fit = both[at], most[at] - both[at], fits(at)
+    share = np.zeros(len(at))
+    for bit in range(1, _BITS + 1):
+        more = share + 0.5**bit
+        share = np.where(fit(low + more * way), more, share)
+    found[at] = np.where(share > 1 - 2 * 0.5**_BITS, most[at], low + share * way)
+    return found
+
+
 def fade(
     plan: Plan, wanted: Demand, before: Rows, after: Rows, faded: Mask, shift: Floats, speeds: Speeds
 ) -> tuple[Speeds, CornerPieces]:
@@ -58,47 +109,35 @@ def fade(
     if not len(at):
         return speeds, pieces
     one, two = before[at], after[at]
-    room_before, room_after = wanted.length[one] / 2, wanted.length[two] / 2
-    fall_limit, rise_limit = wanted.deceleration[one], wanted.acceleration[two]
-    limit = np.minimum(fall_limit, rise_limit)
-    change = _change_per_speed(plan, wanted, one, two)
-    asked = shift[at]
-    with np.errstate(divide="ignore"):
-        most = np.sqrt(2 * np.minimum(room_before, room_after) / change)
-    both = np.minimum(np.minimum(speeds.entry[at], speeds.exit[at]), most)
-
-    apart = asked > 0
     joint = plan.moves.path == _JOINT
-    mixed = joint[one] != joint[two]  # limits of axes and of the tool: each ramp keeps that of its own row
-
-    def ramp(entry: Floats, leave: Floats) -> Floats:
-        """[s] How long speeds change: ramps that do not coincide have nothing to cancel against."""
-        together = np.abs(entry - leave) / limit + np.minimum(entry, leave) * change
-        alone = np.maximum(entry / fall_limit, leave / rise_limit)
-        return np.where(mixed, alone, np.where(apart, np.maximum(alone, together), together))
-
-    def room_for_shift(entry: Floats, leave: Floats) -> Floats:
-        last = ramp(entry, leave)
-        room = np.minimum(room_before / entry, room_after / leave) - last / 2
-        return np.asarray(np.minimum(room, room_before / (2 * entry)))
-
+    asked = shift[at]
+    room = _CornerRoom(
+        wanted.length[one] / 2,
+        wanted.length[two] / 2,
+        wanted.deceleration[one],
+        wanted.acceleration[two],
+        _change_per_speed(plan, wanted, one, two),
+        asked > 0,
+        joint[one] != joint[two],
+    )
+    with np.errstate(divide="ignore"):
+        most = np.sqrt(2 * np.minimum(room.before, room.after) / room.change)
+    both = np.minimum(np.minimum(speeds.entry[at], speeds.exit[at]), most)
     # What is left of the shift where both rows are as slow as the slower one; no more of it is given up for speed.
-    kept = np.clip(np.minimum(asked, room_for_shift(both, both)), 0.0, None) - _ROUNDING
+    kept = np.clip(np.minimum(asked, room.for_shift(both, both)), 0.0, None) - _ROUNDING
 
-    def raised(most: Floats, fits: Callable[[Floats], Mask]) -> Floats:
-        """How far one of both rows may be above `both`, at most `most` [m/s], by halving."""
-        share = np.zeros(len(at))
-        if np.any(most > both):
-            for bit in range(1, _BITS + 1):
-                more = share + 0.5**bit
-                share = np.where(fits(both + more * (most - both)), more, share)
-        return np.where(share > 1 - 2 * 0.5**_BITS, most, both + share * (most - both))
+    def left_at(rows: Rows) -> Callable[[Floats], Mask]:
+        here, slow, least = room.take(rows), both[rows], kept[rows]
+        return lambda speed: here.for_shift(slow, speed) >= least
 
-    leave = raised(speeds.exit[at], lambda speed: room_for_shift(both, speed) >= kept)
-    entry = raised(speeds.entry[at], lambda speed: room_for_shift(speed, leave) >= kept)
-    moved = np.clip(np.minimum(asked, room_for_shift(entry, leave)), 0.0, None)
-    apart = apart & (moved > 0)
-    fall = ramp(entry, leave)
+    def entered_at(rows: Rows) -> Callable[[Floats], Mask]:
+        here, fast, least = room.take(rows), leave[rows], kept[rows]
+        return lambda speed: here.for_shift(speed, fast) >= least
+
+    leave = _raised(both, speeds.exit[at], left_at)
+    entry = _raised(both, speeds.entry[at], entered_at)
+    moved = np.clip(np.minimum(asked, room.for_shift(entry, leave)), 0.0, None)
+    fall = room._replace(apart=room.apart & (moved > 0)).ramp(entry, leave)
     rise = np.maximum(fall, 2 * moved)
     lead = np.maximum(fall / 2 - moved, rise / 2)  # from the begin to the middle of the rise
     trail = np.maximum(rise / 2, moved + fall / 2)

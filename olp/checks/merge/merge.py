@@ -25,8 +25,8 @@ from olp.languages.merging import MergeRules, PackedRules, lines_of
 from olp.languages.vendor import Vendor, find_vendor, part_of, recognise, vendor_names
 
 if TYPE_CHECKING:
+    from olp.identification.timing_job import TimingJob
     from olp.ir.program import Program
-    from olp.reports.batch import Job
     from olp.reports.outcome.model import JudgedItem
     from olp.timing.result import Timing
 
@@ -109,7 +109,7 @@ def _check(file: str, data: bytes) -> None:
                 help="merge programs as their controllers save them, in an encoding of one byte or in UTF-8",
             )
         )
-    marker = _MARKER.search(data)
+    marker = _MARKER.search(data) if b"<<<<<<<" in data or b">>>>>>>" in data else None
     if marker is not None:
         line = data.count(b"\n", 0, marker.start()) + 1
         raise OlpError(
@@ -263,7 +263,7 @@ def _shared(one: SharedStatement) -> str:
     return ", ".join([*([] if one.ours and one.theirs else ["the same"]), *told])
 
 
-def merge_files(paths: Sequence[str], home: str, job: Job | None) -> Merged:
+def merge_files(paths: Sequence[str], home: str, job: TimingJob | None) -> Merged:
     """The merge of three files, `home` being where the program belongs: what it calls stands there.
 
     `job`: how it is timed, None: not at all. Raises OlpError (C005, U020, U021, U024).
@@ -414,7 +414,7 @@ def _mistake(
 
 
 def _timed(
-    result: Merged, vendor: Vendor, merged: Program | None, texts: Sequence[bytes], job: Job
+    result: Merged, vendor: Vendor, merged: Program | None, texts: Sequence[bytes], job: TimingJob
 ) -> Merged:
     from olp.identification.timing_job import time_program
 

@@ -42,7 +42,10 @@ class NewNames(NamedTuple):
 
 def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewNames:
     """The three texts, each with the names that either side gave to what the base calls otherwise."""
-    if not rules.has_variables or not any(_may_give_names(rules, base, side) for side in (ours, theirs)):
+    if not rules.has_variables:
+        return NewNames(base, ours, theirs)
+    lines = Counter(_LINES.split(base))
+    if not any(_may_give_names(rules, lines, side) for side in (ours, theirs)):
         return NewNames(base, ours, theirs)
     read: dict[str, _SpokenLine] = {}
     before, mine, other = (_SpokenNames(rules, text, read) for text in (base, ours, theirs))
@@ -60,9 +63,9 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
     return NewNames(base, ours, theirs, told[0], told[1])
 
 
-def _may_give_names(rules: MergeRules, base: str, side: str) -> bool:
+def _may_give_names(rules: MergeRules, before: Counter[str], side: str) -> bool:
     """Whether a name is in no line any more, and one that may be it is new: quick, from the lines that changed."""
-    before, now = (Counter(_LINES.split(text)) for text in (base, side))
+    now = Counter(_LINES.split(side))
     old, new = (_said(rules, some.elements()) for some in (before - now, now - before))
     gone, given = (
         {

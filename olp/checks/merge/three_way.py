@@ -253,6 +253,14 @@ class _Version:
         return found
 
     @cached_property
+    def words_of_data(self) -> set[str]:
+        """Every word of its data, lower case: a value may be made of other data."""
+        named = {
+            line for piece, name in zip(self.pieces, self.names, strict=True) if name for line in piece.lines
+        }
+        return {word.casefold() for line in named for word in _WORD.findall(line)}
+
+    @cached_property
     def lines_at(self) -> list[int]:
         """The first line of each piece, from 1."""
         found, line = [], 1
@@ -367,7 +375,7 @@ def _followed(
 
 
 class _MergedRow(NamedTuple):
-    """What became of a position: `row` None: it is gone. `clash`: ours and theirs."""
+    """What became of a position: `row` None: it is gone. `clash`: ours and theirs. `side`: who changed it, in words."""
 
     row: Row | None
     clash: tuple[Row | None, Row | None] | None = None
@@ -794,18 +802,43 @@ class _Merge:
             return False
         word = next(iter(_WORD.findall(name)), "").casefold()
         kept_by = self.theirs if gone is self.ours else self.ours
-        return word in gone.words or word not in kept_by.words or word not in self._new_words(kept_by)
+        if word in gone.words or word not in kept_by.words or word not in self._new_words(kept_by):
+            return True
+        return word in gone.words_of_data
 
     def _new_words(self, side: _Version) -> set[str]:
         """Words of statements that the base does not have."""
         found = self._new.get(id(side))
         if found is None:
-            old = {item.says for item in self.base.items}
+            same = {id(piece) for piece in self.base.pieces}  # a line is one piece in all versions
             found = self._new[id(side)] = set()
             for item in side.items:
-                if item.says not in old and not item.piece.says_nothing:
+                if (id(item.piece) in same and not item.ids) or item.piece.says_nothing:
+                    continue
+                if self._is_new(item):
                     found.update(word.casefold() for word in _WORD.findall(item.piece.code))
         return found
+
+    def _is_new(self, item: MergeItem) -> bool:
+        """Whether no piece of the base says it."""
+        name = item.piece.name
+        if not name:
+            return item.says not in self._said
+        known = self.base.by_name.get(name)
+        if known is not None:
+            return known.says != item.says
+        own = name.rpartition("/")[2]
+        return own not in self._own_names or item.says not in self.base.often
+
+    @cached_property
+    def _said(self) -> set[tuple[str, tuple[str, ...]]]:
+        """What the pieces of the base say that have no name."""
+        return {item.says for item in self.base.items if not item.piece.name}
+
+    @cached_property
+    def _own_names(self) -> set[str]:
+        """Names in the base, without the routine that they stand in."""
+        return {item.piece.name.rpartition("/")[2] for item in self.base.items}
 
     # --- positions with numbers
 
@@ -821,6 +854,10 @@ class _Merge:
             if kept is None and used:
                 return _MergedRow(ours or theirs)
             return _MergedRow(kept, side=word)
+        base = self.base.by_id.get(name)
+        joined = self.rules.joined_row(base, ours, theirs) if base and ours and theirs else None
+        if joined is not None:
+            return _MergedRow(joined, side="ours theirs")
         return _MergedRow(None, (ours, theirs))
 
 
@@ -1114,8 +1151,8 @@ class _MergeWriter:
         choices: list[Choice] = []
         for name in order:
             row = rows[name]
-            if row.side and row.clash is None:
-                self.work.taken[row.side].points.append(self._shown(name))
+            for word in row.side.split() if row.clash is None else ():
+                self.work.taken[word].points.append(self._shown(name))
             choices.append(row.row if row.row is not None else row.clash or (None, None))
         told = self.rules.rows(choices)
         keys = {id(one): name for name in order for one in _rows_of(rows[name])}

@@ -56,6 +56,7 @@ from olp.ir.program import (
     While,
 )
 from olp.languages.findings import Findings
+from olp.languages.lark_host import changed
 from olp.languages.short_reader import (
     Codes,
     LineParser,
@@ -227,7 +228,7 @@ class _AsFile:
             text = lines[number - 1].strip()
             if text.upper().startswith(".END"):
                 self.kinds[number - 1], closed = LineKind.RECORD, True
-            elif _HEAD.match(text) or text.upper().startswith(_TABLES):
+            elif text.startswith(".") and (_HEAD.match(text) or text.upper().startswith(_TABLES)):
                 break
             else:
                 body.line(text, number)
@@ -339,7 +340,7 @@ class _AsBody:
         speed = next((s for s in speeds if s.unit in (wanted, SpeedUnit.TIME)), None)
         if speed is not None and speed.native:
             self._tell_percent(move.line)
-        return replace(move, speed=speed, **fields)
+        return changed(move, speed=speed, **fields)  # type: ignore[no-any-return]
 
     def _arc(self, arc: Arc, number: int) -> None:
         span = self.findings.whole_line(number)

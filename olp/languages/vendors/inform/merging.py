@@ -133,6 +133,16 @@ class InformMerging(MergeRules):
                     yield told._replace(side=side, row=row)
             now = now if holds else None
 
+    def joined_row(self, base: Row, ours: Row, theirs: Row) -> Row | None:
+        """Pulses say where the arm goes whatever tool it holds."""
+        if any(_means(row.state)[1] != "///PULSE" for row in (base, ours, theirs)):
+            return None
+        said = [" ".join(row.lines[0].split()) for row in (base, ours, theirs)]
+        for moved, held, line in ((ours, theirs, said[2]), (theirs, ours, said[1])):
+            if line == said[0] and moved.means == base.means:
+                return replace(held, lines=moved.lines, ends=moved.ends)
+        return None
+
     def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
         job = piece.name.partition(":")[0]
         told = ",".join(str(totals.get(f"{job}:{family}", 0)) for family in _FAMILIES)

@@ -248,7 +248,7 @@ class InformPositionReader:
     ) -> PointBlock:
         table, state, lines = _pack(family)
         numbers, values = table[:, 0].astype(np.int64), np.ascontiguousarray(table[:, 1:])
-        for index in np.unique(state):
+        for index in sorted(set(state.tolist())):
             _to_si(values, state == index, states[index].kind, store)
         rows = dict(zip(numbers.tolist(), range(len(numbers)), strict=True))
         if len(rows) != len(numbers):

@@ -14,6 +14,7 @@ from olp.languages.merging import Known, MergeRules, MoveArgument, PackedRules, 
 
 _NODE = re.compile(r"(\s*\$\s*)\d+(?=\s)")
 _TAIL = re.compile(r"(?<![^\W_])[0-9a-f]{8}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{4}_[0-9a-f]{12}(?![^\W_])")
+_INSIDE = re.compile(r"_[0-9a-f]{4}_[0-9a-f]{4}_")  # of a tail: quick, for most programs have none
 _NAME = re.compile(rf"(\w+?_){_TAIL.pattern}")
 _OPENS = re.compile(r"\s*(?:(?:def|thread|sec)\s+(\w+)|(?:if|while)\b)")
 _ENDS = re.compile(r"\s*end\b")
@@ -103,7 +104,7 @@ class UrScriptMerging(MergeRules):
 def _tails(text: str) -> dict[str, str]:
     """The tail of each name that has but one."""
     found: dict[str, set[str]] = {}
-    if _TAIL.search(text) is None:
+    if _INSIDE.search(text) is None:
         return {}
     for match in _NAME.finditer(text):
         found.setdefault(match[1], set()).add(match[0].removeprefix(match[1]))

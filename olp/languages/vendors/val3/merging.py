@@ -37,7 +37,14 @@ class Val3Merging(MergeRules):
                 inside = opened[1]
             elif inside and _END.match(text):
                 name, inside = f"{inside}[", ""
-            yield Piece((text,), (end,), " ".join(text.split()), name, True) if name else piece
+            yield self._named_row((text, end, name), known) if name else piece
+
+    def _named_row(self, key: tuple[str, str, str], known: Known) -> Piece:
+        found = known.get(key)
+        if found is None:
+            text, end, name = key
+            found = known[key] = Piece((text,), (end,), lambda line: " ".join(line.split()), name, True)
+        return found
 
     def arguments(self, code: str) -> list[MoveArgument]:
         move = _MOVE.match(code)
