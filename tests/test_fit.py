@@ -175,7 +175,7 @@ def test_a_speed_that_no_edit_changes_is_told_as_such(tmp_path, capsys):
     """A faster --max-speed would not help. Lines that take no time stop nothing."""
     program = tmp_path / "a.src"
     program.write_text(
-        "DEF a()\nBAS(#INITMOV,0)\nslow(0.05)\nPTP {X 900,Y 0,Z 700,A 0,B 90,C 0,S 2,T 2}\n"
+        "DEF a()\nBAS(#INITMOV,0)\nslow(0.01*5)\nPTP {X 900,Y 0,Z 700,A 0,B 90,C 0,S 2,T 2}\n"
         "LIN {X 900,Y 300,Z 700,A 0,B 90,C 0}\nEND\nDEF slow(v:IN)\nREAL v\n$VEL.CP=v\nEND\n"
     )
     words = ["fit", str(program), "--to", "1", "--max-speed", "900", "--robot", "kuka/kr16-2"]
@@ -619,3 +619,57 @@ def test_an_override_is_named_where_it_stops_the_answer(tmp_path):
     )
     assert not found.reached
     assert any("an override of 30%, which is not edited: 1:  OVERRIDE=30% ;" in one for one in found.limits)
+
+
+CALLS = {
+    "urscript": (
+        "a.script",
+        "def prog():\n  def go(p, v):\n    movel(p, a=1.2, v=v)\n  end\n"
+        "  movel(p[0.3,-0.3,0.4,0,3.14,0], a=1.2, v=0.5)\n"
+        "  go(p[0.5,-0.2,0.4,0,3.14,0], 0.25) # olp: keep\n  go(p[0.1,-0.2,0.4,0,3.14,0], 0.1)\nend\n",
+        "go(p[0.1,-0.2,0.4,0,3.14,0], 0.1)",
+        "go(p[0.1,-0.2,0.4,0,3.14,0], 0.12)",
+    ),
+    "krl": (
+        "a.src",
+        "DEF a()\nBAS(#INITMOV,0)\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 45,A6 0}\ngo(0.1, 0.1) ; 0.1\nEND\n"
+        "DEF go(z:IN, v:IN)\nREAL z,v\n$VEL.CP=v\nLIN_REL {Z 100}\nLIN_REL {Z -100}\nEND\n",
+        "go(0.1, 0.1) ; 0.1",
+        "go(0.1, 0.12) ; 0.1",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_speed_that_a_call_gives_is_an_edit_of_the_call(name, tmp_path):
+    file, text, old, new = CALLS[name]
+    path = tmp_path / file
+    path.write_text(text)
+
+    def timed(program):
+        return time_program(program, Job(robot=bench.ROBOTS[name]), tmp_path)
+
+    program = read(path)
+    before = timed(program)
+    found = fit(program, 0.9 * before.total_s, timed, Allowed(speed=0.5))
+    assert found.reached
+    assert found.program.source.raw.decode() == text.replace(old, new)
+    path.write_text(text.replace(old, new))
+    assert timed(read(path)).total_s == pytest.approx(found.timing.total_s, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("$VEL.CP=v\n", "$VEL.CP=v\nWAIT SEC v\n"),  # it is a time as well
+        ("go(0.1, 0.1) ; 0.1", "go(0.1, 0.1*1)"),
+        ("go(0.1, 0.1) ; 0.1", "go(0.1, 0.1) ; olp: keep"),
+    ],
+)
+def test_what_a_call_gives_for_something_else_or_computes_is_no_edit(old, new, tmp_path):
+    file, text, _, _ = CALLS["krl"]
+    path = tmp_path / file
+    path.write_text(text.replace(old, new))
+    program = read(path)
+    timing = time_program(program, Job(robot=bench.ROBOTS["krl"]), tmp_path)
+    assert not [one for one in choices(program, timing, Allowed(speed=0.5)) if one.kind == "speed"]

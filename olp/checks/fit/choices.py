@@ -25,8 +25,9 @@ from olp.ir.expressions import Expression, Member, Named, Number, Quantity, Reco
 from olp.ir.moves import AccelerationUnit, Move, SetAcceleration, SetSpeed, Speed, SpeedUnit
 from olp.ir.program import Path as MovePath
 from olp.ir.program import Program, Statement, like
-from olp.ir.statements import Assign, Declare
+from olp.ir.statements import Assign, Call, Declare
 from olp.languages.literals import Token, language, replaced, shortest, text_of
+from olp.languages.merging import split_arguments
 from olp.languages.vendor import find_vendor
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import BlendCode, StepKind
@@ -431,8 +432,8 @@ def seconds_of(base: Timing, edited: Timing, groups: Sequence[NDArray[np.intp]])
 
 
 # --- Speeds that stand elsewhere than in the move ---
-# The value of a variable, or a member of a record: a setting of all moves that use it, where nothing but speeds is made
-# of it.
+# The value of a variable, a member of a record, or what a call gives to a parameter: a setting of all moves that use
+# it, where nothing but speeds is made of it.
 
 
 _NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
@@ -477,7 +478,7 @@ def spoken_values(program: Program) -> Iterator[SpokenValue]:
         if len(how) > 1 or whole in elsewhere:
             continue  # the number means something else as well
         ((unit, scale),) = how
-        for source, token in _written(program, said):
+        for source, token in (*_written(program, said), *_given(program, said)):
             number = float(text_of(source, token))
             what = getattr(said.thing, "name", "")
             yield SpokenValue(what, source, token, unit, Quantity(Number(number), scale))
@@ -542,6 +543,45 @@ def _written(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Tok
                 token = _number(program, source.line(line), line, said.member, float(value.value))
                 if token is not None:
                     yield source, token
+
+
+def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
+    """The numbers that calls in the program give to parameters of this name."""
+    if said.member or not isinstance(said.thing, Named):
+        return
+    taking = {
+        one.name.casefold(): one.parameters
+        for one in program.routines
+        if any(parameter.name == said.thing.name for parameter in one.parameters)
+    }
+    for one in program.statements() if taking else ():
+        parameters = taking.get(one.routine.casefold()) if isinstance(one, Call) else None
+        if parameters is None or not isinstance(one, Call):
+            continue
+        plain = not any(parameter.optional or parameter.switch for parameter in parameters)
+        at = next(at for at, parameter in enumerate(parameters) if parameter.name == said.thing.name)
+        value = one.arguments[at] if plain and at < len(one.arguments) else None
+        token = _argument(program, one, at) if isinstance(value, Number) else None
+        if token is not None:
+            yield program.source, token
+
+
+def _argument(program: Program, call: Call, at: int) -> Token | None:
+    """Where an argument of a call stands as a plain number; None where that cannot be said for sure."""
+    text = program.source.line(call.line)
+    mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
+    code = text.partition(mark)[0] if mark else text
+    start = len(code) - len(code.lstrip())
+    if not re.match(rf"{re.escape(call.routine)}\b", code[start:], re.IGNORECASE):
+        return None
+    names = [str(number) for number in range(len(call.arguments))]
+    parts = split_arguments(code[start:], names, {})
+    found = next((part for part in parts if part.name == str(at)), None)
+    if found is None or len(parts) != len(names) + 2:
+        return None
+    start += sum(len(part.text) for part in parts[: parts.index(found)])
+    number = re.fullmatch(rf"\s*,?\s*({_NUMBER.pattern})\s*", found.text)
+    return Token(call.line, start + number.start(1), start + number.end(1)) if number else None
 
 
 def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tuple[Source, int]]:
