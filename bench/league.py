@@ -16,7 +16,7 @@ are named and left out. Of each recording, joint moves and paths (lines and arcs
 - olp, other programs: each program predicted after all moves of the other programs. Of several programs only.
 - the maker's simulator: `sim_s`, told more than olp is.
 - ruckig: time-optimal, the prior's speeds and accelerations, no limit of jerk; paths at programmed speed with the
-  acceleration that was written, else that of the robot file, else olp's default, at rest where they stop exactly.
+  acceleration that was written, else the one that olp takes, at rest where they stop exactly.
 - trapezoid fit: a speed and an acceleration per axis and one constant, least squares of relative errors on the moves
   that "half" learns from; the slowest axis decides. Joint moves only.
 
@@ -53,10 +53,10 @@ from olp.identification.signature.rows import predict_recording  # noqa: E402
 from olp.identification.signature.stretch_times import arc_length  # noqa: E402
 from olp.robots.controller_effects import generations_in  # noqa: E402
 from olp.robots.robot import load_robot  # noqa: E402
-from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION  # noqa: E402
 from olp.timing.arm import ArmTiming  # noqa: E402
-from olp.timing.arm_prior import arm_prior  # noqa: E402
-from olp.timing.joint_times import ramp_doubt  # noqa: E402
+from olp.timing.arm_prior import arm_prior, line_acceleration  # noqa: E402
+from olp.timing.joint_times import KNOWN_DOUBT, ramp_doubt  # noqa: E402
+from olp.timing.path_law import SCATTER  # noqa: E402
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -239,10 +239,13 @@ def out_of_the_box(recording: Recording) -> Told:
         told.low[rows], told.high[rows] = told.duration[rows] / factor, told.duration[rows] * factor
     length, _, speed, _ = _asked(moves, recording)
     rows = np.flatnonzero(np.isin(moves.kind, (LINEAR, CIRCULAR)) & np.isfinite(told.duration))
-    given = recording.robot is not None and recording.robot.linear_acceleration is not None
-    ramps = np.maximum(told.duration - length / speed, 0.0)[rows]
-    below, above = ramp_doubt(ramps, np.isfinite(moves.acceleration[rows]) | given)
-    told.low[rows], told.high[rows] = told.duration[rows] - below, told.duration[rows] + above
+    cruise = (length / speed)[rows]
+    lines = line_acceleration(recording.robot, recording.settings.controller or "").doubt
+    doubt = np.where(np.isfinite(moves.acceleration[rows]), KNOWN_DOUBT, lines)
+    below, above = ramp_doubt(np.maximum(told.duration[rows] - cruise, 0.0), cruise, doubt)
+    scatter = _NORMAL * SCATTER * told.duration[rows]
+    told.low[rows] = told.duration[rows] - np.hypot(below, scatter)
+    told.high[rows] = told.duration[rows] + np.hypot(above, scatter)
     return told
 
 
@@ -341,8 +344,7 @@ def _asked(moves: RecordedMoves, recording: Recording) -> tuple[Floats, tuple[Ma
     arc = np.flatnonzero((moves.kind == CIRCULAR) & np.isfinite(moves.via).all(axis=1))
     if len(arc):
         length[arc] = arc_length(moves.start[arc], moves.via[arc], moves.end[arc])
-    robot = recording.robot
-    usual = (robot.linear_acceleration if robot else None) or DEFAULT_LINEAR_ACCELERATION
+    usual = line_acceleration(recording.robot, recording.settings.controller or "").value
     push = np.where(np.isfinite(moves.acceleration), moves.acceleration, usual)
     ends = path & ((np.nan_to_num(moves.blend, nan=1.0) > 0) | (moves.level > 0))
     goes_on = path[1:] & path[:-1] & (np.linalg.norm(moves.end[:-1] - moves.start[1:], axis=1) < _SAME)

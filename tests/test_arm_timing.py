@@ -32,7 +32,8 @@ from olp.robots.robot import load_robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, gradient, solve
 from olp.timing.arm_moves import JointMoves, joint_moves, taken_of_drives
-from olp.timing.arm_prior import arm_prior, fastest_speed
+from olp.timing.arm_prior import arm_prior, fastest_speed, known_lines, line_acceleration, line_class
+from olp.timing.joint_times import ramp_doubt
 
 Floats = NDArray[np.float64]
 ROBOT = "kuka/kr3-r540"
@@ -419,7 +420,7 @@ def test_the_program_override_of_a_row_counts(tmp_path: Path) -> None:
     ("written", "instead", "says"),
     [
         ('"quantile_95"', '"quantile"', "a field is missing"),
-        ('"version": 6', '"version": 5', "law of joint moves"),
+        ('"version": 7', '"version": 5', "law of joint moves"),
     ],
 )
 def test_a_file_with_a_spoilt_or_former_law_is_refused(
@@ -480,3 +481,106 @@ def test_without_a_robot_no_axis_is_faster_than_those_of_any_arm() -> None:
     least = moves.motions.turned.max(axis=1) / (moves.motions.fraction * fastest_speed())
     for share, fast in ((0.5, True), (1.2, False)):
         assert (faster_than_rated(None, moves, share * least, 0.0) == fast).all()
+
+
+# --- lines ----------------------------------------------------------------------------------------------------------
+
+
+def test_lines_accelerate_as_the_arm_or_its_controller_publishes_it() -> None:
+    known = line_acceleration(load_robot("yaskawa/ma2010"))
+    assert known.published
+    assert known.value == pytest.approx(3.05)
+    assert line_acceleration(load_robot(ROBOT)).value == 2.3
+    assert line_acceleration(load_robot("universal-robots/ur5e")).value == 1.2
+    assert line_acceleration(None, "PolyScope on e-Series").value == 1.2
+
+
+def test_lines_that_nobody_published_are_told_by_arms_of_the_maker_and_by_all_others_less() -> None:
+    irb, fanuc, none = (
+        line_acceleration(robot)
+        for robot in (load_robot("abb/irb120-3-0.58"), load_robot("fanuc/lr-mate-200id"), None)
+    )
+    assert not irb.published
+    assert not fanuc.published
+    assert irb.value > 2 * fanuc.value
+    assert irb.doubt < 0.5 * fanuc.doubt
+    assert fanuc[:2] == pytest.approx(none[:2])
+
+
+def test_a_row_says_nothing_of_its_own_arm() -> None:
+    arms = known_lines()
+    own = next(arm for arm in arms if arm.robot.startswith("abb/irb6640"))
+    told = line_acceleration(load_robot(own.robot))
+    others = tuple(arm for arm in arms if arm is not own)
+    assert told[:2] == pytest.approx(
+        (np.exp(line_class("ABB", ["IRC5"], others)[0]), line_class("ABB", ["IRC5"], others)[1])
+    )
+
+
+def test_each_arm_is_told_by_the_others_within_what_is_stated_and_better_than_by_one_value_for_all() -> None:
+    arms, away = known_lines(), {}
+    for levels in ((True, True), (False, False)):
+        told = [line_class(a.maker, [a.controller], [b for b in arms if b is not a], levels) for a in arms]
+        away[levels] = np.log([arm.acceleration for arm in arms]) - [mean for mean, _ in told]
+        assert np.all(np.abs(away[levels]) <= 1.96 * np.array([doubt for _, doubt in told]))
+    assert np.mean(away[True, True] ** 2) < np.mean(away[False, False] ** 2)
+
+
+def test_the_class_of_an_arm_is_what_samples_of_the_same_spreads_say() -> None:
+    """Against a Gibbs-like check by simulation: arms drawn with known spreads lie where the law says they do."""
+    draw = np.random.default_rng(4)
+    away = []
+    for _ in range(60):
+        makers = {name: draw.normal(0, 0.8) for name in "ABCDE"}
+        arms = [
+            known_lines()[0]._replace(
+                robot=f"{name}/{i}",
+                maker=name,
+                controller=f"{name}1",
+                acceleration=float(np.exp(own + draw.normal(0, 0.3))),
+            )
+            for name, own in makers.items()
+            for i in range(3)
+        ]
+        asked, rest = arms[0], arms[1:]
+        mean, doubt = line_class(asked.maker, [asked.controller], rest)
+        away.append((np.log(asked.acceleration) - mean) / doubt)
+    assert 0.75 < np.sqrt(np.mean(np.square(away))) < 1.15
+
+
+def test_a_doubted_ramp_reaches_from_the_profile_of_one_acceleration_to_that_of_another() -> None:
+    def takes(way: float, speed: float, push: float) -> float:
+        return way / speed + speed / push if way * push >= speed**2 else 2.0 * np.sqrt(way / push)
+
+    wide = np.exp(1.96 * 0.9)
+    for way, speed, push in ((1.0, 0.5, 3.0), (0.1, 1.0, 3.0), (0.02, 1.0, 2.0)):
+        usual, cruise = takes(way, speed, push), way / speed
+        below, above = ramp_doubt(*(np.array([v]) for v in (usual - cruise, cruise, 0.9)))
+        assert usual - below[0] == pytest.approx(takes(way, speed, push * wide))
+        assert usual + above[0] == pytest.approx(takes(way, speed, push / wide))
+
+
+@pytest.mark.parametrize(
+    ("programmed", "robot", "published"), [("$ACC.CP=2.0", ROBOT, True), ("", "fanuc/lr-mate-200id", False)]
+)
+def test_the_interval_says_what_an_unpublished_acceleration_of_lines_makes(
+    tmp_path: Path, programmed: str, robot: str, published: bool
+) -> None:
+    path = tmp_path / "lines.src"
+    lines = (
+        "DEF lines()",
+        "$VEL.CP=0.5",
+        programmed,
+        "LIN {X 400,Y 0,Z 500}",
+        "LIN {X 400,Y 200,Z 500}",
+        "END",
+    )
+    path.write_text("\n".join((*lines, "")), encoding="utf-8")
+    timing = plan_and_time(path, Job(robot=robot))
+    said = " ".join(a.says for a in timing.assumptions)
+    assert ("is not published for fanuc/lr-mate-200id" in said) is not published
+    assert ("twenty recorded moves would determine it" in said) is not published
+    assert timing.expected is not None
+    low, high = timing.expected
+    assert low < timing.total_s < high
+    assert (high < 1.5 * timing.total_s) is published

@@ -333,7 +333,7 @@ def test_a_setting_counts_once_for_all_moves_that_it_holds_for(tmp_path):
     path.write_text(text.replace("$ACC.CP=0.5\n", ""))
     program = read(path)
     base = time_program(program, Job(robot=robot))
-    found = fit(program, base.total_s - 0.8, lambda p: time_program(p, Job(robot=robot)), Allowed())
+    found = fit(program, base.total_s - 0.6, lambda p: time_program(p, Job(robot=robot)), Allowed())
     assert [one.choice.line for one in found.edits] == [2]
     assert found.edits[0].gained_s == pytest.approx(base.total_s - found.timing.total_s, abs=1e-9)
     assert found.reached

@@ -17,10 +17,12 @@ from olp.identification.signature.file import from_json, to_json
 from olp.identification.signature.path_moves import LearntPaths, learn_paths, pieces_of
 from olp.identification.signature.rows import predict_recording
 from olp.identification.signature.stretches import stretches_of
-from olp.timing.path_law import NUMBERS, PathPieces, path_durations
+from olp.timing.arm_prior import LineAcceleration
+from olp.timing.path_law import NUMBERS, PathPieces, path_durations, prior_numbers
 
 Floats = NDArray[np.float64]
-PLAIN = np.array([number.mean for number in NUMBERS])
+LINES = LineAcceleration(3.0, 0.7, "a guess", False)
+PLAIN = prior_numbers(LINES)[0]
 NAMES = [number.name for number in NUMBERS]
 
 
@@ -31,8 +33,10 @@ def pieces(
     return PathPieces(
         length=one * length,
         speed=one * speed,
-        acceleration=one,
+        acceleration=one * np.nan,
+        share=one,
         arc=np.zeros(1, dtype=bool),
+        curvature=np.zeros(1),
         override=one,
         rolling=ends,
         zone=np.where(ends, zone, 0.0),
@@ -82,6 +86,28 @@ def test_a_corner_costs_what_braking_to_its_speed_costs() -> None:
 def test_an_axis_that_cannot_follow_slows_the_piece() -> None:
     slowed = replace(pieces(0.4, 0.8), axis=np.array([1.2]))
     assert path_durations(PLAIN, slowed)[0] > 1.2
+
+
+def test_a_fast_arc_gains_speed_more_slowly_than_a_line_and_a_slow_one_does_not() -> None:
+    def over(speed: float) -> float:
+        line = pieces(2.0, speed)
+        arc = replace(line, arc=np.ones(1, dtype=bool), curvature=np.ones(1) / 0.2)
+        stop = with_number(stop=0.0, highest_speed=np.log(50.0))
+        ramps = [path_durations(stop, p)[0] - 2.0 / speed for p in (arc, line)]
+        return float(ramps[0] / ramps[1])
+
+    assert over(0.02) == pytest.approx(1.0, abs=0.01)
+    assert 1.1 < over(0.8) < np.exp(0.35)
+
+
+def test_a_programmed_acceleration_is_held_whatever_is_usual_and_a_percent_lowers_it() -> None:
+    line = pieces(20.0, 0.5)
+    told = replace(line, acceleration=np.array([1.0]))
+    for usual in (0.5, 8.0):
+        numbers = with_number(acceleration=np.log(usual), stop=0.0)
+        assert path_durations(numbers, told)[0] == pytest.approx(40.0 + 0.5, rel=1e-4)
+        half = replace(line, share=np.array([0.5]))
+        assert path_durations(numbers, half)[0] == pytest.approx(40.0 + 0.5 / (0.5 * usual), rel=1e-4)
 
 
 # --- from recordings --------------------------------------------------------------------------------------------------
@@ -173,7 +199,7 @@ def test_a_corner_that_no_piece_taught_is_known_less_than_a_stop() -> None:
     ]
     known = PathPieces(*(np.concatenate([getattr(p, f.name) for p in lines]) for f in fields(PathPieces)))
     measured = path_durations(PLAIN, known) * np.exp(draw.normal(0, 0.002, 12))
-    learnt = learn_paths(known, measured, np.zeros(12, dtype=np.int64), False, 0.001)
+    learnt = learn_paths(known, measured, np.zeros(12, dtype=np.int64), LINES, 0.001)
     stop, corner = (learnt.halves(pieces(0.5, 1.0, ends, 0.01))[0] for ends in ((False, False), (True, True)))
     assert stop < 0.03
     assert corner > 2 * stop

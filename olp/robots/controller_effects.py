@@ -85,6 +85,7 @@ class Generation:
     )
     override_exponent: KnownEffect | None = None  # [1] what the program override does to them, the same page
     joint_acceleration: KnownEffect | None = None  # [rad/s²] of joint moves that do not say theirs
+    linear_acceleration: KnownEffect | None = None  # [m/s²] of lines and arcs that do not say theirs
     joint_stop: KnownEffect | None = None  # [s] of a joint move from rest to rest beyond its profile
 
 
@@ -97,6 +98,7 @@ _KRC = Generation(
     override_exponent=KnownEffect(
         2.0, "recordings of a KR 3 on KSS 8.5: planned motions are stretched in time by the program override"
     ),
+    linear_acceleration=KnownEffect(2.3, "DEF_ACC_CP of controllers as delivered"),
     settling=_KRC_STOP,
     joint_stop=_KRC_STOP,
 )
@@ -104,6 +106,7 @@ _POLYSCOPE = Generation(
     percent_exponent=_OWN_PERCENT,
     override_exponent=KnownEffect(2.0, "URScript manual: the speed slider scales the time of the trajectory"),
     joint_acceleration=KnownEffect(1.4, "URScript manual: default of movej"),
+    linear_acceleration=KnownEffect(1.2, "URScript manual: default of movel"),
 )
 _RRS = KnownEffect(0.004, "step of Yaskawa's server for realistic robot simulation")
 _NOT_KNOWN = Generation(cycle=_RRS)

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.units import mm
 from olp.robots.times_to_speed import times_to_speed
 from olp.runtime.plan import Plan
+from olp.timing.arm_prior import LineAcceleration, line_acceleration
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -23,8 +25,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-# Used where the robot file says nothing; each use is reported as an assumption.
-DEFAULT_LINEAR_ACCELERATION = 3.05  # [m/s²] MA2010 on a DX200, five corner runs at 50 to 800 mm/s
 _SAMPLES = 9  # of a line: the slope at an end comes from the three next to it
 _STEEP = (
     50.0  # [rad/m] an axis that turns more than this is near a singularity, where no slope is worth using
@@ -115,12 +115,12 @@ def _by_torque(
 
 def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
     """Up and down [m/s²] (n,) along lines, arcs and splines at `speed` (n,) [m/s]."""
-    acceleration = limits.linear_acceleration or (plan.robot.linear_acceleration if plan.robot else None)
+    acceleration = limits.linear_acceleration
     if acceleration is None:
-        acceleration = DEFAULT_LINEAR_ACCELERATION
-        limits.report(
-            f"the acceleration of linear moves is not known: {acceleration * 1e3:g} mm/s² (a measured MA2010)"
-        )
+        usual = line_acceleration(plan.robot)
+        acceleration = usual.value
+        if plan.robot is None or plan.robot.linear_acceleration is None:
+            limits.report(_assumed(usual, plan.robot))
     up, down = np.full(len(rows), acceleration), np.full(len(rows), acceleration)
     if limits.law is None or limits.law.name == "constant":
         return up, down
@@ -134,6 +134,14 @@ def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: MotionLimits) -> tup
             low, high = _by_slope(plan, robot, rows[at], limits)
         up[at], down[at] = np.minimum(up[at], low), np.minimum(down[at], high)
     return up, down
+
+
+def _assumed(usual: LineAcceleration, robot: Robot | None) -> str:
+    value = f"{usual.value / mm:.4g} mm/s²"
+    if usual.published:
+        return f"lines accelerate with {value} where none is programmed ({usual.source})"
+    arm = "this arm" if robot is None else robot.name
+    return f"the acceleration of lines is not published for {arm}: {value}, {usual.source}"
 
 
 def filter_time(plan: Plan, limits: MotionLimits) -> float:

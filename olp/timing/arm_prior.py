@@ -1,19 +1,27 @@
-"""What is known of an arm's joint moves before any of them was recorded: each number with its source and its
-spread.
+"""What is known of an arm's moves before any of them was recorded: each number with its source and its spread.
 
-Rated speeds of the robot file, times to speed that are published or learnt over arms of the same class,
+Joint moves: rated speeds of the robot file, times to speed that are published or learnt over arms of the same class,
 what is known of the controller's generation. Of an arm without a name: the arms of the library.
+
+Lines and arcs: how fast the tool gains speed is a setting of the controller rather than an ability of the arm. Where
+neither the robot file nor the controller's generation tells it, it is learnt over the arms of which it is known
+(`line_accelerations.csv`): the logarithm is a mean of all, what a maker adds, what a controller adds and what an arm
+adds, normal, with spreads over which the answer is averaged. `python bench/priors.py` tells each arm by the others, and
+by other laws: of payload, or a share of what the axes could do, which were farther off.
 """
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from functools import cache, lru_cache
-from typing import Final
+from pathlib import Path
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+import olp.robots
 from olp.robots.controller_effects import KnownEffect, generation_of, generations_in
 from olp.robots.model import Robot
 from olp.timing.arm import MAIN, POSTURE, ArmTiming, names_of
@@ -163,3 +171,99 @@ def _times(
     shared = np.sqrt(_TIME_DOUBT_IN_COMMON) * doubt
     own = np.sqrt(1.0 - _TIME_DOUBT_IN_COMMON) * doubt
     return np.log(median), np.outer(shared, shared) + np.diag(own**2), sources
+
+
+# --- Lines and arcs ---
+
+_LINE_TABLE: Final = Path(olp.robots.__file__).with_name("line_accelerations.csv")
+_SPREADS: Final = np.geomspace(
+    0.05, 3.0, 14
+)  # of the logarithm, that a maker, a controller or an arm may add
+_ANYTHING: Final = 10.0  # of the logarithm of the mean of all arms: so wide that it says nothing
+
+
+class LineAcceleration(NamedTuple):
+    """What lines and arcs accelerate with that program nothing; `published`: of this arm or of its controller."""
+
+    value: float  # [m/s²]
+    doubt: float  # standard deviation of its logarithm
+    source: str
+    published: bool
+
+
+class KnownLines(NamedTuple):
+    """A row of `line_accelerations.csv`."""
+
+    robot: str
+    maker: str
+    controller: str
+    payload: float  # [kg]
+    acceleration: float  # [m/s²]
+    source: str
+
+
+@cache
+def known_lines() -> tuple[KnownLines, ...]:
+    """The table, in its order."""
+    with _LINE_TABLE.open(encoding="utf-8", newline="") as file:
+        return tuple(
+            KnownLines(
+                row["robot"],
+                row["maker"],
+                row["controller"],
+                float(row["payload_kg"]),
+                float(row["acceleration_m_s2"]),
+                row["source"],
+            )
+            for row in csv.DictReader(file)
+        )
+
+
+@lru_cache(maxsize=64)
+def line_acceleration(robot: Robot | None, controller: str = "") -> LineAcceleration:
+    """Of a robot, else of any arm. `controller`: a text that may name its generation.
+
+    A row of the table takes no part in what is said of its own arm, so that its recording can judge it.
+    """
+    if robot is not None and robot.linear_acceleration is not None:
+        source = robot.sources.get("linear_acceleration", "robot file")
+        return LineAcceleration(robot.linear_acceleration, _GIVEN_DOUBT, source, True)
+    names = generations_in(controller) or (robot.controllers if robot is not None else ())
+    known = generation_of(names).linear_acceleration
+    if known is not None:
+        return LineAcceleration(known.value, _PROGRAMMED_DOUBT, known.source, True)
+    arms = tuple(arm for arm in known_lines() if robot is None or arm.robot != robot.name)
+    maker = "" if robot is None else robot.maker
+    mean, doubt = line_class(maker, names, arms)
+    alike = [arm for arm in arms if arm.controller in names or arm.maker == maker]
+    told = f", {len(alike)} of them of its maker" if alike else ""
+    return LineAcceleration(float(np.exp(mean)), doubt, f"learnt over {len(arms)} arms{told}", False)
+
+
+def line_class(
+    maker: str,
+    controllers: Sequence[str],
+    arms: Sequence[KnownLines],
+    levels: tuple[bool, bool] = (True, True),
+) -> tuple[float, float]:
+    """Mean and standard deviation of the logarithm of an arm's acceleration [m/s²], told by `arms`.
+
+    `levels`: whether makers and whether controllers have something of their own.
+    """
+    logs = np.log([arm.acceleration for arm in arms])
+    makers = np.array([arm.maker for arm in arms])
+    names = np.array([arm.controller for arm in arms])
+    same = [makers[:, None] == makers, names[:, None] == names, np.eye(len(arms), dtype=bool)]
+    alike = [makers == maker, np.isin(names, list(controllers)), np.zeros(len(arms), dtype=bool)]
+    grids = np.meshgrid(*(_SPREADS if use else np.zeros(1) for use in (*levels, True)), indexing="ij")
+    variances = np.stack([grid.reshape(-1) for grid in grids], axis=1) ** 2  # (g, 3)
+    between = np.tensordot(variances, np.array(same, dtype=np.float64), axes=1) + _ANYTHING**2
+    to_arm = variances @ np.array(alike, dtype=np.float64) + _ANYTHING**2  # (g, n)
+    solved = np.linalg.solve(between, np.stack([np.broadcast_to(logs, to_arm.shape), to_arm], axis=2))
+    means = np.sum(to_arm * solved[:, :, 0], axis=1)
+    spreads = variances.sum(axis=1) + _ANYTHING**2 - np.sum(to_arm * solved[:, :, 1], axis=1)
+    likely = -(solved[:, :, 0] @ logs + np.linalg.slogdet(between)[1]) / 2.0
+    weight = np.exp(likely - likely.max())
+    weight /= weight.sum()
+    mean = float(weight @ means)
+    return mean, float(np.sqrt(weight @ (spreads + (means - mean) ** 2)))

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from olp.runtime.plan import Plan
 from olp.timing.arm_moves import JointLaw
-from olp.timing.arm_prior import unlearnt_law
+from olp.timing.arm_prior import LineAcceleration, unlearnt_law
 from olp.timing.chain import Chain
 from olp.timing.demand import Demand
-from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, time_joints
+from olp.timing.joint_times import TimedJoints, doubt_of, expected_total, line_doubt_of, time_joints
 from olp.timing.result import Timing
 
 Floats = NDArray[np.float64]
@@ -83,14 +83,17 @@ class PlanCorrection:
         wanted: Demand,
         joined: Chain,
         times: tuple[Floats, Floats],
-        linear_known: bool,
+        lines: LineAcceleration,
         report: Report,
     ) -> Timing:
         """The timing with its 95 % interval. `times`: how long moves last and their stops, (k,) [s] each.
 
-        `linear_known`: the acceleration of lines is given.
+        `lines`: what lines accelerate with that program nothing.
         """
-        ends = expected_total(self.plan, wanted, times[0], timing.total_s, self.timed, linear_known)
+        ends = expected_total(self.plan, wanted, times[0], timing.total_s, self.timed, lines.doubt)
+        if not lines.published:
+            for says in line_doubt_of(self.plan, wanted, times[0], self.timed, lines.doubt):
+                report(says)
         return replace(timing, expected=ends)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from olp.ir.program import Path
 from olp.runtime.plan import PATHS, Plan
 from olp.timing.arm_moves import JointLaw, JointMoves, JointTimes, joint_moves, total_half
 from olp.timing.demand import Demand, fractions
+from olp.timing.path_law import SCATTER
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -21,10 +22,8 @@ Rows = NDArray[np.intp]
 _JOINT = PATHS.index(Path.JOINT)
 _AT_MOST = 0.5  # of a move that is for its stop
 _NORMAL = 1.96
-_KNOWN_DOUBT = 0.25  # of the logarithm of accelerations that somebody has published
-# Of those of lines where nobody has: measured or set by default are 0.45 m/s² (UP20), 1.2 (UR), 2.3 (KUKA), 3.05
-# (MA2010), 11.9 (IRB 6640).
-_LINE_DOUBT = 1.1
+KNOWN_DOUBT: Final = 0.25  # of the logarithm of accelerations that somebody has programmed or published
+_TOLD = 0.005  # [s] a doubt that is shown as more than nothing
 _CRUISE = 0.9  # of a move faster than its rated speeds that it runs at constant speed
 
 
@@ -106,26 +105,59 @@ def _name(wanted: Demand, rows: Rows, robot: Robot, axis_times: Floats) -> None:
 
 
 def expected_total(
-    plan: Plan, wanted: Demand, rows: Floats, total: float, timed: TimedJoints | None, known: bool
+    plan: Plan, wanted: Demand, rows: Floats, total: float, timed: TimedJoints | None, line_doubt: float
 ) -> tuple[float, float]:
     """[s] Both ends of a 95 % interval of `total` by what is known of such arms.
 
-    `rows` (k,) [s] per row of Moves; `known`: the acceleration of lines is given. Of what is not timed by the law of
-    the arm the time beyond length over speed is known by a factor: errors of all rows are one error.
+    `rows` (k,) [s] per row of Moves; `line_doubt` of the logarithm of the acceleration of lines that program none. Of
+    what is not timed by the law of the arm the time beyond length over speed is doubted: errors of all rows are one;
+    and each move scatters.
     """
     half = 0.0 if timed is None else _half(plan, timed)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ramps = np.nan_to_num(np.maximum(rows - wanted.length / wanted.speed, 0.0), posinf=0.0)
-    if timed is not None:
-        ramps[timed.rows] = 0.0
-    below, above = (float(ends.sum()) for ends in ramp_doubt(ramps, (plan.moves.path == _JOINT) | known))
+    half = float(np.hypot(half, _scatter(plan, rows, timed)))
+    below, above = (float(ends.sum()) for ends in _lines_doubt(plan, wanted, rows, timed, line_doubt))
     return max(total - float(np.hypot(half, below)), 0.0), total + float(np.hypot(half, above))
 
 
-def ramp_doubt(ramps: Floats, known: Mask) -> tuple[Floats, Floats]:
-    """(n,) [s] each, below and above: 95 % of `ramps` [s] by constant accelerations, `known` ones or usual ones."""
-    wide = np.exp(_NORMAL * np.where(known, _KNOWN_DOUBT, _LINE_DOUBT))
-    return ramps * (1.0 - 1.0 / wide), ramps * (wide - 1.0)
+def _scatter(plan: Plan, rows: Floats, timed: TimedJoints | None) -> float:
+    """[s] of what the law of the arm does not time; repeats of a move have one error, many times."""
+    moves, lasting = plan.moves, np.nan_to_num(rows)
+    if timed is not None:
+        lasting[timed.rows] = 0.0
+    keys = np.stack([moves.start, moves.target, moves.via], axis=1)
+    inverse = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+    return _NORMAL * SCATTER * float(np.sqrt(np.sum(np.bincount(inverse, lasting) ** 2)))
+
+
+def _lines_doubt(
+    plan: Plan, wanted: Demand, rows: Floats, timed: TimedJoints | None, line_doubt: float
+) -> tuple[Floats, Floats]:
+    """(k,) [s] each, below and above, of what the law of the arm does not time."""
+    moves = plan.moves
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cruise = np.nan_to_num(wanted.length / wanted.speed, posinf=0.0)
+    ramps = np.nan_to_num(np.maximum(rows - cruise, 0.0), posinf=0.0)
+    if timed is not None:
+        ramps[timed.rows] = 0.0
+    told = (moves.path == _JOINT) | np.isfinite(moves.rate) | np.isfinite(moves.duration)
+    return ramp_doubt(ramps, cruise, np.where(told, KNOWN_DOUBT, line_doubt))
+
+
+def ramp_doubt(ramps: Floats, cruise: Floats, doubt: Floats) -> tuple[Floats, Floats]:
+    """(n,) [s] each, below and above: 95 % of what moves take beyond `cruise` [s], their way at full speed.
+
+    `ramps` [s] are those of a constant acceleration, `doubt` of its logarithm: at a lower one a short move no longer
+    reaches its speed, and takes longer by the root alone.
+    """
+    wide = np.exp(_NORMAL * doubt)
+    even = np.maximum(cruise, 1e-12)
+    whole = np.where(ramps <= cruise, ramps, (ramps + even) ** 2 / (4.0 * even))  # if it reached its speed
+
+    def at(factor: Floats) -> Floats:
+        longer = whole * factor
+        return np.where(longer <= even, longer, 2.0 * np.sqrt(even * longer) - even)
+
+    return np.maximum(ramps - at(1.0 / wide), 0.0), np.maximum(at(wide) - ramps, 0.0)
 
 
 def _half(plan: Plan, timed: TimedJoints) -> float:
@@ -141,6 +173,20 @@ def _distinct(plan: Plan, timed: TimedJoints) -> tuple[JointMoves, Floats]:
     keys = np.stack([plan.moves.start[timed.rows], plan.moves.target[timed.rows]], axis=1)
     _, first, often = np.unique(keys, axis=0, return_index=True, return_counts=True)
     return timed.moves.take(first), often.astype(np.float64)
+
+
+def line_doubt_of(
+    plan: Plan, wanted: Demand, rows: Floats, timed: TimedJoints | None, line_doubt: float
+) -> list[str]:
+    """What an unpublished acceleration of lines makes of the time of this plan, and what would narrow it."""
+    below, above = (float(ends.sum()) for ends in _lines_doubt(plan, wanted, rows, timed, line_doubt))
+    if above < _TOLD:
+        return []
+    arm = "this arm" if plan.robot is None else plan.robot.name
+    return [
+        f"lines and arcs: {-below:.2f} to {above:+.2f} s (95 %) by their acceleration, which is not published for "
+        f"{arm}; twenty recorded moves would determine it (olp probe, olp calibrate)"
+    ]
 
 
 def doubt_of(plan: Plan, timed: TimedJoints) -> list[str]:

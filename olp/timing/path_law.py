@@ -19,7 +19,9 @@ before it, and the first piece of a run takes f longer. The speed is
 
 V the programmed speed, at most what the axes can do (e^k L over the time that the slowest axis needs at
 its rated speed) and the tool's highest; n the ends' share of u/(2 a), by V: a short piece never gets to V. Arcs
-have the acceleration a e^q: speeding up shares the axes with turning, in equal parts 1/sqrt(2) each.
+of radius R have the acceleration a e^(q c/(c + a)), c = V^2/R: speeding up shares the axes with turning, more so the
+faster the arc; in equal parts 1/sqrt(2) each.
+Where an acceleration is programmed a is a number of its own times it.
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from olp.timing.arm_prior import LineAcceleration
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -51,8 +55,9 @@ class PathNumber(NamedTuple):
     source: str
 
 
+_OF_THE_ARM: Final = float("nan")  # what line_acceleration says of it
 NUMBERS: Final = (
-    PathNumber("acceleration", "m/s²", float(np.log(3.05)), 0.7, True, "a measured arm, by a factor of two"),
+    PathNumber("acceleration", "m/s²", _OF_THE_ARM, _OF_THE_ARM, True, "published, or learnt over arms"),
     PathNumber("arc exponent", "1", -0.35, 0.2, False, "an acceleration shared by speeding up and turning"),
     PathNumber("stop", "s", 0.05, 0.05, False, "usual filters of controllers"),
     PathNumber("stop speed", "m/s", float(np.log(0.1)), 0.7, True, "a guess that holds for any arm"),
@@ -65,10 +70,18 @@ NUMBERS: Final = (
     PathNumber("override exponent", "1", 1.5, 0.7, False, "not known of this controller"),
     PathNumber("axis share", "1", 0.0, 0.2, False, "rated speeds of the axes, turned evenly along the path"),
     PathNumber("first piece", "s", 0.0, 0.05, False, "a recorder may begin anywhere"),
+    PathNumber("programmed acceleration", "1", 0.0, 0.2, True, "what is programmed, by a fifth"),
 )
-# Of the logarithm, where rows write the acceleration that the controller was told.
-WRITTEN_ACCELERATION_DOUBT: Final = 0.2
-USUAL_ACCELERATION: Final = 3.05  # [m/s²] that `acceleration` of pieces is a share of
+
+
+def prior_numbers(lines: LineAcceleration) -> tuple[Floats, Floats]:
+    """(p,) means and standard deviations of NUMBERS for an arm whose lines accelerate with `lines`."""
+    own = np.array([np.isnan(number.mean) for number in NUMBERS])
+    mean = np.where(own, np.log(lines.value), [number.mean for number in NUMBERS])
+    return mean, np.where(own, lines.doubt, [number.sd for number in NUMBERS])
+
+
+SCATTER: Final = 0.03  # [1] what the law leaves of a piece, before any was recorded
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,8 +90,10 @@ class PathPieces:
 
     length: Floats  # (n,) [m] along the path
     speed: Floats  # (n,) [m/s] programmed
-    acceleration: Floats  # (n,) [1] as written, over USUAL_ACCELERATION; 1 where nothing is written
+    acceleration: Floats  # (n,) [m/s²] as programmed, nan where nothing is
+    share: Floats  # (n,) [1] of it that a percent of acceleration asks for
     arc: Mask  # (n,)
+    curvature: Floats  # (n,) [1/m] of arcs, 0 of lines
     override: Floats  # (n,) [1]
     rolling: Mask  # (n, 2) whether it begins and ends in a corner
     zone: Floats  # (n, 2) [m] of the corner there
@@ -96,12 +111,15 @@ class PathPieces:
 
 def path_durations(numbers: Floats, pieces: PathPieces) -> Floats:
     """(n,) [s] for the numbers in the order of NUMBERS, logarithms where they are `logarithmic`."""
-    acceleration, slow, across, zone, highest = np.exp(numbers[[0, 3, 4, 5, 7]]).tolist()
+    usual, slow, across, zone, highest, programmed = np.exp(numbers[[0, 3, 4, 5, 7, 11]]).tolist()
     arc, stop, convention, override, axis, first = numbers[[1, 2, 6, 8, 9, 10]].tolist()
-    push = acceleration * pieces.acceleration * np.exp(arc * pieces.arc) * pieces.override**override
+    push = np.where(pieces.acceleration > 0, programmed * pieces.acceleration, usual) * pieces.share
+    push = push * pieces.override**override
     with np.errstate(divide="ignore", invalid="ignore"):
         able = np.where(pieces.axis > 0, np.exp(axis) * pieces.length / pieces.axis, np.inf)
         wanted = np.minimum(np.minimum(pieces.speed, highest), able) * pieces.override
+        inwards = wanted**2 * pieces.curvature
+        push = push * np.exp(arc * inwards / (inwards + push))
         bend = 2.0 - np.cos(pieces.turn) - np.cos(pieces.tilt)
         needed = wanted[:, None] ** 2 * bend / (across * push[:, None] * (pieces.zone + zone))
         ends = np.where(pieces.rolling, (1.0 - (1.0 + needed) ** -0.5) ** 2, 1.0).sum(axis=1)

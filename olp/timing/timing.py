@@ -17,10 +17,12 @@ from olp.runtime.paths import circle
 from olp.runtime.plan import PATHS, Assumption, BlendCode, Plan, StepKind, distinct, of_rows
 from olp.timing.acceleration.law import load_law
 from olp.timing.accelerations import MotionLimits, filter_time
+from olp.timing.arm_prior import LineAcceleration, line_acceleration
 from olp.timing.blending.law import load_law as load_corners
 from olp.timing.chain import Caps, Chain, chain
 from olp.timing.correction import NOTHING_LEARNT, Correction, PlanCorrection
 from olp.timing.demand import Demand, demand
+from olp.timing.joint_times import KNOWN_DOUBT
 from olp.timing.motion._profile import Problem, Profile
 from olp.timing.motion.model import MotionModel, load_model
 from olp.timing.result import RowTimes, Timing
@@ -78,9 +80,13 @@ def time_plan(
         limits.report(says)
     durations = correction.with_whole_times(durations)
     timing = _gather(plan, chosen.name, wanted, profile, durations, settling, joined, effects, correction)
-    given = limits.linear_acceleration or (plan.robot and plan.robot.linear_acceleration)
-    known = given is not None
-    timing = correction.with_interval(timing, wanted, joined, (durations, settling), known, limits.report)
+    given = limits.linear_acceleration
+    lines = (
+        line_acceleration(plan.robot)
+        if given is None
+        else LineAcceleration(given, KNOWN_DOUBT, "given", True)
+    )
+    timing = correction.with_interval(timing, wanted, joined, (durations, settling), lines, limits.report)
     problems = [*_problems(plan, wanted, durations), *_oddities(plan, wanted)]
     return replace(
         timing,

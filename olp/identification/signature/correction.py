@@ -33,12 +33,11 @@ from olp.robots.geometry import Pose, angles_from_rotation, rotation_from_quater
 from olp.runtime.paths import point_on_arc
 from olp.runtime.plan import PATHS, Plan, StepKind
 from olp.timing.arm_moves import total_half
-from olp.timing.arm_prior import unlearnt_law
+from olp.timing.arm_prior import LineAcceleration, unlearnt_law
 from olp.timing.chain import Chain
 from olp.timing.correction import Correction, PlanCorrection, timed_by
 from olp.timing.demand import Demand
 from olp.timing.joint_times import doubt_of
-from olp.timing.path_law import USUAL_ACCELERATION
 from olp.timing.result import CorrectionInterval, Timing
 
 Floats = NDArray[np.float64]
@@ -153,7 +152,7 @@ class SignedPlan(PlanCorrection):
         wanted: Demand,
         joined: Chain,
         times: tuple[Floats, Floats],
-        linear_known: bool,
+        lines: LineAcceleration,
         report: Report,
     ) -> Timing:
         seen = _interval(self, wanted, joined, times[1], timing.duration_s, report)
@@ -281,7 +280,6 @@ def _by_paths(signed: SignedPlan, wanted: Demand, joined: Chain, overrides: Floa
         return signed
     path, axes = moves.path[own], plan.positions.axes[:, : len(robot.axes)]
     kind = np.where(path == _LINEAR, LINEAR, np.where(path == _JOINT, JOINT, CIRCULAR)).astype(np.int8)
-    asked = np.where(moves.acceleration[own] == 1.0, np.nan, USUAL_ACCELERATION * moves.acceleration[own])
     rounding = np.where(moves.blend[own] > 0, moves.blend[own], _SOME_ROUNDING)
     columns = {
         "kind": kind,
@@ -291,7 +289,8 @@ def _by_paths(signed: SignedPlan, wanted: Demand, joined: Chain, overrides: Floa
         "joints_start": axes[moves.start[own]],
         "joints_end": axes[moves.target[own]],
         "speed": np.where(use, moves.travel[own], np.nan),
-        "acceleration": np.where(np.isnan(moves.rate[own]), asked, moves.rate[own]),
+        "acceleration": moves.rate[own] * moves.acceleration[own],
+        "acceleration_fraction": moves.acceleration[own],
         "blend": np.where(joined.end_speed[own] > 0, rounding, 0.0),
         "override": overrides[own],
     }

@@ -16,7 +16,7 @@ from olp.identification.signature.path_moves import LearntPaths
 SCHEMA = "olp-signature"
 # 2 holds `parts`, 3 the law of joint moves, which an older olp would leave out in silence: what is not there lowers the
 # version that is written.
-VERSION = 6
+VERSION = 7
 
 
 class Learnt(NamedTuple):

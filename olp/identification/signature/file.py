@@ -108,7 +108,7 @@ def _part_json(part: CorrectionPart) -> dict[str, Any]:
 
 
 # The first versions of the file with the numbers of today's laws.
-_LAWS = (("joint_moves", "joint moves", 6), ("paths", "lines and arcs", 6))
+_LAWS = (("joint_moves", "joint moves", 6), ("paths", "lines and arcs", 7))
 
 
 def from_json(content: Any, file: str = "") -> Signature:

@@ -51,8 +51,7 @@ from olp.identification.signature.places import with_points
 from olp.identification.signature.rows import RecordedTimes, rows_of
 from olp.identification.signature.stretches import plain_rows, stretches_of
 from olp.robots.controller_effects import generations_in
-from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
-from olp.timing.arm_prior import arm_prior
+from olp.timing.arm_prior import arm_prior, line_acceleration
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
@@ -62,7 +61,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-USUAL_DOUBT = 0.25  # [s²/m] of 1/a of straight moves of an arm of which none is known
+_NORMAL = 1.96
 NAMED = "named_terms"  # learnt from the whole recording by a diagnosis
 _SHOWN = 5
 # Speeds this far apart tell what a stop costs at any speed from what grows with the speed.
@@ -253,8 +252,8 @@ def _learn_paths(recording: Recording) -> LearntPaths | None:
     pieces, rows = pieces.take(use), rows[use]
     if len(rows) < FEWEST:
         return None
-    written = bool((moves.acceleration[rows] > 0).all())
-    return learn_paths(pieces, moves.duration[rows], _programs(recording, rows), written, resolution)
+    lines = line_acceleration(recording.robot, recording.settings.controller or "")
+    return learn_paths(pieces, moves.duration[rows], _programs(recording, rows), lines, resolution)
 
 
 def _with_paths(signature: Signature, recording: Recording, rows: RecordedTimes | None) -> Signature:
@@ -285,7 +284,10 @@ def _without_straight(recording: Recording, arm: LearntArm | None, paths: Learnt
     learnt = sum(part.rows for part in (arm, paths) if part is not None)
     nothing = np.zeros((0, 6))
     payload = recording.moves.payload[np.isfinite(recording.moves.payload)]
-    spread = Spread(USUAL_DOUBT, USUAL_DOUBT, USUAL_DOUBT, 2)
+    lines = line_acceleration(robot, settings.controller or "")
+    slowness = 1.0 / lines.value
+    doubt = slowness * float(np.expm1(lines.doubt))
+    spread = Spread(slowness * float(np.expm1(_NORMAL * lines.doubt)), doubt, doubt, 2)
     return Signature(
         robot=robot.name if robot else "",
         controller=settings.controller or "",
@@ -293,7 +295,7 @@ def _without_straight(recording: Recording, arm: LearntArm | None, paths: Learnt
         payload=float(np.median(payload)) if len(payload) else None,
         recording=Learnt(recording.path, recording.sha256, learnt, settings.time_resolution),
         method="constant",
-        parameters={"slowness": LearntParameter(1.0 / DEFAULT_LINEAR_ACCELERATION, "s²/m", USUAL_DOUBT)},
+        parameters={"slowness": LearntParameter(slowness, "s²/m", doubt)},
         errors=ErrorModel(spread, spread),
         domain=Domain((0.0, 0.0), (0.0, 0.0), None, nothing, nothing[:, :3], 0.0, 0.0),
         compared={},

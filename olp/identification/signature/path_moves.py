@@ -15,18 +15,13 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, info
 from olp.identification.signature.joint_moves import held_out_words
 from olp.identification.signature.stretch_times import arc_length, zones
-from olp.timing.path_law import (
-    NUMBERS,
-    USUAL_ACCELERATION,
-    WRITTEN_ACCELERATION_DOUBT,
-    PathPieces,
-    path_durations,
-)
+from olp.timing.path_law import NUMBERS, SCATTER, PathPieces, path_durations, prior_numbers
 
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
     from olp.identification.signature.stretches import Stretches
     from olp.robots.model import Robot
+    from olp.timing.arm_prior import LineAcceleration
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -37,12 +32,11 @@ FEWEST: Final = 4
 _FREEDOM: Final = 3.0  # of Student's t
 _ROUNDS: Final = 40
 _STEP: Final = 1e-5  # for derivatives
-_SCATTER: Final = 0.03  # [1] relative, before any move
 _LEAST_SCATTER: Final = 0.003
 _FOLDS: Final = 5
 _EXAMPLES: Final = 20  # pieces from which on examples are learnt from
 _MOST: Final = 600  # examples that are kept
-_MOST_FITTED: Final = 2000  # of more pieces this many tell eleven numbers
+_MOST_FITTED: Final = 2000  # of more pieces this many tell the numbers
 _LENGTHS: Final = (2.0, 4.0)  # [sd of a feature] over which a residual changes
 _SIZE: Final = 0.05  # [1] of what the law leaves
 _NOISE: Final = 0.01  # [1] of a piece recorded again
@@ -170,7 +164,7 @@ def pieces_of(moves: RecordedMoves, robot: Robot | None, stretches: Stretches) -
 
     count = len(moves)
     arc = moves.kind == CIRCULAR
-    length, first, last = _shapes(moves, arc)
+    length, curvature, first, last = _shapes(moves, arc)
     rolling = np.stack([stretches.begins_rolling, stretches.ends_rolling], axis=1)
     zone = np.nan_to_num(zones(moves, robot))
     with np.errstate(invalid="ignore"):
@@ -182,8 +176,12 @@ def pieces_of(moves: RecordedMoves, robot: Robot | None, stretches: Stretches) -
     pieces = PathPieces(
         length=length,
         speed=moves.speed,
-        acceleration=np.where(moves.acceleration > 0, moves.acceleration / USUAL_ACCELERATION, 1.0),
+        acceleration=moves.acceleration,
+        share=np.where(
+            ~(moves.acceleration > 0) & (moves.acceleration_fraction > 0), moves.acceleration_fraction, 1.0
+        ),
         arc=arc,
+        curvature=curvature,
         override=moves.played,
         rolling=rolling,
         zone=_both(zone[:-1], rolling),
@@ -205,14 +203,14 @@ def _both(between: Floats, rolling: Mask) -> Floats:
     return np.where(rolling, result, 0.0)
 
 
-def _shapes(moves: RecordedMoves, arc: Mask) -> tuple[Floats, Floats, Floats]:
-    """(n,) [m] along the path, and (n, 3) its directions at the start and at the end."""
+def _shapes(moves: RecordedMoves, arc: Mask) -> tuple[Floats, Floats, Floats, Floats]:
+    """(n,) [m] along the path and [1/m] its curvature, (n, 3) its directions at the start and at the end."""
     from olp.runtime.paths import circle
 
     length = moves.chord.copy()
     with np.errstate(divide="ignore", invalid="ignore"):
         first = (moves.end - moves.start) / length[:, None]
-    last = first.copy()
+    last, curvature = first.copy(), np.zeros(len(moves))
     if arc.any():
         start, via, end = moves.start[arc], moves.via[arc], moves.end[arc]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -222,8 +220,10 @@ def _shapes(moves: RecordedMoves, arc: Mask) -> tuple[Floats, Floats, Floats]:
         way = np.linalg.norm(via - start, axis=1)
         # An end at the start tells no radius: the middle point is then taken as the opposite one.
         whole = length[arc] < _WHOLE_CIRCLE * way
+        with np.errstate(divide="ignore", invalid="ignore"):
+            curvature[arc] = np.nan_to_num(np.where(whole, 2.0 / way, 1.0 / radius))
         length[arc] = np.where(whole, np.pi * way, arc_length(start, via, end))
-    return length, first, last
+    return length, curvature, first, last
 
 
 def _axes(moves: RecordedMoves, robot: Robot | None, length: Floats) -> tuple[Floats, Floats]:
@@ -247,9 +247,9 @@ def faster_than_programmed(pieces: PathPieces, measured: Floats, resolution: flo
 
 
 def learn_paths(
-    pieces: PathPieces, measured: Floats, groups: Labels, written: bool, resolution: float
+    pieces: PathPieces, measured: Floats, groups: Labels, lines: LineAcceleration, resolution: float
 ) -> LearntPaths:
-    """From `measured` (n,) [s], n >= FEWEST; `groups`: programs; `written`: whether accelerations are."""
+    """From `measured` (n,) [s], n >= FEWEST; `groups`: programs; `lines`: what was known of the arm before."""
     if len(measured) > _MOST_FITTED:
         some = np.linspace(0, len(measured) - 1, _MOST_FITTED).astype(np.intp)
         pieces, measured, groups = pieces.take(some), measured[some], groups[some]
@@ -258,7 +258,7 @@ def learn_paths(
     errors = {length: np.zeros(len(measured)) for length in lengths}
     for number in np.unique(fold).tolist():
         out, rest = np.flatnonzero(fold == number), np.flatnonzero(fold != number)
-        numbers, _ = _fit(pieces.take(rest), measured[rest], written, resolution)
+        numbers, _ = _fit(pieces.take(rest), measured[rest], lines, resolution)
         law = np.log(path_durations(numbers, pieces.take(out)))
         for length in lengths:
             added = np.zeros(len(out))
@@ -269,7 +269,7 @@ def learn_paths(
     means = {length: float(np.mean(np.abs(np.expm1(-e)))) for length, e in errors.items()}
     best = min(means.values())
     chosen = next(length for length in lengths if means[length] <= (1.0 + _BETTER) * best)
-    numbers, covariance = _fit(pieces, measured, written, resolution)
+    numbers, covariance = _fit(pieces, measured, lines, resolution)
     examples = _examples(numbers, pieces, measured, chosen) if chosen else None
     held_out = {f"law and examples over {n:g}" if n else "law": 100.0 * mean for n, mean in means.items()}
     return LearntPaths(numbers, covariance, examples, _half(errors[chosen]), held_out, len(measured))
@@ -292,14 +292,13 @@ def _half(errors: Floats) -> float:
     return float(np.sqrt(np.mean(away**2))) * Spread(1.0, 0.0, 1.0, max(count - 1, 2)).quantile
 
 
-def _fit(pieces: PathPieces, measured: Floats, written: bool, resolution: float) -> tuple[Floats, Floats]:
+def _fit(
+    pieces: PathPieces, measured: Floats, lines: LineAcceleration, resolution: float
+) -> tuple[Floats, Floats]:
     """The most probable numbers and their covariance: Gauss-Newton with Student's weights."""
-    prior = np.array([number.mean for number in NUMBERS])
-    sd = np.array([number.sd for number in NUMBERS])
-    if written:
-        sd[0] = WRITTEN_ACCELERATION_DOUBT
+    prior, sd = prior_numbers(lines)
     logs, rounding = np.log(measured), resolution / np.sqrt(12.0) / measured
-    numbers, scatter, damping = prior.copy(), _SCATTER, 1e-3
+    numbers, scatter, damping = prior.copy(), SCATTER, 1e-3
 
     def cost(values: Floats, left: Floats, variance: Floats) -> float:
         own = (_FREEDOM + 1.0) * np.sum(np.log1p(left**2 / (_FREEDOM * variance)))
@@ -324,7 +323,7 @@ def _fit(pieces: PathPieces, measured: Floats, written: bool, resolution: float)
         numbers, left = np.asarray(numbers + step, dtype=np.float64), trial
         damping = max(damping / 6.0, 1e-9)
         found = 1.4826 * float(np.median(np.abs(left)))
-        scatter = max((len(left) * found + 8 * _SCATTER) / (len(left) + 8), _LEAST_SCATTER)
+        scatter = max((len(left) * found + 8 * SCATTER) / (len(left) + 8), _LEAST_SCATTER)
         if np.max(np.abs(step) / sd) < 1e-3:
             break
     variance = scatter**2 + rounding**2

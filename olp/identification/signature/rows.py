@@ -18,7 +18,7 @@ from olp.identification.signature import intervals
 from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, TERMS, CorrectionPart, Parts
 from olp.identification.signature.document import Signature
 from olp.identification.signature.joint_moves import recorded_joint_moves
-from olp.identification.signature.moveset import MoveSet, moves_of_recording
+from olp.identification.signature.moveset import moves_of_recording
 from olp.identification.signature.places import with_points
 from olp.identification.signature.predict import Prediction, predict, robot_of
 from olp.identification.signature.stretch_times import (
@@ -31,9 +31,8 @@ from olp.identification.signature.stretch_times import (
     with_slowness,
 )
 from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
-from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
 from olp.timing.arm import solve
-from olp.timing.arm_prior import unlearnt_law
+from olp.timing.arm_prior import line_acceleration, unlearnt_law
 
 if TYPE_CHECKING:
     from olp.identification.recording.moves import RecordedMoves
@@ -308,10 +307,12 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     said = None
     if len(told):
         said = predict(signature, asked, robot)
-        push = said.acceleration if signature.knows_paths else _own_acceleration(asked, robot)
+        usual = line_acceleration(robot, signature.controller).value
+        own = np.where(asked.nominal > 0, asked.nominal, usual)
+        push = said.acceleration if signature.knows_paths else own
         motions = with_slowness(motions, told, 1.0 / push)
         half[told], strain[told] = said.high - said.duration, said.weight / asked.speed
-    _joint_at_tool_speed(motions, moves, signature)
+    _joint_at_tool_speed(motions, moves, line_acceleration(robot, signature.controller).value)
     stretches = stretches_of(moves)
     saving, law = law_savings(moves, motions, stretches, robot)
     settling, assumed = settling_of(Effects(), robot)
@@ -337,12 +338,6 @@ def rows_of(signature: Signature, recording: Recording, report: Callable[[str], 
     )
 
 
-def _own_acceleration(asked: MoveSet, robot: Robot | None) -> Floats:
-    """(n,) [m/s²] as written, else of the robot file, else olp's default."""
-    usual = (robot.linear_acceleration if robot is not None else None) or DEFAULT_LINEAR_ACCELERATION
-    return np.where(asked.nominal > 0, asked.nominal, usual)
-
-
 def _joint_rows(
     arm: JointLaw, moves: RecordedMoves, robot: Robot | None, tool: Pose | None, payload: float | None
 ) -> JointRows:
@@ -354,9 +349,9 @@ def _joint_rows(
     return JointRows(rows, arm.predict(joints), floor, arm.timing.stop)
 
 
-def _joint_at_tool_speed(motions: Motions, moves: RecordedMoves, signature: Signature) -> None:
-    """A joint move with a speed of the tool and no share of the axes': accelerates as the simulation's paths do."""
+def _joint_at_tool_speed(motions: Motions, moves: RecordedMoves, usual: float) -> None:
+    """A joint move with a speed of the tool and no share of the axes': accelerates as lines do, else as is `usual`."""
     at = np.array([kind == "joint" for kind in moves.kinds], dtype=bool)
     at &= np.isnan(motions.slowness[:, 0]) & np.isfinite(motions.distance[:, 0])
     given = moves.acceleration[at]
-    motions.slowness[at, 0] = 1.0 / np.where(given > 0, given, DEFAULT_LINEAR_ACCELERATION)
+    motions.slowness[at, 0] = 1.0 / np.where(given > 0, given, usual)

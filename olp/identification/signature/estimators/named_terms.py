@@ -38,7 +38,7 @@ class NamedTerms(Estimator):
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
         from olp.identification.signature.term_model import case_for, from_parameters, seconds_of
-        from olp.timing.accelerations import DEFAULT_LINEAR_ACCELERATION
+        from olp.timing.arm_prior import line_acceleration
 
         named = from_parameters(parameters)
         made = case_for(named, _recording_of(moves, robot))
@@ -46,7 +46,7 @@ class NamedTerms(Estimator):
         if made is not None:
             seconds[made[1]] = seconds_of(named, made[0])
         inside = np.isfinite(seconds)
-        plain = np.where(moves.nominal > 0, moves.nominal, DEFAULT_LINEAR_ACCELERATION)
+        plain = np.where(moves.nominal > 0, moves.nominal, line_acceleration(robot).value)
         slowness = np.where(inside, _slowness(seconds, moves), 1.0 / plain)
         return Estimate(slowness, np.zeros(len(moves)), inside, seconds)
 
