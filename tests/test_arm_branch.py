@@ -145,3 +145,32 @@ def test_a_straight_wrist_keeps_its_fourth_axis():
     position, rotation = forward(GP25, joints)
     found = nearest(GP25, position, rotation, np.radians([12, 6, -22, 40, 3, 30]))[0]
     np.testing.assert_allclose(np.degrees(found), [10, 5, -20, 40, 0, 15], atol=1e-5)
+
+
+def test_lines_that_a_program_comes_by_again_are_followed_once(tmp_path, monkeypatch):
+    from olp.runtime.arm_branch import PlannedArm
+
+    followed = []
+    along = PlannedArm._along
+
+    def counted(self, targets, here):
+        followed.append(len(targets))
+        return along(self, targets, here)
+
+    counted.__name__ = "_along"
+    monkeypatch.setattr(PlannedArm, "_along", counted)
+    generator = np.random.default_rng(8)
+    start = generator.uniform(0.4, 1.2, 6)
+    ends = [near(GP25, start, 0.08, generator) for _ in range(3)]
+    path = tmp_path / "round.script"
+    rows = (
+        script(tmp_path, GP25, start, [("movel", end) for end in ends]).to_bytes().decode().splitlines()[1:-2]
+    )
+    path.write_text(
+        "\n".join(
+            ["def way():", "  n = 0", "  while (n < 9):", *rows, "  n = n + 1", "  end", "end", "way()"]
+        )
+    )
+    found = axes_of(read(path), GP25)
+    np.testing.assert_allclose(found, np.tile([start, *ends], (9, 1)), atol=1e-7)
+    assert sum(followed) <= 2 * len(ends)

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from translated_texts import converted, module
 
 import olp
 from olp.ir.expressions import PositionLiteral
 from olp.robots.robot import load_robot
-from olp.transpile.context import Context
+from olp.transpile.context import Context, Fate
+from olp.transpile.convert import convert
+from olp.transpile.link import link
 from olp.transpile.pipeline import canonical
 
 SAMPLE = Path(__file__).parent.parent / "samples" / "inform" / "palletising"
@@ -78,3 +81,48 @@ def test_numbers_keep_their_values_where_data_stand_beside_the_program() -> None
 def test_nothing_of_the_first_move_is_lost(target: str) -> None:
     found = translated(SAMPLE / "PICK.JBI", target)
     assert not [loss for loss in found.losses if loss.line == 21 and loss.part in ("position", "frame")]
+
+
+# --- Data that live on ---------------------------------------------------------------------------------------
+
+LIST = (
+    "DEFDAT PART\nINT N=0\nINT M=0\nE6POS P={X 1,Y 2,Z 3,A 0,B 0,C 0}\n"
+    "E6AXIS Q={A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}\nENDDAT\n"
+)
+LASTS = ("N=N+1", "WAIT SEC N")  # a counter
+ENDS = ("M=1", "WAIT SEC M", "P.X=5", "LIN P", "Q.A5=2", "PTP Q")  # what is read of them was set before
+
+
+def lists(tmp_path: Path, target: str, *rows: str):
+    (tmp_path / "part.src").write_text("\n".join(["DEF PART ( )", *rows, "END", ""]))
+    (tmp_path / "part.dat").write_text(LIST)
+    program = link(olp.read(tmp_path / "part.src")).program
+    return convert(program, target, Context(load_robot("kuka/kr16-2"), on_loss="comment"))
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript"])
+def test_a_counter_of_a_list_that_begins_anew_is_told(tmp_path: Path, target: str) -> None:
+    told = [
+        loss
+        for loss in lists(tmp_path, target, *LASTS, *ENDS).translated.losses
+        if "keeps its last" in loss.says
+    ]
+    assert [(loss.line, loss.says.split()[0], loss.fate) for loss in told] == [(2, "N", Fate.APPROXIMATED)]
+
+
+def test_a_counter_of_a_list_is_persistent_in_rapid(tmp_path: Path) -> None:
+    made = lists(tmp_path, "rapid", *LASTS, *ENDS)
+    text = made.files[made.main].decode()
+    assert "PERS num N:=0;" in text
+    assert "VAR num M:=0;" in text
+    assert not [loss for loss in made.translated.losses if "keeps its last" in loss.says]
+
+
+def test_a_persistent_variable_of_rapid_begins_anew_in_tp_and_is_told() -> None:
+    text = module("n:=n+1;", "WaitTime n;", data=("PERS num n:=0;", "VAR num m:=0;"))
+    told = [
+        loss.says
+        for loss in converted(text, "rapid", "tp").translated.losses
+        if "keeps its last" in loss.says
+    ]
+    assert [says.split()[0] for says in told] == ["n"]

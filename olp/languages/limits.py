@@ -211,6 +211,7 @@ class Limits:
     has_exclusive_or: bool = True  # of conditions
     has_power: bool = False  # a function raises a number to a power
     has_integers: bool = False  # numbers that are whole by their type
+    keeps_data: bool = False  # data beside a program live on from run to run
     unset_variables: bool = False  # a variable has no value until it is set, and reading it stops the program
     integer_type: str = (
         ""  # the only type that loops count and index with, to which an assignment rounds; "": any

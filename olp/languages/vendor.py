@@ -188,6 +188,7 @@ class Conventions:
     wait_limit_prefix: str = ""  # of system variables that only bound waits
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
+    data_last: bool = False  # data of a list keep their last values when the program ends
     data_begin_anew: bool = False  # variables of a module have their first values again in each run
     whole_numbers: bool = True  # numbers may be of a type that holds whole ones alone
     # Pulses of outputs

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final
 
@@ -172,6 +172,7 @@ class PlannedArm:
     cell: Cell
     positions: Positions
     tools: NDArray[np.int32]
+    _known: dict[tuple[str | bytes, ...], Floats] = field(default_factory=dict)
 
     def follow(
         self, start: int, targets: NDArray[np.int32], joint: NDArray[np.bool_], says: NDArray[np.int8]
@@ -196,12 +197,12 @@ class PlannedArm:
             if joint[row] or np.isnan(here).any():
                 at = end = row + 1
                 if not np.isnan(here).any():
-                    result[row] = self._nearest(targets[row:at], here)
+                    result[row] = self._again(targets[row:at], here, self._nearest)
                 here = here if np.isnan(result[row]).any() else result[row]
                 continue
             at, end = row, int(breaks[np.searchsorted(breaks, row)])
             while at < end:
-                rows = self._along(targets[at : min(end, at + _AT_ONCE)], here)
+                rows = self._again(targets[at : min(end, at + _AT_ONCE)], here, self._along)
                 result[at : at + len(rows)] = rows
                 at += len(rows)
                 here = here if np.isnan(rows[-1]).any() else rows[-1]
@@ -231,6 +232,22 @@ class PlannedArm:
         from olp.robots.kinematics.inverse import nearest
 
         return nearest(self.robot, *self._flange(targets), here)
+
+    def _again(
+        self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
+    ) -> Floats:
+        """What `work` finds at `targets`, reached from `here`: a program in circles comes by them many times."""
+        given = (
+            self.positions.position[targets],
+            self.positions.quaternion[targets],
+            self.tools[targets],
+            here,
+        )
+        key = (work.__name__, *(one.tobytes() for one in given))
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = work(targets, here)
+        return found
 
     def _along(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """Axes (m, k) at the first m of `targets`, one line after the other; m is 1 or more."""

@@ -6,7 +6,7 @@ declarations one after the other, and registers are set by the program.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
@@ -36,6 +36,7 @@ from olp.ir.program import (
     Begin,
     Call,
     Clear,
+    Comment,
     Declare,
     For,
     Move,
@@ -119,6 +120,93 @@ def _computed(operator: str, left: float, right: float) -> Number | None:
         case "div" if right:
             return Number(int(left / right))
     return None
+
+
+# --- Values that last ---
+# What a data list of KRL or a PERS of RAPID holds lives on when the program ends: a counter goes on where it stood.
+
+_LASTS: Final = (
+    "{} keeps its last value when the program starts again; there it begins with its first one each time"
+)
+_PLACED_DATA: Final = ("tool", "frame")
+
+
+def lasting(program: Program, work: TranslationContext) -> Program:
+    """Variables whose last value the next run reads: persistent, or told where the target has no such data."""
+    given = {d.name for d in program.data if _lasts(d, work)}
+    parts = {name: found for name, found in _changed_parts(program).items() if name in given}
+    if not parts:
+        return program
+    read = _read_first(program, parts)
+    if work.limits.keeps_data:
+        data = (replace(d, storage="persistent") if d.name in read else d for d in program.data)
+        return replace(program, data=tuple(data))
+    for name, s in read.items():
+        work.lose(s, Fate.APPROXIMATED, "value", _LASTS.format(name))
+    return program
+
+
+def _lasts(d: Declare, work: TranslationContext) -> bool:
+    known = d.value is not None and d.type not in _PLACED_DATA
+    return known and (d.storage == "persistent" or (work.conventions.data_last and d.storage == "variable"))
+
+
+def _changed_parts(program: Program) -> dict[str, set[str]]:
+    """By variable the members and elements that statements set, "" where they set all of it or one that is computed."""
+    found: dict[str, set[str]] = {}
+    for s in program.statements():
+        for name, part in _parts_set(s):
+            found.setdefault(name, set()).add(part)
+    return found
+
+
+def _parts_set(s: Statement) -> list[tuple[str, str]]:
+    if type(s) is not Assign:
+        return [(name, "") for name in _set_by(s)] if type(s) in _SETTING else []
+    target = s.target
+    if isinstance(target, Member) and isinstance(target.base, Named):
+        return [(target.base.name, target.name)]
+    if isinstance(target, Item) and isinstance(target.base, Named):
+        place = [f"{i.value:g}" for i in target.indices if type(i) is Number]
+        return [(target.base.name, ",".join(place) if len(place) == len(target.indices) else "")]
+    base = base_of(target)
+    return [] if base is None else [(base.name, "")]
+
+
+def _read_first(program: Program, parts: Mapping[str, Set[str]]) -> dict[str, Statement]:
+    """Those of these variables that a statement reads before the program has set them, each with the first one."""
+
+    def made(s: Statement) -> dict[Key, int]:
+        keys: dict[Key, int] = {}
+        for name, part in _parts_set(s):
+            whole = not part and (type(s) is not Assign or isinstance(s.target, Named))
+            keys |= {(name, one): 1 for one in parts.get(name, ()) if whole or one == part != ""}
+        return keys
+
+    ways = reaching(program, made, _SETTING)
+    found: dict[str, Statement] = {}
+    for r in program.routines:
+        own = {d.name for d in (*r.data, *(s for s in r.body if type(s) is Declare))}
+        own |= {p.name for p in r.parameters}
+        for index, s in enumerate(r.body):
+            if ways.before[r.name][index] is None or type(s) is Comment:
+                continue
+            for name in (_names_taken(s) & parts.keys()) - own - found.keys():
+                if any(UNSET in ways.at(r.name, index, (name, part)) for part in parts[name]):
+                    found[name] = s
+    return found
+
+
+def _names_taken(s: Statement) -> set[str]:
+    """Names of variables whose values a statement takes: of an assignment not what it sets."""
+    if type(s) is not Assign:
+        return _names_read(s)
+    found: set[str] = set()
+    note_names(s.value, found)
+    for e in expressions_of(s.target):
+        for index in e.indices if isinstance(e, Item) else ():
+            note_names(index, found)
+    return found
 
 
 # --- Variables without a first value ---

@@ -25,7 +25,7 @@ from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune
 from olp.transpile.expression_lowering import lift
-from olp.transpile.first_values import begun, begun_anew, first_values
+from olp.transpile.first_values import begun, begun_anew, first_values, lasting
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions
@@ -157,6 +157,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         vectors,
         lift,
         sums,
+        lasting,
         undeclared,
         first_values,
         array_bounds,

@@ -44,6 +44,7 @@ class Krl(Vendor):
         frame_files={"tool": "$config.dat", "user": "$config.dat"},
         partial_targets=True,
         text_arrays=True,
+        data_last=True,
         records_in_statements=False,
         frame_records=True,
         member_types=NEUTRAL_TYPES,

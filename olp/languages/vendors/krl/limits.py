@@ -38,6 +38,7 @@ LIMITS: Final = Limits(
     tool_and_frame="modal",
     has_continue=False,
     has_data_files=True,
+    keeps_data=True,
     bounds_turning=True,
     speed_steps={SpeedUnit.FRACTION: percent},
     # $VEL_MA and $ACC_MA of the machine data, as arms with KR C4 are delivered.

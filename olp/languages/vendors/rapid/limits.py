@@ -40,6 +40,7 @@ LIMITS = Limits(
     modal_speed=False,
     tool_and_frame="move",
     has_data_files=True,
+    keeps_data=True,
     names=r"[A-Za-z][A-Za-z0-9_]*",
     has_xor=True,
     # TriggIO and TriggEquip (ABB, technical reference manual, RobotWare 6)
