@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from translated_texts import converted, krl, module, read, run_elsewhere, tp
+from translated_texts import converted, inform, krl, module, read, run_elsewhere, tp
 
 from olp.ir.expressions import Store
 from olp.robots.robot import load_robot
@@ -146,3 +146,10 @@ def test_a_move_without_any_speed_is_as_fast_in_its_translation_as_in_its_run():
     plans = read(text, "krl").plan(robot=ROBOT), run_elsewhere(text, "krl", "tp")
     assert [plan.moves.fraction[0] for plan in plans] == pytest.approx([UNTOLD_SPEED[FRACTION]] * 2)
     assert [plan.moves.travel[1] for plan in plans] == pytest.approx([UNTOLD_SPEED[TRAVEL]] * 2)
+
+
+def test_a_whole_number_of_the_source_is_whole_in_a_register_that_could_hold_fractions():
+    rows = ("DOUT OG#(26) B009", "SET I001 B009", "DOUT OG#(27) I001")
+    found = receipt(inform(*rows), "tp", vendor="inform")
+    assert differences(found) == []
+    assert sum(one.steps for one in found.made_up) >= 8

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from translated_texts import converted, inform, read, translated
 
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.robots.robot import load_robot
 from olp.transpile.context import Context
-from olp.transpile.convert import convert, run_converted
+from olp.transpile.convert import convert, run_converted, runs_of
+from olp.transpile.link import link
+from olp.transpile.receipt import receipt_of
 
 HANDED = """MODULE M
 VAR signaldo soNow;
@@ -71,3 +74,27 @@ def test_signals_with_computed_numbers_have_the_names_of_these_numbers_in_rapid(
     made = convert(program, "rapid", Context(robot))
     assert not made.translated.losses
     assert switched(run_converted(made, "rapid", robot)) == tuple((f"do{n}", v) for n, v in PULSED)
+
+
+GROUPS = ("DOUT OG#(26) B009", "DIN B010 IG#(3)", "DOUT OGH#(3) 5", "WAIT IG#(1)=B010", "DOUT OG#(26) 7")
+
+
+def test_groups_of_inform_are_declared_in_krl():
+    """INFORM's group n is the signals 8n-7 to 8n, a half group n those from 4n-3 to 4n."""
+    text = inform(*GROUPS)
+    made = converted(text, "inform", "krl")
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    written = translated(text, "inform", "krl")
+    rows = (
+        "OUT_201_208 $OUT[201] TO $OUT[208]",
+        "IN_17_24 $IN[17] TO $IN[24]",
+        "OUT_9_12 $OUT[9] TO $OUT[12]",
+    )
+    assert [written.count(f"SIGNAL {row}") for row in rows] == [1, 1, 1]
+    assert "WAIT FOR IN_1_8==B10" in written
+    runs = runs_of(read(text, "inform"), made, "krl", (None, None))
+    found = receipt_of(
+        link(read(text, "inform")), made.translated, "krl", tuple(made.files), runs, (None, None)
+    )
+    assert not [one for one in found.verdict.objections if one.kind == "difference"]
+    assert sum(one.steps for one in found.made_up) >= 4 * 4

@@ -1131,3 +1131,30 @@ def test_in_krl_a_truth_value_is_not_compared_with_a_number():
 def test_a_number_that_no_file_declares_keeps_its_fraction_where_all_numbers_are_real(target, sets):
     rows = ("FOR by FROM 1 TO 3 DO", "n:=1.5*by;", "ENDFOR", "n:=n+place{n};", "SetAO ao1,n;")
     assert sets in translated(module(*rows), "rapid", target)
+
+
+# --- a line to joint values ---------------------------------------------------------------------------------
+
+PULSES = (
+    "///TOOL 0",
+    "///POSTYPE PULSE",
+    "///PULSE",
+    "P00001=1000,0,0,0,-30000,0",
+    "P00002=2000,0,0,0,-30000,0",
+)
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_a_line_to_a_variable_in_pulses_goes_to_the_pose_that_they_reach(target):
+    text = inform("MOVJ P001 VJ=25.00 PL=0", "MOVL P002 V=100.0 PL=0", "MOVL P001 V=50.0 PL=0", points=PULSES)
+    assert not [loss for loss in losses(text, "inform", target) if loss.leaves_out]
+    here, there = read(text, "inform").plan(robot=ROBOT), run_elsewhere(text, "inform", target)
+    found = compare_plans(here, there)
+    assert found.steps == 3
+    assert not found.found
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_a_line_to_joint_values_that_a_statement_sets_is_rejected(target):
+    rows = ("MOVJ P001 VJ=25.00 PL=0", "SET P002 P001", "MOVL P002 V=100.0 PL=0")
+    assert 17 in refused(inform(*rows, points=PULSES), "inform", target)

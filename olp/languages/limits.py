@@ -194,6 +194,7 @@ class Limits:
     )  # the largest of "tool" and "user"; {}: none
     frame_functions: bool = False  # tools and frames are set by functions of their number
     first_signal: int = 0
+    declared_groups: bool = False  # a declaration makes a group of signals that follow each other
     speeds_needed: bool = False  # each move says its speed
     angles_together: bool = (
         False  # a position holds its turn as one value: an angle of it is set with the others

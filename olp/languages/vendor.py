@@ -191,6 +191,9 @@ class Conventions:
     data_last: bool = False  # data of a list keep their last values when the program ends
     data_begin_anew: bool = False  # variables of a module have their first values again in each run
     whole_numbers: bool = True  # numbers may be of a type that holds whole ones alone
+    group_sizes: Mapping[str, int] = field(
+        default_factory=dict
+    )  # bus of groups -> signals in each, numbered one group after the other from 1
     # Pulses of outputs
     off_pulse: str = ""  # how a pulse is spelt that switches off
     on_pulse: str = ""  # how one is spelt that switches on, where any other inverts

@@ -116,7 +116,10 @@ class MadeUp:
         thing = self.origin("variable", (store, index))
         if store is Store.ROBOT:
             return self._position(thing, frames)
-        return self._plain(thing, "integer" if store in INTEGERS else "real" if store is Store.REAL else "")
+        # A register of the target may hold fractions where the variable of the source cannot.
+        first = thing.name[0] if isinstance(thing.name, tuple) else store
+        whole = store in INTEGERS or first in INTEGERS or self.types.get(str(thing.name)) == "integer"
+        return self._plain(thing, "integer" if whole else "real" if store is Store.REAL else "")
 
     def named(self, name: str, type_: str) -> Value | None:
         thing = self.origin("variable", name)

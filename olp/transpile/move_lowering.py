@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final
@@ -24,8 +24,8 @@ from olp.ir.expressions import (
     Variable,
 )
 from olp.ir.points import Point, PointKind, PointState
-from olp.ir.program import Declare, Move, Path, Routine, Statement
-from olp.ir.transformer import edited, is_usual, is_written_out
+from olp.ir.program import Assign, Declare, Move, Path, Routine, Statement, Update
+from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, is_written_out
 from olp.transpile.context import Fate, TranslationContext
 
 Value = Callable[[Any], Any]  # of whatever holds expressions
@@ -136,24 +136,40 @@ def _target(
     if isinstance(written, (Taught, Variable)) and written.store is not Store.ROBOT:
         points.work.lose(s, Fate.REFUSED, "groups", "a move of a track or a station alone")
         return None
-    if not isinstance(written, Taught):
+    number = _number_of(points, written)
+    if number is None:
         return value(written), state
+    assert isinstance(written, (Taught, Variable))
     if state is not None and state.kind is not PointKind.POSE and s.path is not Path.JOINT:
-        seen = points.in_space(routine, written.store, written.number)
+        seen = points.in_space(routine, written.store, isinstance(written, Taught), number)
+        if seen is None and isinstance(written, Variable):
+            return value(written), state
         if seen is None:
             points.work.need_robot(s, "a straight move to a point in joint values is known by its robot only")
             return None
         literal, base = seen
-        key = (routine.name, written.store, False, -1 - written.number)
+        key = (routine.name, written.store, isinstance(written, Taught), -1 - number)
         name = points.names.get(key)
         if name is None:
-            name = points.names[key] = points.add(f"P{written.number}_pose", literal, base, 0)
+            stem = "P" if isinstance(written, Taught) else "PV"
+            name = points.names[key] = points.add(f"{stem}{number}_pose", literal, base, 0)
         return Named(name), base
+    if isinstance(written, Variable):
+        return value(written), state
     name_ = points.taught(routine, written.store, written.number)
     if name_ is None:
         points.work.lose(s, Fate.REFUSED, "target", "the point has no values that can be known")
         return None
     return name_, state
+
+
+def _number_of(points: Points, written: Expression) -> int | None:
+    """Of a taught point, or of a variable that holds one and that nothing ever sets."""
+    if isinstance(written, Taught):
+        return written.number
+    if not isinstance(written, Variable) or not isinstance(written.index, Number) or written.local:
+        return None
+    return None if points.is_set(written) else int(written.index.value)
 
 
 # --- Point lowering ---
@@ -174,7 +190,19 @@ class Points:
     found: dict[tuple[str, Store], dict[int, Point]] = field(
         default_factory=dict
     )  # the taught points of a routine
+    changed: set[Variable] | None = None  # variables that statements set, once it was asked
     stands: bool | None = None  # whether no point moves a station, once it was asked
+
+    def is_set(self, variable: Variable) -> bool:
+        """Whether a statement of the program may give a position variable another value."""
+        if self.changed is None:
+            targets = (e for s in self.work.source.statements() for e in _targets(s))
+            self.changed = {e for e in targets if isinstance(e, Variable)}
+        return any(
+            e.store in (variable.store, Store.SYSTEM)
+            and (e.index == variable.index or not isinstance(e.index, Number))
+            for e in self.changed
+        )
 
     def station_stands(self) -> bool:
         """Whether all points of stations, in all routines, are one and the same."""
@@ -264,10 +292,10 @@ class Points:
             return None
 
     def in_space(
-        self, routine: Routine, store: Store, number: int
+        self, routine: Routine, store: Store, taught: bool, number: int
     ) -> tuple[PositionLiteral, PointState] | None:
         """A point taught in joints as a pose of its tool in the base, for moves that need one."""
-        point = routine.points.find(store, True, number)
+        point = routine.points.find(store, taught, number)
         if point is None or self.work.robot is None:
             return None
         pose = self.work.cell().pose(0, point.state, point.values)
@@ -275,6 +303,14 @@ class Points:
             return None
         state = PointState(PointKind.POSE, "base", tool=point.state.tool)
         return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles())), state
+
+
+def _targets(s: Statement) -> Iterator[Expression]:
+    """What a statement may give another value: anything but what an assignment takes."""
+    if isinstance(s, (Assign, Update)):
+        yield from expressions_of(s.target)
+    elif not isinstance(s, Move) and not calls_nothing(s):
+        yield from expressions_of(s)
 
 
 def frame_of(state: PointState) -> Expression | None:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import Expression, Function, Number, Quantity, Signal, Text
-from olp.ir.program import Move, Program, PulseOutput, Statement
+from olp.ir.expressions import Expression, Function, Number, Quantity, RecordLiteral, Signal, Text
+from olp.ir.program import Declare, Move, Program, PulseOutput, Statement
 from olp.ir.transformer import expressions_of, mapped
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.transpile.context import Fate, TranslationContext
@@ -53,7 +53,8 @@ def signals(program: Program, work: TranslationContext) -> Program:
     if work.conventions.controller_names and not work.target_conventions.controller_names:
         own.note(program)
     routines = tuple(replace(r, body=tuple([own.statement(s) for s in r.body])) for r in program.routines)
-    return replace(program, routines=routines)
+    data = (*program.data, *own.groups.values()) if own.groups else program.data
+    return replace(program, routines=routines, data=data)
 
 
 @dataclass(slots=True)
@@ -61,6 +62,7 @@ class _Signals:
     work: TranslationContext
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=dict)
+    groups: dict[tuple[str, int], Declare] = field(default_factory=dict)  # by bus and number in the source
 
     def keep_numbers(self, program: Program) -> None:
         """The numbers that signals have already, as long as one of them has none that the target has."""
@@ -110,6 +112,10 @@ class _Signals:
             return replace(
                 e, bus=bus or e.bus, index=Number(int(index)) if index.isdecimal() else Text(index)
             )
+        if self.work.limits.declared_groups and isinstance(e.index, Number):
+            size = self.work.conventions.group_sizes.get(e.bus)
+            if size is not None and e.index.value >= 1:
+                return self._group(e, int(e.index.value), size)
         if self.work.target_conventions.controller_names and isinstance(e.index, Number):
             name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
@@ -119,6 +125,18 @@ class _Signals:
         if not self.work.target_conventions.controller_names and isinstance(e.index, Text):
             return replace(e, index=Number(self._number(e.bus, e.index.value)))
         return e
+
+    def _group(self, e: Signal, number: int, size: int) -> Signal:
+        """A group of signals that a declaration makes: the ones that it has in the source."""
+        bus, way = e.bus.replace("half-", ""), e.bus.partition("-")[0]
+        declared = self.groups.get((e.bus, number))
+        if declared is None:
+            ends = ((number - 1) * size + 1, number * size)
+            value = RecordLiteral("SIGNAL", tuple(("", Signal(way, Number(end))) for end in ends))
+            name = self.work.fresh(f"{way.upper()}_{ends[0]}_{ends[1]}")
+            declared = self.groups[(e.bus, number)] = Declare(0, name, "signal", value, native="SIGNAL")
+        self.work.names[("signal", f"{e.bus} {number}")] = f"{bus} {declared.name}"
+        return replace(e, bus=bus, index=Text(declared.name))
 
     def _number(self, bus: str, name: str) -> int:
         known = self.numbers.get((bus, name))

@@ -26,6 +26,7 @@ class Inform(Vendor):
     written_suffix = ".JBI"
     conventions = Conventions(
         usual_pulse=0.3,
+        group_sizes={"in-group": 8, "out-group": 8, "in-half-group": 4, "out-half-group": 4},
         arguments_are_values=True,
         arm_flags=ArmFlags.FLAGS,
         frame_spelling={"tool": "TL#({})", "user": "UF#({})"},

@@ -74,6 +74,7 @@ LIMITS: Final = Limits(
     native_offsets=frozenset({"relative", "relative-tool"}),
     frame_numbers={"tool": 16, "user": 32},
     first_signal=1,
+    declared_groups=True,
     has_xor=True,
     position_read_in="move",
     integer_type="INT",

@@ -17,6 +17,7 @@ from olp.ir import terminology
 from olp.languages.generator import CannotSayError, decimal
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.forms import InlineForms
+from olp.languages.vendors.krl.scope import AXES
 from olp.languages.vendors.krl.write_values import AXIS_WORDS, POSE, KrlValues, pose_text
 
 _SIZES: Final = {
@@ -101,6 +102,8 @@ class KrlMoves(KrlValues):
         return f"TRIGGER WHEN PATH={decimal(round(metres / mm, 6))}{start} DELAY={delay} DO {deed}"
 
     def _move(self, s: st.Move) -> list[str]:
+        if not self.own and s.path is not st.Path.JOINT and self.scope.type_of(s.targets[0]) in AXES:
+            raise CannotSayError(f"a {s.path.value} move to joint angles", "use the pose that they reach")
         if self.forms is not None and (form := self.forms.lines(s)) is not None:
             return self._form(s, form)
         blend, native = s.blend, self._native(s.blend)
