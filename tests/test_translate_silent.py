@@ -624,7 +624,7 @@ def test_sums_of_position_registers_are_computed_element_by_element(target):
 
 def test_what_needs_an_input_that_is_not_read_any_more_is_named():
     text = inform("DIN B010 IG#(30)", "IFTHENEXP B009=B010", "DOUT OT#(1) ON", "ENDIF")
-    made = converted(text, "inform", "krl").translated
+    made = converted(text, "inform", "urscript").translated
     assert any("which 'DIN B010 IG#(30)' sets" in loss.says for loss in made.losses if loss.line == 11)
 
 

@@ -243,7 +243,7 @@ class PlannedArm:
             self.tools[targets],
             here,
         )
-        key = (work.__name__, *(one.tobytes() for one in given))
+        key: tuple[str | bytes, ...] = (work.__name__, *(one.tobytes() for one in given))
         found = self._known.get(key)
         if found is None:
             found = self._known[key] = work(targets, here)
