@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from translated_texts import converted, krl, module, read, translated
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, translated
 
 from olp.transpile.context import Fate
 
@@ -17,11 +17,42 @@ def fates(text, vendor, target):
 
 
 @pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
-def test_what_accset_and_velset_say_besides_is_told(target):
-    rows = ("VelSet 50,800;", "VelSet 50,5000;", "AccSet 40,60;", "AccSet 40,100;")
-    losses = converted(module(*rows), "rapid", target).translated.losses
-    said = {loss.line for loss in losses if loss.says.startswith("left out: ")}
-    assert said == {3, 5}
+def test_what_accset_says_besides_is_told(target):
+    losses = converted(module("AccSet 40,60;", "AccSet 40,100;"), "rapid", target).translated.losses
+    assert {loss.line for loss in losses if loss.says.startswith("left out: ")} == {3}
+
+
+_POINTS = tuple(
+    f"CONST robtarget p{n}:=[[900,{y},400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    for n, y in ((1, 0), (2, 200))
+)
+_BOUNDED = (
+    # what is said before the moves of 1000 and 300 mm/s, and how fast both are then
+    (("VelSet 50,200;",), (200.0, 150.0)),
+    (("VelSet 100,250;",), (250.0, 250.0)),
+    (("VelSet 50,200;", "VelSet 80,5000;"), (800.0, 240.0)),
+    (("VelSet 80,600;", "IF di1=1 THEN", "WaitTime 1;", "ENDIF"), (600.0, 240.0)),
+)
+
+
+@pytest.mark.parametrize("target", ["rapid", "inform", "krl", "tp", "urscript"])
+@pytest.mark.parametrize(("rows", "speeds"), _BOUNDED)
+def test_the_largest_speed_that_velset_says_holds_behind_its_override(rows, speeds, target):
+    moves = ("MoveJ p1,v100,fine,tool0;", *rows, "MoveL p2,v1000,fine,tool0;", "MoveL p1,v300,fine,tool0;")
+    text = module(*moves, r"MoveL p2,v1000\T:=4,fine,tool0;", data=_POINTS)
+    here = read(text, "rapid").plan(robot=ROBOT)
+    there = run_elsewhere(text, "rapid", target)
+    for plan in (here, there):
+        assert plan.moves.travel[1:3] * 1000.0 == pytest.approx(speeds, rel=1e-6)
+    assert not [
+        x for x in converted(text, "rapid", target).translated.losses if x.part == "speed" and x.line > 6
+    ]
+
+
+def test_a_largest_speed_that_depends_on_the_way_is_told():
+    rows = ("IF di1=1 THEN", "VelSet 50,200;", "ENDIF", "MoveL p2,v1000,fine,tool0;")
+    losses = converted(module(*rows, data=_POINTS), "rapid", "krl").translated.losses
+    assert [loss.line for loss in losses if "largest speed" in loss.says] == [8]
 
 
 @pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
@@ -92,3 +123,10 @@ def test_arguments_that_krl_leaves_out_are_given():
     written = translated(text, "krl", "rapid")
     assert [row for row in ("f 1,0,left_out;", "f 1,0,i;", "i:=g(0.0);") if row not in written] == []
     assert "f(1, 0, " in translated(text, "krl", "urscript")
+
+
+def test_what_a_controller_is_told_of_its_manner_is_named_as_not_modelled():
+    plan = read(module("WorldAccLim\\On:=1;", "WaitTime 1;"), "rapid").plan()
+    assert [one.says for one in plan.assumptions] == [
+        "WorldAccLim, how fast the tool may accelerate, is not modelled"
+    ]

@@ -204,11 +204,15 @@ class SetFrame:
 
 @dataclass(frozen=True, slots=True)
 class SetOverride:
-    """All programmed speeds are multiplied by `share` [1] from here on."""
+    """All programmed speeds are multiplied by `share` [1] from here on.
+
+    `fastest`: no tool moves faster then [m/s] (RAPID VelSet); moves that last a given time are left alone.
+    """
 
     line: int
     share: Quantity
     comment: str = ""
+    fastest: Quantity | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -278,7 +278,9 @@ def process(m: Machine, s: Process) -> None:
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:
         seconds = 0.0
-        m.assume_once(s.name, f"{s.name} takes no time and changes no variable")
+        manner = m.conventions.manner_processes.get(s.name.casefold())
+        says = f"{s.name} takes no time and changes no variable"
+        m.assume_once(s.name, says if manner is None else f"{s.name}, {manner}, is not modelled")
     m.recorder.signal(m.frame.job.source, s.line, seconds)
 
 

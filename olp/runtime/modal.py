@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
@@ -157,6 +158,7 @@ def set_override(m: Machine, s: SetOverride) -> None:
     if not 0.0 < share <= 1.0:
         raise StatementError("I306", f"an override of {share:.0%} is left out", "write 1 .. 100 %")
     m.override = share
+    m.fastest = math.inf if s.fastest is None else _checked(m, TRAVEL, quantity(m, s.fastest))
 
 
 def obey_flags(m: Machine, s: ObeyFlags) -> None:

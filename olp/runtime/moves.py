@@ -38,6 +38,7 @@ from olp.runtime.modal import (
     RATE_ABSOLUTE,
     RATE_FRACTION,
     TIME,
+    TRAVEL,
     move_speed,
     part_speed,
     share,
@@ -145,6 +146,8 @@ def _compound(m: Machine, s: Move) -> None:
     unit, speed = move_speed(m, s.speed, path)
     if m.override != 1.0 and unit != TIME:
         speed *= m.override
+    if unit == TRAVEL:
+        speed = min(speed, m.fastest)
     modal = m.rates.get((path == JOINT, RATE_FRACTION), 1.0)
     acceleration = modal if s.acceleration is None else share(m, quantity(m, s.acceleration), "acceleration")
     deceleration = (

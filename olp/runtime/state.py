@@ -177,6 +177,7 @@ class Machine:
     blends: dict[BlendKind, float] = field(default_factory=dict)  # modal sizes
     turn: float = math.nan  # [rad/s] modal bound of the tool's turning
     override: float = 1.0
+    fastest: float = math.inf  # [m/s] of the tool, whatever moves say
     declaring: bool = False  # data are made ready
     unsure: bool = False  # a value was assumed: what is wrong from here on may only follow from it
     timed_out: bool = False  # whether the last wait ended by its limit

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Any, Final
 
 from olp.core.diagnostic import OlpError
@@ -85,6 +86,9 @@ _FRAME: Final[Key] = ("frame",)
 _DEEP: Final = 4  # calls and assignments through which a tool's number is followed
 _KINDS: Final[Mapping[Key, str]] = {_TOOL: "tool", _FRAME: "user"}
 _OVERRIDE: Final[Key] = ("override",)
+_FASTEST: Final[Key] = ("fastest",)
+_UNBOUNDED: Final = Quantity(Number(inf), 1.0)
+_WHOLE: Final = Quantity(Number(1), 1.0)  # no override
 _TURNING: Final[Key] = (_TURN,)
 _RATES: Final[Mapping[bool, tuple[Key, Key]]] = {
     joint: ((_RATE, joint, True), (_RATE, joint, False)) for joint in (True, False)
@@ -113,6 +117,7 @@ class _Modal:
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
     by_number: frozenset[Key] = frozenset()  # whose variable holds the number of a tool or frame
     last: System = UNSEEN  # of the move before, in the order of writing
+    bounded: bool = False  # whether any override says how fast the tool is at most
     unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
 
     # --- definitions ------------------------------------------------------------------------------------
@@ -277,8 +282,11 @@ class _Modal:
             if _lost(changes.get(which)):
                 self._lose(s, which, changes[which])
                 del changes[which]
-        if _OVERRIDE in self.keys and not self.work.limits.has_override:
-            self._fold_override(s, changes)
+        if _OVERRIDE in self.keys:
+            if self.bounded:
+                self._bound(s, changes)
+            if not self.work.limits.has_override:
+                self._fold_override(s, changes)
         return edited(s, changes) if changes else s
 
     def _speed(self, s: Move, joint: bool) -> Speed | None:
@@ -318,6 +326,32 @@ class _Modal:
             if type(size.written) is Number:
                 self.sized[(blend, id(size))] = known  # which keeps the size, and so its id
         return known
+
+    def _bound(self, s: Move, changes: dict[str, Any]) -> None:
+        """A speed that is no faster than the largest one, which holds behind the override."""
+        speed: Speed | None = changes.get("speed", s.speed)
+        if speed is None or speed.unit is not SpeedUnit.TRAVEL:
+            return
+        fastest, share, written = self._literal(_FASTEST), self._literal(_OVERRIDE), speed.value.literal
+        if fastest == inf:
+            return
+        if written is None or fastest is None or share is None:
+            says = "the largest speed that holds here is left out, which slows faster moves"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says)
+        elif written * share > fastest:
+            scale = speed.value.scale
+            changes["speed"] = Speed(speed.unit, Quantity(Number(fastest / share / scale), scale))
+
+    def _literal(self, key: Key) -> float | None:
+        """The number that holds, or that of no override; None where it depends on the way, or is computed."""
+        found = self.current.get(key)
+        if found is not None:
+            return found.literal if type(found) is Quantity else None
+        unset = _UNBOUNDED if key == _FASTEST else _WHOLE
+        held = self.flow.held(self.routine, self.state, key)
+        values = [unset if number == UNSET else self.definitions[number] for number in held] or [unset]
+        numbers = {value.literal if type(value) is Quantity else None for value in values}
+        return next(iter(numbers)) if len(numbers) == 1 else None
 
     def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
         share = self.value(_OVERRIDE)
@@ -470,8 +504,8 @@ def _settings(s: Statement) -> dict[Key, object]:
             return {_TOOL: tool}
         case SetFrame(frame=frame):
             return {_FRAME: frame}
-        case SetOverride(share=share):
-            return {_OVERRIDE: share}
+        case SetOverride(share=share, fastest=fastest):
+            return {_OVERRIDE: share, _FASTEST: _UNBOUNDED if fastest is None else fastest}
         case _:
             return {}
 
@@ -514,6 +548,7 @@ def modal(program: Program, work: TranslationContext) -> Program:
         return program
     own = _Modal(program, work, work.symbols(program))
     own.note_numbers()
+    own.bounded = any(type(s) is SetOverride and s.fastest is not None for s in program.statements())
     own.unset_tool = _UNSET_TOOL if _chooses_by_statement(program.vendor) else None
     kinds = _MODAL_KINDS | {Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):

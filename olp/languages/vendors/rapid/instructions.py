@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from olp.core.units import percent
+from olp.core.units import mm, percent
 from olp.ir.expressions import (
     Binary,
     Compare,
@@ -189,13 +189,9 @@ def _acceleration(rules: RapidExpressionRules, name: str, given: list[RapidArgum
 
 
 def _override(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
-    """VelSet; a bound of the speed other than the usual one is kept beside it as written."""
-    values = values_of(rules, name, given, 2)
-    plain = values[1] == Number(int(FASTEST))
-    return [
-        SetOverride(0, Quantity(values[0], percent)),
-        *_beside("" if plain else "the largest speed, which slows faster moves"),
-    ]
+    share, fastest = values_of(rules, name, given, 2)[:2]
+    bound = None if fastest == Number(int(FASTEST)) else Quantity(fastest, mm)
+    return [SetOverride(0, Quantity(share, percent), fastest=bound)]
 
 
 BESIDE: Final = "beside"  # the name of a process that says more exactly what the statement before it says

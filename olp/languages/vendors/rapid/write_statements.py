@@ -8,7 +8,7 @@ from dataclasses import replace
 from textwrap import wrap
 from typing import ClassVar, Final
 
-from olp.core.units import percent
+from olp.core.units import mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import changed_by
@@ -329,7 +329,8 @@ class RapidStatements(RapidMoves):
         return f"AccSet {self.quantity(s.rates[0].value, percent)},100;"
 
     def write_set_override(self, s: st.SetOverride) -> Lines:
-        return f"VelSet {self.quantity(s.share, percent)},5000;"
+        fastest = "5000" if s.fastest is None else self.quantity(s.fastest, mm)
+        return f"VelSet {self.quantity(s.share, percent)},{fastest};"
 
     def write_shift_on(self, s: st.ShiftOn) -> Lines:
         return f"PDispSet {self.as_pose(s.offset)};"
