@@ -11,6 +11,7 @@ from olp.fluent import read_source
 from olp.ir.program import Call, Move, SetOutput
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
+from olp.transpile.context import Fate
 from olp.transpile.convert import convert
 
 HEAD = (
@@ -84,7 +85,7 @@ def test_outputs_on_the_way_stand_in_their_order_and_the_receipt_says_which_are_
     assert found.steps == 6
     # TP has one for each move, KRL as many as are needed; in a corner each counts from its own end.
     assert at_ends & {11, 12} == {11} | ({12} if target in ("inform", "urscript") else set())
-    assert not [loss for loss in told if loss.leaves_out]
+    assert not [loss for loss in told if loss.leaves_out and loss.fate is not Fate.EXACT]
 
 
 def test_an_output_at_the_very_end_is_exact():

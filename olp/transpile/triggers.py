@@ -170,7 +170,7 @@ class _Triggers:
         key = self._key(name, routine)
         if key not in self.shown or key in self.refused:
             return s
-        self.work.lose(s, Fate.APPROXIMATED, "statement", _SAID)
+        self.work.lose(s, Fate.EXACT, "statement", _SAID)
         return Comment(s.line, self.work.source.source.line(s.line).strip().rstrip(";"))
 
     def _key(self, name: str, routine: Routine) -> tuple[str, str]:
