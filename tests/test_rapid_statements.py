@@ -552,7 +552,9 @@ def test_interrupts_and_controller_instructions_are_kept_word_for_word() -> None
         0, "interrupt", (("", Text("CONNECT iVac WITH tVac")),)
     )
     assert statement("ISignalDI diVac,0,iVac;").arguments == (("", Text("ISignalDI diVac,0,iVac")),)
-    assert statement('SocketSend s\\Str:="a;b";') == Process(0, "SocketSend", (("", Text('s\\Str:="a;b"')),))
+    sent = CallValue("SocketSend", (Named("s"), NamedArgument("Str", Text("a;b"))))
+    kept = (("", Text('s\\Str:="a;b"')), ("called", sent))
+    assert statement('SocketSend s\\Str:="a;b";') == Process(0, "SocketSend", kept)
     assert statement("ConfL \\Off;") == Disabled(0, "ConfL \\Off;")
     assert statement("<SMT>") == Opaque(0, "<SMT>")
 

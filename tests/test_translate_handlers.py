@@ -145,18 +145,26 @@ def test_what_handles_only_what_is_not_translated_is_told_as_left_out(target):
     assert set(fates(module(*rows, data=data), target).values()) == {Fate.APPROXIMATED}
     # The same behind a move, which may fail: what the handler does about that is lost.
     rows = ("MoveAbsJ [[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", *rows[1:4])
-    found = fates(module(*rows, *SOCKETS, "ELSE", "n:=5;", "ENDIF", data=data), target)
-    lost = [line for line, fate in found.items() if fate is Fate.COMMENTED]
-    text = module(*rows, *SOCKETS, "ELSE", "n:=5;", "ENDIF", data=data).splitlines()
+    text = module(*rows, *SOCKETS, "ELSE", "n:=5;", "ENDIF", data=data)
+    assert set(fates(text, target).values()) == {Fate.APPROXIMATED}
+    made = converted(text, "rapid", target).translated.losses
+    lost = [one.line for one in made if "stops where something fails" in one.says]
+    text = text.splitlines()
     assert [text[line - 1] for line in lost] == [
         "ERROR", SOCKETS[0], SOCKETS[3], "ELSE", "n:=5;", "ENDIF",
     ]  # fmt: skip
 
 
-def test_the_handler_of_a_quotient_stays_refused():
-    text = module("n:=1/n;", "ERROR", "IF ERRNO=ERR_SOCK_CLOSED TRYNEXT;", "RETRY;", data=DATA)
-    assert set(fates(text, "krl").values()) == {Fate.COMMENTED, Fate.APPROXIMATED}
-    assert set(fates(module("f;", "ERROR", "TRYNEXT;", data=DATA), "krl").values()) == {Fate.COMMENTED}
+@pytest.mark.parametrize("target", TARGETS)
+def test_where_something_fails_the_target_stops_which_is_told(target):
+    for row in ("n:=1/n;", "f;"):
+        text = module(row, "ERROR", "IF ERRNO=ERR_SOCK_CLOSED TRYNEXT;", "RETRY;", data=DATA)
+        made = converted(text, "rapid", target).translated.losses
+        told = {one.line: one.says for one in made if one.statement == "Disabled"}
+        assert set(fates(text, target).values()) == {Fate.APPROXIMATED}
+        lines = text.splitlines()
+        fails = {lines[n - 1] for n, says in told.items() if "itself stops where something fails" in says}
+        assert fails == {"ERROR", "RETRY;"}
 
 
 def test_what_a_handler_needs_of_other_files_comes_with_it(tmp_path):

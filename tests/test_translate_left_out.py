@@ -17,15 +17,15 @@ ROBOT = load_robot("yaskawa/gp25")
 POSE = "[[900,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 MODULE = f"""MODULE m
   CONST robtarget pHome := {POSE};
-  VAR socketdev link;
+  VAR rawbytes link;
   VAR num count := 3;
   PROC main()
     talk link, count;
     MoveL pHome, v100, fine, tool0;
     count := count + 1;
   ENDPROC
-  PROC talk(VAR socketdev s, num n)
-    SocketSend s \\Str := "ready";
+  PROC talk(VAR rawbytes s, num n)
+    ClearRawBytes s;
     count := n;
   ENDPROC
 ENDMODULE

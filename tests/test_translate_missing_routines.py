@@ -124,3 +124,27 @@ def test_what_a_socket_tells_is_handed_over_member_by_member():
 def test_what_moves_the_arm_or_belongs_to_the_controller_stays_rejected(row):
     losses = converted(krl("DECL INT n", row), "krl", "rapid").translated.losses
     assert [loss.fate for loss in losses if "unknown to" in loss.says] == [Fate.COMMENTED]
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_what_reaches_outside_the_arm_is_called_by_its_name(target):
+    data = ("VAR socketdev line;", "VAR string answer;", "VAR num which;")
+    rows = ("SocketCreate line;", 'SocketSend line\\Str:="go";', "SocketReceive line\\Str:=answer\\Time:=5;")
+    rows += ('TPReadFK which,"Which?","A","B",stEmpty,stEmpty,stEmpty;', "g_Init \\maxSpd:=10 \\Calibrate;")
+    made = converted(module(*rows, data=data), "rapid", target)
+    told = {one.line: one for one in made.translated.losses if one.part == "call"}
+    assert sorted(told) == [6, 7, 8, 9, 10]
+    assert {one.fate for one in told.values()} == {Fate.APPROXIMATED}
+    written = translated(module(*rows, data=data), "rapid", target).upper()
+    calls = {"krl": 'SOCKETSEND (LINE,"GO")', "tp": "CALL SOCKETSEND(R[1:LINE],'GO')"}
+    assert calls.get(target, 'SOCKETSEND(LINE, "GO")') in written
+    assert {"krl": 'G_INIT (10,"CALIBRATE")', "tp": "CALL G_INIT(10,'CALIBRATE')"}.get(
+        target, "G_INIT(10"
+    ) in written
+
+
+def test_a_handler_of_what_is_called_by_its_name_is_left_out():
+    data = ("VAR socketdev line;",)
+    text = module('SocketSend line\\Str:="go";', "ERROR", "IF ERRNO=ERR_SOCK_CLOSED RETRY;", data=data)
+    losses = [one for one in converted(text, "rapid", "krl").translated.losses if one.statement == "Disabled"]
+    assert {one.fate for one in losses} == {Fate.APPROXIMATED}

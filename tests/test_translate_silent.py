@@ -115,7 +115,7 @@ def test_an_option_that_moves_the_wrist_otherwise_is_told():
 
 
 @pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
-def test_a_handler_is_refused_and_never_an_exact_comment(target):
+def test_a_handler_is_told_as_left_out_and_never_an_exact_comment(target):
     rows = (
         "MoveL p2,v100,fine,tool0;",
         "x:=1/x;",
@@ -125,9 +125,14 @@ def test_a_handler_is_refused_and_never_an_exact_comment(target):
         "TRYNEXT;",
     )
     text = module(*rows, data=TARGETS)
-    assert "handler" in refused(text, "rapid", target)[8]
-    made = [loss for loss in losses(text, "rapid", target) if "handler" in loss.says]
-    assert [(loss.line, loss.fate) for loss in made] == [(n, Fate.COMMENTED) for n in (8, 9, 10, 11)]
+    made = [
+        loss for loss in losses(text, "rapid", target) if "itself stops where something fails" in loss.says
+    ]
+    told = [(loss.line, loss.fate, loss.part) for loss in made]
+    assert told == [(n, Fate.APPROXIMATED, PROCESS) for n in (8, 9, 10, 11)]
+    program, there = read(text, "rapid"), converted(text, "rapid", target)
+    runs = runs_of(program, there, target, (ROBOT, None))
+    assert "left-out" in {one.kind for one in verdict_of(there.translated, runs, [], False).objections}
 
 
 # --- 4: a tool that is fixed in space -----------------------------------------------------------------------
@@ -1158,3 +1163,35 @@ def test_a_line_to_a_variable_in_pulses_goes_to_the_pose_that_they_reach(target)
 def test_a_line_to_joint_values_that_a_statement_sets_is_rejected(target):
     rows = ("MOVJ P001 VJ=25.00 PL=0", "SET P002 P001", "MOVL P002 V=100.0 PL=0")
     assert 17 in refused(inform(*rows, points=PULSES), "inform", target)
+
+
+# --- elements of tables -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript"])
+def test_elements_of_a_constant_table_of_positions_by_computed_numbers(target):
+    places = [
+        f"CONST robtarget p{n}:=[[{890 + n},0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+        for n in (1, 2)
+    ]
+    tool = "PERS tooldata t1:=[TRUE,[[0,0,50],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
+    data = (
+        *places,
+        tool,
+        "CONST robtarget all{2,2}:=[[p1,p2],[p2,p1]];",
+        "VAR num order{2}:=[2,1];",
+        "VAR num k;",
+    )
+    rows = (
+        "FOR i FROM 1 TO 2 DO",
+        "k:=order{i};",
+        "MoveL all{i,k},v100,fine,t1;",
+        "MoveL all{order{i},1},v100,fine,t1;",
+    )
+    text = module(*rows, "MoveL Offs(all{k,i},0,0,order{i}),v100,fine,t1;", "ENDFOR", data=data)
+    made = converted(text, "rapid", target)
+    assert not [one for one in made.translated.losses if one.leaves_out]
+    here, there = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
+    found = compare_plans(here, there)
+    assert found.steps == 5
+    assert found.worst_position < 1e-4

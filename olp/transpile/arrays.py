@@ -219,6 +219,9 @@ def _is_flat(symbol: Symbol, work: TranslationContext) -> bool:
 def _tables(program: Program, symbols: Symbols) -> dict[tuple[str, str], tuple[tuple[int, ...], Symbol]]:
     """Scope and name of each array of several dimensions whose ends are known -> its sizes."""
     found = {}
+    for d in program.data:
+        if len(d.sizes) > 1:
+            symbols.find("", d.name)  # which makes its symbol
     for symbol in symbols.table.values():
         if len(symbol.sizes) > 1 and symbol.parameter is None:
             sizes = sizes_of(symbols, symbol)

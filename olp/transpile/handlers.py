@@ -2,8 +2,8 @@
 
 In some languages a wait that reaches its limit is an error: a handler of the routine runs, else one of a caller, else
 the program stops. Other targets have no handlers. A wait gets a branch there with what the handler does about its
-error, or stops the program and waits again. What a handler does about errors that nothing in the translation makes is
-left out, which is told. The rest of a handler stays for `source_only` to refuse.
+error, or stops the program and waits again. What a handler does about other errors is left out, which is told: the
+target's controller stops where something fails. What waits need and cannot be said stays for `source_only` to refuse.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import ErrorHandling, language_of
-from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.context import PROCESS, Fate, TranslationContext
 
 _HANDLES: Final = "ERROR"  # the handler of all errors, of `Disabled.handler`
 _LISTED: Final = "LISTED"  # that of some
@@ -79,6 +79,7 @@ _ENDLESS: Final = (
     "{} gives up after some repetitions (4, or as its controller is set up): there it goes on without end"
 )
 _BUS: Final = "left out: it handles {}; there the controller itself stops where the bus of a signal fails"
+_FAILS: Final = "left out: it handles {}; there the controller itself stops where something fails so"
 _LEFT_OUT: Final = "left out: nothing in the translation raises what it handles ({})"
 # Kinds of statements that cannot fail, as long as nothing in them can; and of such expressions.
 _PLAIN: Final = """
@@ -236,6 +237,8 @@ class _Handlers:
         )
 
     def _call_fails(self, name: str, seen: set[str]) -> bool:
+        if name.casefold() in self.work.conventions.replaceable_routines:
+            return False  # the errors that it raises are those of what it reaches
         called = self.routines.get(name.casefold())
         return called is None or (called.name.casefold() not in seen and self._can_fail(called, seen))
 
@@ -297,9 +300,12 @@ class _Handlers:
             errors = {error for error, lines in ways.items() if line in lines}
             if not errors and (s is rows[0] or all(isinstance(one, _MARKERS) for one in s.means)):
                 errors = set(ways)  # it only frames what runs
-            if errors & possible:
+            if self.known.wait in errors & possible:
                 continue
-            if answer is not None and self.known.wait in errors:
+            if errors & possible:
+                found[s.line] = Comment(s.line, s.text.strip())
+                self._tell_left_out(s, _FAILS, errors & possible, PROCESS)
+            elif answer is not None and self.known.wait in errors:
                 found[s.line] = None
                 self._tell_moved(s, stopping if s is rows[0] else set())
             else:
@@ -315,10 +321,10 @@ class _Handlers:
             says = _ENDLESS.format(language_of(self.program.vendor))
             self.work.lose(s, Fate.APPROXIMATED, "order", says)
 
-    def _tell_left_out(self, s: Disabled, says: str, errors: set[str]) -> None:
+    def _tell_left_out(self, s: Disabled, says: str, errors: set[str], part: str = "option") -> None:
         told = errors - {self.known.wait} if _OTHER in errors else errors
         names = ", ".join(sorted(error.upper() or "any other error" for error in told))
-        self.work.lose(s, Fate.APPROXIMATED, "option", says.format(names or "nothing"))
+        self.work.lose(s, Fate.APPROXIMATED, part, says.format(names or "nothing"))
 
     def _named(self, nodes: Iterable[Node]) -> set[str]:
         """The errors that a handler names, case folded."""

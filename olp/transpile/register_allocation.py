@@ -248,8 +248,9 @@ class PositionNumbers:
         return self.symbols.is_fixed(target.name)
 
     def _note(self, target: Expression, place: Place) -> None:
+        computed = type(target) is Item and any(type(index) is not Number for index in target.indices)
         for name in _leading(target):
-            if self.symbols.find("", name) is None or self._is_fixed(Named(name)):
+            if self.symbols.find("", name) is None or (self._is_fixed(Named(name)) and not computed):
                 continue
             if self.places.setdefault(name, place) != place:
                 self.shared.add(name)

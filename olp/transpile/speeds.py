@@ -237,8 +237,12 @@ class _Speeds:
         if unit is SpeedUnit.AXIS:
             return max(a for a in row.axes if a == a) / time if any(a == a for a in row.axes) else None
         robot = self.work.target_robot
-        if robot is None or any(a != a for a in row.axes[: len(robot.axes)]):
+        if robot is None:
             self.work.need_robot(s, "a share of the axes' speed means nothing without the robot")
+            return None
+        if any(a != a for a in row.axes[: len(robot.axes)]):
+            if self.work.context.on_loss != "comment":
+                self.work.need_robot(s, "a share of the axes' speed means nothing where they do not reach")
             return None
         return max(a / w for a, w in zip(row.axes, _rated(robot), strict=False)) / time
 

@@ -15,6 +15,7 @@ from olp.languages.vendor import (
     Vendor,
     statements,
 )
+from olp.languages.vendors.rapid.known_routines import REPLACEABLE, with_outside_calls
 from olp.languages.vendors.rapid.predefined_data import TYPES
 
 _PROCESSES = {
@@ -117,6 +118,7 @@ class Rapid(Vendor):
         on_pulse="High",
         inverting_pulse=r"PulseDO without \High inverts the output",
         whole_numbers=False,
+        replaceable_routines=REPLACEABLE,
         member_types={word.upper(): kind for word, kind in TYPES.items()},
         answers={
             "issyncmoveon": (
@@ -138,6 +140,9 @@ class Rapid(Vendor):
         if any(_MODULE.match(line) for line in head):
             return True
         return any(_HEADER.match(line) for line in head[:5]) and any("VERSION" in line for line in head[:6])
+
+    def as_called(self, program: Program) -> Program:
+        return with_outside_calls(program)
 
     def read(self, source: Source) -> Program:
         from olp.languages.vendors.rapid.reader import read_program

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from dataclasses import replace
+from typing import Final, TypeVar
+
+from olp.ir.expressions import CallValue, Expression, NamedArgument, Number, Text
+from olp.ir.program import Call, Declare, Parameter, Process, Program, Statement
+from olp.ir.transformer import mapped
 
 # --- Standard names ---
 # Names that every RAPID controller knows, whatever is loaded: what a program may call and name without declaring it.
@@ -120,3 +125,68 @@ KNOWN_ROUTINES: Final[Mapping[str, str]] = {
     **dict.fromkeys(INSTRUCTIONS, "an instruction of RAPID"),
     **dict.fromkeys(FUNCTIONS, "a function of RAPID"),
 }
+
+# --- What reaches outside the arm ---
+# Another controller can do the same by a routine that a person writes for it.
+
+_OUTSIDE: Final = """
+    camflush camgetexposure camgetloadedjob camgetname camgetparameter camgetresult camloadjob
+    camnumberofresults camreqimage camsetexposure camsetparameter camsetprogrammode camsetrunmode camstartloadjob
+    camwaitloadjob cdate cleariobuff close closedir copyfile ctime filesize filetime fssize getsysinfo gettime isfile
+    makedir open opendir readanybin readbin readdir readnum readstr readstrbin removedir removefile renamefile rewind
+    socketaccept socketbind socketclose socketconnect socketcreate socketgetstatus socketlisten socketpeek
+    socketreceive socketreceivefrom socketsend socketsendto tpreadfk tpreadnum uialphaentry uiclientexist uidnumentry
+    uidnumtune uilistview uimessagebox uimsgbox uimsgwrite uimsgwriteabort uinumentry uinumtune uishow write
+    writeanybin writebin writestrbin
+"""
+REPLACEABLE: Final = frozenset(
+    {*_OUTSIDE.split(), *(n for n in INSTRUCTIONS | FUNCTIONS if n.startswith(("g_", "hand_")))}
+)
+CALLED: Final = "called"  # the argument of a process instruction that holds it as a call
+_D = TypeVar("_D", Declare, Parameter)
+_HANDLES: Final = ("socketdev", "iodev", "dir")  # types of data that only such routines use
+
+
+def with_outside_calls(program: Program) -> Program:
+    """The program with calls in the place of instructions that reach outside the arm, and numbers for their handles."""
+    if not any(_is_outside(s) for s in program.statements()):
+        return program
+    routines = [
+        replace(r, body=tuple(map(_as_call, r.body)), parameters=tuple(map(_as_number, r.parameters)))
+        for r in program.routines
+    ]
+    return replace(program, routines=tuple(routines), data=tuple(map(_as_number, program.data)))
+
+
+def _is_outside(s: Statement) -> bool:
+    return isinstance(s, Process) and any(name == CALLED for name, _ in s.arguments)
+
+
+def _as_call(s: Statement) -> Statement:
+    if isinstance(s, Declare):
+        return _as_number(s)
+    called = dict(s.arguments).get(CALLED) if isinstance(s, Process) else None
+    if isinstance(s, Process) and isinstance(called, CallValue):
+        s = Call(s.line, called.routine, called.arguments, comment=s.comment)
+    if isinstance(s, Call) and s.routine.casefold() in REPLACEABLE:
+        s = replace(s, arguments=_in_order(s.arguments))
+    return mapped(s, _positional)
+
+
+def _positional(e: Expression) -> Expression:
+    if isinstance(e, CallValue) and e.routine.casefold() in REPLACEABLE:
+        return replace(e, arguments=_in_order(e.arguments))
+    return e
+
+
+def _in_order(arguments: tuple[Expression, ...]) -> tuple[Expression, ...]:
+    """Options as further arguments, a switch as its name."""
+    return tuple((a.value or Text(a.name)) if isinstance(a, NamedArgument) else a for a in arguments)
+
+
+def _as_number(d: _D) -> _D:
+    if d.type not in _HANDLES:
+        return d
+    if isinstance(d, Parameter):
+        return replace(d, type="integer", native="")
+    return replace(d, type="integer", native="num", value=None if d.sizes else Number(0))

@@ -105,7 +105,8 @@ CONSTANTS: Final[Mapping[str, float]] = {
     "resunkwn": 0, "resok": 1, "resabort": 2, "resretry": 3, "resignore": 4, "rescancel": 5, "resyes": 6, "resno": 7,
     "btnnone": -1, "btnok": 0, "btnabrtrtryign": 1, "btnokcancel": 2, "btnretrycancel": 3, "btnyesno": 4,
     "btnyesnocancel": 5, "iconnone": 0, "iconinfo": 1, "iconwarning": 2, "iconerror": 3, "eof_bin": -1,
-    "eof_num": 9.998e36,
+    "eof_num": 9.998e36, "socket_created": 1, "socket_connected": 2, "socket_bound": 3, "socket_listening": 4,
+    "socket_closed": 5,
 }  # fmt: skip
 SIGNAL_TYPES: Final[Mapping[str, str]] = {
     "signaldi": "in",

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import Expression, Function, Member, Named, Text
+from olp.ir.expressions import CallValue, Expression, Function, Member, Named, Text
 from olp.ir.program import (
     Assign,
     Call,
@@ -41,6 +41,7 @@ from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 from olp.languages.vendors.rapid.instructions import BESIDE, RULES
+from olp.languages.vendors.rapid.known_routines import CALLED, REPLACEABLE
 from olp.languages.vendors.rapid.literals import RapidAggregate
 from olp.languages.vendors.rapid.moves import LAYOUTS, lower_move
 from olp.languages.vendors.rapid.predefined_data import INTERRUPTS, PROCESS, TYPES
@@ -298,7 +299,11 @@ class ClauseRules(RapidExpressionRules):
             if key in INTERRUPTS:
                 return Process(0, "interrupt", (("", Text(f"{name} {raw}".strip())),))
             if key in PROCESS:
-                return self._process(name, raw)
+                process = self._process(name, raw)
+                if key not in REPLACEABLE:
+                    return process
+                called = CallValue(name, self.passed(name, given))
+                return replace(process, arguments=(*process.arguments, (CALLED, called)))
         return Call(0, self.names.spelled(name), self.passed(name, given))
 
     def _process(self, name: str, raw: str) -> Process:
