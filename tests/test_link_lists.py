@@ -76,7 +76,7 @@ def test_enumerations_are_whole_numbers_elsewhere(tmp_path, target, set_, asked)
     text = b"".join(made.files.values()).decode()
     assert set_ in text
     assert asked in text
-    assert not made.translated.losses
+    assert {loss.part for loss in made.translated.losses} <= {"value"}  # what keeps its value from run to run
     assert "kind is a whole number there: RED 1, GREEN 2" in made.translated.notes
 
 
