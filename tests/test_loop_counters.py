@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, translated
 
 from olp.core.source import decode
 from olp.fluent import Program, read_source
+from olp.runtime.interpreter import run
 from olp.runtime.plan import StepKind
 from olp.transpile import Context
+from olp.transpile.context import Fate
 from olp.transpile.convert import convert
 
 # Behind the loops i is 7 again, and n is 40.
@@ -52,3 +55,50 @@ def test_a_counter_whose_variable_does_nothing_else_keeps_its_name() -> None:
     written = made.files[made.main].decode()
     assert "INT i\r\n" in written
     assert "FOR i=1 TO 2" in written
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_loop_without_a_step_counts_down_where_it_ends_below_its_begin(target):
+    rows = (
+        "FOR i FROM 3 TO 1 DO",
+        "SetAO ao1,i;",
+        "ENDFOR",
+        "FOR i FROM 3 TO 1 STEP 1 DO",
+        "SetAO ao1,i;",
+        "ENDFOR",
+    )
+    plan = run(read(module(*rows), "rapid"), ROBOT)
+    there = run_elsewhere(module(*rows), "rapid", target)
+    for one in (plan, there):
+        assert [event.value for _, event in sorted(one.events.items())] == [3, 2, 1]
+
+
+def test_a_loop_whose_direction_nobody_knows_is_told():
+    rows = ("FOR i FROM 1 TO n DO", "SetAO ao1,i;", "ENDFOR", "n:=n-1;")
+    losses = converted(module(*rows, data=("VAR num n:=3;",)), "rapid", "krl").translated.losses
+    assert [(one.line, one.fate) for one in losses if one.part == "step"] == [(4, Fate.APPROXIMATED)]
+    rows = ("FOR i FROM 1 TO n STEP 1 DO", *rows[1:])
+    losses = converted(module(*rows, data=("VAR num n:=3;",)), "rapid", "krl").translated.losses
+    assert not [one for one in losses if one.part == "step"]
+
+
+def test_a_loop_that_may_do_nothing_has_its_step_in_rapid():
+    text = krl(
+        "DECL INT I",
+        "DECL INT N",
+        "N=0",
+        "FOR I=1 TO N",
+        "$ANOUT[1]=I",
+        "ENDFOR",
+        "FOR I=1 TO 3",
+        "$ANOUT[1]=I",
+        "ENDFOR",
+    )
+    written = translated(text, "krl", "rapid")
+    assert "TO N STEP 1 DO" in written
+    assert "FROM 1 TO 3 DO" in written
+    assert [event.value for _, event in sorted(run_elsewhere(text, "krl", "rapid").events.items())] == [
+        1,
+        2,
+        3,
+    ]

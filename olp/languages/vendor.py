@@ -151,6 +151,7 @@ class Conventions:
     surplus_arguments: bool = False  # a call may hand over more than the routine takes
     returns_by_register: bool = False  # what a routine returns is in a variable that it names itself
     for_declares: bool = False  # FOR declares its variable, which ends with the loop
+    for_turns: bool = False  # FOR without a step counts down where it ends below its begin
     for_keeps_last: bool = False  # FOR ends with its variable at the last value, and not one step beyond it
     rounds_to_decimals: bool = False  # functions that round take a number of decimals
     idle_processes: Mapping[str, str] = field(

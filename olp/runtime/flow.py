@@ -154,7 +154,8 @@ def for_(m: Machine, s: For) -> int | None:
             "I209", f"{spell(s.variable)} cannot count", "use a byte, integer or double variable"
         )
     start, stop = number(m, s.start), number(m, s.stop)
-    step = 1 if s.step is None else number(m, s.step)
+    usual = -1 if m.conventions.for_turns and stop < start else 1
+    step = usual if s.step is None else number(m, s.step)
     if step == 0:
         raise StatementError("I105", "a FOR loop with step 0 has no end", "give a step other than 0")
     hidden = _hide(m, here, s.variable)

@@ -9,20 +9,44 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from olp.ir.block_structure import Block, Node, parse
-from olp.ir.expressions import Expression, Named, Number
+from olp.ir.expressions import Expression, Function, Named, Number
 from olp.ir.program import Declare, For, Next, Program, Routine, Statement
 from olp.ir.transformer import mapped, note_names
-from olp.languages.vendor import conventions_of
-from olp.transpile.context import TranslationContext
+from olp.languages.vendor import conventions_of, language_of
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.occurrences import with_routines, with_rows
 
 
 def loop_counters(program: Program, work: TranslationContext) -> Program:
     """Every counter declared in its routine, under another name where it hides a variable that is used there."""
     if not conventions_of(program.vendor).for_declares:
         return program
+    if conventions_of(program.vendor).for_turns:
+        program = _with_steps(program, work)
     shared = {d.name for d in program.data}
     routines = tuple(_counted(routine, shared, work) for routine in program.routines)
     return replace(program, routines=routines)
+
+
+def _with_steps(program: Program, work: TranslationContext) -> Program:
+    """Loops that count down without saying so, with a step; told where nobody knows which way one counts."""
+    symbols = work.symbols(program)
+
+    def stepped(s: Statement, routine: str) -> Statement:
+        if type(s) is not For or s.step is not None:
+            return s
+        start, stop = (symbols.fixed_value(routine, e) for e in (s.start, s.stop))
+        if type(start) is Number and type(stop) is Number:
+            return s if start.value <= stop.value else replace(s, step=Number(-1))
+        if start == Number(1) and type(s.stop) is Function and s.stop.name == "size-of-array":
+            return s
+        language = language_of(program.vendor)
+        says = f"where it ends below its begin {language} counts down: there the loop is passed over"
+        work.lose(s, Fate.APPROXIMATED, "step", says)
+        return s
+
+    routines = (with_rows(r, [stepped(s, r.name) for s in r.body]) for r in program.routines)
+    return with_routines(program, routines)
 
 
 def _counted(routine: Routine, shared: set[str], work: TranslationContext) -> Routine:

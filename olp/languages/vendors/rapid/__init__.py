@@ -114,6 +114,7 @@ class Rapid(Vendor):
             ),
         ),
         for_declares=True,
+        for_turns=True,
         rounds_to_decimals=True,
         on_pulse="High",
         inverting_pulse=r"PulseDO without \High inverts the output",

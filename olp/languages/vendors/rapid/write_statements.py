@@ -293,6 +293,8 @@ class RapidStatements(RapidMoves):
         if not isinstance(s.variable, ex.Named):
             raise CannotSayError("a loop over a numbered variable")
         step = "" if s.step is None else f" STEP {self.value(s.step)}"
+        if s.step is None and not self.own and not _counts_up(s):
+            step = " STEP 1"  # without it the loop counts down where it ends below its begin
         return f"FOR {s.variable.name} FROM {self.value(s.start)} TO {self.value(s.stop)}{step} DO"
 
     def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
@@ -526,6 +528,11 @@ def _declarations(body: Sequence[st.Statement]) -> int:
         elif not isinstance(one, (st.Comment, st.Begin)):
             break
     return last
+
+
+def _counts_up(s: st.For) -> bool:
+    """Whether a loop is written out that ends at its begin or above it."""
+    return isinstance(s.start, ex.Number) and isinstance(s.stop, ex.Number) and s.start.value <= s.stop.value
 
 
 def _end_of_compact(body: Sequence[st.Statement], place: int) -> int:
