@@ -1,17 +1,20 @@
 """Texts, arrays, computed values and tasks, which each language holds in its own way."""
 
+import math
 import re
 
 import pytest
 from translate_programs import VENDORS
-from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script, translated
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script, tp, translated
 
 import olp
 from olp.ir.expressions import Text
 from olp.ir.transformer import expressions_of
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import Fate
-from olp.transpile.convert import run_converted
+from olp.transpile.convert import run_converted, runs_of
+from olp.transpile.link import link
+from olp.transpile.receipt import receipt_of
 
 TEXTS = """DEF a()
 DECL CHAR s[10]
@@ -336,3 +339,83 @@ def test_the_manual_modes_of_kuka_and_abb_are_each_others():
     back = translated(there, "rapid", "krl")
     assert "IF $T1 OR $T2 THEN" in back
     assert "=NOT $T1" in back
+
+
+def test_what_may_be_a_fraction_is_rounded_before_it_is_divided_in_krl():
+    rows = (
+        "h:=7;",
+        "other h;",
+        "r:=h MOD 5;",
+        "SetAO ao1,r;",
+        "SetAO ao2,h DIV 5;",
+        "IF h MOD 2=1 WaitTime 1;",
+    )
+    text = module(*rows, data=("VAR num h;", "VAR num r;"))
+    losses = converted(text, "rapid", "krl").translated.losses
+    assert {loss.line for loss in losses if "which is rounded" in loss.says} == {7, 9, 10}
+    written = translated(text, "rapid", "krl")
+    assert "r=whole_index-whole_index/5*5" in written
+
+
+@pytest.mark.parametrize(("n", "by"), [(17, 6), (-17, 6), (5, 5), (0, 3)])
+def test_remainders_of_whole_numbers_are_exact_in_krl(n, by):
+    rows = (f"h:={n};", f"r:=h MOD {by};", "SetAO ao1,r;", f"SetAO ao2,h DIV {by};")
+    text = module(*rows, data=("VAR num h;", "VAR num r;"))
+    assert not [
+        loss for loss in converted(text, "rapid", "krl").translated.losses if loss.fate is not Fate.EXACT
+    ]
+    plan = run_elsewhere(text, "rapid", "krl")
+    assert [event.value for _, event in sorted(plan.events.items())] == [math.fmod(n, by), int(n / by)]
+
+
+def test_a_remainder_of_a_fraction_in_the_head_of_a_loop_is_rejected_in_krl():
+    text = module("other h;", "WHILE h MOD 2=1 DO", "h:=h+1;", "ENDWHILE", data=("VAR num h;",))
+    assert 5 in {loss.line for loss in converted(text, "rapid", "krl").translated.losses if loss.leaves_out}
+
+
+@pytest.mark.parametrize("target", ["tp", "krl"])
+def test_rounded_and_cut_numbers_are_those_of_the_source(target):
+    rows = (
+        "other x;",
+        "FOR i FROM -4 TO 4 DO",
+        "x:=i*0.7;",
+        "SetAO ao1,Round(x);",
+        "SetAO ao2,Trunc(x);",
+        "ENDFOR",
+    )
+    own = ("PROC other(INOUT num x)", "x:=x+0.4;", "ENDPROC", "ENDMODULE", "")
+    text = module(*rows, data=("VAR num x;",)).replace("ENDMODULE\r\n", "\r\n".join(own))
+    assert not [loss for loss in converted(text, "rapid", target).translated.losses if loss.leaves_out]
+    found = [e.value for _, e in sorted(run_elsewhere(text, "rapid", target).events.items())]
+    xs = [i * 0.7 for i in range(-4, 5)]
+    assert found == [
+        value for x in xs for value in (math.copysign(math.floor(abs(x) + 0.5), x), math.trunc(x))
+    ]
+
+
+# --- What a TP program says once for several statements ---
+
+PLACES = ((1, 0, 1, 900, 0, 400, 180, 0, 0), (2, 0, 1, 30, 20, 40, 0, 0, 10))
+CONDITIONS = (
+    "PR[1]=P[2]", "J P[1] 50% FINE", "OFFSET CONDITION PR[1]", "L P[1] 100mm/sec FINE Offset",
+    "TOOL_OFFSET CONDITION PR[1]", "L P[1] 100mm/sec FINE Tool_Offset", "UFRAME[1]=PR[1]", "UFRAME_NUM=1",
+    "UALM[3]", "WAIT DI[4]=OFF-", "L P[1] 100mm/sec FINE",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_conditions_of_offsets_frames_alarms_and_edges_of_tp_are_translated(target):
+    text = tp(*CONDITIONS, positions=PLACES)
+    losses = converted(text, "tp", target).translated.losses
+    assert not [loss for loss in losses if loss.leaves_out and loss.fate is not Fate.EXACT]
+    linked, made = link(read(text, "tp")), converted(text, "tp", target)
+    runs = runs_of(linked.program, made, target, (ROBOT, None))
+    found = receipt_of(linked, made.translated, target, tuple(made.files), runs, (ROBOT, None))
+    assert not [one for one in found.verdict.objections if one.kind == "difference"]
+    assert [e.kind for _, e in sorted(runs.target[0].events.items())] == ["wait", "wait"]
+
+
+def test_an_offset_without_a_condition_stays_rejected():
+    rows = ("J P[1] 50% FINE", "L P[1] 100mm/sec FINE Offset", "OFFSET CONDITION PR[1]")
+    losses = converted(tp(*rows, positions=PLACES), "tp", "krl").translated.losses
+    assert [loss.line for loss in losses if loss.leaves_out and loss.fate is not Fate.EXACT] == [7]

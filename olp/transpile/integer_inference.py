@@ -13,9 +13,11 @@ from typing import Any, Final
 from olp.ir.expressions import (
     Binary,
     CallValue,
+    Compare,
     Expression,
     Function,
     Item,
+    Logic,
     Named,
     NamedArgument,
     Number,
@@ -30,7 +32,9 @@ from olp.ir.program import (
     Clear,
     Declare,
     ElseIf,
+    EndIf,
     For,
+    If,
     Program,
     ReadInput,
     Routine,
@@ -47,6 +51,7 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 _ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})
+_WHOLE_DIVISION: Final = ("div", "mod")
 _HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run each time
 Key = tuple[str, str]  # routine ("" for the whole program), name
 
@@ -66,10 +71,20 @@ def whole_numbers(program: Program, work: TranslationContext) -> Program:
 
 
 def _counts(program: Program, work: TranslationContext) -> bool:
-    """Whether there is a loop that counts, or an index."""
+    """Whether there is a loop that counts, an index, or a whole quotient."""
     looks = [work.look(r) for r in program.routines]
     loops = any(type(s) in (For, Switch) for look in looks for _, s in look.rare)
-    return loops or any(type(e) is Item for look in looks for e in look.expressions)
+    return loops or any(
+        type(e) is Item or _divides(e) or _rounds(e) for look in looks for e in look.expressions
+    )
+
+
+def _rounds(e: Expression) -> bool:
+    return type(e) is Function and e.name in ("round", "trunc")
+
+
+def _divides(e: Expression) -> bool:
+    return type(e) is Binary and e.operator in _WHOLE_DIVISION
 
 
 def _key(symbols: Symbols, routine: str, e: Expression | None) -> Key | None:
@@ -79,13 +94,19 @@ def _key(symbols: Symbols, routine: str, e: Expression | None) -> Key | None:
 
 
 def _wanted(symbols: Symbols, routine: Routine) -> Iterator[Key]:
-    """Numbers that count a loop, or of which an index is computed."""
+    """Numbers that count a loop, are divided as whole ones, or of which an index is computed."""
     for s in routine.body:
         if calls_nothing(s) or sets_numbers(s):
             continue
         found: list[Expression | None] = [s.variable, s.start, s.stop, s.step] if type(s) is For else []
         found += [s.value] if type(s) is Switch else []
         found += [index for e in expressions_of(s) if type(e) is Item for index in e.indices]
+        found += [
+            part
+            for e in expressions_of(s)
+            if isinstance(e, Binary) and _divides(e)
+            for part in (e.left, e.right)
+        ]
         for part in found:
             for e in expressions_of(part) if part is not None else ():
                 key = _key(symbols, routine.name, e)
@@ -249,6 +270,11 @@ class _Rounding:
                 s = replace(s, value=self._whole(s.value, s, before, says))
 
             def change(e: Expression, s: Statement = s, before: list[Statement] = before) -> Expression:
+                if isinstance(e, Function) and _rounds(e) and len(e.arguments) == 1:
+                    return self._function(e, s, before)
+                if isinstance(e, Binary) and _divides(e):
+                    left, right = (self._operand(routine.name, part, s, before) for part in (e.left, e.right))
+                    return Binary(e.operator, left, right)
                 if type(e) is not Item or not self._is_array(routine.name, e.base):
                     return e
                 indices = tuple(self._index(routine.name, index, s, before) for index in e.indices)
@@ -302,13 +328,37 @@ class _Rounding:
         says = f"an index that may be a fraction is rounded: {self.language} has {self.integers}"
         return self._whole(e, s, before, says)
 
-    def _whole(self, e: Expression, s: Statement, before: list[Statement], says: str) -> Named:
-        """A variable that takes the value before the statement, rounded."""
+    def _function(self, e: Function, s: Statement, before: list[Statement]) -> Expression:
+        """An integer that takes the number before the statement, which rounds it; cut, one less where that went up."""
+        if not self.work.limits.has_integers or isinstance(s, _HEADS):
+            return e
+        kept, (number,) = self._whole(e.arguments[0], s, before), e.arguments
+        if e.name == "trunc":
+            for sign, beyond in (("-", ">"), ("+", "<")):
+                ahead = Logic(Compare(beyond, kept, number), (("and", Compare(beyond, kept, Number(0))),))
+                before += [
+                    If(s.line, ahead),
+                    Assign(s.line, kept, Binary(sign, kept, Number(1))),
+                    EndIf(s.line),
+                ]
+        return kept
+
+    def _operand(self, routine: str, e: Expression, s: Statement, before: list[Statement]) -> Expression:
+        if type(e) is Number and float(e.value).is_integer():
+            return Number(int(e.value))
+        if self._is_integer(routine, e) or isinstance(s, _HEADS):
+            return e
+        says = f"what is divided may be a fraction, which is rounded: {self.language} has {self.integers}"
+        return self._whole(e, s, before, says)
+
+    def _whole(self, e: Expression, s: Statement, before: list[Statement], says: str = "") -> Named:
+        """A variable that takes the value before the statement, rounded, which is told by `says`."""
         self.used += 1
         if self.used > len(self.declared):
             name = self.work.helper("whole_index")
             self.declared.append(Declare(0, name, "integer", None, shared=True))
         kept = Named(self.declared[self.used - 1].name)
         before.append(Assign(s.line, kept, e))
-        self.work.lose(s, Fate.APPROXIMATED, "index", says)
+        if says:
+            self.work.lose(s, Fate.APPROXIMATED, "index", says)
         return kept

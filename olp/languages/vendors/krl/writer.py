@@ -190,7 +190,7 @@ class KrlWriter(KrlMoves):
         if type(s.target) is ex.SystemValue and s.target.name in ("timer", "timer-running"):
             return self._clock(s.target, s.value)
         before, s = self.computed(s)
-        if self.forms is not None and isinstance(s.target, ex.FrameRef):
+        if not self.own and isinstance(s.target, ex.FrameRef):
             self.forget()
             return [*before, f"{self.value(s.target)}={self.value(s.value)}"]
         return [*before, f"{self.target(s.target)}={self.value(s.value)}"]

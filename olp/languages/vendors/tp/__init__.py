@@ -46,6 +46,10 @@ class Tp(Vendor):
             **dict.fromkeys(("lock preg", "unlock preg"), "how far ahead position registers are read"),
         },
         idle_processes={"diag_rec": "recording for a diagnosis"},
+        silent_processes={
+            "OFFSET CONDITION": "a condition of offsets, which moves name themselves,",
+            "TOOL_OFFSET CONDITION": "a condition of offsets, which moves name themselves,",
+        },
         share_zones=True,
         pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
     )
@@ -61,6 +65,11 @@ class Tp(Vendor):
         """Also of lines that a controller has numbered."""
         match = _COMMENT.fullmatch(line)
         return match[1] if match else None
+
+    def as_called(self, program: Program) -> Program:
+        from olp.languages.vendors.tp.instructions import with_alarms
+
+        return with_alarms(program)
 
     def sniff(self, source: Source) -> bool:
         return any(line.lstrip().upper().startswith("/PROG") for line in source.lines[:50])

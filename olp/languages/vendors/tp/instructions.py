@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity, Span
 from olp.core.units import mm
-from olp.ir.expressions import Number, Quantity, Store, Taught, Variable
+from olp.ir.expressions import Number, Quantity, Store, Taught, Text, Variable
 from olp.ir.program import (
     Blend,
     Call,
@@ -29,10 +29,13 @@ from olp.ir.program import (
     Jump,
     Label,
     LineKind,
+    Message,
     Move,
     Opaque,
     Path,
+    Pause,
     Process,
+    Program,
     Speed,
     Statement,
     Switch,
@@ -50,6 +53,7 @@ from olp.languages.lark_host import (
     values_of,
     word_at,
 )
+from olp.languages.vendor import ACKNOWLEDGED
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.moves import WELD_SPEED, kept
 
@@ -424,6 +428,7 @@ _KNOWN: Final = frozenset(
     )
 )
 _ODD_CALL = re.compile(r"CALL\s+[A-Za-z_]\w*\s*\(.*\)")
+_EDGE_WAIT = re.compile(r"(WAIT\s+[A-Z]{2}\[[^\]]*\]\s*=\s*)(ON\+|OFF-)")
 _EDGE = re.compile(r"\b(?:ON\+|OFF-)")
 _MOTION = re.compile(r"[JLCAS]\s+P")
 _OPERATORS = "+-*/("
@@ -509,6 +514,11 @@ class TpLineParser:
         """A macro, an instruction that nobody models, or a mistake."""
         match = _FIRST_WORD.match(text)
         word = match[0] if match else ""
+        edge = _EDGE_WAIT.fullmatch(text)
+        if edge is not None:
+            # Until it is in the other state, and then until it is not.
+            states = ("OFF", "ON") if edge[2] == "ON+" else ("ON", "OFF")
+            return tuple(one for state in states for one in self._template(f"{edge[1]}{state}", number))
         if _EDGE.search(text):
             return self._opaque(text, number, "waiting for an edge of a signal")
         if _ODD_CALL.fullmatch(text):
@@ -605,3 +615,28 @@ def _explain(problem: UnexpectedInput, text: str) -> _TpProblem:
         return _TpProblem("the line ends too early", column, column + 1, wanted)
     word = word_at(text, column)
     return _TpProblem(f"'{shortened(word)}' is not expected here", column, column + len(word), wanted)
+
+
+# --- User alarms ---
+
+_ALARM: Final = re.compile(r"\d+")
+
+
+def with_alarms(program: Program) -> Program:
+    """The program with what `UALM[n]` does as its controller is delivered: it shows an alarm and stops the program."""
+    if not any(isinstance(s, Process) and s.name == "UALM" for s in program.statements()):
+        return program
+
+    def rows(s: Statement) -> tuple[Statement, ...]:
+        if not isinstance(s, Process) or s.name != "UALM":
+            return (s,)
+        shown = Message(s.line, Text(f"user alarm {_number_of(s)}".rstrip()), s.comment)
+        return shown, Pause(s.line, spelling=ACKNOWLEDGED)
+
+    routines = (replace(r, body=tuple(one for s in r.body for one in rows(s))) for r in program.routines)
+    return replace(program, routines=tuple(routines))
+
+
+def _number_of(s: Process) -> str:
+    found = _ALARM.search("".join(e.value for _, e in s.arguments if isinstance(e, Text)))
+    return found[0] if found else ""

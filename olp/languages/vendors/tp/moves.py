@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 from lark import Token, Transformer
@@ -31,7 +33,24 @@ from olp.ir.expressions import (
     Unknown,
     Variable,
 )
-from olp.ir.program import Blend, Move, PathTrigger, Speed, SpeedUnit
+from olp.ir.program import (
+    Blend,
+    Case,
+    Default,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
+    For,
+    Label,
+    Move,
+    Next,
+    PathTrigger,
+    Process,
+    Speed,
+    SpeedUnit,
+    Statement,
+)
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.tp import values
 
@@ -303,3 +322,51 @@ def _literal(value: Expression) -> str:
     if not isinstance(value, Number):
         raise BrokenLineError("a register as the second number of a corner", wanted="a number, as in CR5,10")
     return str(value.value)
+
+
+# --- Conditions of offsets ---
+# `OFFSET CONDITION PR[1]`, `TOOL_OFFSET CONDITION PR[2]`: by what moves are offset that name no register.
+
+_BRANCHES: Final = (
+    Label,
+    Else,
+    ElseIf,
+    EndIf,
+    Case,
+    Default,
+    EndSwitch,
+    For,
+    Next,
+)  # reached in several ways
+_CONDITIONS: Final = {
+    "OFFSET CONDITION": ("offset", "Offset"),
+    "TOOL_OFFSET CONDITION": ("tool_offset", "Tool_Offset"),
+}
+
+
+def with_conditions(body: Sequence[Statement]) -> Sequence[Statement]:
+    """The statements with the offsets of their moves, where the text tells them: one condition precedes all of them."""
+    given: dict[str, set[Expression]] = {}
+    for s in body:
+        if isinstance(s, Process) and s.name in _CONDITIONS:
+            given.setdefault(_CONDITIONS[s.name][0], set()).add(s.arguments[0][1])
+    if not given:
+        return body
+    rows: list[Statement] = []
+    holds: dict[str, Expression] = {}
+    for s in body:
+        if isinstance(s, Process) and s.name in _CONDITIONS:
+            holds[_CONDITIONS[s.name][0]] = s.arguments[0][1]
+        elif isinstance(s, _BRANCHES):
+            holds = {part: e for part, e in holds.items() if len(given[part]) == 1}
+        rows.append(_with_offsets(s, holds) if isinstance(s, Move) and s.other else s)
+    return rows
+
+
+def _with_offsets(s: Move, holds: Mapping[str, Expression]) -> Move:
+    for part, word in _CONDITIONS.values():
+        if part in holds and (word, Text("")) in s.other:
+            s = replace(
+                s, other=tuple(one for one in s.other if one != (word, Text(""))), **{part: holds[part]}
+            )
+    return s

@@ -37,6 +37,7 @@ from olp.languages.vendors.tp.instructions import (
     is_german,
 )
 from olp.languages.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, ROUTINE_LENGTH
+from olp.languages.vendors.tp.moves import with_conditions
 from olp.languages.vendors.tp.positions import MODAL, TpPositionReader
 
 # Comments of signals and labels, which belong to the controller and stand wherever the signal does.
@@ -76,7 +77,7 @@ def _routine(findings: Findings, listing: TpSections) -> Routine:
     routine = Routine(
         listing.name or "UNNAMED",
         listing.line,
-        tuple(body),
+        tuple(with_conditions(body)),
         table,
         _groups(listing),
         listing.comment,
