@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from tp_listings import HEAD, body, listing, one, read
 
@@ -419,8 +421,15 @@ def test_clocks_and_conditions_of_moves():
     assert one("ABORT") == Process(0, "ABORT")
 
 
-def test_waiting_for_an_edge_is_kept_word_for_word():
-    assert one("WAIT DI[1]=ON+") == Opaque(0, "WAIT DI[1]=ON+")
+@pytest.mark.parametrize(("edge", "states"), [("ON+", (False, True)), ("OFF-", (True, False))])
+def test_an_edge_is_waited_for_from_the_other_state_on(edge, states):
+    assert [s.condition for s in body(f"WAIT DI[1]={edge}")] == [
+        replace(is_on("in", 1), right=SignalState(on)) for on in states
+    ]
+
+
+def test_an_edge_in_a_longer_condition_is_kept_word_for_word():
+    assert one("WAIT DI[1]=ON+ AND DI[2]=ON") == Opaque(0, "WAIT DI[1]=ON+ AND DI[2]=ON")
 
 
 # --- blocks beside a move -------------------------------------------------------------------------------

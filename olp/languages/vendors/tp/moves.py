@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 from lark import Token, Transformer
@@ -51,6 +50,7 @@ from olp.ir.program import (
     SpeedUnit,
     Statement,
 )
+from olp.ir.transformer import edited
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.tp import values
 
@@ -366,7 +366,7 @@ def with_conditions(body: Sequence[Statement]) -> Sequence[Statement]:
 def _with_offsets(s: Move, holds: Mapping[str, Expression]) -> Move:
     for part, word in _CONDITIONS.values():
         if part in holds and (word, Text("")) in s.other:
-            s = replace(
-                s, other=tuple(one for one in s.other if one != (word, Text(""))), **{part: holds[part]}
+            s = edited(
+                s, {"other": tuple(one for one in s.other if one != (word, Text(""))), part: holds[part]}
             )
     return s
