@@ -59,7 +59,9 @@ def another_arm(prior: ArmTiming, seed: int) -> ArmTiming:
 
 def test_the_gradient_is_the_derivative() -> None:
     prior = another_arm(arm_prior(load_robot(ROBOT)), 3)
-    motions = replace(moves_of(30, robot=ROBOT).motions, override=np.full(30, 0.8))
+    ends = np.resize([1.0, 0.5, 0.0], 30)
+    motions = moves_of(30, robot=ROBOT).motions
+    motions = replace(motions, override=np.full(30, 0.8), ramps=ends, stop=np.floor(ends))
     found, step = gradient(prior.mean, motions), 1e-6
     for i in range(len(prior.mean)):
         bent = np.zeros_like(prior.mean)
@@ -394,6 +396,31 @@ def test_too_few_moves_are_counted_by_kind(tmp_path: Path) -> None:
     assert "3 joint moves" in caught.value.diagnostics[0].message
 
 
+def test_lines_told_by_joints_alone_are_learnt_with_the_robot_and_say_that_they_need_it(
+    tmp_path: Path,
+) -> None:
+    robot = load_robot(ROBOT)
+    middle = np.array([0.0, -1.5, 1.6, 0.0, 0.6, 0.0])
+    ends = middle + np.outer(np.linspace(-0.3, 0.3, 9), [1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    way = np.linalg.norm(np.diff(forward(robot, ends)[0], axis=0), axis=1)
+    axes = [f"q{i + 1}_{end}_deg" for end in ("start", "end") for i in range(6)]
+    lines = [",".join(["move", "type", "duration_s", "speed_mm_s", *axes])]
+    for i, (start, end, length) in enumerate(zip(ends[:-1], ends[1:], way, strict=True)):
+        joints = np.degrees(np.concatenate([start, end])).round(6).tolist()
+        lines.append(",".join(map(str, [i + 1, "linear", round(length / 0.1 + 0.05, 5), 100, *joints])))
+    (tmp_path / "moves.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    with pytest.raises(olp.OlpError) as caught:
+        calibrate(read_recording(tmp_path))
+    assert "8 lines are told by joints alone" in (caught.value.diagnostics[0].help or "")
+    (tmp_path / "recording.toml").write_text(f'robot = "{ROBOT}"\n', encoding="utf-8")
+    recording = read_recording(tmp_path)
+    signature, told = calibrate(recording)
+    assert predict_recording(signature, recording)[0].predicted == pytest.approx(
+        recording.moves.duration, rel=0.01
+    )
+    assert any(d.code == "H054" and "8 lines" in d.message for d in told)
+
+
 def test_moves_faster_than_the_axes_are_told_and_not_learnt(tmp_path: Path) -> None:
     moves = moves_of(30, 3, ROBOT)
     measured = arm_prior(load_robot(ROBOT)).durations(moves.motions)
@@ -584,3 +611,35 @@ def test_the_interval_says_what_an_unpublished_acceleration_of_lines_makes(
     low, high = timing.expected
     assert low < timing.total_s < high
     assert (high < 1.5 * timing.total_s) is published
+
+
+def test_joint_moves_that_all_run_into_each_other_are_learnt(tmp_path: Path) -> None:
+    """The times are those of another arm, by its signature: corners as olp's law has them."""
+    draw, robot = np.random.default_rng(5), load_robot(ROBOT)
+    points = draw.uniform(-1.2, 1.2, (81, 6)) + np.array([0, -1.4, 1.5, 0, 0.4, 0])
+    one = np.ones(80)
+    moves = joint_moves(robot, points[:-1], points[1:], draw.choice([0.1, 0.2, 0.4], 80), one, one)
+    folder, _ = joints_alone(tmp_path, ROBOT)
+    signature, _ = calibrate(read_recording(folder))
+    assert signature.arm is not None
+    slow = arm_prior(robot)
+    slow = slow.with_mean(slow.mean + np.repeat([-0.05, 0.0], [6, len(slow.mean) - 6]))
+    other = replace(signature, arm=replace(signature.arm, timing=slow, regions=(), trees=None), parts={})
+
+    def rolling(durations: Floats) -> Path:
+        written = write_recording(tmp_path / "rolling", moves, durations, ROBOT)
+        table = (written / "moves.csv").read_text(encoding="utf-8").splitlines()
+        cells = ["blend_mm", *["20"] * 79, "0"]
+        text = "\n".join(f"{line},{cell}" for line, cell in zip(table, cells, strict=True))
+        (written / "moves.csv").write_text(text + "\n", encoding="utf-8")
+        return written
+
+    true = predict_recording(other, read_recording(rolling(np.full(80, np.nan))))[0].predicted
+    learnt, told = calibrate(read_recording(rolling(np.where(np.arange(80) % 2, np.nan, true))))
+    assert learnt.arm is not None
+    assert any("of them run into others" in d.message for d in told if d.code == "H052")
+    speeds = np.log(learnt.arm.timing.speeds / slow.speeds)
+    assert np.abs(np.median(speeds)) < 0.02  # before: 0.05
+    rows, _ = predict_recording(learnt, read_recording(rolling(true)))
+    unseen = (np.arange(80) % 2 == 1) & (true > 0.1)
+    assert np.median(np.abs(rows.predicted[unseen] / true[unseen] - 1)) < 0.02

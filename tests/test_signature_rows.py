@@ -390,7 +390,7 @@ def test_a_file_with_parts_says_the_same_again_and_an_older_olp_refuses_it(tmp_p
     assert predict_recording(again, rows)[0].high == pytest.approx(
         predict_recording(made, rows)[0].high, abs=1e-6
     )
-    assert to_json(made)["version"] == 6
+    assert to_json(made)["version"] == 7
     assert to_json(replace(made, arm=None, paths=None))["version"] == 2
     assert to_json(replace(made, arm=None, paths=None, parts={}))["version"] == 1
 

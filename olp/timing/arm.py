@@ -20,8 +20,9 @@ with the rotor's share r, the load's share c of what is beyond it, A what the ar
 this drive (olp/timing/arm_moves.py: inertia about the axis, and the pull of the other axes that turn with it),
 times exp(f . g) for what the geometry does not tell: f are sines and cosines of the second and third axis in the
 middle of the move. c is known by its odds: those of the load's inertia against the arm's, times e^load share.
-Maxima are soft, (sum of x^n)^(1/n), n = 1/sharing: axes that need nearly as long as the slowest one lengthen the
-move; s is what a stop costs at any speed: the controller's filter, whole cycles, settling.
+A move that runs into another one, or that another one runs into, takes T for the share of its ends at rest, and C for
+the others. Maxima are soft, (sum of x^n)^(1/n), n = 1/sharing: axes that need nearly as long as the slowest one
+lengthen the move; s is what a stop costs at any speed: the controller's filter, whole cycles, settling.
 
 Sources: a profile filter as a moving average adds its length to a move and the override scales the time axis (KUKA
 KR C2 handbook of machine data, $FILTER and $RED_ACC_OV). Recordings of two arms (docs/arm-timing.md) say that one
@@ -48,7 +49,7 @@ _LEAST = 1e-9  # [rad | m] an axis that turns less stands
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMotions:
-    """n joint moves of k axes from rest to rest. Unknown payloads are nan."""
+    """n joint moves of k axes, from rest to rest where `ramps` and `stop` are 1. Unknown payloads are nan."""
 
     turned: Floats  # (n, k) [rad | m] how far each axis goes, not negative
     posture: Floats  # (n, POSTURE) [1] functions of the posture in the middle of the move
@@ -58,6 +59,8 @@ class JointMotions:
     fraction: Floats  # (n,) [1] programmed share of the rated speeds
     acceleration: Floats  # (n,) [1] programmed share of the accelerations
     override: Floats  # (n,) [1] program override
+    ramps: Floats  # (n,) [1] share of the ramps: half where one end runs into another move, 0 where both do
+    stop: Floats  # (n,) [1] whether it ends in a stop
 
     def __len__(self) -> int:
         return len(self.turned)
@@ -225,15 +228,17 @@ def solve(mean: Floats, m: JointMotions) -> JointSolution:
     profile = np.where(reached, cruises, ramps) + ramps
     scale = np.exp(2.0 * rest[_SHORT]) * m.override ** -rest[_OVERRIDE]
     short = scale * profile / (ramps * profile + scale)
-    joined = profile + short
-    duration = np.where(moving, np.maximum(joined + rest[_STOP], 0.1 * joined), 0.0)
+    joined = m.ramps * (profile + short) + (1.0 - m.ramps) * cruises
+    duration = np.where(moving, np.maximum(joined + m.stop * rest[_STOP], 0.1 * joined), 0.0)
     duration = np.where(np.isnan(joined), np.nan, duration)
     by_profile = 1.0 + (short / np.where(profile > 0, profile, 1.0)) ** 2
     saved = short**2 * ramps / scale  # by the logarithm of the ramps, in `short` alone
-    by_cruise = np.where(reached, (cruises - ramps) * by_profile + saved, 0.0)
-    by_work = ramps * by_profile - np.where(reached, saved, saved / 2.0)
+    by_cruise = m.ramps * np.where(reached, (cruises - ramps) * by_profile + saved, 0.0)
+    by_cruise += (1.0 - m.ramps) * cruises
+    by_work = m.ramps * (ramps * by_profile - np.where(reached, saved, saved / 2.0))
+    by_short = m.ramps * 2.0 * saved
     return JointSolution(
-        duration, cruise, work, by_cruise[:, None] * of_cruises, by_work[:, None] * of_works, 2.0 * saved
+        duration, cruise, work, by_cruise[:, None] * of_cruises, by_work[:, None] * of_works, by_short
     )
 
 
@@ -263,7 +268,7 @@ def gradient(mean: Floats, m: JointMotions) -> Floats:
     result[:, axes : 2 * axes] = pull
     total = pull.sum(axis=1)
     rest = result[:, 2 * axes :]
-    rest[:, _STOP] = 1.0
+    rest[:, _STOP] = m.stop
     rest[:, _SHORT] = found.by_short
     rest[:, _PERCENT] = -np.log(m.fraction) * total
     rest[:, _OVERRIDE] = -np.log(m.override) * (total + found.by_short / 2.0)

@@ -4,7 +4,7 @@ plan.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final, NamedTuple, Protocol
 
@@ -31,6 +31,10 @@ class JointMoves:
 
     def __len__(self) -> int:
         return len(self.start)
+
+    def at_ends(self, ramps: Floats, stop: Floats) -> JointMoves:
+        """The same moves with these shares of their ramps and stops, (n,) [1] each."""
+        return replace(self, motions=replace(self.motions, ramps=ramps, stop=stop))
 
     def take(self, rows: Rows | Mask) -> JointMoves:
         return JointMoves(self.motions.take(rows), self.start[rows], self.end[rows])
@@ -68,6 +72,8 @@ def joint_moves(
         fraction,
         acceleration,
         override,
+        np.ones(len(start)),
+        np.ones(len(start)),
     )
     return JointMoves(motions, start, end)
 

@@ -1,7 +1,7 @@
 """From measured moves to a signature: fit, choice and error model, all from the recording alone.
 
 Codes: H003 too few measured moves, H004 moves that cannot be used, H005 moves faster than length over speed,
-H033 repeated moves.
+H033 repeated moves, H054 lines whose tool is not told.
 """
 
 from __future__ import annotations
@@ -76,7 +76,8 @@ def calibrate(
         moves = cycles.moves
     if len(moves) < _FEWEST:
         says = f"{len(moves)} measured straight moves with exact stops, at least {_FEWEST} are needed"
-        raise OlpError(error("H003", says, file=recording.path))
+        raise OlpError(error("H003", says, file=recording.path, help=_needed(recording)))
+    told.extend(_at_the_flange(recording))
     fitted = fit_moves(moves, robot, method)
     payload = moves.payload[np.isfinite(moves.payload)]
     settings = recording.settings
@@ -142,6 +143,43 @@ def _sample(moves: MoveSet, most: int) -> MoveSet:
     if len(moves) <= most:
         return moves
     return moves.take(np.linspace(0, len(moves) - 1, most).astype(np.int64))
+
+
+def _needed(recording: Recording) -> str:
+    """What lines lack that cannot be learnt from."""
+    from olp.identification.recording.moves import LINEAR
+
+    moves = recording.moves
+    lines = (moves.kind == LINEAR) & (np.nan_to_num(moves.duration) > 0)
+    joints = int(np.sum(lines & ~moves.has_points & moves.has_joints))
+    if joints and (recording.robot is None or recording.robot.geometry is None):
+        return (
+            f"{joints} lines are told by joints alone: name a robot with its geometry (robot = in recording.toml), "
+            "which tells how far the tool goes"
+        )
+    speeds = int(np.sum(lines & ~(moves.speed > 0)))
+    if speeds:
+        return f"{speeds} lines have no speed_mm_s"
+    return "straight moves, arcs or joint moves with duration_s; olp probe makes a program of such moves"
+
+
+def _at_the_flange(recording: Recording) -> list[Diagnostic]:
+    """A note where lines are told by joints and no tool is."""
+    from olp.identification.recording.moves import LINEAR
+
+    moves = recording.moves
+    lines = int(np.sum((moves.kind == LINEAR) & ~moves.has_points & moves.has_joints))
+    if not lines or recording.tool is not None:
+        return []
+    says = f"{lines} lines are told by joints and no tool is: their ways are those of the flange"
+    return [
+        info(
+            "H054",
+            says,
+            file=recording.path,
+            help="give the tool (tool = in recording.toml) if it turns on them",
+        )
+    ]
 
 
 def _left_out(recording: Recording, moves: MoveSet, measured: NDArray[np.bool_]) -> list[Diagnostic]:

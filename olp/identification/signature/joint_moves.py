@@ -569,10 +569,9 @@ def faster_than_rated(robot: Robot | None, moves: JointMoves, measured: Floats, 
 
 def contradictions(moves: JointMoves, measured: Floats, resolution: float) -> list[Rows]:
     """Groups of joint moves that were programmed alike and took times beyond any scatter of the others."""
-    shares = np.stack([moves.motions.fraction, moves.motions.acceleration, moves.motions.override], axis=1)
-    keys = np.round(
-        np.concatenate([moves.start, moves.end, shares, moves.motions.load[:, :, 0]], axis=1) / _SAME
-    )
+    own = moves.motions
+    shares = np.stack([own.fraction, own.acceleration, own.override, own.ramps, own.stop], axis=1)
+    keys = np.round(np.concatenate([moves.start, moves.end, shares, own.load[:, :, 0]], axis=1) / _SAME)
     _, label = np.unique(keys, axis=0, return_inverse=True)
     return contradicting(label.reshape(-1), measured, resolution)
 
@@ -624,8 +623,11 @@ def held_out_words(held_out: Mapping[str, float]) -> str:
     return words if held_out[best] == held_out["law"] else f"{words}, {held_out[best]:.2f} % by {best}"
 
 
-def learnt_note(learnt: LearntArm, file: str) -> Diagnostic:
+def learnt_note(learnt: LearntArm, rolling: int, file: str) -> Diagnostic:
+    """`rolling`: how many of the moves run into others."""
     says = f"{learnt.rows} joint moves: {held_out_words(learnt.held_out)}"
+    if rolling:
+        says += f"; {rolling} of them run into others, with what olp's law says of their corners"
     if learnt.untold:
         says += f"; not determined by these moves, prior values kept: {', '.join(learnt.untold)}"
     return info("H052", says, file=file)

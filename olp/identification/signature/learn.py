@@ -49,7 +49,8 @@ from olp.identification.signature.path_moves import (
 )
 from olp.identification.signature.places import with_points
 from olp.identification.signature.rows import RecordedTimes, rows_of
-from olp.identification.signature.stretches import plain_rows, stretches_of
+from olp.identification.signature.stretch_times import law_savings, motions_of
+from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
 from olp.robots.controller_effects import generations_in
 from olp.timing.arm_prior import arm_prior, line_acceleration
 
@@ -142,7 +143,7 @@ def _too_few(recording: Recording, problem: OlpError) -> Diagnostic:
         return problem.diagnostics[0]
     straight = problem.diagnostics[0].message.partition(",")[0]
     says = f"{straight}, {joint} joint moves and {arcs} arcs: at least {FEWEST} of one kind are needed"
-    return error("H003", says, file=recording.path)
+    return error("H003", says, file=recording.path, help=problem.diagnostics[0].help)
 
 
 def _possible(recording: Recording) -> tuple[Recording, list[Diagnostic]]:
@@ -212,15 +213,27 @@ def _without_stops(recording: Recording, fixed: float) -> Recording:
 
 
 def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnostic]]:
-    """The law of the arm's joint moves, from those that run from stop to stop, and what there is to say of them."""
+    """The law of the arm's joint moves and what there is to say of them: from those that run from stop to stop, of
+    too few of these from all, those that run into others with what their corners save by olp's own law.
+    """
     moves, robot = recording.moves, recording.robot
     axes = len(robot.axes) if robot is not None else moves.joints_start.shape[1]
     joints, rows = recorded_joint_moves(moves, robot, recording.tool, axes)
     stretches = stretches_of(moves)
-    use = (stretches.stops[rows] == 2) & ~stretches.open[rows] & (np.nan_to_num(moves.duration[rows]) > 0)
+    rolling = stretches.begins_rolling | stretches.ends_rolling | stretches.open
+    use = np.nan_to_num(moves.duration[rows]) > 0
     use &= joints.motions.turned.max(axis=1, initial=0.0) > 0
+    alone = use & ~rolling[rows]
+    if alone.sum() >= FEWEST or alone.sum() == use.sum():
+        use, rolling, saved = alone, np.zeros(len(moves), dtype=bool), np.zeros(len(moves))
+    else:
+        stands = 2.0 - stretches.begins_rolling - (stretches.ends_rolling | stretches.open)
+        stops = (~stretches.ends_rolling & ~stretches.open).astype(np.float64)
+        joints = joints.at_ends(np.asarray(stands[rows] / 2.0, dtype=np.float64), stops[rows])
+        saved = _saved_by_corners(recording, stretches)
     joints, rows = joints.take(use), rows[use]
-    measured, resolution = moves.duration[rows], float(np.nan_to_num(recording.noise_floor().resolution))
+    measured = moves.duration[rows] + saved[rows]
+    resolution = float(np.nan_to_num(recording.noise_floor().resolution))
     fast = faster_than_rated(robot, joints, measured, resolution)
     told = too_fast_notes(rows[fast], moves.move, robot, recording.path)
     joints, rows, measured = joints.take(~fast), rows[~fast], measured[~fast]
@@ -232,7 +245,15 @@ def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnost
     controller = recording.settings.controller
     prior = arm_prior(robot, generations_in(controller or ""), [f"q{i + 1}" for i in range(axes)])
     learnt = learn_arm(prior, joints, measured, _programs(recording, rows), resolution)
-    return learnt, [*told, learnt_note(learnt, recording.path)]
+    return learnt, [*told, learnt_note(learnt, int(rolling[rows].sum()), recording.path)]
+
+
+def _saved_by_corners(recording: Recording, stretches: Stretches) -> Floats:
+    """(n,) [s] by olp's law of corners; 0 where it does not know."""
+    robot = recording.robot
+    moves = with_points(recording.moves, robot, recording.tool)
+    motions = motions_of(moves, robot, recording.tool, lambda says: None)
+    return np.nan_to_num(law_savings(moves, motions, stretches, robot)[0])
 
 
 def _programs(recording: Recording, rows: NDArray[np.intp]) -> Labels:

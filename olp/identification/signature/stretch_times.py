@@ -58,6 +58,14 @@ class Motions:
         floor = self.floor
         return np.asarray(np.divide(self.way, floor, out=np.full(len(self), np.nan), where=floor > 0))
 
+    @property
+    def along(self) -> Floats:
+        """(n,) [s²/m] one over the acceleration of the tool along its way, as the slowest axis has it."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lead = np.argmax(np.nan_to_num(self.distance / self.speed), axis=1)[:, None]
+            turned, slowness = (np.take_along_axis(v, lead, 1)[:, 0] for v in (self.distance, self.slowness))
+            return np.asarray(slowness * turned / self.way)
+
     def duration(self, scale: Floats | float, stops: NDArray[np.int64] | int) -> Floats:
         """(n,) [s], 1/a times `scale`; `stops`: at how many ends the arm stands. The slowest axis decides.
 
@@ -308,7 +316,7 @@ def _rounded(moves: RecordedMoves, motions: Motions, at: NDArray[np.intp], zone:
     from olp.timing.blending.law import Corners
 
     result = np.zeros(len(at))
-    pace, push = motions.pace, motions.slowness[:, 0]
+    pace, push = motions.pace, motions.along
     with np.errstate(invalid="ignore"):
         good = np.isfinite(zone) & (zone > 0) & (pace[at] > 0) & (pace[at + 1] > 0)
         good &= (push[at] > 0) & (push[at + 1] > 0)
