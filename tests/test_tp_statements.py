@@ -66,6 +66,8 @@ from olp.ir.program import (
     Switch,
     Wait,
 )
+from olp.runtime.assumptions import Assumptions, SignalKey
+from olp.runtime.interpreter import run
 from olp.transpile.export import export
 
 FINE = Blend(BlendKind.RADIUS, Quantity(Number(0), 0.001), "FINE")
@@ -426,6 +428,12 @@ def test_an_edge_is_waited_for_from_the_other_state_on(edge, states):
     assert [s.condition for s in body(f"WAIT DI[1]={edge}")] == [
         replace(is_on("in", 1), right=SignalState(on)) for on in states
     ]
+
+
+def test_the_time_of_a_wait_for_an_edge_counts_once():
+    cell = Assumptions(waits={SignalKey("in", 1): 1.5})
+    plan = run(read(listing("WAIT DI[1]=ON+", "WAIT DI[1]=ON")), assumptions=cell)
+    assert plan.durations.tolist() == [0.0, 1.5, 1.5]
 
 
 def test_an_edge_in_a_longer_condition_is_kept_word_for_word():

@@ -164,8 +164,21 @@ def wait(m: Machine, s: Wait) -> None:
             impose(m, s.condition)
     else:
         m.timed_out = limit is not None and seconds >= limit and not test(m, s.condition)
+    if _begins_an_edge(m, s):
+        seconds = 0.0  # olp.toml says how long the whole line waits
     keys = dict.fromkeys(signal_name(key_of(m, signal)) for signal in signals_of(s.condition))
     m.recorder.wait(m.frame.job.source, s.line, seconds, Event("wait", tuple(sorted(keys)), math.nan))
+
+
+def _begins_an_edge(m: Machine, s: Wait) -> bool:
+    """Whether the same line waits for the same signals once more: for an edge, both of its levels are waited for."""
+    body, at = m.frame.job.body, m.frame.pc
+    after = body[at] if at < len(body) else None
+    return (
+        isinstance(after, Wait)
+        and after.line == s.line
+        and set(signals_of(after.condition)) == set(signals_of(s.condition))
+    )
 
 
 def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | None:
