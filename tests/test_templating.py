@@ -6,7 +6,7 @@ import pytest
 from cpu_time import cpu_time_below
 
 from olp.core.diagnostic import OlpError
-from olp.languages.templating import RenderingLimits, fixed, given, shipped, short
+from olp.languages.templating import RenderingLimits, Sandbox, fixed, given, shipped, short
 
 
 @dataclass(frozen=True)
@@ -150,6 +150,14 @@ def test_a_mistake_is_told_with_its_line_in_the_template(tmp_path, text, line, c
     found = refusal(tmp_path, text)
     assert (found.code, found.line, found.file) == (code, line, str(tmp_path / "main.j2"))
     assert found.source_line == text.splitlines()[line - 1]
+
+
+def test_a_template_is_compiled_once_and_still_tells_its_mistakes(tmp_path, monkeypatch):
+    first = refusal(tmp_path, "\n{{ missing }}")
+    shipped("krl")
+    monkeypatch.setattr(Sandbox, "compile", None)  # whoever calls it fails
+    shipped("krl")
+    assert refusal(tmp_path, "\n{{ missing }}") == first
 
 
 def test_a_mistake_in_an_included_file_is_told_with_that_file(tmp_path):

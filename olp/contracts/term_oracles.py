@@ -334,13 +334,14 @@ def _against(case: MeasuredMoves, pull: Array) -> Columns:
 
 def _walked(force: Array, ramp: Array) -> Array:
     """(n,) `longer` of a force (n, m) along the way from a ramp's rest on; `ramp`: V²/a over the way."""
-    grid, result = np.linspace(0.0, 1.0, force.shape[1]), np.zeros(len(force))
-    for k in range(len(force)):
-        place = 0.0
-        for u in _U:
-            here = float(np.interp(place, grid, force[k]))
-            result[k] += 2.0 * (1.0 - u) / here / _FINE
-            place += ramp[k] * u / here / _FINE
+    moves, last = np.arange(len(force)), force.shape[1] - 1
+    place, result = np.zeros(len(force)), np.zeros(len(force))
+    for u in _U:
+        at = np.minimum(place, 1.0) * last
+        left = np.minimum(at.astype(int), last - 1)
+        here = force[moves, left] + (at - left) * (force[moves, left + 1] - force[moves, left])
+        result += 2.0 * (1.0 - u) / here / _FINE
+        place = place + ramp * u / here / _FINE
     return result
 
 

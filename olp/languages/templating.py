@@ -19,7 +19,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from jinja2 import FunctionLoader, StrictUndefined, Template, TemplateSyntaxError, Undefined, nodes
+from jinja2 import (
+    BytecodeCache,
+    FunctionLoader,
+    StrictUndefined,
+    Template,
+    TemplateSyntaxError,
+    Undefined,
+    nodes,
+)
+from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError, TemplateNotFound, TemplatesNotFound, UndefinedError
 from jinja2.runtime import BlockReference, Context, Macro
 from jinja2.sandbox import ImmutableSandboxedEnvironment
@@ -72,6 +81,25 @@ class _Spent:
         return text
 
 
+class _Compiled(BytecodeCache):
+    """Compiled templates by file and text: compiling takes longer than rendering most programs."""
+
+    MOST = 64
+
+    def __init__(self) -> None:
+        self._codes: dict[tuple[str, str], Any] = {}
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        bucket.code = self._codes.get((bucket.key, bucket.checksum))
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        if len(self._codes) < self.MOST:
+            self._codes[bucket.key, bucket.checksum] = bucket.code
+
+
+_COMPILED = _Compiled()
+
+
 class Sandbox(ImmutableSandboxedEnvironment):
     """jinja2 with nothing but expressions, loops, macros and includes, all of them counted."""
 
@@ -80,7 +108,7 @@ class Sandbox(ImmutableSandboxedEnvironment):
     def __init__(self, load: Callable[[str], tuple[str, str, None] | None]) -> None:
         # Folding constants would run operators and filters uncounted, while the template is compiled.
         super().__init__(
-            loader=FunctionLoader(load),
+            loader=FunctionLoader(lambda name: self._kept(load(name))),
             undefined=StrictUndefined,
             autoescape=False,
             keep_trailing_newline=True,
@@ -88,12 +116,19 @@ class Sandbox(ImmutableSandboxedEnvironment):
             lstrip_blocks=True,
             optimized=False,
             auto_reload=False,
+            bytecode_cache=_COMPILED,
             finalize=_finalize,
         )
         self.spent = _Spent()
         self.sources: dict[str, str] = {}  # by file, for the line below a diagnostic
         self.globals.clear()
         self.filters = {**FILTERS, _COUNTED: self._counted, _JOINED: self._joined}
+
+    def _kept(self, found: tuple[str, str, None] | None) -> tuple[str, str, None] | None:
+        if found is not None:
+            source, file, _ = found
+            self.sources[file] = source
+        return found
 
     def is_safe_attribute(self, obj: Any, attr: str, value: Any) -> bool:
         return not attr.startswith("_") and (not callable(value) or isinstance(value, Macro))
@@ -120,7 +155,6 @@ class Sandbox(ImmutableSandboxedEnvironment):
         return super().get_template(name, parent, globals)
 
     def _parse(self, source: str, name: str | None, filename: str | None) -> nodes.Template:
-        self.sources[filename or name or ""] = source
         if len(source) > LARGEST_TEMPLATE:
             raise TemplateSyntaxError(f"longer than {LARGEST_TEMPLATE:,} characters", 1, name, filename)
         tree = super()._parse(source, name, filename)
