@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,24 +71,27 @@ def program(
 
 def play(way: Floats, speed: Floats, up: Floats, down: Floats) -> Floats:
     """[s] from rest to rest, stepped; the last step is as long as the way that is left needs."""
-    place, fast, time = (np.zeros_like(way) for _ in range(3))
-    moving = np.ones(len(way), dtype=bool)
-    while moving.any():
-        left = way - place
-        braking = fast**2 / (2.0 * down) >= left - fast * STEP
-        faster = np.where(
-            braking,
-            np.maximum(np.sqrt(np.maximum(2.0 * down * left, 0.0)) - 0.5 * down * STEP, 1e-4),
-            np.minimum(fast + up * STEP, speed),
-        )
-        step = 0.5 * (fast + faster) * STEP
-        last = moving & (step >= left)
-        time[last] += STEP * left[last] / step[last]
-        on = moving & ~last
-        time[on] += STEP
-        place[on] += step[on]
-        fast = np.where(on, faster, fast)
-        moving = on
+    return _played(*(np.asarray(one, float) for one in np.broadcast_arrays(way, speed, up, down)))
+
+
+@numba.njit(cache=True)
+def _played(way, speed, up, down):
+    time = np.zeros(len(way))
+    for k in range(len(way)):
+        place = fast = 0.0
+        while True:
+            left = way[k] - place
+            if fast**2 / (2.0 * down[k]) >= left - fast * STEP:
+                faster = max(np.sqrt(max(2.0 * down[k] * left, 0.0)) - 0.5 * down[k] * STEP, 1e-4)
+            else:
+                faster = min(fast + up[k] * STEP, speed[k])
+            step = 0.5 * (fast + faster) * STEP
+            if step >= left:
+                time[k] += STEP * left / step
+                break
+            time[k] += STEP
+            place += step
+            fast = faster
     return time
 
 

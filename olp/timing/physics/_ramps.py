@@ -93,8 +93,11 @@ def _passing(force: Floats, ramp: Floats) -> Floats:
 
 def _at(values: Floats, share: Floats) -> Floats:
     """(n, k) of values (n, m) along the way, at shares (n, k) of it."""
-    last = values.shape[1] - 1
-    place = np.clip(share, 0.0, 1.0) * last
-    low = np.minimum(place.astype(np.int64), last - 1)
-    rows = np.arange(len(values))[:, None]
-    return np.asarray(values[rows, low] + (place - low) * (values[rows, low + 1] - values[rows, low]))
+    rows, places = values.shape
+    place = np.clip(share * (places - 1), 0.0, places - 1)
+    low = np.minimum(place.astype(np.int64), places - 2)
+    beyond = place - low
+    low += np.arange(0, rows * places, places)[:, None]
+    flat = values.ravel()  # taking from it is twice as fast as from rows and columns
+    here = flat.take(low)
+    return np.asarray(here + beyond * (flat.take(low + 1) - here))
