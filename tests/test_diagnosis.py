@@ -16,7 +16,6 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis import diagnose
@@ -356,15 +355,6 @@ def test_the_command_writes_json_and_report(folder, tmp_path, capsys, monkeypatc
     assert departures(answer, CONTRACT) == []
     assert [f["term"] for f in answer["findings"]] == ["acceleration"]
     assert "<!doctype html>" in outputs[1].read_text(encoding="utf-8").lower()
-
-
-def test_the_next_experiment_is_a_job_that_olp_reads(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    assert main(["diagnose", "samples/up20", "--next", str(tmp_path / "next.jbi")]) == 0
-    assert "these moves cannot separate:" in capsys.readouterr().out
-    program = olp.read(tmp_path / "next.jbi")
-    assert program.diagnostics == ()
-    assert len(program.plan(robot="yaskawa/up20").time()) >= 4
 
 
 def test_without_anything_to_tell_apart_there_is_no_job_and_the_answer_is_given_first(

@@ -1,15 +1,23 @@
-"""A search for a class finds one, and imports go one way: those in functions and those for types count too."""
+"""What holds for the source as a whole, which is parsed once.
+
+A search for a class finds one; imports go one way, those in functions and those for types too; nothing outside a
+vendor's folder knows the vendor; what is kept has an end; files that are named exist.
+"""
 
 from __future__ import annotations
 
 import ast
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 import olp
+from olp.languages.vendor import maker_of, vendor_names
 
 ROOT = Path(olp.__file__).resolve().parent.parent
 
@@ -123,3 +131,176 @@ def test_files_that_comments_and_pages_name_exist() -> None:
         for name in files_not_there(path.read_text(encoding="utf-8"), known)
     ]
     assert wrong == []
+
+
+# --- vendors ---
+
+
+PYTHON_WORD = "as"  # a vendor's name that is a word of Python: only as a whole text
+NAMES = frozenset(vendor_names())
+WORDS = NAMES - {PYTHON_WORD}
+MAKERS = frozenset(maker_of(name).casefold() for name in NAMES)
+
+
+def parts(name: str) -> set[str]:
+    """The words of an identifier: snake case, dotted or in capitals' humps."""
+    return {part.lower() for part in re.findall(r"[A-Z]+[a-z0-9]*|[a-z0-9]+", name)}
+
+
+def docstrings(tree: ast.AST) -> set[int]:
+    """The ids of the nodes that are docstrings."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(
+            node, clean=False
+        ):
+            assert isinstance(node.body[0], ast.Expr)
+            found.add(id(node.body[0].value))
+    return found
+
+
+def identifiers(node: ast.AST) -> Iterator[str]:
+    """The names that a node gives, uses or imports."""
+    for field in ("id", "attr", "arg", "name", "module", "asname"):
+        value = getattr(node, field, None)
+        if isinstance(value, str):
+            yield value
+
+
+def compared(node: ast.AST) -> Iterator[ast.AST]:
+    """What something is compared with, or looked up by."""
+    if isinstance(node, ast.Compare):
+        yield from ast.walk(node)
+    elif isinstance(node, (ast.Dict, ast.Set)):
+        yield from (key for key in getattr(node, "keys", getattr(node, "elts", [])) if key is not None)
+    elif isinstance(node, ast.MatchValue):
+        yield node.value
+
+
+def known_vendors(tree: ast.Module) -> list[str]:
+    """What a module knows of vendors, as `line: word`.
+
+    A language's name is found as a text, as a word of a text (but for docstrings), as a part of a name, a module or a
+    file; a maker's where something is compared with it.
+
+    >>> known_vendors(ast.parse('if target == "krl": pass'))
+    ['1: krl']
+    """
+    told = docstrings(tree)
+    found: dict[str, None] = {}
+    for node in ast.walk(tree):
+        line = getattr(node, "lineno", 0)
+        for name in identifiers(node):
+            found.update(dict.fromkeys(f"{line}: {word}" for word in sorted(parts(name) & WORDS)))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in told:
+            words = set(re.findall(r"[a-z0-9]+", node.value)) & WORDS | ({node.value} & NAMES)
+            found.update(dict.fromkeys(f"{line}: {word}" for word in sorted(words)))
+        for other in compared(node):
+            if isinstance(other, ast.Constant) and str(other.value).casefold() in MAKERS:
+                found[f"{line}: {other.value}"] = None
+    return list(found)
+
+
+def test_no_module_outside_the_vendors_knows_one() -> None:
+    """Neither the name of a language nor that of its maker."""
+    inside = "olp.languages.vendors."
+    outside = {name: tree for name, tree in trees().items() if not name.startswith(inside)}
+    assert [name for name in outside if parts(name.rpartition(".")[2]) & WORDS] == []
+    told = [f"{name}: {word}" for name, tree in outside.items() for word in known_vendors(tree)]
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('if work.target == "krl": pass', ["1: krl"]),
+        ('"""How KRL and krl differ."""\nx = "as"', ["2: as"]),
+        ('NUMBERED = {"inform": 63}', ["1: inform"]),
+        ("from olp.languages.vendors.rapid.moves import LAYOUTS", ["1: rapid"]),
+        ("def tp_only(): return find(Urscript)", ["1: tp", "1: urscript"]),
+        ('help = "such as val3"', ["1: val3"]),
+        ('if robot.maker.lower() == "yaskawa": pass', ["1: yaskawa"]),
+        ('ROBOT = "yaskawa/gp25"', []),
+        ('"""Names of krl."""', []),
+    ],
+)
+def test_what_knows_a_vendor_is_found(text: str, found: list[str]) -> None:
+    assert known_vendors(ast.parse(text)) == found
+
+
+# --- what is kept ---
+
+
+GROWING = {"add", "append", "appendleft", "extend", "insert", "setdefault", "update"}
+
+
+def endless(decorator):
+    """Whether it is functools.cache, or lru_cache without an end."""
+    text = ast.unparse(decorator).removeprefix("functools.")
+    return text == "cache" or text.replace(" ", "") in ("lru_cache(None)", "lru_cache(maxsize=None)")
+
+
+def kept_for_ever(tree):
+    """Functions whose results for any arguments are kept without end."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.FunctionDef) or not any(map(endless, node.decorator_list)):
+            continue
+        if node.args.posonlyargs + node.args.args + node.args.kwonlyargs:
+            yield node.name
+
+
+def containers(tree):
+    """Names of a module's own mutable containers, but for those that hold one entry per class."""
+    for node in tree.body:
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        value = getattr(node, "value", None)
+        kind = ast.unparse(node.annotation) if isinstance(node, ast.AnnAssign) else ""
+        made = isinstance(value, (ast.Dict, ast.List, ast.Set, ast.DictComp, ast.ListComp, ast.SetComp)) or (
+            isinstance(value, ast.Call)
+            and ast.unparse(value.func) in ("dict", "list", "set", "deque", "defaultdict", "Counter")
+        )
+        if made and "dict[type" not in kind:
+            yield from (target.id for target in targets if isinstance(target, ast.Name))
+
+
+def grown(function, names):
+    """Which of the module's names a function puts something into, or hands to one that may."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
+            held = node.value
+        elif (
+            isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in GROWING
+        ):
+            held = node.func.value
+        else:
+            continue
+        if isinstance(held, ast.Name) and held.id in names:
+            yield held.id
+
+
+def emptied(tree, name):
+    """Whether a module takes something out of a container again."""
+    text = ast.unparse(tree)
+    return (
+        any(f"{name}.{how}(" in text for how in ("clear", "pop", "popitem", "popleft"))
+        or f"del {name}[" in text
+    )
+
+
+def gathered(tree):
+    """Containers of a module that its functions put something into."""
+    names = set(containers(tree))
+    functions = [node for node in ast.walk(tree) if names and isinstance(node, (ast.FunctionDef, ast.Lambda))]
+    return {name for function in functions for name in grown(function, names)}
+
+
+def test_every_cache_of_the_package_has_an_end() -> None:
+    """Of results: a size, or nothing that tells them apart. Of a module's own: something takes out of it again."""
+    found, gathering = [], 0
+    for module, tree in trees().items():
+        names = gathered(tree)
+        gathering += len(names)
+        without = [*kept_for_ever(tree), *(name for name in names if not emptied(tree, name))]
+        found += [f"{module}: {name}" for name in without]
+    assert found == []
+    assert gathering >= 3
