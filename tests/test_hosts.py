@@ -201,6 +201,13 @@ def cells(pytester) -> Path:
     return pytester.path / "cells" / "4"
 
 
+@pytest.fixture
+def alone(monkeypatch) -> None:
+    """pytest loads olp's plugin and no other that happens to be installed, which takes seconds."""
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTEST_PLUGINS", "olp.pytest_plugin")
+
+
 def outcomes(pytester, *words: str):
     # pytest-asyncio wants a setting of every project, whether it has coroutines or not.
     # In this process it would leave modules behind half forgotten, and later tests with two of every class.
@@ -208,23 +215,30 @@ def outcomes(pytester, *words: str):
 
 
 def test_each_budget_is_a_test(pytester, cells, monkeypatch):
+    """With pytest as it is installed, in which olp's plugin is one of many."""
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     command, *words = block("With pytest", "sh").split()
     assert command == "pytest"
     found = outcomes(pytester, *words, "-v")
     found.assert_outcomes(passed=2)
     found.stdout.fnmatch_lines(["*olp.toml::promise*MAIN.JBI* PASSED*", "*olp.toml::GRIP PASSED*"])
+
+
+@pytest.mark.usefixtures("alone")
+def test_a_budget_that_breaks_fails_with_its_line(pytester, cells):
     path = cells / "MAIN.JBI"
     path.write_bytes(path.read_bytes().replace(b"T=0.70", b"T=9.70"))
-    found = outcomes(pytester, *words)
+    found = outcomes(pytester, *block("With pytest", "sh").split()[1:])
     found.assert_outcomes(passed=1, failed=1)
     found.stdout.fnmatch_lines(["*MAIN.JBI:*over the budget of 4.5 s*", "*MAIN.JBI:*9.700 s*"])
 
 
+@pytest.mark.usefixtures("alone")
 def test_without_the_option_budgets_are_no_tests(pytester, cells):
     assert "no tests ran" in str(outcomes(pytester, "cells").stdout)
 
 
+@pytest.mark.usefixtures("alone")
 def test_budgets_that_say_nonsense_or_hold_nowhere_fail(pytester, cells):
     (cells / "olp.toml").write_text("[[budget]]\nlimit_s = -1\n\n[[budget]]\nlimit_s = 1\njob = 'NOBODY'\n")
     found = outcomes(pytester, "--olp", "cells")
@@ -232,11 +246,13 @@ def test_budgets_that_say_nonsense_or_hold_nowhere_fail(pytester, cells):
     found.stdout.fnmatch_lines(["*M001*", "*holds for no program below*"])
 
 
+@pytest.mark.usefixtures("alone")
 def test_two_budgets_of_one_name_are_two_tests(pytester, cells):
     (cells / "olp.toml").write_text(BUDGET + BUDGET.replace("4.5", "0.5"))
     outcomes(pytester, "--olp", "cells").assert_outcomes(passed=1, failed=1)
 
 
+@pytest.mark.usefixtures("alone")
 def test_a_junit_report_holds_predicted_seconds(pytester, cells):
     outcomes(
         pytester, "--olp", "cells", "--junitxml", "out.xml", "-o", "junit_family=xunit1"
@@ -244,6 +260,7 @@ def test_a_junit_report_holds_predicted_seconds(pytester, cells):
     assert 'name="predicted_s" value="4.38' in (pytester.path / "out.xml").read_text()
 
 
+@pytest.mark.usefixtures("alone")
 def test_the_fixture_times_a_program_as_the_page_shows(pytester, cells):
     example = block("With pytest", "python")
     assert 'robot="yaskawa/gp25"' in example
