@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 from translated_texts import ROBOT, converted, krl, read, run_elsewhere, translated
 
@@ -13,6 +14,7 @@ from olp.ir.program import If
 from olp.runtime.interpreter import run
 from olp.runtime.plan import StepKind
 from olp.transpile import Context
+from olp.transpile.compare import compare_plans
 from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 
@@ -379,3 +381,56 @@ def test_positions_of_a_list_are_found_by_a_computed_number_in_tp(tmp_path):
     made = convert(program, "tp", Context(robot=ROBOT), date="2026/01/01 00:00")
     plan = run_converted(made, "tp", ROBOT, program)
     assert [round(plan.positions.position[int(at)][0], 6) for at in plan.moves.target] == [0.91, 0.92, 0.93]
+
+
+# --- the mode as a choice, the frame that holds ---
+
+
+MODES = ("SWITCH $MODE_OP ;which", "CASE #AUT,#EX", "$OUT[1]=TRUE", "CASE #T1", "SWITCH N", "CASE 1", "$OUT[2]=TRUE",
+         "ENDSWITCH", "DEFAULT", "$OUT[3]=TRUE", "ENDSWITCH")  # fmt: skip
+
+
+def test_a_choice_by_the_mode_is_a_chain_of_conditions():
+    text = krl("DECL INT N", "N=1", *MODES)
+    assert not [loss for loss in converted(text, "krl", "rapid").translated.losses if loss.leaves_out]
+    written = translated(text, "krl", "rapid")
+    assert "ELSEIF OpMode()=OP_MAN_PROG THEN" in written
+    assert written.count("TEST N") == 1
+    assert "which" in written
+
+
+def test_a_choice_by_a_mode_that_no_other_controller_has_stays_rejected():
+    rows = ("SWITCH $MODE_OP", "CASE #KRF", "$OUT[1]=TRUE", "ENDSWITCH")
+    lost = {loss.line for loss in converted(krl(*rows), "krl", "rapid").translated.losses if loss.leaves_out}
+    assert lost == {2, 3, 4, 5}
+
+
+HELD = (
+    "DECL FRAME F", "DECL FRAME G", "BAS(#INITMOV,0)", "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}",
+    "$BASE={X 100,Y 50,Z 0,A 10,B 0,C 0}", "PTP {A1 10,A2 -10,A3 20,A4 0,A5 40,A6 0}", "F=$BASE",
+    "$BASE=F:{X 20,Y 0,Z 0,A 0,B 0,C 30}", "LIN {X 700,Y 0,Z 500,A 0,B 90,C 0}", "G=$TOOL", "$BASE=F",
+    "$TOOL=G:{X 0,Y 0,Z 30,A 0,B 0,C 0}", "LIN {X 700,Y 20,Z 500,A 0,B 90,C 0}",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_the_frame_and_the_tool_that_hold_are_kept_and_set_again(target):
+    text = krl(*HELD)
+    assert not [loss for loss in converted(text, "krl", target).translated.losses if loss.leaves_out]
+    here, there = read(text, "krl").plan(robot=ROBOT), run_elsewhere(text, "krl", target)
+    found = compare_plans(here, there)
+    assert found.steps == 3
+    assert not [row for row in found.found if row.part in ("position", "orientation")]
+    ends = here.positions.position[here.moves.target]
+    assert np.linalg.norm(ends[2] - ends[1]) > 0.01
+
+
+@pytest.mark.parametrize("row", ["again:", "IF $IN[1] THEN", "sub()"])
+def test_a_frame_that_several_ways_may_have_set_stays_rejected(row):
+    rows = [*HELD[:6], row, *(["$BASE=$NULLFRAME", "ENDIF"] if row[:2] == "IF" else []), "F=$BASE", "LIN F"]
+    lost = [
+        loss
+        for loss in converted(krl(*rows), "krl", "rapid").translated.losses
+        if "frame in use" in loss.says
+    ]
+    assert len(lost) == 1

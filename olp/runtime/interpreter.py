@@ -93,6 +93,7 @@ from olp.runtime.functions import frame_value
 from olp.runtime.jobs import Jobs
 from olp.runtime.made_up import MadeUp
 from olp.runtime.memory import (
+    ACTIVE,
     SAVED_NUMBERS,
     SAVED_POSITIONS,
     Memory,
@@ -102,7 +103,7 @@ from olp.runtime.memory import (
     saved_position,
 )
 from olp.runtime.plan import PATHS, Event, Plan, of_rows
-from olp.runtime.poses import as_pose, as_pulses, here
+from olp.runtime.poses import as_pose, as_pulses, frame_pose, here
 from olp.runtime.recorder import NOWHERE, Recorder
 from olp.runtime.scope import declare_all, literal, read_name
 from olp.runtime.signals import PERIPHERY, impose, key_of, read_signal, signals_of, write_signal
@@ -117,7 +118,7 @@ from olp.runtime.state import (
     StatementError,
     role,
 )
-from olp.runtime.structures import literal_position, read_item, read_member
+from olp.runtime.structures import literal_position, pose_value, read_item, read_member
 
 if TYPE_CHECKING:
     import os
@@ -345,6 +346,10 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
         from olp.runtime.places import current
 
         return current(m, joints=value.name == "current-joints")
+    if value.name == "current-frame":
+        return pose_value(frame_pose(m, FrameRef(ACTIVE)))
+    if value.name == "current-tool":
+        return pose_value(m.world.cell.tool_pose(m.active_tool))
     if value.name in ("manual-reduced", "manual-full"):
         m.assume("the mode is taken to be automatic")
         return False

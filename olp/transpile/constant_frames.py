@@ -6,13 +6,44 @@ FANUC programs write a position register component by component and copy it into
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, FrameRef, Function, Member, Named, Number, PositionLiteral, Unary
-from olp.ir.program import Assign, DefineFrame, Program, Statement
+from olp.ir.expressions import (
+    Expression,
+    FrameRef,
+    Function,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+    SystemValue,
+    Unary,
+)
+from olp.ir.program import (
+    Assign,
+    Call,
+    Case,
+    Default,
+    DefineFrame,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
+    EndWhile,
+    For,
+    Label,
+    Next,
+    Program,
+    Repeat,
+    SetFrame,
+    SetTool,
+    Statement,
+    While,
+)
+from olp.ir.transformer import expressions_of, mapped
 from olp.transpile.context import TranslationContext
 
 _STRAIGHT = frozenset(
@@ -143,3 +174,70 @@ def _number(e: Expression) -> float | None:
         inner = _number(e.operand)
         return None if inner is None else -inner
     return None
+
+
+# --- Tools and frames that hold ---
+# What a program reads of the tool and the frame that hold (KRL's `F=$BASE`), where the statements before it in its
+# routine set them, whatever way led here.
+
+_CURRENT: Final = {"current-tool": "tool", "current-frame": "frame"}
+_LEADS_HERE: Final = (
+    Label,
+    Else,
+    ElseIf,
+    EndIf,
+    While,
+    EndWhile,
+    Repeat,
+    For,
+    Next,
+    Case,
+    Default,
+    EndSwitch,
+    Call,
+)
+_ZERO_FRAME: Final = PositionLiteral("pose", (0.0,) * 6)
+
+
+def held_systems(program: Program, work: TranslationContext) -> Program:
+    """The tool and the frame that hold, by their names where they are read."""
+    if not work.limits.named_frames:
+        return program
+    return replace(program, routines=tuple(replace(r, body=_with_held(r.body)) for r in program.routines))
+
+
+def _with_held(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
+    if not any(isinstance(s, Assign) and _reads_system(s.value) for s in body):
+        return body
+    rows: list[Statement] = []
+    holds: dict[str, Expression] = {}
+    for s in body:
+        if isinstance(s, SetTool):
+            holds["tool"] = s.tool
+        elif isinstance(s, SetFrame):
+            holds["frame"] = s.frame
+        elif isinstance(s, _LEADS_HERE):
+            holds.clear()
+        elif isinstance(s, Assign):
+            if _reads_system(s.value):
+                s = replace(s, value=_as_held(s.value, holds))
+            # What has been copied stays when its own value changes.
+            changed = {e for e in expressions_of(s.target) if isinstance(e, (Named, FrameRef))}
+            holds = {part: e for part, e in holds.items() if not changed & set(expressions_of(e))}
+        rows.append(s)
+    return tuple(rows)
+
+
+def _reads_system(e: Expression) -> bool:
+    return any(isinstance(one, SystemValue) and one.name in _CURRENT for one in expressions_of(e))
+
+
+def _as_held(e: Expression, holds: Mapping[str, Expression]) -> Expression:
+    def change(one: Expression) -> Expression:
+        if not isinstance(one, SystemValue) or one.name not in _CURRENT:
+            return one
+        found = holds.get(_CURRENT[one.name], one)
+        nothing = found in (FrameRef("base"), FrameRef("tool", Number(0)), FrameRef("user", Number(0)))
+        return _ZERO_FRAME if nothing else found
+
+    return mapped(e, change)

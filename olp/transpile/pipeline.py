@@ -19,7 +19,7 @@ from olp.transpile.blends import blends
 from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
-from olp.transpile.constant_frames import known_systems
+from olp.transpile.constant_frames import held_systems, known_systems
 from olp.transpile.context import Context, Fate, Loss, Planned, TranslationContext
 from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
@@ -134,6 +134,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         at_ends,
         clocks,
         foreign_words,
+        held_systems,
         signal_variables,
         optional_parameters,
         array_sizes,

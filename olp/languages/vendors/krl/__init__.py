@@ -123,10 +123,10 @@ class Krl(Vendor):
     def spelled_out(
         self, body: tuple[Statement, ...], find: Callable[[str], Routine | None]
     ) -> tuple[Statement, ...]:
-        from olp.languages.vendors.krl.library import without_library
+        from olp.languages.vendors.krl.library import with_modes, without_library
         from olp.languages.vendors.krl.triggers import with_triggers
 
-        return without_library(with_triggers(body, find), find)
+        return with_modes(without_library(with_triggers(body, find), find))
 
     def without_editor_comments(self, body: tuple[Statement, ...]) -> Sequence[Statement]:
         from olp.languages.vendors.krl.folds import without_folds

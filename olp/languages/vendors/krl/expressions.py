@@ -25,7 +25,7 @@ from olp.ir.expressions import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl import values
-from olp.languages.vendors.krl.scope import AXES, POSES, KrlReference, Scope
+from olp.languages.vendors.krl.scope import AXES, MODES, POSES, KrlReference, Scope
 from olp.languages.vendors.krl.values import Component, KrlAggregate, settle
 
 FUNCTIONS: Final = {
@@ -69,7 +69,6 @@ SYSTEM_VALUES: Final = {
     "$USER_SAF": "guard-closed",
     "$ALARM_STOP": "no-emergency-stop",
 }
-_MODES: Final = {"#T1": "manual-reduced", "#T2": "manual-full", "#AUT": "automatic", "#EX": "automatic"}
 _MILLISECONDS: Final = Number(1000)  # of a second
 _FRAMES: Final = frozenset({"$NULLFRAME", "$WORLD"})
 _COMPARISONS: Final = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
@@ -277,7 +276,7 @@ def _joined(operator: str, left: Expression, right: Expression) -> Expression:
 def _mode(left: Expression, right: Expression) -> SystemValue | None:
     """`$MODE_OP==#T1`: whether the controller is in this mode."""
     if type(left) is Named and left.name.upper() == "$MODE_OP" and type(right) is Text:
-        name = _MODES.get(right.value.upper())
+        name = MODES.get(right.value.upper())
         return None if name is None else SystemValue(name)
     return None
 

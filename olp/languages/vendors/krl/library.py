@@ -30,6 +30,7 @@ from olp.ir.expressions import (
     RecordLiteral,
     Signal,
     SignalState,
+    SystemValue,
     Text,
     Unary,
     Unknown,
@@ -38,20 +39,29 @@ from olp.ir.program import Program, Routine
 from olp.ir.statements import (
     Assign,
     Call,
+    Case,
     Comment,
     Declare,
+    Default,
     Dwell,
+    Else,
+    ElseIf,
+    EndIf,
+    EndSwitch,
     EndWhile,
+    If,
     Message,
     Pause,
     Process,
     SetOutput,
     Statement,
+    Switch,
     Wait,
     While,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED
+from olp.languages.vendors.krl.scope import MODES
 
 _SHOWS: Final = frozenset({"msgnotify", "msgquit", "msgloop", "msgstate"})
 _CLEARS: Final = "clear_krlmsg"
@@ -497,3 +507,63 @@ def _taken_names(program: Program) -> Iterator[str]:
 
 def _without(rows: Sequence[Statement], names: set[str]) -> tuple[Any, ...]:
     return tuple(s for s in rows if not (isinstance(s, Declare) and s.name in names))
+
+
+# --- Modes ---
+# `SWITCH $MODE_OP`: which mode the controller is in, as a chain of IF.
+
+
+def with_modes(body: Sequence[Statement]) -> tuple[Statement, ...]:
+    """The statements with IF in the place of SWITCH where the mode chooses."""
+    rows: list[Statement] = []
+    open_: list[bool | None] = []  # of each SWITCH: whether it is one of modes, and no case has come yet
+    for s in body:
+        if isinstance(s, Switch):
+            open_.append(True if _is_mode(s.value) and _knows_all(body, s) else None)
+            if open_[-1] is None:
+                rows.append(s)
+            elif s.comment:
+                rows.append(Comment(s.line, s.comment))
+        elif not open_ or open_[-1] is None or not isinstance(s, (Case, Default, EndSwitch)):
+            rows.append(s)
+            if isinstance(s, EndSwitch) and open_:
+                open_.pop()
+        elif isinstance(s, Case):
+            condition = _in_modes(s.values)
+            rows.append(
+                If(s.line, condition, s.comment) if open_[-1] else ElseIf(s.line, condition, s.comment)
+            )
+            open_[-1] = False
+        elif isinstance(s, Default):
+            rows.append(Else(s.line, s.comment))
+        else:
+            open_.pop()
+            rows.append(EndIf(s.line, s.comment))
+    return tuple(rows)
+
+
+def _is_mode(e: Expression) -> bool:
+    return isinstance(e, Named) and e.name.upper() == "$MODE_OP"
+
+
+def _knows_all(body: Sequence[Statement], opener: Switch) -> bool:
+    """Whether a SWITCH has a case first, and all its cases are modes."""
+    depth, first = 0, True
+    for s in body[next(at for at, one in enumerate(body) if one is opener) + 1 :]:
+        if depth == 0 and isinstance(s, (Case, Default, EndSwitch)):
+            if isinstance(s, EndSwitch):
+                return not first
+            if isinstance(s, Default):
+                if first:
+                    return False
+            elif not all(isinstance(v, Text) and v.value.upper() in MODES for v in s.values):
+                return False
+            first = False
+        depth += isinstance(s, Switch) - isinstance(s, EndSwitch)
+    return False
+
+
+def _in_modes(values: Sequence[Expression]) -> Expression:
+    names = dict.fromkeys(MODES[v.value.upper()] for v in values if isinstance(v, Text))
+    first, *others = map(SystemValue, names)
+    return Logic(first, tuple(("or", one) for one in others)) if others else first

@@ -31,6 +31,7 @@ COMPONENTS: Final = {
     "T": "t",
     **{f"E{n}": f"e{n}" for n in range(1, 7)},
 }
+MODES: Final = {"#T1": "manual-reduced", "#T2": "manual-full", "#AUT": "automatic", "#EX": "automatic"}
 AXIS_NUMBERS: Final = {f"A{n}": n for n in range(1, 7)}
 SYSTEM_TYPES: Final = {
     "$TOOL": "FRAME",
