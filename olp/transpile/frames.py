@@ -599,8 +599,8 @@ def _named_systems(program: Program, work: TranslationContext) -> Program:
         return program
     names = {key: work.fresh(f"{system_words(key[0])}_{key[1]}") for key in sorted(changing)}
     work.named_systems.update(names.values())
-    for (kind, number), given in names.items():
-        work.names["tool" if kind == "tool" else "frame", str(number)] = given
+    for (group, at), given in names.items():
+        work.names["tool" if group == "tool" else "frame", str(at)] = given
 
     def change(e: Expression) -> Expression:
         name = names.get(_set(e) or ("", 0))
