@@ -1195,3 +1195,42 @@ def test_elements_of_a_constant_table_of_positions_by_computed_numbers(target):
     found = compare_plans(here, there)
     assert found.steps == 5
     assert found.worst_position < 1e-4
+
+
+# --- the end of the program -------------------------------------------------------------------------------
+
+
+ENDS = """MODULE M
+VAR num n:=1;
+PROC main()
+part;
+SetAO ao1,2;
+ENDPROC
+PROC part()
+SetAO ao1,1;
+IF n=1 EXIT;
+SetAO ao1,3;
+ENDPROC
+ENDMODULE
+"""
+
+
+def set_to(plan):
+    return [event.value for _, event in sorted(plan.events.items())]
+
+
+def test_nothing_runs_behind_the_end_of_the_program():
+    assert set_to(run(read(ENDS, "rapid"), ROBOT)) == [1]
+    listing = tp("AO[1]=1", "ABORT", "AO[1]=3")
+    assert set_to(run(read(listing, "tp"), ROBOT)) == [1]
+
+
+@pytest.mark.parametrize("target", ["tp", "urscript"])
+def test_a_routine_that_ends_the_program_does_so_there(target):
+    assert not [one for one in converted(ENDS, "rapid", target).translated.losses if one.leaves_out]
+    assert set_to(run_elsewhere(ENDS, "rapid", target)) == [1]
+
+
+def test_fanucs_abort_is_rapids_exit():
+    listing = tp("AO[1]=1", "IF R[1]=0,JMP LBL[1]", "ABORT", "LBL[1]", "AO[1]=3")
+    assert "EXIT;" in translated(listing, "tp", "rapid")

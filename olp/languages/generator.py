@@ -33,7 +33,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import expressions_of
-from olp.languages.vendor import language_of
+from olp.languages.vendor import ENDS_PROGRAM, language_of
 
 ATOM: Final = 99  # binds stronger than any operation: names, numbers, what has brackets of its own
 OPENS: Final[frozenset[type]] = frozenset({st.If, st.While, st.For, st.Repeat, st.Switch})
@@ -507,6 +507,11 @@ def _filled(kind: type, template: str, spelled_as: Mapping[str, str]) -> Callabl
     return write if template else lambda self, s: []
 
 
+def _ends_program(s: st.Statement) -> bool:
+    """Whether it is the one process that languages share, in this one's word."""
+    return isinstance(s, st.Process) and s.name.casefold() in ENDS_PROGRAM
+
+
 def _checked(
     kind: type, write: Callable[[Any, Any], Lines], foreign: str | None, cannot: Mapping[str, Refusal]
 ) -> Callable[[Any, Any], Lines]:
@@ -517,7 +522,7 @@ def _checked(
     values: Callable[[Any], Any] = attrgetter(*cannot, "line") if cannot else lambda s: ()
 
     def checked(self: Generator, s: Any) -> Lines:
-        if foreign is not None and not self.own:
+        if foreign is not None and not self.own and not _ends_program(s):
             raise CannotSayError(foreign.format(s=s, self=self, called=terminology.statement(s)))
         if cannot and any(values(s)[:-1]):
             raise refusal(next(refused for name, refused in cannot.items() if getattr(s, name)))

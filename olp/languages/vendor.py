@@ -23,6 +23,8 @@ SHOWN: Final = "shown"  # argument of a Process that tells people something, and
 ON_THE_WAY: Final = (
     "on the way"  # argument of a Process that keeps the arm going: why what follows is not exact
 )
+# Names of a Process, case folded, that end the program as a whole, whoever called the routine (FANUC, RAPID, URScript).
+ENDS_PROGRAM: Final = frozenset({"abort", "exit", "halt"})
 _VENDORS: Final = "olp.languages.vendors"
 _USUAL: Final = (
     "Move_joint Move_linear Move_circular Assign SetOutput Dwell Wait Call Return If Else EndIf Message "

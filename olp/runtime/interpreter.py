@@ -79,7 +79,7 @@ from olp.ir.program import (
     While,
 )
 from olp.ir.program import Path as MovePath
-from olp.languages.vendor import find_vendor, part_of, vendor_names
+from olp.languages.vendor import ENDS_PROGRAM, find_vendor, part_of, vendor_names
 from olp.robots.coordinate_systems import ROBOT_GAP, Gap
 from olp.robots.robot import candidates_for_pulses
 from olp.runtime import data, flow, modal, moves, scope
@@ -270,25 +270,21 @@ def message(m: Machine, s: Message) -> None:
     m.recorder.signal(m.frame.job.source, s.line)
 
 
-# Words that end the program as a whole, whoever called the routine: FANUC ABORT, RAPID EXIT, URScript halt.
-_ENDINGS = frozenset({"abort", "exit", "halt"})
-
-
-def process(m: Machine, s: Process) -> None:
-    if s.name.lower() in _ENDINGS:
+def process(m: Machine, s: Process) -> int | None:
+    if s.name.casefold() in ENDS_PROGRAM:
         m.recorder.signal(m.frame.job.source, s.line)
         m.stop(f"line {s.line} ends the program")
-        return
+        return OTHER_FRAME
     if s.name == "continue":
         m.continued = (m.frame, following(m))
-        return
+        return None
     if s.name.casefold() in m.conventions.standing_processes:
         m.recorder.end_exactly()
-        return
+        return None
     if s.name == "stop-handler":
-        return  # it acts when the arm has been stopped
+        return None  # it acts when the arm has been stopped
     if moves.define_trigger(m, s):
-        return
+        return None
     seconds = m.assumptions.process.get(s.name.lower())
     if seconds is None:
         seconds = 0.0
@@ -296,6 +292,7 @@ def process(m: Machine, s: Process) -> None:
         says = f"{s.name} takes no time and changes no variable"
         m.assume_once(s.name, says if manner is None else f"{s.name}, {manner}, is not modelled")
     m.recorder.signal(m.frame.job.source, s.line, seconds)
+    return None
 
 
 def following(m: Machine) -> int:

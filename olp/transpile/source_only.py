@@ -60,6 +60,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import (
     ACKNOWLEDGED,
+    ENDS_PROGRAM,
     ON_THE_WAY,
     SHOWN,
     MoveOptions,
@@ -222,6 +223,8 @@ class _ForeignWords:
             says = f"the end of a task that nothing here starts: {s.task}"
             work.lose(s, Fate.REFUSED, "statement", says)
             return [s]
+        if isinstance(s, Process) and s.name.casefold() in ENDS_PROGRAM and work.limits.program_end:
+            return [replace(s, name=work.limits.program_end)]
         if isinstance(s, Process) and (rows := self._process(s)) is not None:
             return rows
         if isinstance(s, Message) and work.limits.fixed_messages and not isinstance(s.text, Text):

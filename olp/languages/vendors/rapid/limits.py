@@ -85,6 +85,7 @@ LIMITS = Limits(
     reference_parameters=True,  # moves take tools that are persistent only
     array_literals=True,
     has_power=True,
+    program_end="EXIT",
     refuses=frozenset(
         {
             "Clear",

@@ -49,6 +49,7 @@ LIMITS: Final = Limits(
     nested_expressions=True,
     one_routine_per_file=True,
     timed_out="jump",
+    program_end="ABORT",
     # TB, TA and DB (R-30iB, operator's manual, time before and distance before)
     path_triggers=PathTriggerForms(
         most=1,

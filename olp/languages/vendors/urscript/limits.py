@@ -57,6 +57,7 @@ LIMITS: Final = Limits(
     pose_functions=True,
     returned_parameters=True,
     has_power=True,
+    program_end="halt",
     refuses=frozenset(
         {
             "Clear",
