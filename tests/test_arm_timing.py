@@ -588,7 +588,12 @@ def test_a_doubted_ramp_reaches_from_the_profile_of_one_acceleration_to_that_of_
 
 
 @pytest.mark.parametrize(
-    ("programmed", "robot", "published"), [("$ACC.CP=2.0", ROBOT, True), ("", "fanuc/lr-mate-200id", False)]
+    ("programmed", "robot", "published"),
+    [
+        ("$ACC.CP=2.0", ROBOT, True),
+        ("$ACC.CP=2.0", "fanuc/lr-mate-200id", True),
+        ("", "fanuc/lr-mate-200id", False),
+    ],
 )
 def test_the_interval_says_what_an_unpublished_acceleration_of_lines_makes(
     tmp_path: Path, programmed: str, robot: str, published: bool

@@ -23,7 +23,7 @@ _JOINT = PATHS.index(Path.JOINT)
 _AT_MOST = 0.5  # of a move that is for its stop
 _NORMAL = 1.96
 KNOWN_DOUBT: Final = 0.25  # of the logarithm of accelerations that somebody has programmed or published
-_TOLD = 0.005  # [s] a doubt that is shown as more than nothing
+_SHOWN = 0.005  # [s] a doubt that is shown as more than nothing
 _CRUISE = 0.9  # of a move faster than its rated speeds that it runs at constant speed
 
 
@@ -133,14 +133,18 @@ def _lines_doubt(
     plan: Plan, wanted: Demand, rows: Floats, timed: TimedJoints | None, line_doubt: float
 ) -> tuple[Floats, Floats]:
     """(k,) [s] each, below and above, of what the law of the arm does not time."""
-    moves = plan.moves
     with np.errstate(divide="ignore", invalid="ignore"):
         cruise = np.nan_to_num(wanted.length / wanted.speed, posinf=0.0)
     ramps = np.nan_to_num(np.maximum(rows - cruise, 0.0), posinf=0.0)
     if timed is not None:
         ramps[timed.rows] = 0.0
-    told = (moves.path == _JOINT) | np.isfinite(moves.rate) | np.isfinite(moves.duration)
-    return ramp_doubt(ramps, cruise, np.where(told, KNOWN_DOUBT, line_doubt))
+    return ramp_doubt(ramps, cruise, np.where(_told(plan), KNOWN_DOUBT, line_doubt))
+
+
+def _told(plan: Plan) -> Mask:
+    """(k,) rows of Moves that are no lines, or whose acceleration or time is programmed."""
+    moves = plan.moves
+    return np.asarray((moves.path == _JOINT) | np.isfinite(moves.rate) | np.isfinite(moves.duration))
 
 
 def ramp_doubt(ramps: Floats, cruise: Floats, doubt: Floats) -> tuple[Floats, Floats]:
@@ -179,8 +183,9 @@ def line_doubt_of(
     plan: Plan, wanted: Demand, rows: Floats, timed: TimedJoints | None, line_doubt: float
 ) -> list[str]:
     """What an unpublished acceleration of lines makes of the time of this plan, and what would narrow it."""
-    below, above = (float(ends.sum()) for ends in _lines_doubt(plan, wanted, rows, timed, line_doubt))
-    if above < _TOLD:
+    own = ~_told(plan)
+    below, above = (float(ends[own].sum()) for ends in _lines_doubt(plan, wanted, rows, timed, line_doubt))
+    if above < _SHOWN:
         return []
     arm = "this arm" if plan.robot is None else plan.robot.name
     return [
