@@ -137,7 +137,7 @@ def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: MotionLimits) -> tup
 
 
 def _assumed(usual: LineAcceleration, robot: Robot | None) -> str:
-    value = f"{usual.value / mm:.4g} mm/s²"
+    value = f"{float(f'{usual.value / mm:.3g}'):g} mm/s²"
     if usual.published:
         return f"lines accelerate with {value} where none is programmed ({usual.source})"
     arm = "this arm" if robot is None else robot.name
