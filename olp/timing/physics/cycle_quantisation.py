@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
@@ -134,9 +136,11 @@ def _finest(times: Floats, frequency: float, step: float) -> float:
 
 
 def _coherence(times: Floats, frequency: Floats) -> Floats:
-    """(f,) [1]"""
-    parts = [
-        np.abs(np.exp(2j * np.pi * np.outer(chunk, times)).mean(axis=1))
-        for chunk in np.array_split(frequency, max(1, len(frequency) * len(times) // 2_000_000))
-    ]
-    return np.concatenate(parts)
+    """(f,) [1] at frequencies that are evenly apart: a turn is one of a coarse frequency and the rest of it, and their
+    products of all pairs are one product of matrices."""
+    count = len(frequency)
+    fine = max(1, math.isqrt(count))
+    step = (frequency[-1] - frequency[0]) / max(1, count - 1)
+    coarse = np.exp(2j * np.pi * np.outer(frequency[::fine], times))
+    rest = np.exp(2j * np.pi * step * np.outer(times, np.arange(fine)))
+    return np.asarray(np.abs(coarse @ rest).ravel()[:count] / len(times))
