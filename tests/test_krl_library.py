@@ -434,3 +434,34 @@ def test_a_frame_that_several_ways_may_have_set_stays_rejected(row):
         if "frame in use" in loss.says
     ]
     assert len(lost) == 1
+
+
+# --- types that no file declares ---
+
+
+def test_variables_of_types_that_no_file_declares_are_what_their_uses_tell():
+    choices = ("IF E==#FAST THEN", "WAIT SEC 1", "ENDIF", "IF F==#SLOW THEN", "WAIT SEC 2", "ENDIF")
+    rows = ("P.N=1", "P.H=P.N+0.5", "WAIT SEC P.H", "E=#FAST", *choices)
+    text = krl("DECL PART_T P", "DECL MODE_T E", "DECL MODE_T F=#SLOW", *rows)
+    losses = converted(text, "krl", "rapid").translated.losses
+    assert not [loss for loss in losses if loss.leaves_out]
+    assert {loss.says.split()[0] for loss in losses if "not declared here" in loss.says} == {
+        "P_N",
+        "P_H",
+        "E",
+    }
+    assert run_elsewhere(text, "krl", "rapid").durations.tolist() == pytest.approx([1.5, 1, 2])
+
+
+def test_a_type_that_a_file_declares_is_not_taken_for_unknown():
+    text = krl("STRUC PART_T INT N", "DECL PART_T P", "P.N=2", "WAIT SEC P.N")
+    assert not [
+        loss for loss in converted(text, "krl", "rapid").translated.losses if "not declared" in loss.says
+    ]
+
+
+def test_members_of_records_of_unknown_types_that_are_copied_stay_rejected():
+    text = krl("DECL PART_T P[5]", "P[1].N=1", "P[2]=P[1]")
+    losses = converted(text, "krl", "rapid").translated.losses
+    assert [loss.line for loss in losses if loss.leaves_out] == [3]
+    assert 4 in {loss.line for loss in losses}

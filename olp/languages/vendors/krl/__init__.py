@@ -139,10 +139,11 @@ class Krl(Vendor):
             with_given_parameters,
             with_record_messages,
             with_status_members,
+            without_unknown_types,
         )
 
         program = with_record_messages(with_given_parameters(program))
-        return with_status_members(with_cyclic_flags(program))
+        return without_unknown_types(with_status_members(with_cyclic_flags(program)))
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

@@ -13,6 +13,7 @@ instructions for system integrators).
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final
@@ -61,7 +62,7 @@ from olp.ir.statements import (
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED
-from olp.languages.vendors.krl.scope import MODES
+from olp.languages.vendors.krl.scope import MODES, NEUTRAL_TYPES
 
 _SHOWS: Final = frozenset({"msgnotify", "msgquit", "msgloop", "msgstate"})
 _CLEARS: Final = "clear_krlmsg"
@@ -567,3 +568,40 @@ def _in_modes(values: Sequence[Expression]) -> Expression:
     names = dict.fromkeys(MODES[v.value.upper()] for v in values if isinstance(v, Text))
     first, *others = map(SystemValue, names)
     return Logic(first, tuple(("or", one) for one in others)) if others else first
+
+
+# --- Types that no file declares ---
+# `DECL PART_T P`, where the list with STRUC or ENUM PART_T is not at hand: P is like a name that nothing declares.
+
+_OWN_TYPES: Final = frozenset(
+    {*NEUTRAL_TYPES.values(), "tool", "signal", "enumeration", "structure", "clock"}
+)
+
+
+def without_unknown_types(program: Program) -> Program:
+    """The program without variables of types that nobody knows: what they hold, their uses tell."""
+    known = {d.name.casefold() for d in _declared(program) if d.type in ("enumeration", "structure")}
+    counts = Counter(d.name.casefold() for d in _declared(program) if not _is_unknown(d, known))
+    handed = {p.name.casefold() for r in program.routines for p in r.parameters}
+
+    def kept(rows: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(
+            _as_text(s, known) if isinstance(s, Declare) else s
+            for s in rows
+            if not (isinstance(s, Declare) and _is_unknown(s, known))
+            or counts[s.name.casefold()]
+            or s.name.casefold() in handed
+        )
+
+    routines = tuple(replace(r, body=kept(r.body), data=kept(r.data)) for r in program.routines)
+    return replace(program, routines=routines, data=kept(program.data))
+
+
+def _as_text(d: Declare, known: set[str]) -> Declare:
+    """A variable that begins with a constant of such a type (`#FAST`): the constant is a text."""
+    unknown = _is_unknown(replace(d, value=None), known)
+    return replace(d, type="string", native="CHAR") if unknown and isinstance(d.value, Text) else d
+
+
+def _is_unknown(d: Declare, known: set[str]) -> bool:
+    return d.value is None and d.type not in _OWN_TYPES and d.type.casefold() not in known
