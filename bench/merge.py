@@ -389,13 +389,14 @@ def real(folder: Path, half: str, most: int, keep: Path | None) -> None:
 
 @dataclass(frozen=True)
 class Step:
-    """A move to a position, or a line of logic. `name`: of the position, for life."""
+    """A move to a position, or a line of logic. `name`: of the position, for life; `joint`: no straight move."""
 
     name: str
     values: tuple[float, ...] = ()
     speed: int = 100
     comment: str = ""
     word: str = ""
+    joint: bool = False
 
 
 @dataclass(frozen=True)
@@ -431,12 +432,15 @@ def night(made: Made, choose: random.Random) -> tuple[Made, set[str]]:
 
 
 def office(made: Made, choose: random.Random) -> tuple[Made, set[str]]:
-    """Logic changed: speeds, new steps, steps that go, signals. The positions that stay are as they were."""
+    """Logic changed: speeds, new steps, steps that go, signals, straight moves that become joint moves.
+
+    The positions that stay are as they were.
+    """
     steps = list(made.steps)
     gone: set[str] = set()
     for number in range(choose.randint(1, 5)):
         at = choose.randrange(len(steps))
-        kind = choose.choice(("speed", "new", "gone", "signal", "comment"))
+        kind = choose.choice(("speed", "new", "gone", "signal", "comment", "joint"))
         if kind == "speed" and steps[at].values:
             steps[at] = replace(steps[at], speed=steps[at].speed + 20)
         elif kind == "new":
@@ -445,6 +449,8 @@ def office(made: Made, choose: random.Random) -> tuple[Made, set[str]]:
             gone.add(steps.pop(at).name)
         elif kind == "signal":
             steps.insert(at, Step("", word=f"signal {choose.randint(1, 9)}{number}"))
+        elif kind == "joint" and steps[at].values:
+            steps[at] = replace(steps[at], joint=not steps[at].joint, speed=choose.choice((100, 300, 900)))
         elif steps[at].values:
             steps[at] = replace(steps[at], comment=f"way {number}")
     return Made(tuple(steps), "2026/03/01 17:45", made.revision), gone
@@ -471,7 +477,8 @@ def _as_inform(made: Made) -> str:
     body, n = [], 0
     for step in made.steps:
         if step.values:
-            body.append(f"MOVL C{n:05d} V={step.speed:.1f}" + (f"  //{step.comment}" if step.comment else ""))
+            how = f"J C{n:05d} VJ={step.speed / 10:.2f}" if step.joint else f"L C{n:05d} V={step.speed:.1f}"
+            body.append(f"MOV{how}" + (f"  //{step.comment}" if step.comment else ""))
             n += 1
         else:
             number = step.word.split()[1]
@@ -512,7 +519,8 @@ def _as_tp(made: Made) -> str:
     for step in made.steps:
         if step.values:
             label = f':"{step.comment}"' if step.comment else ""
-            body.append(f"L P[{numbers[step.name]}{label}] {step.speed}mm/sec FINE    ;")
+            path, speed = ("J", f"{step.speed // 10}%") if step.joint else ("L", f"{step.speed}mm/sec")
+            body.append(f"{path} P[{numbers[step.name]}{label}] {speed} FINE    ;")
         else:
             body.append(f"  DO[{step.word.split()[1]}]=ON ;")
     date = made.date[2:10].replace("/", "-") + "  TIME " + made.date[11:] + ":00"
@@ -543,7 +551,7 @@ def _as_krl(made: Made) -> str:
     for s in made.steps:
         if s.values:
             text.append(f"$VEL.CP={s.speed / 1000:.3f}" + (f" ; {s.comment}" if s.comment else ""))
-            text.append(f"LIN X{s.name}")
+            text.append(f"{'PTP' if s.joint else 'LIN'} X{s.name}")
         else:
             text.append(f"$OUT[{s.word.split()[1]}]=TRUE")
     return "\r\n".join([*text, "END", ""])
@@ -563,7 +571,7 @@ def _as_rapid(made: Made) -> str:
     for s in made.steps:
         note = f" ! {s.comment}" if s.comment else ""
         text.append(
-            f"    MoveL {s.name},speed{s.speed},fine,tool0;{note}"
+            f"    Move{'J' if s.joint else 'L'} {s.name},speed{s.speed},fine,tool0;{note}"
             if s.values
             else f"    SetDO do{s.word.split()[1]},1;"
         )
@@ -578,7 +586,7 @@ def _as_urscript(made: Made) -> str:
     for s in made.steps:
         note = f"  # {s.comment}" if s.comment else ""
         text.append(
-            f"  movel({s.name}, v={s.speed / 1000:.3f}){note}"
+            f"  move{'j' if s.joint else 'l'}({s.name}, v={s.speed / 1000:.3f}){note}"
             if s.values
             else f"  set_standard_digital_out({s.word.split()[1]}, True)"
         )
@@ -590,7 +598,7 @@ def _as_as(made: Made) -> str:
     for s in made.steps:
         note = f" ; {s.comment}" if s.comment else ""
         text += (
-            [f"  SPEED {s.speed} MM/S{note}", f"  LMOVE {s.name}"]
+            [f"  SPEED {s.speed} MM/S{note}", f"  {'J' if s.joint else 'L'}MOVE {s.name}"]
             if s.values
             else [f"  SIGNAL {s.word.split()[1]}"]
         )
@@ -608,7 +616,10 @@ def _as_pdl2(made: Made) -> str:
     for s in made.steps:
         note = f" -- {s.comment}" if s.comment else ""
         text += (
-            [f"  $LIN_SPD := {s.speed / 1000:.3f}{note}", f"  MOVE LINEAR TO {s.name}"]
+            [
+                f"  $LIN_SPD := {s.speed / 1000:.3f}{note}",
+                f"  MOVE {'JOINT' if s.joint else 'LINEAR'} TO {s.name}",
+            ]
             if s.values
             else [f"  $DOUT[{s.word.split()[1]}] := ON"]
         )

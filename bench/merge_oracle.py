@@ -136,9 +136,19 @@ def _tp(lines: list[str]) -> tuple[Counter[str], Counter[str]]:
             continue
         line = re.sub(r"^\d+:", "", line).strip()
         for number in re.findall(r"(?<![\w$])P\[ ?(\d+)", line) if not line.startswith("!") else ():
-            used[blocks.get(number, number)] += 1
+            place, tool = _axes_and_tool(blocks.get(number, number))
+            used[place] += 1
+            used[f"a tool: {tool}"] += bool(tool)
         said[re.sub(r"(?<![\w$])P\[ ?\d+", "P[@", line)] += 1
     return said, used
+
+
+def _axes_and_tool(block: str) -> tuple[str, str]:
+    """A position of TP: where it is, and, where angles of joints say that, with which tool and frame."""
+    frames = re.search(r"UF ?:[^,]*,\s*UT ?:[^,]*", block)
+    if frames is None or re.search(r"\bX ?=", block) or not re.search(r"\bJ1 ?=", block):
+        return block, ""
+    return block.replace(frames[0], ""), frames[0]
 
 
 def wrong(language: str, base: str, ours: str, theirs: str, merged: str) -> list[str]:
@@ -470,7 +480,9 @@ def _tp_parts(lines: list[str]) -> tuple[list[str], Points, dict[str, str]]:
             line = re.sub(r"^\d+:", "", line).strip()
             used.append(tuple(re.findall(r"(?<![\w$])P\[ ?(\d+)", line)))
             said.append(re.sub(r"(?<![\w$])P\[ ?\d+", "P[@", line))
-    return said, Points(used, says, {}), {}
+    both = {number: _axes_and_tool(block) for number, block in says.items()}
+    tools = {number: tool for number, (_, tool) in both.items() if tool}
+    return said, Points(used, {number: place for number, (place, _) in both.items()}, tools), {}
 
 
 # --- Two sides of one change ---

@@ -537,6 +537,61 @@ def test_pulses_say_where_the_arm_goes_whatever_tool_it_holds(kind, ours, theirs
     assert expected is None or ("C00000" in told["ours"].points and "C00000" in told["theirs"].points)
 
 
+def listing(numbers: list[int], moves: list[str], places: dict[int, str], kind: str = "J") -> bytes:
+    """A program of TP: the moves take the numbers in order; `places`: angles of joints, and a tool behind a bar."""
+    lines = [
+        f"{n:4d}:{move.replace('#', str(number))}    ;"
+        for n, (number, move) in enumerate(zip(numbers, moves, strict=True), 1)
+    ]
+    names = ("J1", "J2") if kind == "J" else ("X ", "Y ")
+    held = []
+    for number, text in places.items():
+        place, _, tool = text.partition("|")
+        values = ",\t".join(
+            f"{name}= {value} deg" for name, value in zip(names, place.split(","), strict=True)
+        )
+        held += [f"P[{number}]{{", "   GP1:", f"\tUF : 0, UT : {tool or 1},\t", f"\t{values}", "};"]
+    head = ["/PROG  A", "/ATTR", f"LINE_COUNT\t= {len(lines)};", "/MN"]
+    return "\r\n".join([*head, *lines, "/POS", *held, "/END", ""]).encode()
+
+
+@pytest.mark.parametrize(("kind", "clean"), [("J", True), ("X", False)])
+def test_angles_of_joints_say_where_the_arm_goes_whatever_tool_it_holds(kind, clean):
+    places = {1: "10,20", 2: "30,40"}
+    moves = ["L P[#] 100mm/sec FINE", "L P[#] 200mm/sec FINE"]
+    base = listing([1, 2], moves, places, kind)
+    ours = listing([1, 2], moves, {**places, 2: "30,45"}, kind)
+    theirs = listing([1, 2], moves, {1: "10,20|3", 2: "30,40|3"}, kind)
+    conflicts, text = merged(base, ours, theirs, "tp")
+    assert (conflicts == 0) is clean
+    if clean:
+        assert text.encode() == listing([1, 2], moves, {1: "10,20|3", 2: "30,45|3"}, kind)
+
+
+def test_a_point_is_found_again_by_its_place_where_its_move_is_another_one():
+    """Theirs puts a step in front of a straight move and makes it a joint move; ours touched its point up."""
+    ours = job([ONE, "11,12,13,14,15,19"], BODY[:2], "2026/01/02 03:00")
+    theirs = job([ONE, NEW, TWO], [BODY[0], "MOVL C00001 V=100.0", "MOVJ C00002 VJ=0.50 PL=2"])
+    conflicts, text = merged(job([ONE, TWO], BODY[:2]), ours, theirs)
+    assert conflicts == 0
+    assert text.encode() == job(
+        [ONE, NEW, "11,12,13,14,15,19"],
+        [BODY[0], "MOVL C00001 V=100.0", "MOVJ C00002 VJ=0.50 PL=2"],
+        "2026/01/02 03:00",
+    )
+
+
+def test_numbers_stay_where_one_side_does_not_count_from_the_first_any_more():
+    places = {1: "10,20", 2: "30,40", 3: "50,60"}
+    moves = ["L P[#] 100mm/sec FINE", "L P[#] 200mm/sec FINE", "L P[#] 300mm/sec FINE"]
+    base = listing([1, 2, 3], moves, places)
+    ours = listing([1, 2, 3], moves, {**places, 3: "50,66"})
+    theirs = listing([2, 3], moves[1:], {2: "30,40", 3: "50,60"})
+    conflicts, text = merged(base, ours, theirs, "tp")
+    assert conflicts == 0
+    assert text.encode() == listing([2, 3], moves[1:], {2: "30,40", 3: "50,66"})
+
+
 def test_line_ends_of_one_side_are_no_change_of_every_line():
     base = job([ONE, TWO, THREE], BODY)
     ours = base.replace(b"\r\n", b"\n")

@@ -239,6 +239,15 @@ class _Version:
         return item is not None and rules.counted(item.piece, totals, lines) == item.piece.lines[0]
 
     @cached_property
+    def once(self) -> list[dict[str, tuple[str, int]]]:
+        """The positions by their content, and by their numbers alone, where no other one has the same."""
+        numbers = {
+            key: "".join(text.split("\6", len(self.rows[key].means))[-1:])
+            for key, text in self.content.items()
+        }
+        return [_by_what_they_say(says) for says in (self.content, numbers)]
+
+    @cached_property
     def often(self) -> Counter[tuple[str, tuple[str, ...]]]:
         """How often each statement stands here."""
         return Counter(item.says for item in self.items)
@@ -273,6 +282,11 @@ class _Version:
         return found
 
 
+def _by_what_they_say(says: Mapping[tuple[str, int], str]) -> dict[str, tuple[str, int]]:
+    often = Counter(says.values())
+    return {text: key for key, text in says.items() if often[text] == 1}
+
+
 def _content(row: Row) -> str:
     return "\6".join((*row.means, *(" ".join(line.split()) for line in row.lines)))
 
@@ -302,7 +316,11 @@ def _aligned(base: _Version, side: _Version) -> list[tuple[int, int]]:
         if one is None or other is None or one[1:] != other[1:]:
             return 0.0
         common = likeness(one[0], other[0])
-        return common - _TOUCHED * _moved(base, side, base.pieces[i], side.pieces[j]) if one[1] else common
+        if not one[1]:
+            return common
+        moved = _moved(base, side, base.pieces[i], side.pieces[j])
+        # Where the arm goes says more than how: a straight move that became a joint move is still the same.
+        return common - _TOUCHED * moved if moved else 0.5 + 0.5 * common
 
     return align(base.codes, side.codes, alike)
 
@@ -352,7 +370,13 @@ def _followed(
         for one, other in zip(base.pieces[i].uses, side.pieces[j].uses, strict=True)
     ]
     same = [pair for pair in used if base.content.get(pair[0]) == side.content.get(pair[1])]
-    for one, other in chain((p for p in same if p[0] == p[1]), same, (p for p in used if p[0] == p[1])):
+    # A content, or numbers, that stand once are one position, whatever became of its move.
+    once = [
+        pair
+        for before, now in zip(base.once, side.once, strict=True)
+        for pair in ((before[text], now[text]) for text in sorted(before.keys() & now.keys()))
+    ]
+    for one, other in chain((p for p in same if p[0] == p[1]), same, once, (p for p in used if p[0] == p[1])):
         claim(one, other)
     for key in sorted(keys & set(base.rows)):
         if base.content[key] == side.content.get(key):
@@ -1089,9 +1113,7 @@ class _MergeWriter:
             self.widths[family] = max(_widths(self.versions, family), default=1)
             if family in self.fixed:
                 self.numbers.update({name: int(name.rpartition(" ")[2]) for name in members})
-            elif all(_in_order(version, family) for version in self.versions):
-                # A controller counts by the order of use, and so do all three.
-                first = min(_first(version, family) for version in self.versions)
+            elif (first := _counted_from(self.versions, family)) is not None:
                 self.numbers.update({name: first + k for k, name in enumerate(members)})
             else:
                 self._by_wishes(members)
@@ -1287,18 +1309,19 @@ def _widths(versions: Sequence[_Version], family: str) -> Iterator[int]:
                 yield row.use.width
 
 
-def _in_order(version: _Version, family: str) -> bool:
-    """Whether positions are numbered one after the other, as statements use them."""
-    used = list(
-        dict.fromkeys(use.number for piece in version.pieces for use in piece.uses if use.family == family)
-    )
-    all_of = sorted(row.use.number for row in version.rows.values() if row.use.family == family)
-    first = used[0] if used else 0
-    return used == list(range(first, first + len(used))) and all_of == used
-
-
-def _first(version: _Version, family: str) -> int:
-    return min((row.use.number for row in version.rows.values() if row.use.family == family), default=1)
+def _counted_from(versions: Sequence[_Version], family: str) -> int | None:
+    """The number from which all count their positions, by the order of use as a controller does; None: not all do."""
+    first: int | None = None
+    for version in versions:
+        uses = (use.number for piece in version.pieces for use in piece.uses if use.family == family)
+        used = list(dict.fromkeys(uses))
+        held = sorted(row.use.number for row in version.rows.values() if row.use.family == family)
+        if used != held or used != list(range(used[0], used[0] + len(used)) if used else ()):
+            return None
+        if used and first not in (None, used[0]):
+            return None
+        first = used[0] if used else first
+    return first
 
 
 def _ascending(version: _Version, table: str) -> bool:

@@ -41,6 +41,8 @@ _MOVE: Final = re.compile(
 )
 _PARTS: Final = ("motion", "place", "speed", "zone", "acceleration", "place", "motion")
 _HEAD: Final = re.compile(r"\s*P\s*\[\s*(\d+)")
+_AXES: Final = re.compile(r"\b[JE]\d+\s*=")
+_POSE: Final = re.compile(r"\bX\s*=")
 _TABLE: Final = "table positions"
 _FAMILY: Final = "P"
 
@@ -136,6 +138,24 @@ class TpMerging(MergeRules):
             for row, side in zip(pair, Side, strict=False):
                 for text, end in () if row is None else zip(row.lines, row.ends, strict=True):
                     yield TableText(text, end, None if isinstance(choice, Row) else side, row)
+
+    def joined_row(self, base: Row, ours: Row, theirs: Row) -> Row | None:
+        """Angles of joints say where the arm goes whatever tool it holds."""
+        rows = base, ours, theirs
+        if (
+            any(_POSE.search(text) for row in rows for text in row.lines)
+            or len({len(r.lines) for r in rows}) > 1
+        ):
+            return None
+        said = [tuple(bool(_AXES.search(text)) for text in row.lines) for row in rows]
+        if len(set(said)) > 1 or not any(said[0]):
+            return None
+        for moved, held in ((ours, theirs), (theirs, ours)):
+            kept = zip(said[0], base.lines, moved.lines, held.lines, strict=True)
+            if all(b.split() == (h if axes else m).split() for axes, b, m, h in kept):
+                lines = zip(said[0], moved.lines, held.lines, strict=True)
+                return replace(held, lines=tuple(m if axes else h for axes, m, h in lines))
+        return None
 
     def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
         return re.sub(r"\d+", str(lines), piece.lines[0], count=1)
