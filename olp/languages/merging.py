@@ -424,6 +424,13 @@ def _exponent(match: re.Match[str]) -> str:
     return f"{digits}e{int(match[2])}"
 
 
+def holds(base: object, ours: object, theirs: object) -> Side | None:
+    """Which side says what a thing became; None: both changed it, and differently."""
+    if ours == theirs or theirs == base:
+        return Side.OURS
+    return Side.THEIRS if ours == base else None
+
+
 def later(ours: str, theirs: str) -> str:
     """Of two records the one with the later date or greater number."""
     return max(ours, theirs, key=lambda text: (_moment(text), text))

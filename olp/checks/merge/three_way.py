@@ -238,14 +238,15 @@ class _Version:
         lines = sum(text.startswith(COUNTER) for piece in self.pieces for text in piece.lines[:1])
         return item is not None and rules.counted(item.piece, totals, lines) == item.piece.lines[0]
 
-    @cached_property
-    def once(self) -> list[dict[str, tuple[str, int]]]:
-        """The positions by their content, and by their numbers alone, where no other one has the same."""
-        numbers = {
-            key: "".join(text.split("\6", len(self.rows[key].means))[-1:])
-            for key, text in self.content.items()
-        }
-        return [_by_what_they_say(says) for says in (self.content, numbers)]
+    def once(self, keys: Iterable[tuple[str, int]], whole: bool) -> dict[str, tuple[str, int]]:
+        """Of these positions those whose row says what no other one does, alone or with the records before it."""
+        says = {key: self.content[key] for key in keys}
+        if not whole:
+            says = {
+                key: "".join(text.split("\6", len(self.rows[key].means))[-1:]) for key, text in says.items()
+            }
+        often = Counter(says.values())
+        return {text: key for key, text in says.items() if often[text] == 1}
 
     @cached_property
     def often(self) -> Counter[tuple[str, tuple[str, ...]]]:
@@ -280,11 +281,6 @@ class _Version:
             line += sum(len(row.lead) + len(row.lines) for row in rows)
             line += len(self.cut.tails.get(piece.name, ())) if not piece.lines else 0
         return found
-
-
-def _by_what_they_say(says: Mapping[tuple[str, int], str]) -> dict[str, tuple[str, int]]:
-    often = Counter(says.values())
-    return {text: key for key, text in says.items() if often[text] == 1}
 
 
 def _content(row: Row) -> str:
@@ -370,13 +366,17 @@ def _followed(
         for one, other in zip(base.pieces[i].uses, side.pieces[j].uses, strict=True)
     ]
     same = [pair for pair in used if base.content.get(pair[0]) == side.content.get(pair[1])]
-    # A content, or numbers, that stand once are one position, whatever became of its move.
-    once = [
-        pair
-        for before, now in zip(base.once, side.once, strict=True)
-        for pair in ((before[text], now[text]) for text in sorted(before.keys() & now.keys()))
-    ]
-    for one, other in chain((p for p in same if p[0] == p[1]), same, once, (p for p in used if p[0] == p[1])):
+
+    def found_again() -> Iterator[tuple[tuple[str, int], tuple[str, int]]]:
+        """What is said once on both sides is one position, whatever became of its move."""
+        for whole in (True, False):
+            before = base.once(base.rows.keys() - claimed, whole)
+            now = side.once(side.rows.keys() - found.keys(), whole)
+            yield from ((before[text], now[text]) for text in sorted(before.keys() & now.keys()))
+
+    for one, other in chain(
+        (p for p in same if p[0] == p[1]), same, found_again(), (p for p in used if p[0] == p[1])
+    ):
         claim(one, other)
     for key in sorted(keys & set(base.rows)):
         if base.content[key] == side.content.get(key):

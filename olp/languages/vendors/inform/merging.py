@@ -24,6 +24,7 @@ from olp.languages.merging import (
     Row,
     Side,
     TableText,
+    holds,
     lines_of,
 )
 
@@ -137,11 +138,12 @@ class InformMerging(MergeRules):
         """Pulses say where the arm goes whatever tool it holds."""
         if any(_means(row.state)[1] != "///PULSE" for row in (base, ours, theirs)):
             return None
-        said = [" ".join(row.lines[0].split()) for row in (base, ours, theirs)]
-        for moved, held, line in ((ours, theirs, said[2]), (theirs, ours, said[1])):
-            if line == said[0] and moved.means == base.means:
-                return replace(held, lines=moved.lines, ends=moved.ends)
-        return None
+        axes = holds(*(row.lines[0].split() for row in (base, ours, theirs)))
+        tool = holds(base.means, ours.means, theirs.means)
+        if axes is None or tool is None:
+            return None
+        moved, held = ((ours, theirs)[side.value] for side in (axes, tool))
+        return replace(held, lines=moved.lines, ends=moved.ends)
 
     def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
         job = piece.name.partition(":")[0]

@@ -25,6 +25,7 @@ from olp.languages.merging import (
     Row,
     Side,
     TableText,
+    holds,
     lines_of,
 )
 
@@ -142,20 +143,22 @@ class TpMerging(MergeRules):
     def joined_row(self, base: Row, ours: Row, theirs: Row) -> Row | None:
         """Angles of joints say where the arm goes whatever tool it holds."""
         rows = base, ours, theirs
-        if (
-            any(_POSE.search(text) for row in rows for text in row.lines)
-            or len({len(r.lines) for r in rows}) > 1
-        ):
-            return None
         said = [tuple(bool(_AXES.search(text)) for text in row.lines) for row in rows]
-        if len(set(said)) > 1 or not any(said[0]):
+        if any(_POSE.search(text) for row in rows for text in row.lines) or len(set(said)) > 1:
             return None
-        for moved, held in ((ours, theirs), (theirs, ours)):
-            kept = zip(said[0], base.lines, moved.lines, held.lines, strict=True)
-            if all(b.split() == (h if axes else m).split() for axes, b, m, h in kept):
-                lines = zip(said[0], moved.lines, held.lines, strict=True)
-                return replace(held, lines=tuple(m if axes else h for axes, m, h in lines))
-        return None
+        parts = [
+            [
+                [text.split() for text, axes in zip(row.lines, said[0], strict=True) if axes is of]
+                for row in rows
+            ]
+            for of in (True, False)
+        ]
+        axes, tool = (holds(*part) for part in parts)
+        if not any(said[0]) or axes is None or tool is None:
+            return None
+        moved, held = ((ours, theirs)[side.value] for side in (axes, tool))
+        lines = zip(said[0], moved.lines, held.lines, strict=True)
+        return replace(held, lines=tuple(m if axes else h for axes, m, h in lines))
 
     def counted(self, piece: Piece, totals: Mapping[str, int], lines: int) -> str:
         return re.sub(r"\d+", str(lines), piece.lines[0], count=1)
