@@ -1069,14 +1069,11 @@ class _MergeWriter:
         parts: list[TextLine | Hunk] = []
         line, counted = 1, 0
         for one in settled:
-            line += sum(1 if isinstance(part, TextLine) else part.height for part in parts[counted:])
-            counted = len(parts)
-            if (
-                isinstance(one, MergeItem)
-                and one.joined is not None
-                and (one.joined.ours or one.joined.theirs)
-            ):
-                self.shared.append(SharedStatement(line, one.joined.ours, one.joined.theirs))
+            joined = one.joined if isinstance(one, MergeItem) else None
+            if joined is not None and (joined.ours or joined.theirs):
+                line += sum(1 if isinstance(part, TextLine) else part.height for part in parts[counted:])
+                counted = len(parts)
+                self.shared.append(SharedStatement(line, joined.ours, joined.theirs))
             if isinstance(one, TableHere):
                 parts += self._table(one.name, tables.get(one.name, {}))
             elif isinstance(one, Clash):
