@@ -592,6 +592,35 @@ def test_numbers_stay_where_one_side_does_not_count_from_the_first_any_more():
     assert text.encode() == listing([2, 3], moves[1:], {2: "30,40", 3: "50,66"})
 
 
+def collection(name: str, values: dict[str, int]) -> bytes:
+    rows = "".join(f'      <Value key="{key}" value="{value}" />\n' for key, value in values.items())
+    data = f'    <Data name="{name}" type="num">\n{rows}    </Data>\n' if values else ""
+    return (
+        f'<Database>\n  <Datas>\n    <Data name="a" type="num" />\n{data}  </Datas>\n</Database>\n'.encode()
+    )
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "clean"),
+    [
+        (("g", {"A": 1, "B": 2}), ("n", {"A": 1, "B": 2, "C": 3}), False),
+        (("g", {"A": 1, "B": 2, "C": 3, "D": 4}), ("n", {"A": 1, "B": 2, "C": 3}), False),
+        (("g", {"A": 1, "B": 2, "C": 3, "D": 4}), ("g", {}), False),
+        (("g", {"A": 1, "B": 2}), ("g", {}), True),
+        (("g", {"A": 1, "B": 2, "C": 3}), ("n", {"A": 1, "B": 2, "C": 3}), True),
+    ],
+)
+def test_data_that_one_side_calls_otherwise_and_the_other_changes_are_chosen_whole(ours, theirs, clean):
+    """A value alone, outside of its data, would be no program; one that the other name still has would come back."""
+    base, *sides = (collection(*one) for one in (("g", {"A": 1, "B": 2, "C": 3}), ours, theirs))
+    conflicts, text = merged(base, *sides, "val3")
+    assert conflicts == (0 if clean else 1)
+    if clean:
+        assert text.encode() == sides[1]
+    else:
+        assert text.index("<<<<<<<") < text.index('<Data name="g"') < text.index("=======")
+
+
 def test_line_ends_of_one_side_are_no_change_of_every_line():
     base = job([ONE, TWO, THREE], BODY)
     ours = base.replace(b"\r\n", b"\n")

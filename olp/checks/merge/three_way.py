@@ -747,10 +747,10 @@ class _Merge:
         if name in self._emitted:
             return
         self._emitted.add(name)
-        twice = self._named_twice.get(name)
-        if twice is not None:
-            self._emitted.update(item.piece.name for item in (*twice.ours, *twice.theirs))
-            yield twice
+        whole = self._whole_data.get(name)
+        if whole is not None:
+            self._emitted.update(item.piece.name for item in chain(whole.base, whole.ours, whole.theirs))
+            yield whole
             return
         base, ours, theirs = (one.by_name.get(name) for one in (self.base, self.ours, self.theirs))
         shown = name.rpartition("/")[2].removeprefix("head ")
@@ -799,21 +799,16 @@ class _Merge:
         return True
 
     @cached_property
-    def _named_twice(self) -> dict[str, Clash]:
-        """Data to which both sides gave another name, each its own, by both names."""
+    def _whole_data(self) -> dict[str, Clash]:
+        """Data of which somebody has to choose all, by the names of everything in them."""
         base, ours, theirs = (_grouped(one) for one in (self.base, self.ours, self.theirs))
-        gone = base.keys() - ours.keys() - theirs.keys()
-        if not gone:
-            return {}
-        mine = _by_words(ours, ours.keys() - base.keys() - theirs.keys())
-        other = _by_words(theirs, theirs.keys() - base.keys() - ours.keys())
         found: dict[str, Clash] = {}
-        for words, name in _by_words(base, gone).items():
-            if _DIGIT.search(words) and words in mine and words in other:
-                sides = tuple(ours[mine[words]]), tuple(theirs[other[words]])
-                shown = name.rpartition("/")[2]
-                clash = Clash("data", shown, "both give it another name", tuple(base[name]), *sides)
-                found.update({item.piece.name: clash for item in chain(*sides)})
+        for clash in (
+            *_named_twice(base, ours, theirs),
+            *_changed_and_gone(base, ours, theirs, "ours"),
+            *_changed_and_gone(base, ours, theirs, "theirs"),
+        ):
+            found.update({item.piece.name: clash for item in chain(clash.base, clash.ours, clash.theirs)})
         return found
 
     def _note(self, word: str, name: str) -> None:
@@ -892,6 +887,41 @@ def _grouped(version: _Version) -> dict[str, list[MergeItem]]:
         if item.piece.loose and item.piece.lines:
             found.setdefault(name.partition("[")[0], []).append(item)
     return found
+
+
+_Groups = Mapping[str, Sequence[MergeItem]]
+
+
+def _named_twice(base: _Groups, ours: _Groups, theirs: _Groups) -> Iterator[Clash]:
+    """Data to which both sides gave another name, each its own."""
+    gone = base.keys() - ours.keys() - theirs.keys()
+    if not gone:
+        return
+    mine = _by_words(ours, ours.keys() - base.keys() - theirs.keys())
+    other = _by_words(theirs, theirs.keys() - base.keys() - ours.keys())
+    for words, name in _by_words(base, gone).items():
+        if _DIGIT.search(words) and words in mine and words in other:
+            sides = tuple(ours[mine[words]]), tuple(theirs[other[words]])
+            shown = name.rpartition("/")[2]
+            yield Clash("data", shown, "both give it another name", tuple(base[name]), *sides)
+
+
+def _changed_and_gone(base: _Groups, ours: _Groups, theirs: _Groups, word: str) -> Iterator[Clash]:
+    """Data of several parts that the side `word` took out or called otherwise, and the other one changed."""
+    gone, kept = (ours, theirs) if word == "ours" else (theirs, ours)
+    names = sorted(name for name in (base.keys() - gone.keys()) & kept.keys() if len(base[name]) > 1)
+    new = _by_words(gone, gone.keys() - base.keys() - kept.keys()) if names else {}
+    for name in names:
+        was, now = ({item.piece.name: item.says for item in of[name]} for of in (base, kept))
+        other = new.get(_words_without(name, base[name]), "")
+        if not (now.items() - was.items() or (other and was.keys() != now.keys())):
+            continue
+        did = "calls it otherwise" if other else "takes it out"
+        by = "theirs" if word == "ours" else "ours"
+        sides = [tuple(gone[other]) if other else (), tuple(kept[name])]
+        mine, others = sides if word == "ours" else sides[::-1]
+        why = f"{word} {did}, {by} changes it"
+        yield Clash("data", name.rpartition("/")[2], why, tuple(base[name]), mine, others)
 
 
 def _words_without(name: str, items: Sequence[MergeItem]) -> str:
