@@ -618,6 +618,27 @@ def test_the_interval_says_what_an_unpublished_acceleration_of_lines_makes(
     assert (high < 1.5 * timing.total_s) is published
 
 
+def test_the_interval_holds_what_a_stop_may_cost_where_nobody_knows_it(tmp_path: Path) -> None:
+    path = tmp_path / "lines.src"
+    lines = (
+        "DEF lines()",
+        "$VEL.CP=0.5",
+        "$ACC.CP=2.0",
+        "LIN {X 400,Y 0,Z 500}",
+        "LIN {X 400,Y 200,Z 500}",
+        "END",
+    )
+    path.write_text("\n".join((*lines, "")), encoding="utf-8")
+    unknown = plan_and_time(path, Job(robot="fanuc/lr-mate-200id"))
+    (tmp_path / "olp.toml").write_text("[motion]\nsettling_s = 0\n", encoding="utf-8")
+    known = plan_and_time(path, Job(robot="fanuc/lr-mate-200id"))
+    assert unknown.total_s == known.total_s
+    assert unknown.expected is not None
+    assert known.expected is not None
+    assert unknown.expected[0] == known.expected[0]
+    assert unknown.expected[1] - known.expected[1] == pytest.approx(2 * (0.05 + 1.96 * 0.05))
+
+
 def test_joint_moves_that_all_run_into_each_other_are_learnt(tmp_path: Path) -> None:
     """The times are those of another arm, by its signature: corners as olp's law has them."""
     draw, robot = np.random.default_rng(5), load_robot(ROBOT)

@@ -81,6 +81,8 @@ def prior_numbers(lines: LineAcceleration) -> tuple[Floats, Floats]:
     return mean, np.where(own, lines.doubt, [number.sd for number in NUMBERS])
 
 
+_STOP: Final = next(number for number in NUMBERS if number.name == "stop")
+MOST_OF_A_STOP: Final = _STOP.mean + 1.96 * _STOP.sd  # [s] where nothing is known of the controller
 SCATTER: Final = 0.03  # [1] what the law leaves of a piece, before any was recorded
 
 

@@ -25,6 +25,7 @@ from olp.timing.demand import Demand, demand
 from olp.timing.joint_times import KNOWN_DOUBT
 from olp.timing.motion._profile import Problem, Profile
 from olp.timing.motion.model import MotionModel, load_model
+from olp.timing.path_law import MOST_OF_A_STOP
 from olp.timing.result import RowTimes, Timing
 
 DEFAULT_MODEL = "constant"
@@ -87,6 +88,11 @@ def time_plan(
         else LineAcceleration(given, KNOWN_DOUBT, "given", True)
     )
     timing = correction.with_interval(timing, wanted, joined, (durations, settling), lines, limits.report)
+    if timing.expected is not None:
+        stops = _unknown_stops(plan, joined, effects, correction) & (wanted.length > 0)
+        low, high = timing.expected
+        count = int(stops[plan.row[plan.kind == StepKind.MOVE]].sum())
+        timing = replace(timing, expected=(low, high + MOST_OF_A_STOP * count))
     problems = [*_problems(plan, wanted, durations), *_oddities(plan, wanted)]
     return replace(
         timing,
@@ -234,6 +240,14 @@ def _settling(
         limits.report(assumed)
     # What an exact stop was measured to cost holds the filter's time, which the law has counted already.
     return correction.settled(joined.exact_stop, max(0.0, settling - filter_time(plan, limits)))
+
+
+def _unknown_stops(
+    plan: Plan, joined: Chain, effects: Effects, correction: PlanCorrection
+) -> NDArray[np.bool_]:
+    """(k,) exact stops that are taken to cost nothing as nobody knows what they do."""
+    value, assumed = settling_of(effects, plan.robot)
+    return joined.exact_stop & ~correction.knows_stops & bool(assumed and not value)
 
 
 def _gather(
