@@ -63,3 +63,14 @@ def test_from_a_place_that_no_text_tells_it_is_rejected():
     text = krl("DECL E6POS P", *SYSTEMS, START, "P=$POS_ACT", "P.X=P.X+1", "LIN P", f"{ARC}90")
     losses = converted(text, "krl", "rapid").translated.losses
     assert [loss.line for loss in losses if loss.leaves_out] == [11]
+
+
+@pytest.mark.parametrize(("turn", "told"), [(0, []), (20, [5])])
+def test_a_tool_that_turns_on_an_arc_by_an_angle_is_told(turn, told):
+    rows = (
+        "LIN {X 700,Y 0,Z 500,A 0,B 90,C 0}",
+        f"CIRC {{X 720,Y 20,Z 500,A 0,B 90,C 0}},{{X 740,Y 0,Z 500,A {turn},B 90,C 0}},CA 270",
+    )
+    text = krl("BAS(#INITMOV,0)", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}", *rows)
+    losses = converted(text, "krl", "rapid").translated.losses
+    assert [loss.line for loss in losses if "by an angle" in loss.says] == told

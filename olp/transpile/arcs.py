@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -18,6 +18,9 @@ from olp.transpile.records import literal_of, pose_of_literal
 from olp.transpile.symbols import Symbols, symbols_of
 
 Floats = NDArray[np.float64]
+_Change = Callable[[Move, Move | None], tuple[list[Statement], Move | None]]
+_TURNS: Final = "the tool is taken to have turned at the end of an arc by an angle as its target says"
+_SAME_TURN: Final = 1e-9  # [1], of the elements of a rotation
 # What runs between two moves without leading elsewhere.
 _STRAIGHT: Final = frozenset(
     {
@@ -53,26 +56,31 @@ class _Arcs:
 
     def routine(self, routine: Routine) -> Routine:
         self.name = routine.name
-        body = list(routine.body) if self.work.limits.arcs_by_angle else self._through_points(routine.body)
-        return replace(
-            routine, body=tuple(self._chained(body) if self.work.limits.chained_arcs else self._whole(body))
-        )
+        limits = self.work.limits
+        body = list(routine.body) if limits.arcs_by_angle else self._walked(routine.body, self._by_angle)
+        body = self._walked(body, self._chained) if limits.chained_arcs else self._whole(body)
+        return replace(routine, body=tuple(body))
 
-    # --- arcs by their angle ----------------------------------------------------------------------------
-
-    def _through_points(self, body: Sequence[Statement]) -> list[Statement]:
-        """Arcs that turn by an angle as arcs through points."""
+    def _walked(self, body: Sequence[Statement], change: _Change) -> list[Statement]:
+        """Each move as `change` makes it of the one before, which ends where the arm is known to be."""
         rows: list[Statement] = []
-        before: Move | None = None  # the move that ends where the arm is known to be
+        before: Move | None = None
         for s in body:
             if isinstance(s, Move):
-                rows += [s] if s.arc is None else self._turned(s, before)
-                before = rows[-1] if isinstance(rows[-1], Move) else None
+                made, before = change(s, before)
+                rows += made
                 continue
             if type(s).__name__ not in _STRAIGHT:
                 before = None
             rows.append(s)
         return rows
+
+    # --- arcs by their angle ----------------------------------------------------------------------------
+
+    def _by_angle(self, s: Move, before: Move | None) -> tuple[list[Statement], Move | None]:
+        """An arc that turns by an angle as arcs through points, and the move that ends where the arm is then."""
+        made: list[Statement] = [s] if s.arc is None else self._turned(s, before)
+        return made, made[-1] if isinstance(made[-1], Move) else None
 
     def _turned(self, s: Move, before: Move | None) -> list[Statement]:
         assert s.arc is not None
@@ -85,6 +93,8 @@ class _Arcs:
             self.work.lose(s, Fate.REFUSED, "arc", says)
             return [s]
         first, via, end = (pose_of_literal(point) for point in points if point is not None)
+        if np.abs(end.rotation - first.rotation).max() > _SAME_TURN:
+            self.work.lose(s, Fate.APPROXIMATED, "arc", _TURNS)
         arcs = arc_by_angle(first, via.position, end, angle)
         if not arcs:
             return [replace(s, arc=None)]
@@ -109,22 +119,9 @@ class _Arcs:
 
     # --- chains -----------------------------------------------------------------------------------------
 
-    def _chained(self, body: Sequence[Statement]) -> list[Statement]:
+    def _chained(self, s: Move, before: Move | None) -> tuple[list[Statement], Move | None]:
         """INFORM: an arc begins with a circular move to where the arm stands."""
-        rows: list[Statement] = []
-        before: Move | None = None  # the move that ends where the arm is known to stand
-        for s in body:
-            if isinstance(s, Move):
-                if s.path is Path.CIRCULAR and s.via is not None:
-                    rows += self._chain(s, before)
-                else:
-                    rows.append(s)
-                before = s
-                continue
-            if type(s).__name__ not in _STRAIGHT:
-                before = None
-            rows.append(s)
-        return rows
+        return self._chain(s, before) if s.path is Path.CIRCULAR and s.via is not None else [s], s
 
     def _chain(self, s: Move, before: Move | None) -> list[Statement]:
         assert s.via is not None
