@@ -1234,3 +1234,22 @@ def test_a_routine_that_ends_the_program_does_so_there(target):
 def test_fanucs_abort_is_rapids_exit():
     listing = tp("AO[1]=1", "IF R[1]=0,JMP LBL[1]", "ABORT", "LBL[1]", "AO[1]=3")
     assert "EXIT;" in translated(listing, "tp", "rapid")
+
+
+# --- decimals -----------------------------------------------------------------------------------------------
+
+
+def test_trunc_keeps_as_many_decimals_as_it_says():
+    rows = [f"SetAO ao1,Trunc({x}\\Dec:=2);" for x in (12.3456, -12.3456, 0.29)]
+    values = set_to(run(read(module(*rows, "SetAO ao1,Trunc(-2.7);"), "rapid"), ROBOT))
+    assert values == [12.34, -12.34, 0.29, -2]
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_a_number_from_a_rounded_position_is_the_same_number(target):
+    turned = 'PERS wobjdata wT:=[FALSE,TRUE,"",[[10,20,30],[0.966,0,0,0.259]],[[0,0,0],[1,0,0,0]]];'
+    data = (*TARGETS, "VAR robtarget here;", turned)
+    rows = ("MoveL p2,v100,fine,tool0\\WObj:=wT;", "here:=CRobT(\\Tool:=tool0\\WObj:=wobj0);")
+    text = module(*rows, "SetAO ao1,here.trans.x/7;", data=data)
+    here, there = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
+    assert not [x for x in compare_plans(here, there).found if x.part == "signal"]

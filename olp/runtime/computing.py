@@ -54,13 +54,18 @@ def _plain(function: Callable[..., float], count: int = 1) -> Computes:
     return computed
 
 
-def _rounded(m: Machine, arguments: Arguments) -> Value:
-    value = float(number(m, arguments[0]))
-    digits = whole(m, arguments[1]) if len(arguments) > 1 else 0
-    if digits <= 0:
-        return round_half_away(value)
-    scale: float = 10.0 ** min(digits, 15)
-    return round_half_away(value * scale) / scale
+def _to_decimals(whole_of: Callable[[float], int]) -> Computes:
+    """A function that leaves whole numbers, or as many decimals as a second argument says."""
+
+    def computed(m: Machine, arguments: Arguments) -> Value:
+        value = float(number(m, arguments[0]))
+        digits = whole(m, arguments[1]) if len(arguments) > 1 else 0
+        if digits <= 0:
+            return whole_of(value)
+        scale: float = 10.0 ** min(digits, 15)
+        return whole_of(float(f"{value * scale:.12g}")) / scale  # 0.29 is no 28.999… hundredths
+
+    return computed
 
 
 def _largest(choose: Callable[[list[float]], float]) -> Computes:
@@ -287,8 +292,8 @@ _FURTHER: Mapping[str, Computes] = {
     "asin": _plain(lambda x: math.asin(x) / deg),
     "acos": _plain(lambda x: math.acos(x) / deg),
     "atan2": _plain(lambda y, x: math.atan2(y, x) / deg, 2),
-    "round": _rounded,
-    "trunc": _plain(lambda x: int(x)),
+    "round": _to_decimals(round_half_away),
+    "trunc": _to_decimals(int),
     "floor": _plain(lambda x: math.floor(x)),
     "ceil": _plain(lambda x: math.ceil(x)),
     "power": _plain(lambda x, y: float(x**y), 2),

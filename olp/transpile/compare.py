@@ -26,6 +26,7 @@ Place = tuple[str, int]  # a file of the translation and a line there
 _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]
 _INSTANT = 1e-6  # [s] by which points that are rounded change a move
+_SAME_VALUE = 1e-5  # of a signal's value, as a share and as a number
 _AHEAD = 64  # steps that are looked at for the next pair
 _MUCH_LONGER = 8  # times the steps of the other: not for the same statements, where both were stopped
 _ARC = 8  # steps of one program that may be one arc in the other
@@ -357,10 +358,19 @@ def _compare_events(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
     if rules.renamed is not None and one.signals != b.event.signals:
         says = f"{_named(a.event)}, which is {_named(one)} there, and {_named(b.event)}"
         result.differ(a, b, "signal", f"signals {says}")
-    elif one.value != b.event.value and not (math.isnan(one.value) or math.isnan(b.event.value)):
+    elif not _same_value(one.value, b.event.value):
         result.differ(a, b, "signal", f"{_named(a.event)} to {one.value:g} and to {b.event.value:g}")
     elif a.line not in rules.loose.get("order", frozenset()):
         _compare_shifts(a, b, (one, b.event), result, rules)
+
+
+def _same_value(one: float, other: float) -> bool:
+    """Whether a signal is set to the same: numbers that are computed from rounded positions are nearly so."""
+    if math.isnan(one) or math.isnan(other):
+        return True
+    if float(one).is_integer() and float(other).is_integer():
+        return one == other
+    return math.isclose(one, other, rel_tol=_SAME_VALUE, abs_tol=_SAME_VALUE)
 
 
 def _compare_shifts(
