@@ -14,7 +14,7 @@ from olp.transpile.link import link
 
 # The first call sets n, the second decides what runs.
 OWN = {
-    "rapid": module('ok:=StrToVal("12",n);', "IF RobOS() THEN", "WaitTime 1;", "ENDIF", "WaitTime n;",
+    "rapid": module("ok:=IsStopStateEvent(n);", "IF RobOS() THEN", "WaitTime 1;", "ENDIF", "WaitTime n;",
                     data=("VAR num n;", "VAR bool ok;")),
     "krl": krl("DECL INT n", "DECL CHAR t[9]", "n=MD_GETSTATE(t[],n)", "IF MBX_REC(n)>0 THEN", "WAIT SEC 1",
                "ENDIF", "WAIT SEC n"),
@@ -28,7 +28,7 @@ def test_what_only_the_sources_controllers_have_is_left_out(vendor, target):
         return
     losses = converted(OWN[vendor], vendor, target).translated.losses
     first = next(
-        i for i, text in enumerate(OWN[vendor].splitlines(), 1) if "StrTo" in text or "MD_GET" in text
+        i for i, text in enumerate(OWN[vendor].splitlines(), 1) if "IsStop" in text or "MD_GET" in text
     )
     gone = {loss.line for loss in losses if loss.fate is Fate.COMMENTED}
     assert gone >= {first, first + 1, first + 2, first + 3}
@@ -38,7 +38,7 @@ def test_what_only_the_sources_controllers_have_is_left_out(vendor, target):
 def test_a_routine_of_the_mapping_file_takes_their_place():
     from olp.transpile.context import Mapping
 
-    mapping = Mapping(routines={"robos": "MY_ROBOT", "strtoval": "MY_VALUE"})
+    mapping = Mapping(routines={"robos": "MY_ROBOT", "isstopstateevent": "MY_VALUE"})
     context = Context(robot=ROBOT, mapping=mapping, on_loss="comment")
     made = convert(read(OWN["rapid"], "rapid"), "krl", context)
     assert not [loss for loss in made.translated.losses if loss.leaves_out]
@@ -148,3 +148,12 @@ def test_a_handler_of_what_is_called_by_its_name_is_left_out():
     text = module('SocketSend line\\Str:="go";', "ERROR", "IF ERRNO=ERR_SOCK_CLOSED RETRY;", data=data)
     losses = [one for one in converted(text, "rapid", "krl").translated.losses if one.statement == "Disabled"]
     assert {one.fate for one in losses} == {Fate.APPROXIMATED}
+
+
+def test_functions_of_texts_are_called_by_their_names():
+    data = ("VAR string s;", "VAR num n;", "VAR bool ok;")
+    text = module('s:="12";', "ok:=StrToVal(s,n);", "WaitTime n;", data=data)
+    made = converted(text, "rapid", "krl").translated.losses
+    assert not [one for one in made if one.leaves_out]
+    assert [one.line for one in made if one.part == "call"] == [7]
+    assert "ok=StrToVal(s_1[],n)" in translated(text, "rapid", "krl")

@@ -174,7 +174,7 @@ class Conventions:
     )  # routine of the maker's own, case folded -> what it is, where it moves nothing
     replaceable_routines: frozenset[str] = (
         frozenset()
-    )  # of the controller's own, case folded: they reach outside the arm, and another controller can be taught them
+    )  # of the controller's own, case folded: they move nothing, and another controller can be taught them
     answers: Mapping[str, tuple[bool, str]] = field(
         default_factory=dict
     )  # function of the controller's own, case folded -> what it answers elsewhere, and why

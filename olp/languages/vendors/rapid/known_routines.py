@@ -126,7 +126,7 @@ KNOWN_ROUTINES: Final[Mapping[str, str]] = {
     **dict.fromkeys(FUNCTIONS, "a function of RAPID"),
 }
 
-# --- What reaches outside the arm ---
+# --- What reaches outside the arm, or computes with texts ---
 # Another controller can do the same by a routine that a person writes for it.
 
 _OUTSIDE: Final = """
@@ -139,8 +139,15 @@ _OUTSIDE: Final = """
     uidnumtune uilistview uimessagebox uimsgbox uimsgwrite uimsgwriteabort uinumentry uinumtune uishow write
     writeanybin writebin writestrbin
 """
+_TEXTS: Final = """
+    bytetostr dectohex hextodec strdigcalc strdigcmp strfind strformat strmap strmemb strorder strtobyte strtoval
+"""
 REPLACEABLE: Final = frozenset(
-    {*_OUTSIDE.split(), *(n for n in INSTRUCTIONS | FUNCTIONS if n.startswith(("g_", "hand_")))}
+    {
+        *_OUTSIDE.split(),
+        *_TEXTS.split(),
+        *(n for n in INSTRUCTIONS | FUNCTIONS if n.startswith(("g_", "hand_"))),
+    }
 )
 CALLED: Final = "called"  # the argument of a process instruction that holds it as a call
 _D = TypeVar("_D", Declare, Parameter)
