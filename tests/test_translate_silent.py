@@ -1253,3 +1253,16 @@ def test_a_number_from_a_rounded_position_is_the_same_number(target):
     text = module(*rows, "SetAO ao1,here.trans.x/7;", data=data)
     here, there = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)
     assert not [x for x in compare_plans(here, there).found if x.part == "signal"]
+
+
+# --- types that RAPID's compiler takes ----------------------------------------------------------------------
+
+
+def test_a_work_object_is_taken_for_a_position_or_a_tool_by_its_frame_in_rapid():
+    rows = ("global plane = p[1,2,3,0,0,1]", "p1 = p[0.4,0.1,0.2,0,3,0]", "movel(pose_trans(plane, p1))")
+    rows += ("x = pose_add(plane, p1)", "movel(x)")
+    written = translated(script(*rows), "urscript", "rapid")
+    assert "PERS wobjdata plane" in written
+    text = script(*rows, "set_tcp(plane)", "movel(p1)")
+    assert "a tool that is a work object" in refused(text, "urscript", "rapid")[8]
+    assert re.search(r"olp_robtarget\d:=\[plane.uframe.trans,plane.uframe.rot,", written)

@@ -208,6 +208,8 @@ class RapidMoves(RapidValues):
     def _tool(self, s: st.Move) -> str:
         if s.tool is None:
             raise CannotSayError("a move without a tool")
+        if not self.own and self.type_of(s.tool) == "wobjdata":
+            raise CannotSayError("a tool that is a work object of other moves")
         return s.tool.name if isinstance(s.tool, ex.Named) else self.value(s.tool)
 
     def _work_object(self, s: st.Move) -> str:

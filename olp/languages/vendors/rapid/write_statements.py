@@ -159,8 +159,11 @@ class RapidStatements(RapidMoves):
         partly = self._partly(target, value, kind)
         if partly is not None:
             return partly
+        given = self.type_of(value)
         if kind in FRAMES and (
-            isinstance(value, (ex.Function, ex.SystemValue)) or self.type_of(value) in _POSES
+            isinstance(value, (ex.Function, ex.SystemValue))
+            or given in _POSES
+            or (given in FRAMES and given != kind)
         ):
             return f"{self.value(target)}.{FRAMES[kind]}:={self.as_pose(value)};"
         name = self.value(target)

@@ -157,7 +157,7 @@ class RapidValues(Generator):
         """The value in a variable, which an instruction before this one sets."""
         if isinstance(it, ex.Named) and self.type_of(it) in (kind, ""):
             return it
-        text = self.typed(it, kind)
+        text = self.as_robtarget(it) if kind == "robtarget" else self.typed(it, kind)
         name = self.temporary_name(kind)
         self.before.append(f"{name}:={text};")
         return ex.Named(name)
