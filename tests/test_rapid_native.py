@@ -94,7 +94,7 @@ def test_points_that_nothing_changes_are_constants(tmp_path):
     assert re.findall(r"(CONST|VAR|PERS) robtarget (\w+)", written) == [
         ("CONST", "XA"),
         ("CONST", "XB"),
-        ("VAR", "MOVED"),
+        ("PERS", "MOVED"),
     ]
 
 

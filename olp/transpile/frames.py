@@ -550,7 +550,7 @@ def _as_arrays(program: Program, work: TranslationContext) -> Program:
     rows = [d for d in program.data if _ARRAYS.get(d.name.upper()) not in names]
     for kind, name in names.items():
         if kind in listed:
-            rows.append(replace(listed[kind], name=name, shared=False))
+            rows.append(replace(listed[kind], name=name, type=system_words(kind), shared=False))
             continue
         word = system_words(kind)
         rows.append(
