@@ -8,10 +8,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
-from typing import Final
+from typing import TYPE_CHECKING, Final, cast
+
+if TYPE_CHECKING:
+    from importlib.abc import Loader
 
 # The name in the documentation -> the module or package of today.
 DOCUMENTED: Final = {
@@ -53,7 +55,10 @@ def todays_name(name: str) -> str | None:
     return DOCUMENTED[head] + rest
 
 
-class _Alias(Loader):
+# Not derived from importlib.abc's classes: those load tempfile, random and more, which costs every command 10 ms.
+
+
+class _Alias:
     def __init__(self, name: str) -> None:
         self._module = import_module(name)
         self._spec = self._module.__spec__
@@ -65,12 +70,12 @@ class _Alias(Loader):
         module.__spec__ = self._spec  # the import machinery has put the alias there
 
 
-class _Finder(MetaPathFinder):
+class _Finder:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         name = todays_name(fullname)
-        return None if name is None else ModuleSpec(fullname, _Alias(name))
+        return None if name is None else ModuleSpec(fullname, cast("Loader", _Alias(name)))
 
 
 def install() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.core.toml import parse_toml
@@ -17,9 +18,11 @@ if TYPE_CHECKING:
 
 def folder(kind: str) -> Traversable:
     """The folder `kind` ("grammars", "templates", "robots"), wherever olp is installed, also in a zip."""
-    from importlib.resources import files
+    package: Traversable = Path(__file__).parent.parent
+    if not package.is_dir():
+        from importlib.resources import files  # loads much, and only a zip needs it
 
-    package = files("olp")
+        package = files("olp")
     shipped = package / kind
     return shipped if shipped.is_dir() else package / ".." / kind
 
