@@ -743,3 +743,20 @@ def test_rotation_vectors_and_roll_pitch_yaw_are_one_turn() -> None:
     assert waits == pytest.approx([0.3, 0.2, 0.1])
     half_turn = read("def prog():\n  w = rotvec2rpy([0, 0, 1.5])\n  sleep(w[2])\nend\n").plan().durations
     assert half_turn == pytest.approx([1.5])
+
+
+def test_elements_of_what_nothing_here_knows_are_assumed_as_the_whole_is() -> None:
+    text = """def part():
+  r = socket_read_ascii_float(3)
+  movel(p[0.4, -0.2, 0.3, 0, 3.14, 0], v=0.1)
+  if r[0] > 1:
+    sleep(5)
+  end
+  q = [r[1], r[2]]
+  sleep(q[0] + 1)
+end
+"""
+    plan = read_source(decode(text.encode(), "part.script")).plan()
+    assert not [d for d in plan.diagnostics if d.is_error]
+    assert [round(float(x), 6) for x in plan.durations] == [1.0]
+    assert any("socket_read_ascii_float is not known here" in one for one in map(str, plan.assumptions))

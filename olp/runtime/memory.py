@@ -42,6 +42,10 @@ class Record:
     partial: bool = False
 
 
+class AssumedZero(int):
+    """The 0 that is taken for what a function returns which is not known here; each element of it is one, too."""
+
+
 @dataclass(slots=True)
 class Array:
     """An array's value; `None` where nothing was stored yet. Copied when it is assigned."""
