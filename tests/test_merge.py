@@ -651,7 +651,14 @@ def test_a_merge_loads_nothing_that_only_reports_need(tmp_path):
     for path, data in zip(paths, sides, strict=True):
         path.write_bytes(data)
     words = ["merge", *map(str, paths), "-o", str(tmp_path / "out.jbi")]
-    heavy = ["numpy.ma", "secrets", "tempfile", "olp.reports.batch", "olp.reports.formats", "olp.robots.backup"]
+    heavy = [
+        "numpy.ma",
+        "secrets",
+        "tempfile",
+        "olp.reports.batch",
+        "olp.reports.formats",
+        "olp.robots.backup",
+    ]
     code = f"import sys; from olp.__main__ import main; main({words!r}); print(set({heavy!r}) & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "time" in done.stdout
