@@ -507,14 +507,14 @@ def test_the_stop_handler_and_continue_of_krl_are_no_loss(tmp_path):
     assert "CONTINUE" not in (tmp_path / "out" / "k.script").read_text()
 
 
-SOCKETS = """MODULE M
-VAR socketdev s;
+OWN_ALONE = """MODULE M
+VAR rawbytes s;
 PERS tooldata held:=[FALSE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];
 CONST robtarget p1:=[[900,0,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
 PROC main()
 MoveL p1,v100,fine,tool0;
-SocketCreate s;
-IF SocketGetStatus(s)=1 THEN
+ClearRawBytes s;
+IF RobOS() THEN
 WaitTime 1;
 ENDIF
 MoveL p1,v100,fine,held;
@@ -527,12 +527,12 @@ ENDMODULE
 @pytest.mark.parametrize("target", [vendor for vendor in VENDORS if vendor != "rapid"])
 def test_what_names_data_of_its_own_language_or_a_tool_beside_the_robot_becomes_a_comment(tmp_path, target):
     source = tmp_path / "m.mod"
-    source.write_text(SOCKETS)
+    source.write_text(OWN_ALONE)
     program = link(olp.read(source)).program
     made = convert(program, target, Context(robot=ROBOT, on_loss="comment"))
     commented = {loss.line: loss.says for loss in made.translated.losses if loss.fate.value == "commented"}
     assert sorted(commented) == [7, 8, 9, 10, 11]
-    assert "SocketGetStatus" in commented[8]
+    assert "RobOS" in commented[8]
     assert "beside the robot" in commented[11]
     with pytest.raises(OlpError) as told:
         convert(program, target, Context(robot=ROBOT))
