@@ -23,10 +23,9 @@ from real_tables import print_findings  # noqa: E402
 from tables import print_table  # noqa: E402
 
 from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording, errors_of  # noqa: E402
-from olp.identification.diagnosis.evidence import selection  # noqa: E402
-from olp.identification.diagnosis.fitting import Noise  # noqa: E402
-from olp.identification.diagnosis.folds import Folds  # noqa: E402
-from olp.identification.diagnosis.model import DurationModel  # noqa: E402
+from olp.identification.diagnosis.fitting import Noise, fit  # noqa: E402
+from olp.identification.diagnosis.folds import folds_of  # noqa: E402
+from olp.identification.diagnosis.naming import name  # noqa: E402
 from olp.identification.diagnosis.search import move_terms, shelf_of, swaps  # noqa: E402
 from olp.identification.recording import Recording, read_recording  # noqa: E402
 from olp.timing.physics._case import MeasuredMoves  # noqa: E402
@@ -44,7 +43,7 @@ def main() -> int:
     told = outcome.diagnosis
     print(f"verdict: {told.verdict}; {told.moves} moves; noise floor {1000 * told.noise_floor:.1f} ms\n")
     print_findings(outcome)
-    print("\nHeld out, the search repeated without the moves that are predicted")
+    print("\nHeld out: the whole choice of names repeated without the moves that are predicted")
     held_out(recording, outcome)
     print("\nLedger, mean over the moves of each test [ms]")
     ledger(recording, outcome)
@@ -56,27 +55,38 @@ def main() -> int:
 
 
 def held_out(recording: Recording, outcome: DiagnosisOutcome) -> None:
-    """Whole start points, whole tests, single moves: errors before and after, and what the folds chose."""
+    """Whole start points, whole tests, single moves: errors before and after, and what was named without each."""
     case = outcome.case
     rows = np.searchsorted(recording.moves.move, case.move)
-    groups = recording.groups()
+    groups = {name: labels[rows] for name, labels in recording.groups().items()}
     ways = {
-        "start": groups["start"][rows],
-        "test": groups["test"][rows],
+        "start": groups["start"],
+        "test": groups["test"],
         "every fifth move": np.arange(len(case)) % 5,
     }
     simulated = errors_of(case.residual, case.measured)
     table = [("the simulation as it is", *_errors(simulated), "nothing fitted")]
-    for name, labels in ways.items():
-        shelf = shelf_of(case, move_terms())
-        chosen = selection(case, Noise(_CLOCK), Folds(name, labels), shelf, DurationModel())
-        after = errors_of(case.measured - chosen.predicted, case.measured)
-        counted = Counter(name for names in chosen.sets for name in names).most_common()
-        names = ", ".join(f"{n} {count}" for n, count in counted)
-        table.append((f"held out by {name} ({len(chosen.sets)} folds)", *_errors(after), names or "nothing"))
+    for way, labels in ways.items():
+        (left, same), counted = np.empty((2, len(case))), Counter[str]()
+        for label in np.unique(labels).tolist():
+            held = labels == label
+            seen = np.nonzero(~held)[0]
+            train = case.take(seen)
+            folds = folds_of(recording, rows[seen], train.residual)
+            some = {kind: of[seen] for kind, of in groups.items()}
+            model = name(train, Noise(_CLOCK), folds, some).fit.model
+            left[held] = (case.measured - model.seconds(case))[held]
+            counted.update({part.term.name for part in model.parts})
+            values = fit(outcome.model, train, Noise(_CLOCK), 20).model
+            same[held] = (case.measured - values.seconds(case))[held]
+        names = ", ".join(f"{n} {count}" for n, count in counted.most_common())
+        row = f"held out by {way} ({len(np.unique(labels))} folds)"
+        table.append((row, *_errors(errors_of(left, case.measured)), names or "nothing"))
+        row = f"names of all moves, values held out by {way}"
+        table.append((row, *_errors(errors_of(same, case.measured)), "these"))
         one = _constant(case, labels)
         table.append(
-            (f"one overhead, held out by {name}", *_errors(errors_of(one, case.measured)), "one number")
+            (f"one overhead, held out by {way}", *_errors(errors_of(one, case.measured)), "one number")
         )
     print_table(("prediction", "rms ms", "mean %", "worst %", "chosen in how many folds"), table)
 

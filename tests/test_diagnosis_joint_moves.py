@@ -55,7 +55,8 @@ def test_a_term_that_makes_up_for_the_form_of_another_takes_away_less_than_it_le
     added = [found.model.parts[0] for found in best_forms("acceleration", moves).values()]
     both = [fit(DurationModel((reach, part)), moves, NOISE) for part in added]
     best, folds = min(both, key=lambda f: f.bic), Folds("", interleaved(np.arange(len(moves))))
-    true, false = (gain_of(best, k, moves, NOISE, folds, scatter) for k in (0, 1))
+    rests = [fit(best.model.without(k), moves, NOISE).model for k in (0, 1)]
+    true, false = (gain_of(best, k, rests[k], moves, NOISE, folds, scatter) for k in (0, 1))
     assert true.cut > 2.0 * CUT > 2.0 * false.cut
     assert false.after < false.before
     assert false.loglik > 10.0  # which is why likelihood alone would name it

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.diagnose import _as_waits, findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
-from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved
+from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved, kinds_of
+from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.identification.diagnosis.naming import NamingResult, name
 from olp.identification.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.identification.diagnosis.waits import late_moves, waiting_moves
+from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._limits import limits_reached
@@ -123,6 +126,22 @@ def part(term_name, made, *values, key=None):
     term = load_term(term_name)
     form = next(f for f in term.forms(made) if key in (None, f.key))
     return ModelPart(term, form, np.array(values, dtype=float))
+
+
+@pytest.mark.parametrize("name", ["settling", "dispatch"])
+def test_a_simulation_that_only_moves_has_no_fixed_time_that_could_be_shorter(name):
+    """It has where it takes longer than its motion, and it may where each duration has an acceleration of its own."""
+    plain = case()
+    stopped = replace(plain, simulated=plain.simulated + 0.05, derived={})
+    own = plain.base.with_(accelerate=plain.base.accelerate * np.linspace(0.9, 1.1, MOVES))
+    read = replace(plain, base=own, derived={})
+    for made, least in ((plain, -0.001), (stopped, -0.05), (read, -1.0)):
+        (form,) = load_term(name).forms(made)
+        assert form.parameters[0].low == pytest.approx(least, abs=1e-12)
+        quick = replace(made, measured=made.simulated - 0.2, derived={})
+        guess = load_term(name).guesses(form, quick).min()
+        assert guess >= form.parameters[0].low
+        assert guess != 0.0  # where nothing happens, a search sees nothing
 
 
 def test_of_sets_that_do_nearly_as_well_the_one_with_fewer_names_is_taken():
@@ -263,6 +282,45 @@ def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
     late = replace(turned, measured=DurationModel((one,)).seconds(turned) + scatter(), derived={})
     alone = evaluate(DurationModel((one,)), late, Noise(NOISE / 2))
     assert evidence.confirmed(alone, late, Noise(NOISE / 2), folds, shelf)[0].names == ("orientation-limit",)
+
+
+@pytest.mark.parametrize(
+    ("late", "names"),
+    [((0, 50, 0, 50, 50), ("payload",)), ((30, 40, 50, 60, 70), ("dispatch", "payload"))],
+)
+def test_names_predict_whole_groups_of_every_kind_no_worse_than_one_of_them_alone(late, names):
+    """Every start point has a payload of its own, and is late for a reason of its own, or by its payload."""
+    start, noise = np.arange(MOVES) % 5, Noise(NOISE / 3)
+    made = case(payload=np.array([0.0, 5.0, 10.0, 15.0, 20.0])[start])
+    made = replace(made, measured=made.simulated + 1e-3 * np.array(late)[start] + scatter(), derived={})
+    shelf = shelf_of(made, [load_term("dispatch"), load_term("payload")])
+    carried = next(part for part in shelf.parts if part.term.name == "payload")
+    best = fit(DurationModel((part("dispatch", made, 0.03), carried)), made, noise, 30)
+    folds, kinds = (
+        Folds(EACH_FIFTH, np.arange(MOVES) // 5 % 5),
+        kinds_of({"start": start}, np.arange(MOVES) < 0),
+    )
+    assert evidence.confirmed(best, made, noise, folds, shelf)[0].names == ("dispatch", "payload")
+    assert evidence.confirmed(best, made, noise, folds, shelf, kinds)[0].names == names
+
+
+def test_what_a_name_brings_is_against_the_others_at_their_best():
+    """Beside a friction and a weight the ramps of the UP20 are twice as steep as without the friction."""
+    recording = read_recording(Path("samples/up20"))
+    up20, start = case_of(recording).case, recording.groups()["start"]
+    up20, start = up20.take(np.nonzero(start != 8)[0]), start[start != 8]
+    noise, folds = Noise(0.003), kinds_of({"start": start}, start < 0)[0]
+    parts = [
+        part("acceleration", up20, 1.47),
+        part("gravity", up20, 0.54, 0.55),
+        part("coulomb-friction", up20, 0.7),
+    ]
+    best = fit(DurationModel(tuple(parts)), up20, noise, 30)
+    rest = fit(best.model.without(2), up20, noise, 30).model
+    gain = evidence.gain_of(best, 2, rest, up20, noise, folds, 0.01)
+    assert gain.before == pytest.approx(evidence.held_out_error(rest, up20, noise, folds), rel=1e-6)
+    hasty = evidence.gain_of(best, 2, best.model.without(2), up20, noise, folds, 0.01)
+    assert hasty.before > 1.3 * gain.before
 
 
 def test_inside_a_fold_names_are_held_against_unseen_moves_too(monkeypatch):

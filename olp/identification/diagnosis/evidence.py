@@ -109,18 +109,27 @@ def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) 
 
 
 def gain_of(
-    fitted: ModelFit, index: int, case: MeasuredMoves, noise: Noise, folds: Folds, floor: float
+    fitted: ModelFit,
+    index: int,
+    rest: DurationModel,
+    case: MeasuredMoves,
+    noise: Noise,
+    folds: Folds,
+    floor: float,
 ) -> Gain:
-    """Adding part `index` to the others, held out by the folds; `floor` [s]: the noise."""
+    """Adding part `index` to the others, held out by the folds; `floor` [s]: the noise.
+
+    `rest`: the others at their own best values. Those beside the part may be far from these, and the few steps of a
+    fold's fit do not lead there: the part would seem to bring what the steps did not reach.
+    """
     labels = folds_for(fitted, (index,), case, folds).labels
     without, with_it = (np.full(len(case), np.nan) for _ in range(2))
     difference = np.zeros(len(case))
     for label in np.unique(labels).tolist():
         seen, held = _parts(labels, label)
         train, test = case.take(seen), case.take(held)
-        bare = fit(fitted.model.without(index), train, noise, 6)
         with_it[held] = test.measured - fit(fitted.model, train, noise, 6).model.seconds(test)
-        without[held] = test.measured - bare.model.seconds(test)
+        without[held] = test.measured - fit(rest, train, noise, 6).model.seconds(test)
         losses = [_loss(whiten(left[held], noise, test), fitted.scale) for left in (without, with_it)]
         difference[held] = losses[0] - losses[1]
     error = float(difference.std() * np.sqrt(len(difference)))
@@ -198,22 +207,65 @@ def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]
 
 
 def confirmed(
-    best: ModelFit, case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf
+    best: ModelFit,
+    case: MeasuredMoves,
+    noise: Noise,
+    folds: Folds,
+    shelf: PartShelf,
+    kinds: Sequence[Folds] = (),
 ) -> tuple[ModelFit, tuple[Gain, ...]]:
-    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew."""
+    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew.
+
+    `kinds`: further ways to hold out whole groups. Where more than scatter is left, moves of a group have errors in
+    common: then the set has to do no worse than a smaller one in each.
+    """
     tried = len({part.label for part in shelf.parts})
     while best.model.parts:
+        count = range(len(best.model.parts))
         floor = noise_left(best, case, noise)
-        gains = [gain_of(best, k, case, noise, folds, floor) for k in range(len(best.model.parts))]
+        rests = [fit(best.model.without(k), case, noise, 30) for k in count]
+        gains = [gain_of(best, k, rests[k].model, case, noise, folds, floor) for k in count]
         weak = fallen(gains, tried)
-        weak += [k for k in range(len(gains)) if k not in weak and _dispensable(best, k, case, noise)]
-        weak += [k for k in range(len(gains)) if k not in weak and _has_a_number_for_each(best, k, case)]
-        weak = [k for k in range(len(gains)) if drifts_on(best, k, case)] or weak
+        weak += [k for k in count if k not in weak and worth(rests[k], best) < TELLING]
+        weak += [k for k in count if k not in weak and _has_a_number_for_each(best, k, case)]
+        weak = [k for k in count if drifts_on(best, k, case)] or weak
+        if not weak and patterned(best, case, noise):
+            weak = _misleading(best, [one.model for one in rests], case, noise, kinds)
         if not weak:
             return best, tuple(gains)
         worst = min(weak, key=lambda k: gains[k].loglik)
         best = fit(best.model.without(worst), case, noise, 30)
     return best, ()
+
+
+def _misleading(
+    best: ModelFit, rests: Sequence[DurationModel], case: MeasuredMoves, noise: Noise, kinds: Sequence[Folds]
+) -> list[int]:
+    """The parts without which whole groups of some kind are predicted better, by all others but one or by one of them
+    alone. `rests`: the models without each part."""
+    parts = range(len(best.model.parts))
+    fewer = [({k}, rests[k]) for k in parts]
+    if len(parts) > 2:
+        alone = [fit(DurationModel((part,)), case, noise, 30).model for part in best.model.parts]
+        fewer += [({k for k in parts if k != kept}, alone[kept]) for kept in parts]
+    acting = [acts(best, k, case) for k in parts]
+    for folds in kinds if len(parts) > 1 else ():
+        known = {k for k in parts if not _absent(acting[k], folds)}
+        told = [(held_out_error(model, case, noise, folds), gone) for gone, model in fewer if gone & known]
+        least, gone = min(told, key=lambda one: one[0], default=(np.inf, set[int]()))
+        if least < held_out_error(best.model, case, noise, folds):
+            return sorted(gone & known)
+    return []
+
+
+def held_out_error(model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Folds) -> float:
+    """[s] RMSE of whole folds that the model's values were not fitted to."""
+    left = np.zeros(len(case))
+    for label in np.unique(folds.labels).tolist():
+        seen, held = _parts(folds.labels, label)
+        test = case.take(held)
+        left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
+    return rms(left)
 
 
 def _has_a_number_for_each(best: ModelFit, index: int, case: MeasuredMoves) -> bool:
@@ -231,16 +283,16 @@ def stamped(noise: Noise) -> Noise:
     return noise if noise.order < 0 else noise._replace(order=0.0)
 
 
+def patterned(best: ModelFit, case: MeasuredMoves, noise: Noise) -> bool:
+    """Whether a fit leaves more than scatter."""
+    left = case.measured - best.model.seconds(case)
+    return remains_of(whiten(left, stamped(noise), case), case, {}).structured
+
+
 def noise_left(best: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
     """[s] noise, as far as what a fit leaves tells it."""
     left = case.measured - best.model.seconds(case)
-    structured = remains_of(whiten(left, stamped(noise), case), case, {}).structured
-    return scatter_of(left, case, max(digits_of(case), noise.least), structured).value
-
-
-def _dispensable(best: ModelFit, index: int, case: MeasuredMoves, noise: Noise) -> bool:
-    """Whether the others do as well without part `index`, by BIC."""
-    return worth(fit(best.model.without(index), case, noise, 15), best) < TELLING
+    return scatter_of(left, case, max(digits_of(case), noise.least), patterned(best, case, noise)).value
 
 
 def selection(
@@ -278,14 +330,19 @@ def _held_against(
     shelf: PartShelf,
 ) -> ModelFit:
     """The set without those of its parts beyond the `known` labels that held-out moves do not confirm."""
-    more = [k for k, part in enumerate(found.model.parts) if part.label not in known]
-    if not more:
-        return found
-    floor = noise_left(found, case, noise)
-    gains = [gain_of(found, k, case, noise, folds, floor) for k in more]
-    weak = [more[k] for k in fallen(gains, len({part.label for part in shelf.parts}))]
-    kept = tuple(part for k, part in enumerate(found.model.parts) if k not in weak)
-    return fit(DurationModel(kept), case, noise, 10) if weak else found
+    tried = len({part.label for part in shelf.parts})
+    while more := [k for k, part in enumerate(found.model.parts) if part.label not in known]:
+        floor = noise_left(found, case, noise)
+        rests = [fit(found.model.without(k), case, noise, 15) for k in more]
+        gains = [
+            gain_of(found, k, rest.model, case, noise, folds, floor)
+            for k, rest in zip(more, rests, strict=True)
+        ]
+        weak = fallen(gains, tried)
+        if not weak:
+            break
+        found = rests[min(weak, key=lambda at: gains[at].loglik)]
+    return found
 
 
 def found_in(case: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
@@ -332,11 +389,13 @@ def _lumped(
 ) -> bool:
     """Whether one fold holds most of what part `index` does, or leaves too few of the moves `where` (n,) it acts."""
     done = (fitted.model.seconds(case) - fitted.model.without(index).seconds(case)) ** 2
-    for label in np.unique(folds.labels).tolist():
-        held = folds.labels == label
-        if where[~held].sum() < min(_FEWEST, where.sum()) or done[held].sum() > HALF * done.sum():
-            return True
-    return False
+    return _absent(where, folds) or bool(np.bincount(folds.labels, done).max() > HALF * done.sum())
+
+
+def _absent(where: NDArray[np.bool_], folds: Folds) -> bool:
+    """Whether all moves but those of one fold have too few of the moves `where` (n,) a part acts."""
+    inside = np.bincount(folds.labels, where)
+    return bool((inside.sum() - inside < min(_FEWEST, inside.sum())).any())
 
 
 def _parts(labels: NDArray[np.int64], label: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -52,6 +52,13 @@ def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None)
     return (spread or found)[0]
 
 
+def kinds_of(groups: dict[str, Labels], late: NDArray[np.bool_]) -> list[Folds]:
+    """Every way to hold out whole groups of the moves that are not `late` (n,)."""
+    some = {name: labels[~late] for name, labels in groups.items()}
+    even = np.zeros(int((~late).sum()))
+    return [Folds(name, _dealt(labels, even)) for name, labels in some.items() if _serves(labels, 2)]
+
+
 def _beyond(residual: Floats) -> Floats:
     """(n,) [s] by how much each move differs beyond the middle ones."""
     off = np.abs(residual - np.median(residual))
@@ -75,9 +82,9 @@ def interleaved(programmed: Labels) -> Labels:
     return np.asarray(turn % COUNT, dtype=np.int64)
 
 
-def _serves(labels: Labels) -> bool:
+def _serves(labels: Labels, groups: int = 3) -> bool:
     _, count = np.unique(labels, return_counts=True)
-    return bool(len(count) >= 3 and count.max() <= _LARGEST * len(labels) and np.median(count) >= 2)
+    return bool(len(count) >= groups and count.max() <= _LARGEST * len(labels) and np.median(count) >= 2)
 
 
 def _dealt(labels: Labels, weight: Floats) -> Labels:

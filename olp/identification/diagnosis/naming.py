@@ -21,7 +21,7 @@ from olp.identification.diagnosis.evidence import (
     stamped,
 )
 from olp.identification.diagnosis.fitting import ModelFit, Noise, fit, whiten
-from olp.identification.diagnosis.folds import Folds
+from olp.identification.diagnosis.folds import Folds, kinds_of
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
 from olp.identification.diagnosis.search import (
@@ -74,14 +74,18 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
             break
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
-    best, gains = confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+    best, gains = confirmed(
+        fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
+    )
     if not np.array_equal(again := _waits(best, case, noise), late):
         # Beside the names that hold, some are late no longer; or some are, and a name that fell had them.
         late, clean_folds = again, Folds(folds.by, folds.labels[~again])
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
         best = _found(clean, noise, shelf) if late.any() else best
-        best, gains = confirmed(fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf)
+        best, gains = confirmed(
+            fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
+        )
     clean_folds = folds_for(best, range(len(best.model.parts)), clean, clean_folds)
     seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+_SHARED = 0.5  # of the moves that one acceleration is that of, where the simulation had it and not each move its own
+_DIGITS = 1e-3  # [s] that the digits of simulated times may hide
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rates:
@@ -158,6 +161,18 @@ class MeasuredMoves:
         if name not in self.derived:
             self.derived[name] = make()
         return self.derived[name]
+
+    def idle(self, where: Mask) -> float:
+        """[s] by which the simulation of a move `where` (n,) takes longer than its motion, at most: nothing else of it
+        can be shorter by a fixed time. inf where accelerations were read off each duration, which hides it.
+        """
+        if not where.any():
+            return np.inf
+        _, count = np.unique(np.round(np.log(self.base.accelerate[where]), 6), return_counts=True)
+        if count.max() < _SHARED * where.sum():
+            return np.inf
+        beyond = self.simulated - self.once("base", self.base.duration) + self.base.added
+        return max(float(beyond[where].max()), _DIGITS)
 
     def number(self, name: str, make: Callable[[], float]) -> float:
         """One number of all moves that a form refers to (a median, a least value).

@@ -22,14 +22,16 @@ class Dispatch(MoveTerm):
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not case.moving.any():
             return ()
-        time = TermParameter("time", "s", -1.0, 3.0, 0.0, False, "per executed move")
+        least = -min(case.idle(case.moving), 1.0)
+        time = TermParameter("time", "s", least, 3.0, 0.0, False, "per executed move")
         moves = Form("", (time,), r"T = T_0 + t_d")
         if case.moving.all():
             return (moves,)
         return (moves, Form("waits too", (time,), r"T = T_0 + t_d"))
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
-        return np.array([[float(np.median(case.residual[case.moving])) or 0.01]])
+        middle = float(np.median(case.residual[case.moving]))
+        return np.array([[max(middle, form.parameters[0].low) or 0.01]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         where = 1.0 if form.key == "waits too" else case.moving

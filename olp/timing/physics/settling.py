@@ -23,7 +23,8 @@ class Settling(MoveTerm):
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         if not (case.moving & case.stop_end).any():
             return ()
-        time = TermParameter("time", "s", -1.0, 3.0, 0.0, False, "at every exact stop")
+        least = -min(case.idle(_stopping(case, "")), 1.0)
+        time = TermParameter("time", "s", least, 3.0, 0.0, False, "at every exact stop")
         every = Form("", (time,), r"T = T_0 + t_s")
         written = _stopping(case, "as written")
         if not written.any() or np.array_equal(written, _stopping(case, "")):
@@ -31,7 +32,8 @@ class Settling(MoveTerm):
         return (every, Form("as written", (time,), r"T = T_0 + t_s"))
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
-        return np.array([[float(np.median(case.residual[_stopping(case, form.key)])) or 0.01]])
+        middle = float(np.median(case.residual[_stopping(case, form.key)]))
+        return np.array([[max(middle, form.parameters[0].low) or 0.01]])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         stopping = case.once(f"stopping {form.key}", lambda: _stopping(case, form.key).astype(np.float64))
