@@ -276,6 +276,15 @@ def test_joints_that_are_computed_or_relative_mean_nothing_to_another_kind_of_ar
     assert any("mean nothing to fanuc/m-20ia" in d.message for d in caught.value.diagnostics)
 
 
+def test_joint_values_of_which_one_is_set_mean_nothing_to_another_kind_of_arm(tmp_path):
+    arm, fanuc = load_robot("universal-robots/ur10e"), load_robot("fanuc/m-20ia")
+    rows = "  movej([0.5, -1.4, 1.6, -1.7, -1.5, 0.3])\n  q = get_actual_joint_positions()\n  q[3] = q[3] + 0.1\n"
+    program = universal(tmp_path, "sets", f"{rows}  movej(q)\n")
+    with pytest.raises(OlpError) as caught:
+        convert(program, "tp", Context(robot=arm, target_robot=fanuc))
+    assert any("mean nothing to fanuc/m-20ia" in d.message for d in caught.value.diagnostics)
+
+
 def test_poses_get_the_flags_with_which_the_other_arm_stands(tmp_path):
     """A joint move to a pose: FANUC's arm must not flip its wrist on the way, as it would with F."""
     arm, fanuc = load_robot("universal-robots/ur10e"), load_robot("fanuc/m-20ia")

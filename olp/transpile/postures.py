@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, Function, Named, PositionLiteral
-from olp.ir.program import Declare, Move, Path, Program, Statement
+from olp.ir.expressions import Expression, Function, Item, Member, Named, PositionLiteral
+from olp.ir.program import Assign, Declare, Move, Path, Program, Statement
 from olp.ir.transformer import edited, expressions_of, mapped
 from olp.robots.kinematics.configuration import readings_of_joints, same_posture
 from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.symbols import symbols_of
+from olp.transpile.symbols import base_of, symbols_of
 
 Floats = NDArray[np.float64]
 _SAME = 1e-7  # [m]
@@ -64,8 +64,13 @@ class _Postures:
         default_factory=dict
     )  # [m] of the flange, by what became of a posture
     turned: set[PositionLiteral] = field(default_factory=set)  # with an axis whole turns elsewhere
+    held: dict[str, bool] = field(
+        default_factory=dict
+    )  # variables of joint values: whether it is an array of them
 
     def program(self, program: Program) -> Program:
+        declared = (*program.data, *(d for r in program.routines for d in (*r.data, *r.body)))
+        self.held = {d.name: bool(d.sizes) for d in declared if isinstance(d, Declare) and d.type == "joints"}
         routines = tuple(
             replace(
                 r,
@@ -83,10 +88,18 @@ class _Postures:
     def _statement(self, s: Statement) -> Statement:
         if isinstance(s, Move) and s.relative is not None and any(map(_is_joints, s.targets)):
             return replace(s, targets=tuple(self._step(t) for t in s.targets))
-        if any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s)):
+        if self._computes(s):
             says = "joint values that are computed are carried as written"
             self.work.lose(s, Fate.APPROXIMATED, "joints", says)
         return mapped(s, self._change)
+
+    def _computes(self, s: Statement) -> bool:
+        """Whether a statement puts joint values together, or sets one of them."""
+        if isinstance(s, Assign) and isinstance(s.target, (Item, Member)):
+            base = base_of(s.target)
+            if base is not None and base.name in self.held:
+                return not (self.held[base.name] and s.target.base is base)
+        return any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s))
 
     def _change(self, e: Expression) -> Expression:
         if not isinstance(e, PositionLiteral) or not _is_joints(e):
@@ -172,7 +185,7 @@ class _Places(_Postures):
 
     def _statement(self, s: Statement) -> Statement:
         steps = isinstance(s, Move) and s.relative is not None and any(map(_is_joints, s.targets))
-        if steps or any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s)):
+        if steps or self._computes(s):
             says = (
                 f"joint values that are computed mean nothing to {self.other.name}, which is built otherwise"
             )
