@@ -301,6 +301,7 @@ def test_names_predict_whole_groups_of_every_kind_no_worse_than_one_of_them_alon
         kinds_of({"start": start}, np.arange(MOVES) < 0),
     )
     assert evidence.confirmed(best, made, noise, folds, shelf)[0].names == ("dispatch", "payload")
+    assert kinds_of({"speed": start, "type": start}, np.arange(MOVES) < 0) == []
     assert evidence.confirmed(best, made, noise, folds, shelf, kinds)[0].names == names
 
 

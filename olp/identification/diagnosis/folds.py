@@ -53,8 +53,11 @@ def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None)
 
 
 def kinds_of(groups: dict[str, Labels], late: NDArray[np.bool_]) -> list[Folds]:
-    """Every way to hold out whole groups of the moves that are not `late` (n,)."""
-    some = {name: labels[~late] for name, labels in groups.items()}
+    """Every way to hold out whole places, programs and what columns tell, of the moves that are not `late` (n,).
+
+    Not speeds and types of moves: a law is told by how they differ, and nobody could know it without one of few.
+    """
+    some = {name: labels[~late] for name, labels in groups.items() if name not in ("speed", "type")}
     even = np.zeros(int((~late).sum()))
     return [Folds(name, _dealt(labels, even)) for name, labels in some.items() if _serves(labels, 2)]
 
