@@ -63,6 +63,8 @@ def _to_decimals(whole_of: Callable[[float], int]) -> Computes:
         if digits <= 0:
             return whole_of(value)
         scale: float = 10.0 ** min(digits, 15)
+        if not math.isfinite(value * scale):
+            return value  # so large a number has no decimals
         return whole_of(float(f"{value * scale:.12g}")) / scale  # 0.29 is no 28.999… hundredths
 
     return computed
