@@ -71,7 +71,9 @@ class ValueTypes:
 
 @dataclass(frozen=True, slots=True)
 class PathTriggerForms:
-    """Outputs that moves of a language can switch while they are under way. Ranges: behind the end that is named.
+    """Outputs that moves of a language can switch while they are under way.
+
+    Ranges [s] or [m]: behind the end that is named, negative before it; one whose end is below its begin: none at all.
 
     `most`: of one move. `paths`: whose moves can have some, `metres_on`: whose moves can name a distance. `delayed`:
     what acts at a distance can do so earlier or later, too.

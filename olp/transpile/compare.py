@@ -381,7 +381,7 @@ def _compare_shifts(
     limits = (("mm", mm, rules.tolerances.position), ("s", 1.0, rules.tolerances.wait))
     for (unit, scale, limit), x, y in zip(limits, one[3:], other[3:], strict=True):
         if abs(x - y) > limit:
-            says = f"{_named(one)} {x / scale:g} {unit} and {y / scale:g} {unit} behind the place"
+            says = f"{_named(one)} switches {x / scale:g} {unit} and {y / scale:g} {unit} behind that end of the move"
             result.differ(a, b, "order", says)
 
 

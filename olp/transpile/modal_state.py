@@ -336,7 +336,7 @@ class _Modal:
         if fastest == inf:
             return
         if written is None or fastest is None or share is None:
-            says = "the largest speed that holds here is left out, which slows faster moves"
+            says = "a largest speed is left out, as it is computed or not set on every way: the move may be faster"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         elif written * share > fastest:
             scale = speed.value.scale

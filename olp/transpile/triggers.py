@@ -34,9 +34,9 @@ from olp.transpile.occurrences import with_routines, with_rows
 _SET: Final = "triggdata"  # the argument of an instruction that names the trigger which it sets
 _MOVES: Final = re.compile(r"trigg[ljc]", re.IGNORECASE)
 _FURTHER: Final = re.compile(r"\\t[2-8]", re.IGNORECASE)
-_SAID: Final = "what it says stands at the moves that name it"
-_CORNER: Final = "in a corner each controller counts from its own end of the move"
-_CURVED: Final = "on its way, which is no line, a distance may be along the path or straight to the point"
+_SAID: Final = "its output and its distance or time are written with the moves that use it"
+_CORNER: Final = "in a corner each controller measures from its own end of the move"
+_CURVED: Final = "the path is curved: one controller may measure along it, another straight to the end"
 
 
 def triggers(program: Program, work: TranslationContext) -> Program:
