@@ -9,6 +9,7 @@ from translated_texts import converted, inform, krl, module, read, run_elsewhere
 
 from olp.ir.expressions import Store
 from olp.robots.robot import load_robot
+from olp.runtime.interpreter import run
 from olp.runtime.made_up import MadeUp, UnknownThing
 from olp.runtime.modal import FRACTION, TRAVEL, UNTOLD_SPEED
 from olp.runtime.plan import BlendCode
@@ -153,3 +154,28 @@ def test_a_whole_number_of_the_source_is_whole_in_a_register_that_could_hold_fra
     found = receipt(inform(*rows), "tp", vendor="inform")
     assert differences(found) == []
     assert sum(one.steps for one in found.made_up) >= 8
+
+
+# --- What the main routine takes, which nothing here calls ---
+
+_TAKES = ("UTOOL_NUM=1", "IF AR[1]>3,DO[7]=(ON)", "IF AR[2]=4,JMP LBL[1]", "WAIT AR[2]", "LBL[1]")
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_arguments_that_nobody_passes_are_made_up_in_both_programs(target):
+    found = receipt(tp(*_TAKES), target)
+    assert found.verdict.agrees, found.verdict.objections
+    assert sum(one.steps for one in found.made_up) >= 3
+    assert "there was nothing to compare" not in as_text(found)
+
+
+def test_a_parameter_that_is_used_otherwise_is_found():
+    found = receipt(tp(*_TAKES), "rapid", ("arg1>3", "arg2>3"))
+    assert differences(found)
+
+
+def test_a_main_routine_runs_with_zeros_for_what_it_takes_and_says_so():
+    text = "MODULE M\nPROC main(num seconds \\num more)\nWaitTime seconds;\nWaitTime 1;\nENDPROC\nENDMODULE\n"
+    plan = run(read(text, "rapid"))
+    assert plan.durations.tolist() == [0.0, 1.0]
+    assert any("argument 1 of the main routine" in one.says for one in plan.assumptions)

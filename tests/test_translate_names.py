@@ -27,10 +27,11 @@ from olp.fluent import read as read_file
 from olp.ir.expressions import Named
 from olp.ir.program import Declare, For, Program
 from olp.ir.transformer import expressions_of
+from olp.runtime.interpreter import run
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import Fate
-from olp.transpile.convert import convert
+from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 from olp.transpile.receipt import counts_of
 
@@ -486,3 +487,30 @@ def test_an_index_that_others_give_a_fraction_is_rounded_and_told(handed):
     assert [loss.says for loss in made.translated.losses if loss.part == "index"] == [
         "an index that may be a fraction is rounded: KRL has INT"
     ]
+
+
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_the_end_of_the_whole_program_is_the_return_of_its_main_routine(target):
+    text = listing("WAIT 1.00(sec)", "IF DI[1]=ON,JMP LBL[1]", "ABORT", "LBL[1]", "WAIT 2.00(sec)")
+    made = convert(read(text, "tp"), target)
+    assert not [x for x in made.translated.losses if x.leaves_out]
+    assert run_converted(made, target, None).durations.tolist() == [1.0]
+
+
+def test_a_routine_that_ends_the_whole_program_is_not_one_that_returns():
+    text = (
+        "MODULE M\nPROC main()\nstop_all;\nWaitTime 1;\nENDPROC\nPROC stop_all()\nEXIT;\nENDPROC\nENDMODULE\n"
+    )
+    with pytest.raises(OlpError, match="no statement that ends the program from within a routine"):
+        convert(read(text, "rapid"), "krl")
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_a_move_of_a_programmed_time_takes_longer_under_an_override(target):
+    rows = ["OVERRIDE=50%", "L P[1] 200mm/sec FINE", "L P[2] 2.0sec FINE"]
+    text = tp(*rows, positions=[(1, 0, 0, 900, 100, 400, 180, 0, 30), (2, 0, 0, 950, 200, 350, 170, 5, 20)])
+    before = run(read(text, "tp")).moves
+    assert before.duration[1] == 4.0
+    after = run_converted(convert(read(text, "tp"), target), target, None).moves
+    pace = [m.duration[1] if m.duration[1] > 0 else m.length[1] / m.travel[1] for m in (before, after)]
+    assert pace[1] == pytest.approx(4.0, rel=1e-6)

@@ -30,6 +30,11 @@ from olp.runtime.memory import INTEGERS, RANGES, PositionValue, SystemPosition, 
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
+# What a variable of each type begins with; `type` as that of `Declare`.
+ZEROS: Final[Mapping[str, Value]] = {
+    "integer": 0, "real": 0.0, "boolean": False, "string": "", "character": "",
+}  # fmt: skip
+
 _POSE_SIZE: Final = 6
 _POSITION_PARTS: Final = (Store.ROBOT, Store.BASE, Store.STATION)
 _CHECK: Final = "check the value on the right"
@@ -374,8 +379,22 @@ def _argument(m: Machine, e: Argument) -> Value:
     arguments = m.frame.arguments
     if 0 < e.number <= len(arguments):
         return arguments[e.number - 1]
-    m.assume(f"argument {e.number} was not passed by the caller: taken as 0")
-    return 0
+    if m.frames:
+        m.assume(f"argument {e.number} was not passed by the caller: taken as 0")
+        return 0
+    value = uncalled_argument(m, e.number, "real")
+    return 0 if value is None else value
+
+
+def uncalled_argument(m: Machine, number: int, type_: str) -> Value | None:
+    """What the main routine, which nothing here calls, takes: made up, else a zero; None of a type without zeros."""
+    made = None if m.made_up is None else m.made_up.argument(number, type_)
+    if made is not None:
+        return made
+    zero = ZEROS.get(type_ or "integer")  # in a language without types, mostly a number
+    if zero is not None:
+        m.assume(f"argument {number} of the main routine, which nothing here calls, is taken as {zero!r}")
+    return zero
 
 
 def _unknown(m: Machine, e: Unknown) -> Value:

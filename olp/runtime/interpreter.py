@@ -105,7 +105,7 @@ from olp.runtime.memory import (
 from olp.runtime.plan import PATHS, Event, Plan, of_rows
 from olp.runtime.poses import as_pose, as_pulses, frame_pose, here
 from olp.runtime.recorder import NOWHERE, Recorder
-from olp.runtime.scope import declare_all, literal, read_name
+from olp.runtime.scope import bind_uncalled, declare_all, literal, read_name
 from olp.runtime.signals import PERIPHERY, impose, key_of, read_signal, signals_of, write_signal
 from olp.runtime.spelling import spell
 from olp.runtime.state import (
@@ -272,7 +272,6 @@ def message(m: Machine, s: Message) -> None:
 
 def process(m: Machine, s: Process) -> int | None:
     if s.name.casefold() in ENDS_PROGRAM:
-        m.recorder.signal(m.frame.job.source, s.line)
         m.stop(f"line {s.line} ends the program")
         return OTHER_FRAME
     if s.name == "continue":
@@ -575,6 +574,7 @@ def run(
     m.allows_more = max_steps is None
     m.load(main)
     set_initial_values(m)
+    bind_uncalled(m, main.routine.parameters)
     execute(m)
     return _finish(m)
 

@@ -36,7 +36,10 @@ FrameAndTool = tuple[str, int | None, int]
 
 
 class UnknownThing(NamedTuple):
-    """What no file tells. `kind`: tool, frame, signal, variable, element or start; `name` as its program has it."""
+    """What no file tells. `kind`: tool, frame, signal, variable, element, argument, start.
+
+    `name` as its program has it.
+    """
 
     kind: str
     name: int | str | SignalKey | tuple[Store, int] | tuple[str, int]
@@ -124,6 +127,14 @@ class MadeUp:
     def named(self, name: str, type_: str) -> Value | None:
         thing = self.origin("variable", name)
         type_ = type_ or self.types.get(str(thing.name), "")
+        return self._position(thing, False, type_) if type_ in _POSITIONS else self._plain(thing, type_)
+
+    def argument(self, number: int, type_: str) -> Value | None:
+        """What the main routine takes, by the place among its parameters."""
+        thing = UnknownThing("argument", number)
+        begun = self.begins.get(thing)
+        if isinstance(begun, (bool, int, float)):
+            return begun  # whatever type the translation gives it
         return self._position(thing, False, type_) if type_ in _POSITIONS else self._plain(thing, type_)
 
     def start(self, values: tuple[float, ...]) -> tuple[float, ...]:

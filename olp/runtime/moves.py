@@ -144,8 +144,9 @@ def _compound(m: Machine, s: Move) -> None:
     if not rows:
         return
     unit, speed = move_speed(m, s.speed, path)
-    if m.override != 1.0 and unit != TIME:
-        speed *= m.override
+    if m.override != 1.0:
+        # A time is as much longer (ABB's VelSet, FANUC's override).
+        speed = speed / m.override if unit == TIME else speed * m.override
     if unit == TRAVEL:
         speed = min(speed, m.fastest)
     modal = m.rates.get((path == JOINT, RATE_FRACTION), 1.0)

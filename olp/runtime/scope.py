@@ -13,7 +13,7 @@ from olp.ir.expressions import Expression, Item, Member, Named, NamedArgument, R
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
 from olp.ir.statements import is_same
-from olp.runtime.evaluate import round_half_away
+from olp.runtime.evaluate import ZEROS, round_half_away
 from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import Array, PositionValue, Record, Scope, Slot, Value
 from olp.runtime.state import Machine, StatementError
@@ -21,7 +21,6 @@ from olp.runtime.state import Machine, StatementError
 _MOST_ITEMS = 100_000  # of an array, over all its dimensions; controllers stop far below
 _AXES = 6  # of the arms that URScript moves
 _STORABLE = (Named, Item, Member, Variable)  # what a routine hands a value back to; a constant stays
-_ZEROS: dict[str, Value] = {"integer": 0, "real": 0.0, "boolean": False, "string": "", "character": ""}
 
 
 def fold(m: Machine, name: str) -> str:
@@ -194,14 +193,14 @@ def _slot(m: Machine, s: Declare) -> Slot:
     else:
         value = evaluate(m, s.value)
         if sizes and isinstance(value, Array) and len(value.items) < sizes[0]:
-            value.items.extend([_ZEROS.get(s.type)] * (sizes[0] - len(value.items)))
+            value.items.extend([ZEROS.get(s.type)] * (sizes[0] - len(value.items)))
         slot = Slot(fitted(s.type, value), s.type, s.shared)
     return slot if m.made_up is None else m.made_up.begun(fold(m, s.name), slot)
 
 
 def _empty(type_: str, sizes: list[int]) -> Value | None:
     if not sizes:
-        return _ZEROS.get(type_)
+        return ZEROS.get(type_)
     return Array([_empty(type_, sizes[1:]) for _ in range(sizes[0])])
 
 
@@ -248,6 +247,20 @@ def bind(
                 outs.append((key, given))
         scope[key] = slot
     return scope, outs
+
+
+def bind_uncalled(m: Machine, parameters: tuple[Parameter, ...]) -> None:
+    """The parameters of a main routine, which nothing here calls: made-up values, else zeros, which is reported."""
+    from olp.runtime.evaluate import evaluate, uncalled_argument
+
+    for number, one in enumerate(parameters, 1):
+        if one.default is not None:
+            value: Value | None = evaluate(m, one.default)
+        elif one.optional or one.switch:
+            continue
+        else:
+            value = uncalled_argument(m, number, one.type)
+        m.frame.names[fold(m, one.name)] = Slot(None if value is None else fitted(one.type, value), one.type)
 
 
 def _named(m: Machine, arguments: tuple[Expression, ...]) -> Iterator[NamedArgument]:

@@ -12,7 +12,18 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from olp.core.diagnostic import OlpError
-from olp.ir.expressions import Compare, Expression, Named, Number, Signal, Store, Text, Unary, Variable
+from olp.ir.expressions import (
+    Argument,
+    Compare,
+    Expression,
+    Named,
+    Number,
+    Signal,
+    Store,
+    Text,
+    Unary,
+    Variable,
+)
 from olp.ir.program import (
     Call,
     Case,
@@ -308,8 +319,11 @@ def _choices(program: Program) -> dict[UnknownThing, tuple[int, ...]]:
     """The whole numbers that the source compares each of its variables and inputs with, and one beyond them."""
     found: dict[UnknownThing, dict[int, None]] = {}
     fold = not find_vendor(program.vendor).case_sensitive
+    main = program.main or (program.routines[0].name if program.routines else "")
     for routine in program.routines:
         switched: Expression | None = None
+        own = routine.parameters if routine.name == main else ()
+        given = {_thing(Named(one.name), fold): UnknownThing("argument", n) for n, one in enumerate(own, 1)}
         for s in routine.body:
             pairs: list[tuple[Expression, Expression]] = []
             if isinstance(s, Switch):
@@ -321,6 +335,7 @@ def _choices(program: Program) -> dict[UnknownThing, tuple[int, ...]]:
                 pairs += [pair for e in compared for pair in ((e.left, e.right), (e.right, e.left))]
             for value, constant in pairs:
                 thing, number = _thing(value, fold), _whole(constant)
+                thing = given.get(thing, thing)
                 if thing is not None and number is not None:
                     found.setdefault(thing, {})[number] = None
     return {thing: (*numbers, max(numbers) + 1) for thing, numbers in found.items()}
@@ -330,6 +345,8 @@ def _thing(e: Expression, fold: bool) -> UnknownThing | None:
     match e:
         case Named(name):
             return UnknownThing("variable", name.casefold() if fold else name)
+        case Argument(number):
+            return UnknownThing("argument", number)
         case Variable(store, Number(index), False):
             return UnknownThing("variable", (store, int(index)))
         case Signal(bus, Number(index)):
@@ -365,6 +382,8 @@ def said(thing: UnknownThing) -> str:
     kind, name = thing
     if isinstance(name, SignalKey):
         return signal_name(name)
+    if kind == "argument":
+        return f"argument {name}"
     if kind == "start":
         return "where the arm stands at first"
     if isinstance(name, tuple):

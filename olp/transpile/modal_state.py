@@ -356,17 +356,18 @@ class _Modal:
     def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
         share = self.value(_OVERRIDE)
         speed: Speed | None = changes.get("speed", s.speed)
-        if share is None or speed is None or speed.unit is SpeedUnit.TIME:
+        if share is None or speed is None:
             return
         assert isinstance(share, Quantity)
-        known, written = share.literal, speed.value.literal
-        if known is not None and written is not None:
-            changes["speed"] = Speed(
-                speed.unit, Quantity(Number(written * known / speed.value.scale), speed.value.scale)
-            )
+        known, value = share.literal, speed.value
+        timed = speed.unit is SpeedUnit.TIME  # which is as much longer
+        if known is not None and value.literal is not None:
+            written = value.literal / known if timed else value.literal * known
+            changes["speed"] = Speed(speed.unit, Quantity(Number(written / value.scale), value.scale))
             return
-        product = Binary("*", speed.value.written, share.written)
-        changes["speed"] = Speed(speed.unit, Quantity(product, speed.value.scale * share.scale))
+        product = Binary("/" if timed else "*", value.written, share.written)
+        scale = value.scale / share.scale if timed else value.scale * share.scale
+        changes["speed"] = Speed(speed.unit, Quantity(product, scale))
 
     def placed(self, s: Statement) -> Statement:
         """KRL and FANUC read the position in the frame and with the tool that hold."""

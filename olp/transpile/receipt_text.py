@@ -111,7 +111,8 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         yield f"left out of both runs, for their values are not known here: {receipt.unknown}"
     if receipt.unreached:
         yield f"no run comes to these moves, so they were not compared: {receipt.unreached}"
-    if not c.steps and not c.differences:
+    further = any(one.steps or one.differences for one in (*receipt.again, *receipt.made_up))
+    if not (c.steps or c.differences or further):
         yield "neither program moves or waits here: there was nothing to compare"
         return
     yield (

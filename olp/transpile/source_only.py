@@ -115,6 +115,8 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
             s = words.without_arm(s)
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
+            elif isinstance(s, Process) and s.name.casefold() in ENDS_PROGRAM:
+                rows.append(words.program_end(s, routine))
             elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
         routines.append(replace(routine, body=tuple(rows)))
@@ -131,6 +133,7 @@ class _ForeignWords:
     shifts: bool  # whether any shift is switched on
     manner: Set[str]  # options of moves that change how a move is made
     defined: Set[str]  # routines
+    called: Set[str]  # names, case folded
     settings: Mapping[int, str]  # lines that set what moves nothing, and what that is
     axes_stand: bool  # whether no position of the program says anything of an axis beside the arm
     lost: list[Statement] = field(default_factory=list)
@@ -146,6 +149,7 @@ class _ForeignWords:
             any(isinstance(s, ShiftOn) for s in program.statements()),
             options.manner | options.together if stands else options.manner,
             {routine.name.casefold() for routine in program.routines},
+            {s.routine.casefold() for s in program.statements() if isinstance(s, Call)},
             _idle_settings(program, work),
             stands and not any(map(_sets_axes, program.statements())),
         )
@@ -223,8 +227,6 @@ class _ForeignWords:
             says = f"the end of a task that nothing here starts: {s.task}"
             work.lose(s, Fate.REFUSED, "statement", says)
             return [s]
-        if isinstance(s, Process) and s.name.casefold() in ENDS_PROGRAM and work.limits.program_end:
-            return [replace(s, name=work.limits.program_end)]
         if isinstance(s, Process) and (rows := self._process(s)) is not None:
             return rows
         if isinstance(s, Message) and work.limits.fixed_messages and not isinstance(s.text, Text):
@@ -235,6 +237,18 @@ class _ForeignWords:
         if (why := self._idle_because(s)) is not None:
             return [_idle(s, why, self.program, work)]
         return [self._foreign(s)] if isinstance(s, _FOREIGN) else [s]
+
+    def program_end(self, s: Process, routine: Routine) -> Statement:
+        """What ends the program as a whole: the target's word, or in the main routine its return."""
+        if self.work.limits.program_end:
+            return replace(s, name=self.work.limits.program_end)
+        main = self.program.main or self.program.routines[0].name
+        if routine.name == main and main.casefold() not in self.called:
+            return Return(s.line, comment=s.comment)
+        language = language_of(self.work.target)
+        says = f"{language} has no statement that ends the program from within a routine that it calls"
+        self.work.lose(s, self._fate, "statement", says)
+        return s
 
     def _process(self, s: Process) -> list[Statement] | None:
         """Of an instruction that leaves nothing behind; None for any other."""
