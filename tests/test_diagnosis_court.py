@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
-from olp.identification.diagnosis.waits import late_moves
+from olp.identification.diagnosis.waits import late_moves, tails_of
 from olp.identification.recording import read_recording
 
 COUNT = 120
@@ -319,6 +320,68 @@ def test_names_are_kept_by_the_likelihood_of_unseen_moves_with_the_number_of_nam
     assert fallen([strong, weak], 1) == []  # with nothing else to choose from, less will do
     assert fallen([worse], 20) == [0]  # the error goes up
     assert fallen([Gain(40.0, 35.0, 0.02, 0.01, 9.0)], 20) == [0]  # one move alone
+
+
+def heavy(seed):
+    """[s] of scatter (n,): mostly 1 ms, with odd moves far out on both sides."""
+    return 0.001 * np.random.default_rng(seed).standard_t(2.5, COUNT)
+
+
+HEAVY = (13, 33)  # each leaves more than 1.5 times what scatters near the middle
+
+
+@pytest.mark.parametrize("seed", HEAVY)
+def test_right_names_explain_all_that_a_scatter_with_heavy_tails_leaves(seed, tmp_path):
+    _, _, way, speed = program(seed)
+    real = travel(way, speed, 0.8 * ACCELERATION) + heavy(seed)
+    outcome = diagnose_recording(record(tmp_path / "r", real, seed, toml="time_resolution_s = 0.0001\n"))
+    found, left = outcome.diagnosis, outcome.diagnosis.remainder.rmse
+    assert found.verdict == "explained"
+    assert found.findings[0].term in {"acceleration", "coulomb-friction"}
+    assert any("the noise floor holds" in note for note in found.notes)
+    assert left <= EXPLAINED * found.noise_floor
+
+
+@pytest.mark.parametrize("seed", HEAVY)
+def test_beside_heavy_tails_what_acts_in_few_moves_without_a_name_is_not_explained(seed, tmp_path):
+    _, _, way, speed = program(seed)
+    some = np.random.default_rng(seed).choice(COUNT, 5, replace=False)
+    real = travel(way, speed, 0.8 * ACCELERATION) + heavy(seed)
+    real[some] -= 0.03
+    found = diagnose_recording(record(tmp_path / "r", real, seed, toml="time_resolution_s = 0.0001\n"))
+    assert found.diagnosis.verdict == "partly-explained"
+
+
+def far_out_moves(tmp_path, off):
+    """What tails are worth [ms²] in 116 moves that scatter by 1 ms and four that are `off` (4,) [ms]."""
+    case = case_of(record(tmp_path / "r", plain(5), 5)).case
+    left = np.random.default_rng(5).normal(size=len(case))
+    longest = np.argsort(case.length)[-4:]
+    return case, left, longest, np.asarray(off)
+
+
+@pytest.mark.parametrize(
+    ("off", "worth"), [((20, 20, 20, 20), 0.0), ((20, -20, 0, 0), 6.7), ((20, -20, 20, -20), 13.3)]
+)
+def test_far_out_moves_are_scatter_as_far_as_they_are_on_both_sides(off, worth, tmp_path):
+    case, left, _, off = far_out_moves(tmp_path, off)
+    left[[7, 30, 66, 90]] = off
+    assert 1e6 * tails_of(left / 1000.0, case) == pytest.approx(worth, abs=0.3)
+
+
+def test_far_out_moves_of_one_kind_are_no_scatter(tmp_path):
+    case, left, longest, off = far_out_moves(tmp_path, (20, -20, 20, -20))
+    left[longest] = off
+    assert tails_of(left / 1000.0, case) == 0.0
+
+
+def test_far_out_moves_that_are_so_in_their_repeats_are_no_scatter(tmp_path):
+    case, left, _, off = far_out_moves(tmp_path, (20, 22, -20, -22))
+    left[[7, 30, 66, 90]] = off
+    assert tails_of(left / 1000.0, case) > 0.0
+    labels = np.arange(len(case))
+    labels[[30, 90]] = labels[[7, 66]]
+    assert tails_of(left / 1000.0, replace(case, repeats=labels, derived={})) == 0.0
 
 
 def test_three_moves_are_no_comparison(tmp_path):

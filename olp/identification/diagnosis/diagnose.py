@@ -31,7 +31,7 @@ from olp.identification.diagnosis.result import (
 )
 from olp.identification.diagnosis.scatter import Scatter, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price, swaps
-from olp.identification.diagnosis.waits import spread
+from olp.identification.diagnosis.waits import spread, tails_of
 from olp.timing.physics import load_term
 from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
@@ -48,6 +48,10 @@ _NEAREST = 3  # terms that an experiment tells apart where none holds
 _SCALES = {"speed-scale": "scale", "clock": "rate"}  # terms that make all times longer, and their number
 _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
 _LEAST = 1e-5  # [s] no clock is finer than that
+_HEAVY = (
+    "some moves are far out, as far early as late, and in no kind of moves more than in others: the noise floor holds "
+    "them as scatter"
+)
 
 
 class DiagnosisOutcome(NamedTuple):
@@ -113,9 +117,9 @@ def _answer(
         named = without(named, idle)
         sigma, told_by = floor_of(named)
         told = findings_of(named, case, sigma)
-    verdict = verdict_of(named)
+    verdict, tails = verdict_of(named), tails_of(left_over(named), named.clean)
     told, tuned = _without_tuning(told, case)
-    notes = (*notes, *tuned)
+    notes = (*notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     if verdict not in ("explained", "partly-explained"):
         notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
         told = ReportedFindings([], [], [])
@@ -130,7 +134,7 @@ def _answer(
         verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
         moves=len(case),
         held_out_by=named.folds.by,
-        noise_floor=sigma,
+        noise_floor=math.hypot(sigma, math.sqrt(tails)),
         noise_from=told_by,
         mismatch=mismatch_of(case, sigma, model, named.waiting),
         findings=findings,
@@ -341,7 +345,8 @@ def verdict_of(named: NamingResult) -> str:
     """One of VERDICTS, from the durations alone."""
     if len(named.late) < _FEWEST:
         return "not-judged"
-    sigma, left, raw = floor_of(named).value, rms(left_over(named)), rms(named.clean.residual)
+    sigma, tails = floor_of(named).value, tails_of(left_over(named), named.clean)
+    left, raw = _beside(left_over(named), tails), rms(named.clean.residual)
     pattern = named.remains.structured and beyond_digits(left_over(named), named.clean)
     if not named.fit.model.parts and not named.late.any():
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
@@ -349,9 +354,17 @@ def verdict_of(named: NamingResult) -> str:
     unseen = named.clean.measured - named.selection.predicted  # by the whole search, without these moves
     if named.fit.model.parts and evidence.clipped_cut(named.clean.residual, unseen, sigma) < evidence.CUT:
         return "unexplained"
-    if max(left, rms(unseen)) <= EXPLAINED * sigma and not (pattern and left**2 > _LITTLE * raw**2):
+    if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
+        pattern and left**2 > _LITTLE * raw**2
+    ):
         return "explained"
     return "partly-explained"
+
+
+def _beside(off: Floats, tails: float) -> float:
+    """[s] root mean square of `off` (n,) [s] without the heavy tails of a scatter, `tails` [s²], which are not in the
+    noise floor either."""
+    return math.sqrt(max(float(np.mean(off**2)) - tails, 0.0))
 
 
 def joined(one: str, other: str, found: bool) -> str:

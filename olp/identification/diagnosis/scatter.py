@@ -114,8 +114,15 @@ def _of_neighbours(left: Floats, case: MeasuredMoves, whole: Scatter) -> Scatter
 def _middle(values: Floats, resolution: float) -> float:
     """[s] root mean square of values (n,) around zero, without those that are far out; `resolution` [s]: digits make
     the middle nought where most values are equal."""
-    near = np.abs(values) <= _FAR * max(1.4826 * float(np.median(np.abs(values))), resolution / 2.0)
+    near = ~far_out(values, resolution)
     return float(np.sqrt(np.mean(values[near] ** 2))) if near.any() else 0.0
+
+
+def far_out(values: Floats, resolution: float) -> NDArray[np.bool_]:
+    """(n,) which of the values around zero are farther out than the scatter of the middle ones is."""
+    return np.asarray(
+        np.abs(values) > _FAR * max(1.4826 * float(np.median(np.abs(values))), resolution / 2.0)
+    )
 
 
 def _robust(differences: Floats, resolution: float) -> float:

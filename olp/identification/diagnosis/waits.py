@@ -1,4 +1,4 @@
-"""Waits that come from outside the arm: one-sided outliers beside what the terms explain."""
+"""Moves far out beside what the terms explain: waits from outside the arm, and the tails of a scatter that has them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import ModelFit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.residuals import ranks
+from olp.identification.diagnosis.residuals import LEVEL, ranks
+from olp.identification.diagnosis.scatter import far_out
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -110,7 +111,36 @@ def waiting_moves(late: Mask, residual: Floats, sigma: float, resolution: float)
     return np.asarray(late | ((likely > 0.5) & (residual > _TICKS * resolution)))
 
 
-def _chosen_by_the_motion(late: Mask, corrected: Floats, case: MeasuredMoves) -> bool:
+def tails_of(left: Floats, case: MeasuredMoves) -> float:
+    """[s²] of the mean square of what is left (n,) [s]: what moves far out are worth that a heavy-tailed scatter makes.
+
+    A scatter is early as often as it is late, and as far; an effect that acts in few moves is not. What the two tails
+    have in common counts: all but the squared distance between their quantiles (the Wasserstein distance of the
+    residuals from their mirror image, C. Mallows, Annals of Mathematical Statistics 43, 1972). Moves that are as far
+    out in their repeats, or that are of one kind, are no scatter.
+    """
+    off = left - np.median(left)
+    far = far_out(off, case.resolution)
+    if not far.any() or _chosen_by_the_motion(far, np.zeros(len(case)), case, LEVEL):
+        return 0.0
+    far &= ~_repeated(off, far, case)
+    late, early = (np.sort(side[far & (side > 0)])[::-1] for side in (off, -off))
+    both = min(len(late), len(early))
+    return 2.0 * float(late[:both] @ early[:both]) / len(off)
+
+
+def _repeated(off: Floats, far: Mask, case: MeasuredMoves) -> Mask:
+    """(n,) far-out moves whose repeats are more than half as far out, on the mean."""
+    if len(case.repeats) != len(case):
+        return np.zeros_like(far)
+    _, group, count = np.unique(case.repeats, return_inverse=True, return_counts=True)
+    others = (np.bincount(group, off)[group] - off) / np.maximum(count[group] - 1, 1)
+    return np.asarray(far & (np.sign(off) * others > 0.5 * np.abs(off)))
+
+
+def _chosen_by_the_motion(
+    late: Mask, corrected: Floats, case: MeasuredMoves, level: float = _BY_CHANCE
+) -> bool:
     """Whether late moves are those of one kind: steep, long, fast, far out. Waits do not choose.
 
     One look per programmed move, by ranks (H. Mann, D. Whitney, Annals of Mathematical Statistics 18, 1947).
@@ -141,7 +171,7 @@ def _chosen_by_the_motion(late: Mask, corrected: Floats, case: MeasuredMoves) ->
             continue
         excess = float(ranks(values)[late].sum()) - few * (few + many + 1) / 2.0
         z = abs(excess) / math.sqrt(few * many * (few + many + 1) / 12.0)
-        if math.erfc(z / math.sqrt(2.0)) * len(columns) < _BY_CHANCE:
+        if math.erfc(z / math.sqrt(2.0)) * len(columns) < level:
             return True
     return False
 
