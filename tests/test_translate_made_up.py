@@ -76,7 +76,7 @@ def test_a_translation_that_does_the_same_with_whatever_values_has_no_difference
 FAULTS = [
     ("rapid", ("R1:=R2 * 3", "R1:=R2 * 2"), "speed", "R002"),
     ("rapid", ("\\WObj:=frame_2", ""), "mm apart", "frame 2"),
-    ("rapid", ("R4>2", "R4<=2"), "", "R004"),
+    ("rapid", ("R4>2", "R4<=2"), "", "IN#(3)"),  # with it on, zero is enough
     ("rapid", ("PV7.trans,PV7.rot", "PV5.trans,PV5.rot"), "mm apart", "P00"),
     ("rapid", ("di3=1", "di3=0"), "", ""),
     ("urscript", ("set_tcp(tool_3)", "set_tcp(frame_2)"), "tools", "frame 2"),
@@ -179,3 +179,11 @@ def test_a_main_routine_runs_with_zeros_for_what_it_takes_and_says_so():
     plan = run(read(text, "rapid"))
     assert plan.durations.tolist() == [0.0, 1.0]
     assert any("argument 1 of the main routine" in one.says for one in plan.assumptions)
+
+
+def test_steps_of_further_runs_are_paired_by_their_lines(tmp_path):
+    """Each run reads the translation from a folder of its own: messages that follow one another slipped there."""
+    rows = ["WAIT DI[5]=ON TIMEOUT,LBL[1]", "END", "LBL[1]", "MESSAGE[A]", "MESSAGE[B]", "MESSAGE[C]"]
+    found = receipt(tp(*rows), "rapid")
+    assert found.verdict.agrees, found.verdict.objections
+    assert sum(one.steps for one in found.made_up) >= 10

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from pathlib import PurePath
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from olp.runtime.state import VALUE_IS_UNKNOWN
 from olp.timing.blending.law import load_law
 
 Floats = NDArray[np.float64]
-Place = tuple[str, int]  # a file of the translation and a line there
+Place = tuple[str, int]  # the name of a file of the translation and a line there
 _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]
 _INSTANT = 1e-6  # [s] by which points that are rounded change a move
@@ -69,7 +70,7 @@ class ComparedStep(NamedTuple):
     passed: tuple[tuple[float, ...], ...] = ()  # where the steps that were put together as one arc meet
     still: bool = False  # goes nowhere
     event: Event | None = None
-    file: str = ""
+    file: str = ""  # its name: a translation is read again in another folder for each run
     fraction: float = math.nan  # of a joint move: the share of full speed that is programmed
     tool: tuple[float, ...] = ()  # centre point on the flange, quaternion
 
@@ -517,7 +518,7 @@ def steps_of(
         number: (*pose.position.tolist(), *quaternion_from_rotation(pose.rotation[None])[0].tolist())
         for number, pose in plan.tools.items()
     }
-    names = [source.path for source in plan.sources]
+    names = [PurePath(source.path).name for source in plan.sources]
     for at in range(len(plan) if stop is None else stop):
         kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
         if without and line in without and plan.source[at] == 0:

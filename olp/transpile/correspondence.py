@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Final, NamedTuple
 
 from olp.core.diagnostic import OlpError
@@ -60,7 +61,7 @@ _SIGNAL: Final = "signal"
 
 
 def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[str, int], int]:
-    """File and line of `written`, the files read again -> the line of the source that it was made from."""
+    """Name and line of a file of `written`, read again -> the line of the source that it was made from."""
     found: dict[tuple[str, int], int] = {}
     several: set[tuple[str, int]] = set()  # lines that were made from two, such as a move with its output
     bodies = {routine.name.casefold(): _steps(routine.body) for routine in translated.routines}
@@ -68,7 +69,7 @@ def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[st
         for routine in program.routines:
             made = bodies.get(routine.name.casefold())
             for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
-                place = (program.path, t.line)
+                place = (PurePath(program.path).name, t.line)
                 if s.line and found.setdefault(place, s.line) != s.line:
                     several.add(place)
     for place in several:
