@@ -508,12 +508,12 @@ def test_the_stop_handler_and_continue_of_krl_are_no_loss(tmp_path):
 
 
 OWN_ALONE = """MODULE M
-VAR rawbytes s;
+VAR loadsession s;
 PERS tooldata held:=[FALSE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];
 CONST robtarget p1:=[[900,0,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
 PROC main()
 MoveL p1,v100,fine,tool0;
-ClearRawBytes s;
+WaitLoad s;
 IF RobOS() THEN
 WaitTime 1;
 ENDIF

@@ -17,15 +17,15 @@ ROBOT = load_robot("yaskawa/gp25")
 POSE = "[[900,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 MODULE = f"""MODULE m
   CONST robtarget pHome := {POSE};
-  VAR rawbytes link;
+  VAR loadsession link;
   VAR num count := 3;
   PROC main()
     talk link, count;
     MoveL pHome, v100, fine, tool0;
     count := count + 1;
   ENDPROC
-  PROC talk(VAR rawbytes s, num n)
-    ClearRawBytes s;
+  PROC talk(VAR loadsession s, num n)
+    WaitLoad s;
     count := n;
   ENDPROC
 ENDMODULE
@@ -100,7 +100,7 @@ def test_lines_of_data_in_a_linked_file_are_those_of_the_joined_text(tmp_path):
 
 def test_a_call_goes_with_the_routine_that_cannot_take_what_it_is_handed(tmp_path):
     text = MODULE.replace("talk link, count;", "talk 5;").replace(
-        "talk(VAR socketdev s, num n)", "talk(num n \\VAR socketdev s)"
+        "talk(VAR loadsession s, num n)", "talk(num n \\VAR loadsession s)"
     )
     losses, _, _ = converted(text, "m.mod", "krl", tmp_path)
     assert {loss.line for loss in losses if loss.leaves_out} == {6, 11, 12}

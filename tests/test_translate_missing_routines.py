@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from translated_texts import ROBOT, converted, krl, module, read, script, translated
 
@@ -157,3 +159,45 @@ def test_functions_of_texts_are_called_by_their_names():
     assert not [one for one in made if one.leaves_out]
     assert [one.line for one in made if one.part == "call"] == [7]
     assert "ok=StrToVal(s_1[],n)" in translated(text, "rapid", "krl")
+
+
+RETURNING = [
+    ("tp", "R[{}:", (r"CALL UINUMENTRY\(.*?(\d+)\)", r"CALL STRTOVAL\(SR\[1:s\],R\[\d+:n\],(\d+)\)")),
+    ("tp", "SR[{}:", (r"CALL READSTR\(.*?(\d+)\)",)),
+    ("inform", "R{:03}", (r"CALL JOB:UINumEntry .*ARGF(\d+)", r"CALL JOB:StrToVal ARGFS000 ARGFR\d+ ARGF(\d+)")),
+    ("inform", "S{:03}", (r"CALL JOB:ReadStr .*ARGF(\d+)",)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("target", "register", "calls"), RETURNING)
+def test_the_value_of_a_routine_elsewhere_comes_back_in_a_variable_whose_number_it_gets(
+    target, register, calls
+):
+    """FANUC's and Yaskawa's calls have no value: it was lost into INFORM and refused into TP."""
+    text = module(
+        'n:=UINumEntry(\\Message:="count");',
+        "ok:=StrToVal(s,n);",
+        "s:=ReadStr(log);",
+        "IF ok AND SocketGetStatus(link)=SOCKET_CONNECTED THEN",
+        "WaitTime n;",
+        "ENDIF",
+        data=("VAR num n;", "VAR bool ok;", "VAR string s;", "VAR iodev log;", "VAR socketdev link;"),
+    )
+    made = converted(text, "rapid", target)
+    losses = made.translated.losses
+    assert not [loss for loss in losses if loss.leaves_out]
+    assert sum("number is its last argument" in loss.says for loss in losses) == 4
+    written = b"".join(made.files.values()).decode("latin-1")
+    for call in calls:
+        found = re.search(call, written)
+        assert found is not None, call
+        assert register.format(int(found[1])) in written[found.end() :]
+
+
+def test_the_position_that_a_routine_elsewhere_returns_is_a_position_register():
+    text = krl("PTP calc(1)", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}")
+    assert re.search(r"CALL CALC\(1,(\d+)\).*J PR\[\1[:\]]", translated(text, "krl", "tp"), re.DOTALL)
+    losses = converted(krl("PTP calc(1,$POS_ACT)"), "krl", "tp").translated.losses
+    assert [
+        loss.says for loss in losses if loss.leaves_out
+    ]  # no call of FANUC's hands over where the arm stands

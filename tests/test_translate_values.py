@@ -129,10 +129,20 @@ def test_a_task_gets_no_number_that_another_has():
     assert "PSTART JOB:look SUB1" in written
 
 
-@pytest.mark.parametrize("quoted", ['"a""b"', '"a\\0Ab"'])
-def test_texts_that_krl_cannot_hold_are_refused(quoted):
-    losses = converted(module(f"s := {quoted};", "WaitTime 0.1;", data=("VAR string s;",)), "rapid", "krl")
-    assert [loss.line for loss in losses.translated.losses if loss.fate is Fate.COMMENTED]
+@pytest.mark.parametrize(("quoted", "plain"), [('"a""b"', "a'b"), ('"a\\0Ab\\0D\\0A"', "ab")])
+@pytest.mark.parametrize("target", ["krl", "urscript", "inform"])
+def test_texts_are_written_without_what_the_target_has_none_for(quoted, plain, target):
+    made = converted(module(f"s := {quoted};", "TPWrite s;", data=("VAR string s;",)), "rapid", target)
+    told = [loss.line for loss in made.translated.losses if loss.part == "text"]
+    assert told
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    assert f'"{plain}"' in b"".join(made.files.values()).decode()
+
+
+def test_a_text_that_a_condition_asks_for_keeps_its_line_end_or_goes():
+    text = module('s := "a\\0A";', 'IF s = "b\\0A" WaitTime 1;', data=("VAR string s;",))
+    made = converted(text, "rapid", "krl")
+    assert len({loss.line for loss in made.translated.losses if loss.leaves_out}) == 2
 
 
 def test_rapid_takes_arrays_of_points_in_an_assignment(tmp_path):

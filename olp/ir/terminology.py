@@ -134,6 +134,7 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "part-of-text": "a part of a text",
     "position-in-text": "the place of one text in another",
     "match-in-text": "the place of one text in another from a character on",
+    "find-in-text": "the place of one text in another from a character on",
     "signal-number": "the number of a signal",
     "size-of-array": "the size of an array that nothing at hand tells",
     "text-of-value": "a number as a text",

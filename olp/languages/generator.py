@@ -254,6 +254,12 @@ class Generator(ABC):
             raise refusal(self.no_value)
         return self.value(e)
 
+    def number_of(self, e: ex.Expression) -> ex.Expression:
+        """The number of a variable, where a routine is told in which one it has to put its value."""
+        if not isinstance(e, ex.Variable):
+            raise CannotSayError("the value that a routine returns")
+        return e.index
+
     def arguments(self, given: Sequence[ex.Expression]) -> str:
         return self.separator.join(map(self.value, given))
 

@@ -209,6 +209,7 @@ class Limits:
     array_literals: bool = False  # [1, 2, 3] is a value
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
     value_types: ValueTypes | None = None  # None: types need not fit
+    text_quote: str = ""  # what no text holds, nor a control character; "": texts hold all
     message: int = 0  # characters of a message; 0: any number
     fixed_messages: bool = False  # a message shows no value of a variable
     has_exclusive_or: bool = True  # of conditions
@@ -221,6 +222,7 @@ class Limits:
     )
     # Functions that are the whole right side of an assignment, of variables alone
     lone_functions: frozenset[str] = frozenset()
+    texts_by_statement: bool = False  # a text is put together by statements, in a variable
     register_arguments: bool = False  # functions take variables only, and no sign stands before one
     variable_scales: Mapping[float, float] = field(
         default_factory=dict

@@ -175,6 +175,9 @@ class Conventions:
     replaceable_routines: frozenset[str] = (
         frozenset()
     )  # of the controller's own, case folded: they move nothing, and another controller can be taught them
+    result_types: Mapping[str, str] = field(
+        default_factory=dict
+    )  # function of the controller's own, case folded -> type of its value, as `Declare.type` says it
     answers: Mapping[str, tuple[bool, str]] = field(
         default_factory=dict
     )  # function of the controller's own, case folded -> what it answers elsewhere, and why

@@ -343,6 +343,7 @@ _LEAST_ARGUMENTS: Mapping[str, int] = {
     "part-of-text": 2,
     "position-in-text": 2,
     "match-in-text": 3,
+    "find-in-text": 3,
     "size-of-array": 2,
     "joined-text": 0,
     "parameter": 0,

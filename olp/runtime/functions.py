@@ -189,9 +189,11 @@ def _text(m: Machine, e: Expression) -> str:
 
 def _shown(m: Machine, arguments: Arguments) -> Value:
     """A value as a text; of a number with as many decimals as the second argument says."""
-    if len(arguments) < 2:
-        return _text(m, arguments[0])
     value = evaluate(m, arguments[0])
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    if len(arguments) < 2:
+        return f"{value:g}" if isinstance(value, float) else _text(m, arguments[0])
     if not isinstance(value, (int, float)):
         return _text(m, arguments[0])
     decimals = whole(m, arguments[1])
@@ -228,6 +230,11 @@ def _match(m: Machine, arguments: Arguments) -> Value:
     return at + 1 if at >= 0 else len(text) + 1
 
 
+def _found(m: Machine, arguments: Arguments) -> Value:
+    """Text, first character, pattern: where it stands; 0 where it does not."""
+    return _text(m, arguments[0]).find(_text(m, arguments[2]), max(1, whole(m, arguments[1])) - 1) + 1
+
+
 def _parameter(m: Machine, arguments: Arguments) -> Value:
     m.assume("a controller parameter is read: taken as 0")
     return 0
@@ -255,6 +262,7 @@ FUNCTIONS: Mapping[str, Callable[[Machine, Arguments], Value]] = {
     "joined-text": lambda m, a: "".join(_text(m, part) for part in a),
     "position-in-text": _find,
     "match-in-text": _match,
+    "find-in-text": _found,
 }
 
 # Every function takes one argument at least. What a controller's manual makes optional is not counted.

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, Item, Member, Named, PositionLiteral, Variable
+from olp.ir.expressions import Expression, Item, Member, Named, PositionLiteral, Unknown, Variable
 from olp.ir.points import PointKind, PointState, Sector
 from olp.robots.geometry import Pose, quaternion_from_rotation
 from olp.runtime.memory import ACTIVE, Array, AssumedZero, PositionValue, Record, Value
@@ -18,6 +18,7 @@ from olp.runtime.state import Machine, StatementError
 _JOINT = PointState(PointKind.JOINT, "joint")
 _EXTERNAL = "extax"  # the axes beside the arm as a whole
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+_WHOLE = Unknown("")  # an index that is left out
 _SCALES = (mm, mm, mm, deg, deg, deg)
 # Types that are no structure, or one whose missing members a run may not leave open.
 _NUMBERS_AND_TEXTS = ("", "integer", "real", "boolean", "string", "character", "signal", "clock")
@@ -81,9 +82,10 @@ def _element(value: Value, index: int, e: Item) -> Value:
 
 
 def _indices(m: Machine, e: Item) -> list[int]:
+    """The indices that are there: `NAMES[2,]` is a row as a whole."""
     from olp.runtime.evaluate import whole
 
-    return [whole(m, index) for index in e.indices]
+    return [whole(m, index) for index in e.indices if index != _WHOLE]
 
 
 def read_member(m: Machine, e: Member) -> Value:

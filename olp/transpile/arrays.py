@@ -560,9 +560,17 @@ def _row(s: Statement, rows: Mapping[str, int], single: Set[str], work: Translat
         if e is not target and type(e) is Item and _character(e, rows) is not None:
             text = Item(e.base, e.indices[:-1]) if len(e.indices) > 1 else e.base
             return Function("part-of-text", (text, e.indices[-1], Number(1)))
-        return _whole(e)
+        return _matched(_whole(e))
 
     return mapped(s, change)
+
+
+def _matched(e: Expression) -> Expression:
+    """Where a text stands, 0: nowhere, from one more than the length: nowhere."""
+    if type(e) is not Function or e.name != "find-in-text":
+        return e
+    behind = Binary("+", Function("length-of-text", e.arguments[:1]), Number(1))
+    return Binary("mod", Function("match-in-text", e.arguments), behind)
 
 
 def _shorter(d: Declare) -> Declare:

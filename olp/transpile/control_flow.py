@@ -177,19 +177,17 @@ class _Target:
 
     def _switch(self, block: Block, loop: _Loop | None) -> list[Node]:
         limits = self.work.limits
-        if limits.has_switch and all(
-            isinstance(value, (Number, Text))
-            for m, _ in block.branches
-            if isinstance(m, Case)
-            for value in m.values
-        ):
+        values = [value for m, _ in block.branches if isinstance(m, Case) for value in m.values]
+        of_texts = any(isinstance(value, Text) and value.value[:1] != "#" for value in values)
+        has_switch = limits.has_switch and not (limits.texts_by_statement and of_texts)
+        if has_switch and all(isinstance(value, (Number, Text)) for value in values):
             return [Block([(m, self.lowered(inside, loop)) for m, inside in block.branches], block.closer)]
         switch = block.opener
         assert isinstance(switch, Switch)
         before: list[Node] = []
         value = switch.value
         if not isinstance(value, (Named, Number)):
-            name = self.variable("choice", "integer")
+            name = self.variable("choice", "string" if of_texts else "integer")
             before.append(Assign(switch.line, name, value, switch.comment))
             value = name
         else:

@@ -255,7 +255,8 @@ def _ask_anew(program: Program, work: TranslationContext) -> None:
         if type(s) is Assign and (base := base_of(s.target)) is not None
     }
     for d in program.data:
-        if d.name in changed and d.storage == "variable" and d.type in _ZEROS and d.comment != UNDECLARED:
+        own = d.name not in work.helpers and d.comment != UNDECLARED
+        if d.name in changed and d.storage == "variable" and d.type in _ZEROS and own:
             work.ask(_ANEW, d.name)
 
 

@@ -59,6 +59,8 @@ def functions(program: Program, work: TranslationContext) -> Program:
 
         def change(e: Expression, name: str = routine.name, at: list[Statement] = at) -> Expression:
             e = _shorter(e, symbols, name)
+            if type(e) is Function and e.name == _AS_TEXT:
+                _refuse_places(e, at[0], symbols, name, work)
             if not work.limits.text_decimals and type(e) is Function and e.name == _AS_TEXT:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
@@ -208,6 +210,14 @@ def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> Positi
         work.lose(s, Fate.APPROXIMATED, "joints", says)
         return None
     return replace(near, values=tuple(map(float, axes[0])))
+
+
+def _refuse_places(
+    e: Function, s: Statement, symbols: Symbols, routine: str, work: TranslationContext
+) -> None:
+    """Each language writes a position as a text in its own form."""
+    if kind_of_value(symbols, routine, e.arguments[0]) in ("position", "joints", "tool", "frame"):
+        work.lose(s, Fate.REFUSED, "text", "a position as a text")
 
 
 def _without_xor(e: Logic) -> Logic:

@@ -191,16 +191,24 @@ def _tell_calls(program: Program, work: TranslationContext) -> None:
         what = own.get(name.casefold())
         if what is None or name.casefold() in work.conventions.replaceable_routines:
             where = "is in no file here" if what is None else f"is {what}"
-            says = f"{name} {where}: {other} needs a routine of its own for it{_kept(s, name, work)}"
+            says = f"{name} {where}: {other} needs a routine of its own for it{_told_of(s, name, work)}"
             work.lose(s, Fate.APPROXIMATED, "call", says)
         else:
             help = f'write one for {other} and name it in the mapping file: [routines] {name} = "…"'
             work.lose(s, Fate.REFUSED, "call", f"{name}, {what}, is unknown to {other}", help=help)
 
 
-def _kept(s: Statement, name: str, work: TranslationContext) -> str:
-    """What a routine may do with the variables of a call in the source and cannot in the target."""
+def _told_of(s: Statement, name: str, work: TranslationContext) -> str:
+    """How a routine gives back its value, and what it may do with the variables of a call and cannot in the target."""
     calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (Call, CallValue)) and e.routine == name]
+    if work.limits.numbered and any(isinstance(call, CallValue) for call in calls):
+        return (
+            f", which puts its value into the variable whose number is its last argument{_kept(calls, work)}"
+        )
+    return _kept(calls, work)
+
+
+def _kept(calls: list[Call | CallValue], work: TranslationContext) -> str:
     named = any(base_of(one) is not None for call in calls for one in call.arguments)
     if not named or work.conventions.arguments_are_values or not work.target_conventions.arguments_are_values:
         return ""

@@ -41,6 +41,7 @@ _TAKES: Final[Mapping[str, tuple[str, ...]]] = {
     "part-of-text": ("string", "integer"),
     "position-in-text": ("string",),
     "match-in-text": ("string", "integer", "string"),
+    "find-in-text": ("string", "integer", "string"),
     "code-of-character": ("string",),
     "text-of-value": ("",),
 }

@@ -45,10 +45,10 @@ from olp.transpile.register_allocation import number
 from olp.transpile.signal_aliases import signal_aliases
 from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, pulses, signals
-from olp.transpile.source_only import comment_texts, foreign_words
+from olp.transpile.source_only import comment_texts, foreign_words, plain_texts
 from olp.transpile.source_plans import plans_of, work_for
 from olp.transpile.speeds import accelerations, schedules, speeds
-from olp.transpile.temporaries import hoist
+from olp.transpile.temporaries import hoist, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
 from olp.transpile.unroll import executed
@@ -111,6 +111,7 @@ _TO_NUMBERS: Final[tuple[Pass, ...]] = (
 )
 _TO_NAMES: Final[tuple[Pass, ...]] = (
     turned_together,
+    texts_by_statement,
     flow,
     whole_numbers,
     begun,
@@ -134,6 +135,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         at_ends,
         clocks,
         foreign_words,
+        plain_texts,
         held_systems,
         signal_variables,
         optional_parameters,

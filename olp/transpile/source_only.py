@@ -10,6 +10,7 @@ from typing import Any, Final
 from olp.ir import terminology
 from olp.ir.expressions import (
     CallValue,
+    Compare,
     Expression,
     Function,
     Member,
@@ -412,6 +413,51 @@ def comment_texts(program: Program, work: TranslationContext) -> Program:
                 rows += _with_legal_texts(s, work)
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
+
+
+_LOOKS: Final = ("match-in-text", "find-in-text", "position-in-text", "code-of-character")
+_TELLS: Final = (Assign, Message, Call, Return, Declare)
+
+
+def plain_texts(program: Program, work: TranslationContext) -> Program:
+    """Texts without the quotes and control characters that the target has none for, where nothing asks for them."""
+    quote = work.limits.text_quote
+    if not quote:
+        return program
+    asked: set[str] = set()
+    for s in program.statements():
+        for e in () if calls_nothing(s) else expressions_of(s):
+            if isinstance(e, Compare) or (isinstance(e, Function) and e.name in _LOOKS):
+                note_names(Assign(0, Named(""), e), asked)
+        if isinstance(s, Switch):
+            note_names(s, asked)
+
+    def row(s: Any) -> Any:
+        base = base_of(s.target) if isinstance(s, Assign) else s if isinstance(s, Declare) else None
+        if not isinstance(s, _TELLS) or calls_nothing(s) or (base is not None and base.name in asked):
+            return s
+        found = list(expressions_of(s))
+        if not any(isinstance(e, Text) and _is_odd(e.value, quote) for e in found) or any(
+            isinstance(e, Compare) or (isinstance(e, Function) and e.name in _LOOKS) for e in found
+        ):
+            return s
+        says = f"a text without line ends and other control characters, and with other quotes than {quote}"
+        work.lose(s, Fate.APPROXIMATED, "text", says)
+        return mapped(s, lambda e: Text(_plain_text(e.value, quote)) if isinstance(e, Text) else e)
+
+    routines = tuple(
+        replace(r, body=tuple(map(row, r.body)), data=tuple(map(row, r.data))) for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(row, program.data)))
+
+
+def _is_odd(text: str, quote: str) -> bool:
+    return quote in text or not text.isprintable()
+
+
+def _plain_text(text: str, quote: str) -> str:
+    other = "'" if quote == '"' else '"'
+    return "".join(c for c in text.replace(quote, other) if c.isprintable())
 
 
 def _with_legal_texts(s: Statement, work: TranslationContext) -> list[Statement]:

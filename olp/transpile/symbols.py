@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from olp.ir import terminology
@@ -72,6 +72,7 @@ class Symbols:
     routines: dict[str, Routine] = field(default_factory=dict)
     declared: dict[str, Declare] = field(default_factory=dict)  # of the whole program; not asked for so far
     values_alone: bool = False  # no routine can change what it is handed
+    results: Mapping[str, str] = field(default_factory=dict)  # see Conventions.result_types
 
     def find(self, routine: str, name: str) -> Symbol | None:
         found = self.table.get((routine, name)) if routine else None
@@ -139,7 +140,8 @@ LITERALS = (Number, Text, SignalState, PositionLiteral, RecordLiteral)
 def symbols_of(program: Program) -> Symbols:
     """The names of `program`. Names that are used and nowhere declared come into being where they are assigned."""
     found = Symbols({}, {routine.name: routine for routine in program.routines})
-    found.values_alone = conventions_of(program.vendor).arguments_are_values
+    known = conventions_of(program.vendor)
+    found.values_alone, found.results = known.arguments_are_values, known.result_types
     names = [declare.name for declare in program.data]
     if len(set(names)) == len(names):
         found.declared.update(zip(names, program.data, strict=True))
@@ -262,6 +264,7 @@ _WHOLE = (
     "code-of-character",
     "position-in-text",
     "match-in-text",
+    "find-in-text",
     "signal-number",
     "size-of-array",
 )
@@ -303,7 +306,7 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             return "real"
         case CallValue(name):
             called = found.routines.get(name)
-            return "" if called is None else called.returns
+            return found.results.get(name.casefold(), "") if called is None else called.returns
         case _:
             return _computed_kind(found, routine, e)
 

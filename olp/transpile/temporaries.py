@@ -299,14 +299,13 @@ class Values:
         before += [Assign(0, target, self.value(e, before)), *negative]
         return target
 
-    def _called(self, e: CallValue, before: list[Statement]) -> Expression:
-        """A routine's value: called before the statement."""
+    def _called(self, e: CallValue, before: list[Statement], wanted: str = "real") -> Expression:
+        """A routine's value: called before the statement. `wanted`: its type where no file tells it."""
         kind = kind_of_value(self.symbols, self.routine, e)
         handed = self.work.handed.get(e.routine.casefold())
         if not kind and handed is not None:
             kind = kind_of_value(self.symbols, self.routine, handed.result)
-        kind = kind or "real"
-        target = self.temporary(kind)
+        target = self.temporary(kind or wanted)
         arguments = tuple(self.value(a, before) for a in e.arguments)
         before.append(Call(0, e.routine, arguments, result=target))
         return target
@@ -613,7 +612,7 @@ class _Hoist(Values):
     def _position(self, e: Expression, before: list[Statement]) -> Expression:
         """A computed position whose numbers the target can write."""
         if isinstance(e, CallValue):
-            return self._called(e, before)
+            return self._called(e, before, "position")
         if not isinstance(e, (Function, Item)):
             return e
         if isinstance(e, Item):
@@ -649,6 +648,8 @@ class _Hoist(Values):
             value = self._function(value, before)
         elif self._is_position(value):
             value = self._position(value, before)
+        elif isinstance(value, CallValue):
+            value = self._called(value, before, kind or "real")
         else:
             value = self.value(value, before, whole=kind == "integer")
         return [*before, replace(s, target=target, value=value)]
@@ -697,6 +698,137 @@ class _Hoist(Values):
             if old is not None and old.value is not None and (new := change(old.value)) is not old.value:
                 changes[name] = old._replace(value=new)
         return replace(s, **changes) if changes else s
+
+
+# --- Texts ---
+
+
+def texts_by_statement(program: Program, work: TranslationContext) -> Program:
+    """For KRL: texts that are put together within a statement are put together before it, in variables."""
+    if not work.limits.texts_by_statement:
+        return program
+    own = _TextHoist(work, symbols_of(program))
+    routines = tuple(own.routine_of(r) if any(map(_has_text, r.body)) else r for r in program.routines)
+    return replace(program, routines=routines, data=(*program.data, *own.texts.declared))
+
+
+_PUT_TOGETHER: Final = frozenset({"joined-text", "text-of-value", "part-of-text", "match-in-text"})
+
+
+def _has_text(s: Statement) -> bool:
+    return not calls_nothing(s) and any(
+        type(e) is Function and e.name in _PUT_TOGETHER for e in expressions_of(s)
+    )
+
+
+@dataclass(slots=True)
+class _Texts(Values):
+    """Texts in variables. `made`: what the statement's variables hold, for a text that takes them up as its parts."""
+
+    made: dict[Named, Assign] = field(default_factory=dict)
+
+    def lowered(self, e: Any, before: list[Statement]) -> Any:
+        """An expression, or a statement, whose texts are variables."""
+        return mapped(e, lambda x: self._text(x, before) if type(x) is Function else x)
+
+    def whole(self, e: Expression, before: list[Statement]) -> Expression:
+        """A text that a statement of its own puts together."""
+        return self._taken(self.lowered(e, before), before)
+
+    def _taken(self, e: Expression, before: list[Statement]) -> Expression:
+        """What a variable of this statement holds, which nothing else needs then."""
+        row = self.made.pop(e, None) if isinstance(e, Named) else None
+        if row is None:
+            return e
+        before.remove(row)
+        return row.value
+
+    def _text(self, e: Function, before: list[Statement]) -> Expression:
+        if e.name not in _PUT_TOGETHER:
+            return e
+        if e.name == "match-in-text":
+            return self._place(e, before)
+        first, *more = e.arguments
+        if e.name == "text-of-value" and kind_of_value(self.symbols, self.routine, first) == "boolean":
+            return self._state(first, before)
+        if e.name == "text-of-value" and not more:
+            says = f"{language_of(self.work.target)} writes a number with up to six digits as a text"
+            self.work.lose(self.line, Fate.APPROXIMATED, "text", says)
+        if e.name == "joined-text":
+            e = Function(e.name, tuple(self._taken(one, before) for one in e.arguments))
+        elif e.name == "part-of-text" and not isinstance(first, Named):
+            e = Function(e.name, (self._kept(first, "string", before), *more))
+        return self._kept(e, "string", before)
+
+    def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
+        target = self.temporary(kind)
+        row = Assign(self.line, target, e)
+        before.append(row)
+        self.made[target] = row
+        return target
+
+    def _state(self, e: Expression, before: list[Statement]) -> Named:
+        target = self.temporary("string")
+        on, off = Assign(self.line, target, Text("TRUE")), Assign(self.line, target, Text("FALSE"))
+        before += [If(self.line, e), on, Else(self.line), off, EndIf(self.line)]
+        return target
+
+    def _place(self, e: Function, before: list[Statement]) -> Named:
+        """One more than the length of the text where the target says 0."""
+        text, start, pattern = e.arguments
+        text = text if isinstance(text, (Named, Text)) else self._kept(text, "string", before)
+        if not isinstance(start, Number):
+            start = self._kept(start, "integer", before)
+        found = self.temporary("integer")
+        behind = Binary("+", Function("length-of-text", (text,)), Number(1))
+        before += [
+            Assign(self.line, found, Function("find-in-text", (text, start, pattern))),
+            If(self.line, Compare("=", found, Number(0))),
+            Assign(self.line, found, behind),
+            EndIf(self.line),
+        ]
+        return found
+
+
+@dataclass(slots=True)
+class _TextHoist(_Hoist):
+    """Statements behind those that put their texts together; all else stays as it is."""
+
+    texts: _Texts = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.texts = _Texts(self.work, self.symbols)
+
+    def _begun(self) -> _Texts:
+        texts = self.texts
+        texts.routine, texts.line = self.routine, self.line
+        texts.used.clear()
+        texts.made.clear()
+        return texts
+
+    def value(
+        self, e: Expression, before: list[Statement], alone: bool = False, whole: bool = False
+    ) -> Expression:
+        found: Expression = self._begun().lowered(e, before)
+        return found
+
+    def condition(self, e: Expression, before: list[Statement]) -> Expression:
+        return self.value(e, before)
+
+    def _statement(self, s: Statement) -> list[Node]:
+        if not _has_text(s):
+            return [s]
+        if isinstance(s, Wait):
+            return self._polled(s)
+        texts, before = self._begun(), list[Statement]()
+        new: Any
+        if isinstance(s, Message):
+            new = replace(s, text=texts.whole(s.text, before))
+        elif isinstance(s, Assign) and kind_of_value(self.symbols, self.routine, s.value) == "string":
+            new = replace(s, value=texts.whole(s.value, before))
+        else:
+            new = texts.lowered(s, before)
+        return [*before, new]
 
 
 def _is_written_out(s: Any) -> bool:

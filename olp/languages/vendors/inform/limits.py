@@ -100,6 +100,7 @@ LIMITS: Final = Limits(
     tasks=15,  # of the larger controllers; smaller ones have five
     task_name="SUB{}",
     message=32,
+    text_quote='"',
     refuses=frozenset(
         {
             "Clear",

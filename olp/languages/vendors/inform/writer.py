@@ -336,7 +336,8 @@ class InformWriter(InformMoves):
             text = f"MACRO1 MJ#({self.single(s.macro)})"
         else:
             text = f"{'JUMP' if s.jump else 'CALL'} JOB:{s.routine}"
-        arguments = "".join(f" ARGF{self.single(argument)}" for argument in s.arguments)
+        given = s.arguments if s.result is None else (*s.arguments, self.number_of(s.result))
+        arguments = "".join(f" ARGF{self.single(argument)}" for argument in given)
         return f"{text}{arguments}"
 
     # --- operator, tasks, process -------------------------------------------------------------------

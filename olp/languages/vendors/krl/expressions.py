@@ -191,6 +191,9 @@ class KrlExpressionRules(Transformer[Token, Any]):
         function = FUNCTIONS.get(name.upper())
         if function is not None and name.upper() not in self.scope.local_types:
             return Function(function, arguments)
+        if name.upper() == "STRFIND" and len(arguments) == 4 and arguments[3] == Text("#CASE_SENS"):
+            start, text, pattern, _ = arguments
+            return Function("find-in-text", (text, start, pattern))
         return CallValue(self.scope.spell(name), arguments)
 
     # --- arithmetic and logic ---------------------------------------------------------------------------

@@ -82,6 +82,7 @@ LIMITS: Final = Limits(
     unset_variables=True,
     value_types=ValueTypes(signals_are_states=True),
     ordered_arguments=True,
+    texts_by_statement=True,
     reference_parameters=True,  # arrays are handed over in no other way
     wait_poll=0.012,
     data_beside=True,
@@ -89,6 +90,7 @@ LIMITS: Final = Limits(
     clock_form="$TIMER[{}]",
     clock_unit=0.001,
     zeroing_stops=False,
+    text_quote='"',
     refuses=frozenset(
         {
             "Clear",

@@ -177,9 +177,9 @@ class KrlValues(Generator):
                 return f"{self.target(base)}.{f'E{external}' if external > 0 else f'A{place}'}"
         if base == ex.SystemValue("current-joints") and type(first) is ex.Number:
             return f"$AXIS_ACT.A{first.value}"
-        if isinstance(base, ex.Named) and base.name in self.strings:
-            raise CannotSayError("an array of texts")
         indices = ",".join("" if type(one) is ex.Unknown else self.value(one) for one in e.indices)
+        if isinstance(base, ex.Named) and base.name in self.strings:
+            return f"{base.name}[{indices},]"
         return f"{self.target(base)}[{indices}]"
 
     def spell_member(self, e: ex.Member) -> str:
@@ -323,6 +323,10 @@ class KrlValues(Generator):
             return f'"{given[0].value}"'
         raise CannotSayError(terminology.function("joined-text"))
 
+    def function_find_in_text(self, given: tuple[ex.Expression, ...]) -> str:
+        text, start, pattern = map(self.value, given)
+        return f"StrFind({start},{text},{pattern},#CASE_SENS)"
+
     def function_bit_not(self, given: tuple[ex.Expression, ...]) -> str:
         return f"B_NOT {self.value(given[0], _PRODUCT)}"
 
@@ -392,7 +396,8 @@ class KrlValues(Generator):
     def _sizes(self, it: st.Declare) -> str:
         if it.sizes:
             shown = (("" if type(one) is ex.Unknown else self.value(one)) for one in it.sizes)
-            return f"[{','.join(shown)}]"
+            text = f",{TEXT_LENGTH}" if it.type == "string" and not self.own else ""
+            return f"[{','.join(shown)}{text}]"
         return f"[{TEXT_LENGTH}]" if it.type == "string" and not self.own else ""
 
     def _is_array(self, it: st.Declare) -> bool:
@@ -422,7 +427,8 @@ class KrlValues(Generator):
         if it.value is None or not self._is_array(it):
             return
         if isinstance(it.value, ex.RecordLiteral) and all(not name for name, _ in it.value.members):
-            yield from self._rows(it.name, "", it.value, len(it.sizes))
+            depth = len(it.sizes) + (it.type == "string" and not self.own)
+            yield from self._rows(it.name, "", it.value, depth)
         elif isinstance(it.value, ex.Text):
             yield f"{it.name}[]={self.value(it.value)}"
         else:

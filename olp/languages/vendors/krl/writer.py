@@ -185,6 +185,8 @@ class KrlWriter(KrlMoves):
     # --- values, signals and time -----------------------------------------------------------------------
 
     def write_assign(self, s: st.Assign) -> Lines:
+        if not self.own and self._is_text(s.value) and not self._is_text(s.target):
+            raise CannotSayError("a text in a variable of another type")
         if texts.is_put_together(s.value):
             return self._put_together(self.target(s.target), s.value)
         if type(s.target) is ex.SystemValue and s.target.name in ("timer", "timer-running"):
@@ -194,6 +196,13 @@ class KrlWriter(KrlMoves):
             self.forget()
             return [*before, f"{self.value(s.target)}={self.value(s.value)}"]
         return [*before, f"{self.target(s.target)}={self.value(s.value)}"]
+
+    def _is_text(self, e: ex.Expression) -> bool:
+        name = e.base if isinstance(e, ex.Item) else e
+        if isinstance(name, ex.Named):
+            return name.name in self.strings
+        constant = isinstance(e, ex.Text) and e.value[:1] != "#"
+        return constant or texts.is_put_together(e)
 
     def _clock(self, clock: ex.SystemValue, value: ex.Expression) -> str:
         """A clock is set, in ms, or started and stopped."""
@@ -214,13 +223,13 @@ class KrlWriter(KrlMoves):
 
     def _put_together(self, target: str, e: ex.Expression) -> list[str]:
         """A text of several parts; in an array of its own first where one of them is the target itself."""
-        self.temporaries.update(texts.HELPERS)
-        later = texts.parts_of(e)[1:]
-        if not any(
+        first, *later = texts.parts_of(e)
+        later += [first] if texts.is_written(first) else []
+        if target.endswith("[]") and not any(
             self.value(x) == target for part in later for x in expressions_of(part) if type(x) is ex.Named
         ):
             return texts.lines(target, e, self.value)
-        return [*self._put_together(_WHOLE_TEXT, e), f"{target}={_WHOLE_TEXT}"]
+        return [*texts.lines(_WHOLE_TEXT, e, self.value), f"{target}={_WHOLE_TEXT}"]
 
     def write_pulse_output(self, s: st.PulseOutput) -> Lines:
         time = _PULSE if s.duration is None else self.seconds(s.duration)
@@ -350,7 +359,9 @@ class KrlWriter(KrlMoves):
         waits = any(isinstance(one, st.Wait) and one.timeout is not None for one in routine.body)
         if any(_WHOLE_TEXT in row for row in self.rows):
             self.temporaries[_WHOLE_TEXT.replace("]", f"{TEXT_LENGTH}]")] = "CHAR"
-        added = {**(_HELPERS if waits else {}), **self.temporaries}
+        used = "\n".join(self.rows)
+        put = {} if self.own else {name: word for name, word in texts.HELPERS.items() if name in used}
+        added = {**(_HELPERS if waits else {}), **put, **self.temporaries}
         self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
         return KrlRoutineText(
             above=above + "\n"

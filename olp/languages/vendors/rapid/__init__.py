@@ -15,7 +15,7 @@ from olp.languages.vendor import (
     Vendor,
     statements,
 )
-from olp.languages.vendors.rapid.known_routines import REPLACEABLE, with_outside_calls
+from olp.languages.vendors.rapid.known_routines import REPLACEABLE, RESULT_TYPES, with_outside_calls
 from olp.languages.vendors.rapid.predefined_data import TYPES
 
 _PROCESSES = {
@@ -120,6 +120,7 @@ class Rapid(Vendor):
         inverting_pulse=r"PulseDO without \High inverts the output",
         whole_numbers=False,
         replaceable_routines=REPLACEABLE,
+        result_types=RESULT_TYPES,
         member_types={word.upper(): kind for word, kind in TYPES.items()},
         answers={
             "issyncmoveon": (

@@ -170,9 +170,11 @@ def _clear(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -
 
 def _message(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     text = values_of(rules, name, given, 1)[0]
-    shown = [value for option, value in options_of(rules, given).items() if option in ("num", "bool", "dnum")]
+    options = options_of(rules, given)
+    shown = [value for option, value in options.items() if option in ("num", "bool", "dnum")]
     if not shown:
-        return None if options_of(rules, given) else [Message(0, text)]
+        place = options.keys() & {"pos", "orient"}
+        return [Message(0, text), *_beside("the position or turn behind the text" if place else "")]
     return [Message(0, Function("joined-text", (text, Function("text-of-value", (shown[0],)))))]
 
 

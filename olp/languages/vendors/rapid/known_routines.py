@@ -8,7 +8,7 @@ from typing import Final, TypeVar
 
 from olp.ir.expressions import CallValue, Expression, NamedArgument, Number, Text
 from olp.ir.program import Call, Declare, Parameter, Process, Program, Statement
-from olp.ir.transformer import mapped
+from olp.ir.transformer import expressions_of, mapped
 
 # --- Standard names ---
 # Names that every RAPID controller knows, whatever is loaded: what a program may call and name without declaring it.
@@ -142,16 +142,31 @@ _OUTSIDE: Final = """
 _TEXTS: Final = """
     bytetostr dectohex hextodec strdigcalc strdigcmp strfind strformat strmap strmemb strorder strtobyte strtoval
 """
+# Bytes that are put together for a bus or a socket.
+_BYTES: Final = """
+    clearrawbytes copyrawbytes packdnheader packrawbytes rawbyteslen readrawbytes unpackrawbytes writerawbytes
+"""
 REPLACEABLE: Final = frozenset(
     {
         *_OUTSIDE.split(),
         *_TEXTS.split(),
+        *_BYTES.split(),
         *(n for n in INSTRUCTIONS | FUNCTIONS if n.startswith(("g_", "hand_"))),
     }
 )
+_TEXT_RESULTS: Final = """
+    bytetostr cdate ctime dectohex getsysinfo hextodec readdir readstr readstrbin strdigcalc strformat strmap
+    uialphaentry
+"""
+_STATE_RESULTS: Final = "isfile strdigcmp strmemb strorder strtoval uiclientexist"
+RESULT_TYPES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(FUNCTIONS & REPLACEABLE, "real"),
+    **dict.fromkeys(_TEXT_RESULTS.split(), "string"),
+    **dict.fromkeys(_STATE_RESULTS.split(), "boolean"),
+}
 CALLED: Final = "called"  # the argument of a process instruction that holds it as a call
 _D = TypeVar("_D", Declare, Parameter)
-_HANDLES: Final = ("socketdev", "iodev", "dir")  # types of data that only such routines use
+_HANDLES: Final = ("socketdev", "iodev", "dir", "rawbytes")  # types of data that only such routines use
 
 
 def with_outside_calls(program: Program) -> Program:
@@ -166,7 +181,9 @@ def with_outside_calls(program: Program) -> Program:
 
 
 def _is_outside(s: Statement) -> bool:
-    return isinstance(s, Process) and any(name == CALLED for name, _ in s.arguments)
+    if isinstance(s, Process):
+        return any(name == CALLED for name, _ in s.arguments)
+    return any(isinstance(e, CallValue) and e.routine.casefold() in REPLACEABLE for e in expressions_of(s))
 
 
 def _as_call(s: Statement) -> Statement:

@@ -131,6 +131,7 @@ LIMITS: Final = Limits(
     ),
     message=24,
     fixed_messages=True,
+    text_quote="'",
     refuses=frozenset(
         {
             "Clear",

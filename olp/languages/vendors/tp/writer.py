@@ -80,7 +80,7 @@ class TpWriter(TpMoves):
         st.Disabled: "//{text}",
     }
     cannot: ClassVar = {
-        st.Call: {"macro": "a macro by its number", "result": "the value that a routine returns"},
+        st.Call: {"macro": "a macro by its number"},
         st.Return: {"value": "a value that a routine returns"},
     }
     _foreign = "a word of another language: {called}"
@@ -201,15 +201,18 @@ class TpWriter(TpMoves):
         return f"JMP LBL[{target}]"
 
     def write_call(self, s: st.Call) -> Lines:
-        arguments = ",".join(map(self._call_argument, s.arguments))
+        given = s.arguments if s.result is None else (*s.arguments, self.number_of(s.result))
+        arguments = ",".join(map(self._call_argument, given))
         routine = s.routine if self.own else s.routine.upper()
         word = routine if s.spelling == "macro" and self.own else f"CALL {routine}"
-        call = f"{word}({arguments})" if s.arguments else word
+        call = f"{word}({arguments})" if given else word
         return [call, "END"] if s.jump else call
 
     def _call_argument(self, it: ex.Expression) -> str:
         if isinstance(it, ex.SignalState):
             return str(int(it.on))
+        if isinstance(it, ex.SystemValue) and not self.own:
+            raise CannotSayError(f"{terminology.value(it.name)} in a call")
         return self.single(it)
 
     def write_if(self, s: st.If) -> str:

@@ -58,6 +58,7 @@ LIMITS: Final = Limits(
     returned_parameters=True,
     has_power=True,
     program_end="halt",
+    text_quote='"',
     refuses=frozenset(
         {
             "Clear",
