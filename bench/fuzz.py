@@ -174,9 +174,8 @@ _EDIT = 6  # bytes of one edit
 
 def editor(data: bytes, folder: Path) -> None:
     """What an editor does: opens a text, asks for everything, and types; edits stand behind two NULs."""
-    from olp.servers.language.actions import actions, formatting
+    from olp.servers.language.actions import actions, formatting, hints, lenses
     from olp.servers.language.document import OpenDocument, Place, TextChange
-    from olp.servers.language.lens import hints, lenses
     from olp.servers.language.service import ProgramService, marks, rule_runs
     from olp.servers.language.symbols import completion, hover, names
 

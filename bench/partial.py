@@ -23,9 +23,9 @@ from olp.identification.probe import Wanted, design_experiment, write_experiment
 from olp.identification.recording import Log, read_recording  # noqa: E402
 from olp.identification.recording.from_log import moves_from_log  # noqa: E402
 from olp.identification.signature import MoveSet, calibrate, moves_of_recording, predict  # noqa: E402
-from olp.identification.signature.calibrate import average_cycles  # noqa: E402
 from olp.identification.signature.correction import SignatureCorrection  # noqa: E402
 from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
+from olp.identification.signature.learn import average_cycles  # noqa: E402
 from olp.identification.signature.partial_programs import (  # noqa: E402  # noqa: E402
     METHOD,
     Totals,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from olp.robots.kinematics.chain import jacobian
+from olp.robots.kinematics.configuration import jacobian
 from olp.robots.model import Robot
 from olp.robots.robot import load_robot, robot_names
 from olp.robots.times_to_speed import WORST_CASE, WORST_CASE_DOUBT, known_arms, times_to_speed

@@ -21,10 +21,10 @@ sys.path.insert(0, str(ROOT))
 from olp.identification.probe.experiment import most_telling  # noqa: E402
 from olp.identification.recording import read_recording  # noqa: E402
 from olp.identification.signature import MoveSet, moves_of_recording  # noqa: E402
-from olp.identification.signature.calibrate import fit_moves  # noqa: E402
 from olp.identification.signature.domain import points, spread_out  # noqa: E402
 from olp.identification.signature.estimator import duration_of, load_estimator  # noqa: E402
 from olp.identification.signature.estimators.averaged_process import views_of  # noqa: E402
+from olp.identification.signature.learn import fit_moves  # noqa: E402
 from olp.identification.signature.mixture import average_covariance, ruler_of  # noqa: E402
 from olp.robots.robot import load_robot  # noqa: E402
 

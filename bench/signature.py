@@ -25,10 +25,10 @@ sys.path.insert(0, str(ROOT))
 
 from olp.identification.recording import read_recording  # noqa: E402
 from olp.identification.signature import MoveSet, moves_of_recording  # noqa: E402
-from olp.identification.signature.calibrate import fit_moves  # noqa: E402
 from olp.identification.signature.document import Learnt, Signature  # noqa: E402
 from olp.identification.signature.domain import domain_of  # noqa: E402
 from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator  # noqa: E402
+from olp.identification.signature.learn import fit_moves  # noqa: E402
 from olp.identification.signature.predict import Prediction, predict  # noqa: E402
 
 Floats = NDArray[np.float64]

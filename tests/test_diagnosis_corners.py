@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis import diagnose
-from olp.identification.diagnosis.judged import case_of
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 
 A, NOISE = planted.ACCELERATION, 0.001

@@ -14,11 +14,11 @@ from olp.identification.diagnosis.conditions import _cost, _restricted, _said, c
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
 from olp.identification.diagnosis.waits import late_moves, tails_of
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 
 COUNT = 120

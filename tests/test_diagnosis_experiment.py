@@ -14,12 +14,12 @@ from olp.core.diagnostic import OlpError
 from olp.core.units import mm
 from olp.identification.diagnosis import next_experiment
 from olp.identification.diagnosis.axis_rates import rates_of
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.next_candidates import candidates, joined
 from olp.identification.diagnosis.next_experiment import design_experiment
 from olp.identification.diagnosis.next_job import write_experiment_job
 from olp.identification.diagnosis.result import NextExperiment, NextTimer
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.ir.program import Dwell, Move
 from olp.runtime.plan import BlendCode, StepKind

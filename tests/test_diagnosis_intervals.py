@@ -11,9 +11,9 @@ from olp.identification.diagnosis.case_making import trapezoid, tuned
 from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
 from olp.identification.diagnosis.folds import _dealt
 from olp.identification.diagnosis.intervals import distance, parameters_with_intervals, settled
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.logs.series import Grid, Spectrum
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 

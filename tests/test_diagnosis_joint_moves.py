@@ -7,8 +7,8 @@ from bench.joint_moves import case, write
 from olp.identification.diagnosis.evidence import CUT, clipped_cut, cut, gain_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 

@@ -13,11 +13,11 @@ from olp.identification.diagnosis.diagnose import _as_waits, findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved, kinds_of
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.identification.diagnosis.naming import NamingResult, name
 from olp.identification.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.identification.diagnosis.waits import late_moves, waiting_moves
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
 from olp.timing.physics._case import MeasuredMoves

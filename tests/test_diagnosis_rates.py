@@ -10,8 +10,8 @@ from cpu_time import cpu_time_below
 from olp.core.units import deg, mm
 from olp.identification.diagnosis.axis_rates import PLACES, limits_from_times, rates_of
 from olp.identification.diagnosis.fitting import Noise, fit
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.robots.geometry import (
     Pose,

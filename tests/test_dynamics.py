@@ -20,7 +20,7 @@ from olp.robots.dynamics import (
 from olp.robots.dynamics.torques import BLOCK
 from olp.robots.geometry import Pose
 from olp.robots.kinematics import forward
-from olp.robots.kinematics.chain import Tool
+from olp.robots.kinematics.configuration import Tool
 from olp.robots.robot import Drive, load_robot
 
 GRAVITY = (1.3, -4.1, -8.2)

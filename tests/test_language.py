@@ -11,10 +11,9 @@ from olp.checks.lint.run import lint
 from olp.core.memory_limit import SupersededError
 from olp.core.source import decode
 from olp.reports.batch import Job, plan_and_time
-from olp.servers.language.analysis import Analysis, settings_of
+from olp.servers.language.actions import hints
 from olp.servers.language.document import OpenDocument, Place, TextChange
-from olp.servers.language.lens import hints
-from olp.servers.language.service import ProgramService, complete, marks
+from olp.servers.language.service import Analysis, ProgramService, complete, marks, settings_of
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [
@@ -232,7 +231,7 @@ def test_work_on_a_program_ends_as_soon_as_nobody_wants_it(service: ProgramServi
 def test_a_mistake_in_olp_is_a_finding_of_the_text_and_ends_nothing(
     service: ProgramService, monkeypatch
 ) -> None:
-    monkeypatch.setattr("olp.servers.language.analysis.run", lambda *a, **k: 1 / 0)
+    monkeypatch.setattr("olp.servers.language.service.run", lambda *a, **k: 1 / 0)
     path = opened(service, PROGRAMS[0])
     analysis = service.current(path)
     assert analysis is not None

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from olp.languages.tokens import TokenKind, spellings
-from olp.servers.language.actions import actions, equal, formatting
+from olp.servers.language.actions import actions, equal, formatting, lenses
 from olp.servers.language.document import Place, TextChange
-from olp.servers.language.lens import lenses
 from olp.servers.language.service import ProgramService, complete
 from olp.servers.language.symbols import completion, definitions, hover, outline, references, words_of
 

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from olp.core.memory_limit import TextCache, remembered, remembering
-from olp.servers.language.analysis import EditorSettings, analyse
 from olp.servers.language.document import OpenDocument, Place, TextChange
-from olp.servers.language.service import ProgramService, marks
+from olp.servers.language.service import EditorSettings, ProgramService, analyse, marks
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PROGRAMS = [

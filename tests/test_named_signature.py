@@ -15,9 +15,9 @@ import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import Finding
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
 from olp.identification.signature.estimator import load_estimator

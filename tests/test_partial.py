@@ -11,9 +11,9 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.identification.recording import read_recording
 from olp.identification.signature import MoveSet, calibrate, moves_of_recording, predict, read_signature
-from olp.identification.signature.calibrate import average_cycles, with_scatter
 from olp.identification.signature.errors import ErrorModel, Spread
 from olp.identification.signature.estimator import duration_of, load_estimator, measured_slowness
+from olp.identification.signature.learn import average_cycles, with_scatter
 from olp.identification.signature.mixture import Observations, Views, answer, average_covariance, ruler_of
 from olp.identification.signature.partial_programs import (
     fit_totals,

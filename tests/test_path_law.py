@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import OlpError
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, read_signature, write_signature
+from olp.identification.signature.document import LearntPaths, learn_paths, pieces_of
 from olp.identification.signature.file import from_json, to_json
-from olp.identification.signature.path_moves import LearntPaths, learn_paths, pieces_of
 from olp.identification.signature.rows import predict_recording
 from olp.identification.signature.stretches import stretches_of
 from olp.timing.arm_prior import LineAcceleration

@@ -11,7 +11,7 @@ from olp.ir.program import Path
 from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
 from olp.robots.kinematics import forward, inverse, track, with_tool, without_tool
-from olp.robots.kinematics.chain import Tool
+from olp.robots.kinematics.configuration import Tool
 from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan
 from olp.runtime.recorder import Recorder

@@ -21,7 +21,6 @@ from olp.identification.signature import (
     read_signature,
     write_signature,
 )
-from olp.identification.signature.calibrate import fit_moves
 from olp.identification.signature.domain import domain_of
 from olp.identification.signature.errors import spread_of
 from olp.identification.signature.estimator import duration_of, estimator_names, load_estimator
@@ -29,6 +28,7 @@ from olp.identification.signature.estimators.axis_terms import all_subsets, grou
 from olp.identification.signature.file import from_json, to_json, to_text
 from olp.identification.signature.folds import merit
 from olp.identification.signature.gp import Belief, KernelPart, _cost, _squares, answer, learn, minimise
+from olp.identification.signature.learn import fit_moves
 from olp.robots.robot import load_robot
 
 UP20 = Path(__file__).parent.parent / "samples" / "up20"

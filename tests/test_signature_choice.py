@@ -11,10 +11,10 @@ import pytest
 from olp.identification.recording import read_recording
 from olp.identification.signature import moves_of_recording
 from olp.identification.signature.axis_paths import axis_paths
-from olp.identification.signature.calibrate import chosen, fit_moves
 from olp.identification.signature.estimator import learnt, load_estimator
 from olp.identification.signature.folds import HeldOut, Trial, by_directions, merit_doubt
-from olp.identification.signature.places import joint_ends
+from olp.identification.signature.learn import chosen, fit_moves
+from olp.identification.signature.moveset import joint_ends
 from olp.robots.kinematics import configuration_of, inverse
 from olp.robots.robot import load_robot
 

@@ -13,8 +13,7 @@ from interpreter_jobs import job_text
 from numpy.typing import NDArray
 
 from olp.fluent import read
-from olp.identification.diagnosis.judged import case_of
-from olp.identification.recorded_plan import unlearnt_times
+from olp.identification.recorded_plan import case_of, unlearnt_times
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate
 from olp.identification.signature.correction import SignatureCorrection

@@ -55,7 +55,7 @@ from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 from olp.transpile.mapping_reader import read_mapping
 from olp.transpile.modal_state import modal
-from olp.transpile.source_plans import work_for
+from olp.transpile.pipeline import work_for
 from olp.transpile.support import kinds, support
 
 SAMPLES = Path(__file__).parent.parent / "samples"

@@ -16,7 +16,7 @@ from olp.ir.transformer import expressions_of, note_names, sets_numbers
 from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.occurrences import Look, changed_rare, with_routines, with_rows
-from olp.transpile.source_plans import work_for
+from olp.transpile.pipeline import work_for
 
 ROBOT = load_robot("yaskawa/gp25")
 KRL = """DEF m()

@@ -14,7 +14,7 @@ import pytest
 from olp.core.version import __version__
 from olp.languages.vendor import find_vendor
 from olp.reports.batch import Job
-from olp.servers.language.analysis import settings_of
+from olp.servers.language.service import settings_of
 
 HOST = Path(__file__).parent.parent / "hosts" / "vscode"
 MANIFEST = json.loads((HOST / "package.json").read_text(encoding="utf-8"))

@@ -120,8 +120,7 @@ def placed_values(program: Program, point: WrittenPoint, pose: Pose, plan: Plan)
     assert before is not None
     if point.kind is PointKind.POSE:
         return tuple((point.pose() @ before.inverse() @ pose).xyz_angles().tolist())
-    from olp.robots.kinematics.chain import forward
-    from olp.robots.kinematics.configuration import joints_to_pulses
+    from olp.robots.kinematics.configuration import forward, joints_to_pulses
     from olp.robots.kinematics.tracking import track
 
     robot, row = plan.robot, int(plan.row[visit.step])

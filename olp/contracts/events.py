@@ -14,7 +14,7 @@ from olp.contracts.oracle import MM, Array, Circle, angle_between, circle, of_qu
 from olp.ir.expressions import Compare, Expression, Named, Number, Signal, SignalState, Text
 from olp.ir.program import Declare, Path, Program, PulseOutput, SetOutput, Wait
 from olp.languages.vendor import Vendor
-from olp.robots.kinematics.chain import forward
+from olp.robots.kinematics.configuration import forward
 from olp.robots.model import Robot
 from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind

@@ -12,8 +12,7 @@ from typing import Final
 import numpy as np
 
 from olp.contracts.promises import Difference, Promise, hold
-from olp.robots.kinematics.chain import forward
-from olp.robots.kinematics.configuration import joints_to_pulses, pulses_to_joints
+from olp.robots.kinematics.configuration import forward, joints_to_pulses, pulses_to_joints
 from olp.robots.kinematics.inverse import inverse
 from olp.robots.model import Array, Geometry, Robot
 from olp.robots.reader import number_groups

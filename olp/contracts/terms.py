@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from olp.contracts.promises import Difference, Promise, hold
 from olp.contracts.term_oracles import COARSE, FOUND, NEAR, ORACLES, Oracle
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import PHASES
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording.reader import read_recording
 from olp.reports.diagnosis.mathml import mathml
 from olp.robots.geometry import angles_from_rotation, rotation_from_angles

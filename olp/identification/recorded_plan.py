@@ -1,4 +1,7 @@
-"""Recorded moves as a plan, so that the model that times programs times them too: one law for both."""
+"""Recorded moves as a plan, so that the model that times programs times them too: one law for both.
+
+A diagnosis judges the recording's own simulation, or else these times.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.source import Source
+from olp.identification.diagnosis.case_making import JudgedTimes, Making, case_beside
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.identification.signature.joint_moves import recorded_joint_moves
-from olp.identification.signature.places import joint_ends, with_points
+from olp.identification.signature.moveset import joint_ends, with_points
 from olp.identification.signature.stretch_times import zones
 from olp.identification.signature.stretches import stretches_of
 from olp.ir.program import Path
@@ -139,7 +143,7 @@ def _alternating(start: Floats, end: Floats) -> Floats:
 def _orient(turned: Floats, axes: Floats, robot: Robot, tool: Pose | None) -> None:
     """Puts orientations that no angles tell, but the axes do, into `turned`."""
     from olp.robots.geometry import quaternion_from_rotation
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     lacking = np.isnan(turned).any(axis=1) & np.isfinite(axes).all(axis=1)
     if robot.geometry is None or not lacking.any():
@@ -228,3 +232,19 @@ def _straight(own: RecordedMoves, rows: NDArray[np.intp]) -> Mask:
 
 def _conditions(moves: RecordedMoves, driven: NDArray[np.intp]) -> MoveConditions:
     return MoveConditions(moves.played[driven], moves.payload[driven], moves.payload_inertia[driven])
+
+
+def case_of(recording: Recording) -> Making:
+    """All measured moves whose simulated duration is known or can be predicted. Raises OlpError N010."""
+    notes = list[str]()
+    return case_beside(recording, _judged(recording, notes), notes)
+
+
+def _judged(recording: Recording, notes: list[str]) -> JudgedTimes:
+    moves = recording.moves
+    if np.isfinite(moves.sim).any():
+        return JudgedTimes(moves.sim, np.zeros(len(moves)), own=False)
+    own = unlearnt_times(recording)
+    notes.append("no sim_s: olp's own prediction is judged, which `olp time` gives, too")
+    notes.extend(f"olp's own prediction: {says}" for says in own.assumptions)
+    return JudgedTimes(own.duration, own.stop, own=True)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import Pose, compose, invert, quaternion_from_rotation, rotation_from_angles
-from olp.robots.kinematics.chain import Tool
+from olp.robots.kinematics.configuration import Tool
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -179,8 +179,7 @@ class Cell:
             says = f"the points of {name} are written in pulses or joint angles, and this robot is not known"
             self._gap(f"{ROBOT_GAP}{name}", says, True)
             return unknown
-        from olp.robots.kinematics.chain import forward
-        from olp.robots.kinematics.configuration import pulses_to_joints
+        from olp.robots.kinematics.configuration import forward, pulses_to_joints
 
         if np.nan_to_num(values[:, len(robot.axes) :]).any():
             says = (

@@ -318,7 +318,7 @@ class PlannedArm:
         self, target: int, here: Floats, spacing: float, turning: float, fewest: int, most: int
     ) -> tuple[Floats, Floats]:
         """Flange poses (s, 3) [m], (s, 3, 3) on the tool's way from where the arm stands to a position."""
-        from olp.robots.kinematics.chain import forward
+        from olp.robots.kinematics.configuration import forward
 
         tool = self.cell.tool_pose(int(self.tools[target]))
         place, turn = compose(*forward(self.robot, here), tool.position, tool.rotation)

@@ -23,7 +23,7 @@ from olp.languages.read import read
 from olp.languages.vendor import find_vendor
 from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose
-from olp.robots.kinematics.chain import Tool
+from olp.robots.kinematics.configuration import Tool
 from olp.robots.robot import library_name, load_robot, robot_names
 from olp.runtime.assumptions import Assumptions
 

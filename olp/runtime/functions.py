@@ -11,7 +11,7 @@ from olp.ir.expressions import Expression, FrameRef, Store, Taught, Variable
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Move
 from olp.robots.geometry import Pose
-from olp.robots.kinematics.chain import Tool
+from olp.robots.kinematics.configuration import Tool
 from olp.runtime.evaluate import evaluate, number, whole
 from olp.runtime.memory import ACTIVE, PositionValue, SystemPosition, Value
 from olp.runtime.poses import (

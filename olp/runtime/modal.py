@@ -26,7 +26,7 @@ from olp.ir.program import (
     SpeedUnit,
 )
 from olp.robots.geometry import Pose
-from olp.robots.kinematics.chain import Tool
+from olp.robots.kinematics.configuration import Tool
 from olp.runtime.evaluate import evaluate, number, quantity, whole
 from olp.runtime.memory import ACTIVE, PositionValue, Record, Value
 from olp.runtime.plan import PATHS

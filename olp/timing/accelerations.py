@@ -159,7 +159,7 @@ def _seconds(law: AccelerationLaw, robot: Robot) -> float:
 
 def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: MotionLimits) -> tuple[Floats, Floats]:
     """What the axes allow at both ends of each row [m/s²] (n,); inf where it cannot be told."""
-    from olp.timing.retiming.sampling import measure, sample
+    from olp.timing.retiming.along import measure, sample
 
     up, down = np.full(len(rows), np.inf), np.full(len(rows), np.inf)
     if robot.geometry is None or robot.geometry.links is None:

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.robots.kinematics.chain import Sweep
+from olp.robots.kinematics.configuration import Sweep
 from olp.robots.model import Robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, JointMotions, gradient, posture_functions
@@ -224,7 +224,7 @@ def _most(robot: Robot) -> _Bodies:
 
 def _bodies(robot: Robot, joints: Floats, turn: Floats) -> _Bodies:
     """At poses `joints` (n, k) of moves by `turn` (n, k)."""
-    from olp.robots.kinematics.chain import geometry_of, sweep
+    from olp.robots.kinematics.configuration import geometry_of, sweep
 
     geometry = geometry_of(robot)
     swept = sweep(robot, geometry, joints.T)

@@ -246,7 +246,7 @@ _AT_ONCE = 100_000  # samples whose axes are worked out together: more would tak
 
 def _tools(plan: Plan, start: NDArray[np.int32], axes: Floats) -> tuple[Floats, Floats]:
     """The tool (n, 3) [m], (n, 3, 3) at positions `start`: whatever the pose has beyond the flange."""
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     assert plan.robot is not None
     position, rotation = forward(plan.robot, axes)
@@ -281,7 +281,7 @@ def _displacement(plan: Plan, rows: NDArray[np.intp], fraction: Floats) -> tuple
 
 def _joint_displacement(plan: Plan, rows: NDArray[np.intp], driven: Floats) -> tuple[Floats, Floats]:
     """A joint move takes the tool along a curve: forward kinematics of the axes on the way."""
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     assert plan.robot is not None
     width = len(plan.robot.axes)

@@ -22,8 +22,7 @@ from olp.transpile.commented_out import LeftOut
 from olp.transpile.context import Context, Fate
 from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
-from olp.transpile.pipeline import Translated, canonical, refusals
-from olp.transpile.source_plans import MOST_AGAIN, asked_inputs, plan_of
+from olp.transpile.pipeline import MOST_AGAIN, Translated, asked_inputs, canonical, plan_of, refusals
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot

@@ -60,7 +60,7 @@ from olp.languages.vendor import conventions_of, language_of, part_of
 from olp.transpile.constant_folding import called_in, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
-from olp.transpile.loop_counters import loop_counters
+from olp.transpile.integer_inference import loop_counters
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
 from olp.transpile.symbols import Symbols, base_of, kind_of_value

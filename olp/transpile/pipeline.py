@@ -1,16 +1,34 @@
-"""The passes in their order: a program of any language in the form that a language's writer takes."""
+"""The passes in their order: they bring a program of any language into the form that a language's writer takes.
+
+Passes that need the plan of the source program share it: as it runs, and with the inputs on that it asks for.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
 
-from olp.core.diagnostic import Diagnostic, Span, error
-from olp.ir.expressions import PositionLiteral
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error
+from olp.ir.expressions import Number, PositionLiteral, Signal, Text
 from olp.ir.points import PointTable
-from olp.ir.program import Begin, Call, End, Program, Routine
+from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement, Wait
+from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
+from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
+from olp.robots.model import Robot
+from olp.runtime.assumptions import (
+    NAMED_SIGNAL,
+    Assumptions,
+    SignalKey,
+    load_assumptions,
+    nearest_assumptions,
+)
+from olp.runtime.interpreter import run
+from olp.runtime.made_up import MadeUp
+from olp.runtime.plan import Plan
 from olp.transpile.advance import continued, stopped_advance
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
@@ -28,33 +46,99 @@ from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import begun, begun_anew, first_values, lasting
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
-from olp.transpile.functions import arguments, functions
+from olp.transpile.functions import arguments, functions, optional_parameters
 from olp.transpile.handlers import handlers
 from olp.transpile.implicit_declarations import undeclared
 from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
 from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
-from olp.transpile.optional_parameters import optional_parameters
-from olp.transpile.own_components import own_components
 from olp.transpile.partial_positions import computed_axes, externals, partial, turned_together
 from olp.transpile.postures import configurations, postures
-from olp.transpile.quaternions import quaternions
+from olp.transpile.quaternions import own_components, quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
-from olp.transpile.signal_aliases import signal_aliases
 from olp.transpile.signal_variables import signal_variables
-from olp.transpile.signals import at_ends, pulses, signals
+from olp.transpile.signals import at_ends, pulses, signal_aliases, signals
 from olp.transpile.source_only import comment_texts, foreign_words, plain_texts
-from olp.transpile.source_plans import plans_of, work_for
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import hoist, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
 from olp.transpile.unroll import executed
 
-if TYPE_CHECKING:
-    pass
+MOST_AGAIN: Final = 20_000  # statements of a run with the inputs on, in which loops may have no end
+_CIRCLES: Final = 40_000  # statements of a run after which a program in circles has come by all that it will
+
+
+def work_for(
+    program: Program, target: str, context: Context, planned: Planned | None = None
+) -> TranslationContext:
+    """`planned`: of the same program, where it was translated before. Raises OlpError (X010) for a language that cannot
+    be written."""
+    planned = planned or plans_of(program, context.robot)
+    return TranslationContext(program, target, limits_of(target, context.forms), context, planned)
+
+
+def plans_of(program: Program, robot: Robot | None) -> Planned:
+    """What makes the plan of a program when it is first asked for."""
+
+    @lru_cache(maxsize=2)  # without and with inputs
+    def planned(with_inputs: bool) -> Plan | None:
+        if not with_inputs:
+            # A program that is passed once is run to its end.
+            rows = sum(len(r.body) for r in program.routines)
+            return plan_of(program, robot, None, min(200_000, max(_CIRCLES, 2 * rows)))
+        inputs = asked_inputs(program)
+        return plan_of(program, robot, inputs, MOST_AGAIN) if inputs else None
+
+    return planned
+
+
+def plan_of(
+    program: Program,
+    robot: Robot | None,
+    inputs: Mapping[SignalKey, tuple[int, ...]] | None,
+    most: int | None,
+    made_up: MadeUp | None = None,
+) -> Plan | None:
+    """The plan of `most` statements (None: as usual), None where the program cannot be run.
+
+    `inputs`: what olp.toml says counts more.
+    """
+    try:
+        if inputs is None:
+            return run(program, robot=robot, max_steps=most, made_up=made_up)
+        folder = Path(program.path).parent if program.path and Path(program.path).is_file() else None
+        path = nearest_assumptions(folder) if folder is not None else None
+        given = load_assumptions(path) if path is not None else Assumptions()
+        on = replace(given, inputs={**inputs, **given.inputs})
+        return run(program, robot=robot, assumptions=on, max_steps=most, made_up=made_up)
+    except OlpError:
+        return None
+
+
+def asked_inputs(program: Program) -> dict[SignalKey, tuple[int, ...]]:
+    """The inputs that a program decides by, each on; what is only waited for comes anyway."""
+    found: dict[SignalKey, tuple[int, ...]] = {}
+    for s in program.statements():
+        if not calls_nothing(s) and not sets_numbers(s) and not isinstance(s, Wait):
+            found |= dict.fromkeys(_inputs(s), (1,))
+    return found
+
+
+def _inputs(s: Statement) -> set[SignalKey]:
+    signals = [] if isinstance(s, Move) else [e for e in expressions_of(s) if isinstance(e, Signal)]
+    found = set()
+    for signal in signals:
+        if signal.bus.rpartition("-")[2] != "in" or "analog" in signal.bus:
+            continue
+        if isinstance(signal.index, Text):
+            found.add(SignalKey(NAMED_SIGNAL, signal.index.value.casefold()))
+        elif isinstance(signal.index, Number):
+            found.add(SignalKey(signal.bus, int(signal.index.value)))
+    return found
+
 
 Pass = Callable[[Program, TranslationContext], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse

@@ -104,8 +104,7 @@ class _Postures:
     def _change(self, e: Expression) -> Expression:
         if not isinstance(e, PositionLiteral) or not _is_joints(e):
             return e
-        from olp.robots.kinematics.chain import forward
-        from olp.robots.kinematics.configuration import turned_back
+        from olp.robots.kinematics.configuration import forward, turned_back
 
         joints = self._joints(e)
         if joints is None:

@@ -1,7 +1,8 @@
-"""The four numbers of a quaternion, as languages that write a turn as three angles compute them and compute from them.
+"""Components of quaternions, read and written, for languages that write a rotation as three angles (R = Rz Ry Rx).
 
-R = Rz Ry Rx. The numbers that are read follow from half the angles. Those that are written one behind the other are
-kept, and the angles follow from the last one on, whatever the quaternion's length is (`_angles`).
+A component that is read is computed from half the angles. Components that are written one after the other are kept,
+and the angles follow from the last one on, whatever the quaternion's length is (`_angles`). Other components of
+positions, tools and frames that only the source's language has are refused.
 """
 
 from __future__ import annotations
@@ -17,17 +18,59 @@ from olp.ir.expressions import (
     Compare,
     Expression,
     Function,
+    Item,
     Member,
     Named,
     NamedArgument,
     Number,
 )
-from olp.ir.program import Assign, Call, Declare, Else, EndIf, If, Program, ReadInput, Statement, Update
+from olp.ir.program import Assign, Call, Declare, Else, EndIf, If, Move, Program, ReadInput, Statement, Update
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_rows
-from olp.transpile.own_components import system_or_position
 from olp.transpile.symbols import Symbols
+
+_SHARED: Final = frozenset({"x", "y", "z", "rx", "ry", "rz", "e1", "e2", "e3", "e4", "e5", "e6"})
+_AXES: Final = frozenset(f"{letter}{number}" for letter in "aj" for number in range(1, 7))
+_POSITIONS: Final = frozenset({"position", "joints"})
+_SYSTEMS: Final = frozenset({"tool", "frame"})
+
+
+def own_components(program: Program, work: TranslationContext) -> Program:
+    """Refuses statements with such: a quaternion's part, a tool's load, one of a frame's two parts, arm flags.
+
+    Where tools and frames have numbers, no component of them is a variable.
+    """
+    symbols = work.symbols(program)
+    held = _POSITIONS if work.limits.numbered else _POSITIONS | _SYSTEMS
+    for routine in program.routines:
+        for s in routine.body:
+            if isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s):
+                continue
+            if isinstance(s, Move) and not s.has_signals:
+                continue
+            for e in expressions_of(s):
+                kind = system_or_position(e.base, symbols, routine.name) if isinstance(e, Member) else ""
+                if isinstance(e, Member) and kind and not (kind in held and _is_shared(e.name, kind)):
+                    other = language_of(work.target)
+                    says = f"the component {e.name} of a position, tool or frame, which {other} lacks"
+                    work.lose(s, Fate.REFUSED, "component", says)
+    return program
+
+
+def _is_shared(component: str, kind: str) -> bool:
+    """Whether other languages have it too: places, angles, external axes, and the axes of joint values."""
+    return component in _SHARED or (kind == "joints" and component.lower() in _AXES)
+
+
+def system_or_position(base: Expression, symbols: Symbols, routine: str) -> str:
+    """Which of them has a component: position, joints, tool or frame; "" for records."""
+    while isinstance(base, Item):
+        base = base.base
+    symbol = symbols.find(routine, base.name) if isinstance(base, Named) else None
+    return symbol.type if symbol is not None and symbol.type in _POSITIONS | _SYSTEMS else ""
+
 
 _NUMBERS: Final = ("q1", "q2", "q3", "q4")
 _READ: Final = "computed from the angles: the four numbers may have the other sign, which is the same turn"

@@ -22,7 +22,7 @@ from olp.ir.program import (
     Wait,
 )
 from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
-from olp.robots.kinematics.chain import forward
+from olp.robots.kinematics.configuration import forward
 from olp.runtime.paths import point_on_arc
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, TranslationContext

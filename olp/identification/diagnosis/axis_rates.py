@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.robots.geometry import quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.robots.kinematics.chain import joint_speeds
-from olp.robots.kinematics.configuration import wrap
+from olp.robots.kinematics.configuration import joint_speeds, wrap
 from olp.robots.kinematics.inverse import branches, inverse, newton
 from olp.robots.model import Robot
 from olp.runtime.paths import circle, swept_angle
@@ -195,7 +194,7 @@ def _tool_moves(task: _Task, path: Floats) -> None:
 
 def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
     """(n, m, 2, 3) [m] where the elbow and the wrist centre are, of arms that have both."""
-    from olp.robots.kinematics.chain import geometry_of, sweep
+    from olp.robots.kinematics.configuration import geometry_of, sweep
 
     geometry = geometry_of(task.robot)
     if geometry.links is None:
@@ -211,7 +210,7 @@ def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
 def _ways(task: _Task, wanted: Mask) -> ToolPaths:
     """The flange's ways of those of the `wanted` moves that can be told; the others are left out, with the reason."""
     from olp.robots.geometry import rotation_from_angles
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     moves, rows = task.recording.moves, task.rows
     task.leave_out(wanted & ~task.posed & ~moves.has_points[rows], "no tool points")
@@ -244,7 +243,7 @@ def _ways(task: _Task, wanted: Mask) -> ToolPaths:
 def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
     """(3,) [m] the tool's point on the flange, and whether anything tells it: recording.toml, or joint and tool points
     together."""
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     recording = task.recording
     if recording.tool is not None:

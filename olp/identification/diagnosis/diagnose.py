@@ -13,7 +13,6 @@ from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, loss_of, penalty, whiten
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.naming import NamingResult, name, without
 from olp.identification.diagnosis.residuals import LEVEL
@@ -32,6 +31,7 @@ from olp.identification.diagnosis.result import (
 from olp.identification.diagnosis.scatter import Scatter, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price, swaps
 from olp.identification.diagnosis.waits import spread, tails_of
+from olp.identification.recorded_plan import case_of
 from olp.timing.physics import load_term
 from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion

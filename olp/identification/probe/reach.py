@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from olp.core.units import deg, mm
 from olp.identification.signature.domain import spread_out
 from olp.robots.geometry import Pose
-from olp.robots.kinematics.chain import jacobian, without_tool
-from olp.robots.kinematics.configuration import clearance, within_limits
+from olp.robots.kinematics.configuration import clearance, jacobian, within_limits, without_tool
 from olp.robots.kinematics.inverse import inverse
 from olp.robots.model import Robot
 

@@ -122,7 +122,7 @@ def way_of(moves: Moved) -> ProgrammedPath:
 
 def tool_of(moves: Moved) -> tuple[float, ...] | None:
     """x, y, z [m], Rx, Ry, Rz [rad] of the tool on the flange, None when it is not known or changes on the way."""
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     plan = moves.timing.plan
     robot, positions = plan.robot, plan.positions
@@ -148,7 +148,7 @@ def no_places(file: str) -> Diagnostic:
 
 def features_of_axes(robot: Robot | None, axes: Floats, file: str) -> Floats:
     """(n, 12) [m] of axes (n, k) [rad | m]; nan where an axis is. Raises OlpError (D040)."""
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     if robot is None or robot.geometry is None:
         raise OlpError(no_places(file))

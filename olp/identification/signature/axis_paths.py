@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.signature.moveset import MoveSet
-from olp.identification.signature.places import posture_flags
+from olp.identification.signature.moveset import MoveSet, posture_flags
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -49,7 +48,7 @@ def has_axes(robot: Robot | None) -> bool:
 
 
 def _at(moves: MoveSet, places: Floats, robot: Robot, end: int) -> tuple[Floats, Floats]:
-    from olp.robots.kinematics.chain import joint_speeds
+    from olp.robots.kinematics.configuration import joint_speeds
 
     axes = len(robot.axes)
     angles, rates = _angles(moves, places, robot, end), np.full((len(moves), axes), np.nan)
@@ -64,7 +63,7 @@ def _at(moves: MoveSet, places: Floats, robot: Robot, end: int) -> tuple[Floats,
 
 def _angles(moves: MoveSet, places: Floats, robot: Robot, end: int) -> Floats:
     """(n, k) [rad] at one end: told, or by the inverse."""
-    from olp.robots.kinematics.chain import without_tool
+    from olp.robots.kinematics.configuration import without_tool
     from olp.robots.kinematics.inverse import inverse
 
     count, axes = len(moves), len(robot.axes)

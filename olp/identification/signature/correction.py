@@ -13,12 +13,10 @@ from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR
 from olp.identification.recording.recording import Recording
 from olp.identification.signature import coefficients
 from olp.identification.signature.coefficients import CORNER, STOP, TERMS, value_of
-from olp.identification.signature.document import Signature
-from olp.identification.signature.intervals import ends_of, learnt_half
+from olp.identification.signature.document import Signature, pieces_of
 from olp.identification.signature.moveset import MoveSet
-from olp.identification.signature.path_moves import pieces_of
 from olp.identification.signature.predict import Prediction, predict, robot_of
-from olp.identification.signature.rows import for_paths
+from olp.identification.signature.rows import ends_of, for_paths, learnt_half
 from olp.identification.signature.stretch_times import Times
 from olp.identification.signature.stretches import stretches_of
 from olp.identification.signature.term_model import (

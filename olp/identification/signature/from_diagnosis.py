@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, error, info, warning
 from olp.core.version import __version__
 from olp.identification.diagnosis.intervals import parameters_with_intervals
-from olp.identification.diagnosis.judged import case_of
 from olp.identification.diagnosis.model import DurationModel
+from olp.identification.recorded_plan import case_of
 from olp.identification.signature.coefficients import TERMS, CorrectionPart, half_of_few
 from olp.identification.signature.document import Learnt, Signature
 from olp.identification.signature.domain import domain_of

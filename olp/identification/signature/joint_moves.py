@@ -380,7 +380,7 @@ def recorded_joint_moves(
     A row without a share of the speed runs at the rated speeds, unless a speed of the tool is written.
     """
     from olp.identification.recording.moves import JOINT
-    from olp.identification.signature.places import joint_ends
+    from olp.identification.signature.moveset import joint_ends
 
     start, end = (
         joint_ends(moves, robot, tool) if robot is not None else (moves.joints_start, moves.joints_end)

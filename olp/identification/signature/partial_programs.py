@@ -27,7 +27,7 @@ from olp.identification.signature.mixture import Observations, answer, ruler_of
 from olp.identification.signature.moveset import MoveSet
 from olp.ir.program import Path as Shape
 from olp.robots.geometry import Pose, rotation_from_quaternion
-from olp.robots.kinematics.chain import forward
+from olp.robots.kinematics.configuration import forward
 from olp.robots.model import Robot
 from olp.runtime.plan import PATHS, BlendCode, StepKind
 from olp.timing.result import Timing

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.signature.coefficients import CIRCULAR, CORNER, JOINT, STOP, Parts, value_of
-from olp.identification.signature.places import joint_ends
+from olp.identification.signature.moveset import joint_ends
 from olp.identification.signature.stretches import Stretches
 from olp.languages.vendor import blending_of
 from olp.runtime.plan import USUAL_LAW

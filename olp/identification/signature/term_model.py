@@ -23,8 +23,7 @@ from olp.identification.recording.settings import RecordingSettings
 from olp.identification.signature.coefficients import TERMS
 from olp.identification.signature.document import Signature
 from olp.identification.signature.estimator import LearntParameter, Parameters
-from olp.identification.signature.moveset import MoveSet
-from olp.identification.signature.places import with_points
+from olp.identification.signature.moveset import MoveSet, with_points
 from olp.timing.physics import Form, MoveTerm, TermParameter, load_term
 from olp.timing.physics._case import MeasuredMoves, Rates
 

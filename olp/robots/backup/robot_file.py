@@ -122,7 +122,7 @@ def _compared(
     import numpy as np
 
     from olp.robots.geometry import frame_from_points, rotation_angle, rotation_from_angles
-    from olp.robots.kinematics.chain import forward
+    from olp.robots.kinematics.configuration import forward
 
     robot = _robot(parameters, stance)
     used: list[int] = []

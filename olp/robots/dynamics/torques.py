@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.robots.kinematics.chain import as_joints, geometry_of
+from olp.robots.kinematics.configuration import as_joints, geometry_of
 from olp.robots.model import Body, Robot, Vector
 from olp.robots.reader import tensor
 
 if TYPE_CHECKING:
-    from olp.robots.kinematics.chain import Tool
+    from olp.robots.kinematics.configuration import Tool
 
 
 Mounting = Literal["floor", "wall", "ceiling"]

@@ -4,16 +4,20 @@ Poses are those of the flange in the robot base frame: origin at the height of a
 (`Geometry.base_height`) not added. A tool is put on or taken off by `with_tool` and `without_tool`.
 """
 
-from olp.robots.kinematics.chain import forward, jacobian, joint_speeds, with_tool, without_tool
 from olp.robots.kinematics.configuration import (
     Clearance,
     Singularity,
     clearance,
     configuration_of,
+    forward,
+    jacobian,
+    joint_speeds,
     joints_to_pulses,
     pulses_to_joints,
     singularities,
+    with_tool,
     within_limits,
+    without_tool,
 )
 from olp.robots.kinematics.inverse import branches, inverse, nearest
 from olp.robots.kinematics.tracking import track, track_branches, track_paths

@@ -12,11 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.robots.kinematics.chain import BLOCK, as_joints, forward, geometry_of, jacobian, sweep
 from olp.robots.kinematics.configuration import (
+    BLOCK,
     apply_turns,
+    as_joints,
+    forward,
     from_standard,
+    geometry_of,
+    jacobian,
     links_of,
+    sweep,
     to_standard,
     turn_centres,
     within_limits,

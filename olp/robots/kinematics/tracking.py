@@ -12,8 +12,16 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from olp.robots.kinematics.chain import BLOCK, as_joints, geometry_of
-from olp.robots.kinematics.configuration import configuration_of, links_of, to_standard, turn_centres, wrap
+from olp.robots.kinematics.configuration import (
+    BLOCK,
+    as_joints,
+    configuration_of,
+    geometry_of,
+    links_of,
+    to_standard,
+    turn_centres,
+    wrap,
+)
 from olp.robots.kinematics.inverse import as_poses, columns, inverse, solve_from
 from olp.robots.kinematics.spherical import STRAIGHT_WRIST, flipped, solve_arms
 from olp.robots.model import Links, Robot

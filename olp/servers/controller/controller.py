@@ -29,8 +29,7 @@ from olp.ir.program import Path
 from olp.robots.controller_effects import effects_of
 from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose, compose
-from olp.robots.kinematics.chain import Tool, forward, with_tool
-from olp.robots.kinematics.configuration import within_limits
+from olp.robots.kinematics.configuration import Tool, forward, with_tool, within_limits
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.runtime.recorder import Recorder
 from olp.servers.controller.target import Target, reach

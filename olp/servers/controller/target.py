@@ -14,8 +14,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.geometry import Pose, compose, quaternion_from_rotation, rotation_from_quaternion, slerp
-from olp.robots.kinematics.chain import forward, with_tool
-from olp.robots.kinematics.configuration import within_limits
+from olp.robots.kinematics.configuration import forward, with_tool, within_limits
 from olp.robots.kinematics.tracking import track
 from olp.runtime.paths import circle, point_on_arc
 

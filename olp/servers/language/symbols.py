@@ -23,9 +23,8 @@ from olp.languages.vendor import find_vendor, part_of
 from olp.robots.geometry import angles_from_rotation, rotation_from_quaternion
 from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
 from olp.runtime.plan import StepKind
-from olp.servers.language.analysis import Analysis
 from olp.servers.language.document import vendor_of
-from olp.servers.language.service import ProgramService
+from olp.servers.language.service import Analysis, ProgramService
 
 if TYPE_CHECKING:
     from olp.timing.result import Timing

@@ -28,9 +28,16 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from olp.core.memory_limit import SupersededError
 from olp.core.version import __version__
-from olp.servers.language.analysis import Analysis, settings_of
 from olp.servers.language.document import OpenDocument, Place, TextChange
-from olp.servers.language.service import FindingMark, ProgramService, Weight, marks, rule_runs
+from olp.servers.language.service import (
+    Analysis,
+    FindingMark,
+    ProgramService,
+    Weight,
+    marks,
+    rule_runs,
+    settings_of,
+)
 
 Line = Callable[[int], str]  # the text of a line, counted from 1
 Json = dict[str, Any]

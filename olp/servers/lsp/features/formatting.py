@@ -5,8 +5,7 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.servers.language.actions import formatting
-from olp.servers.language.analysis import Analysis
-from olp.servers.language.service import ProgramService
+from olp.servers.language.service import Analysis, ProgramService
 from olp.servers.lsp.server import Json, OlpLanguageServer, Raw
 
 _MOST = 16  # columns of one step

@@ -5,8 +5,7 @@ from __future__ import annotations
 from lsprotocol import types
 
 from olp.languages.vendor import vendor_suffixes
-from olp.servers.language.analysis import settings_of
-from olp.servers.language.service import ProgramService
+from olp.servers.language.service import ProgramService, settings_of
 from olp.servers.lsp.server import OlpLanguageServer, Places
 
 

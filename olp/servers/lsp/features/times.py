@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from olp.servers.language.lens import hints, lenses
+from olp.servers.language.actions import hints, lenses
 from olp.servers.language.service import ProgramService
 from olp.servers.lsp.server import OlpLanguageServer, Raw
 

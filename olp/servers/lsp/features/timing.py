@@ -9,8 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from olp.servers.language.analysis import Analysis
-from olp.servers.language.service import ProgramService
+from olp.servers.language.service import Analysis, ProgramService
 from olp.servers.lsp.server import OlpLanguageServer, Raw, uri_of
 
 
