@@ -1,4 +1,4 @@
-"""Figures of the layout: modules, those that one neighbour alone imports, floors, long functions.
+"""Figures of the layout: modules, those that one neighbour alone imports, floors, long functions, class names.
 
     python bench/structure.py
 
@@ -8,7 +8,7 @@ A floor is one more than the highest floor among a module's imports; imports in 
 from __future__ import annotations
 
 import ast
-from collections import defaultdict
+from collections import Counter, defaultdict
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -73,6 +73,14 @@ def long_functions(trees: dict[str, ast.Module]) -> list[str]:
     ]
 
 
+def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
+    """Class names that are given more than once."""
+    names = (
+        node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+    )
+    return sorted(name for name, count in Counter(names).items() if count > 1)
+
+
 def main() -> None:
     texts = {module_name(path): path.read_text(encoding="utf-8") for path in sorted(OLP.rglob("*.py"))}
     trees = {name: ast.parse(text) for name, text in texts.items()}
@@ -83,7 +91,8 @@ def main() -> None:
     print("longest chain:", *highest_path(imports), sep="\n  ")
     print(*long_functions(trees), sep="\n")
     print(f"{len(texts)} modules, {sum(sizes.values())} lines, {len(alone)} with one neighbour")
-    print(f"{max(floors(imports).values())} floors")
+    twice = classes_twice(trees)
+    print(f"{max(floors(imports).values())} floors, {len(twice)} class names given twice", *twice)
 
 
 if __name__ == "__main__":

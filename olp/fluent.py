@@ -1,7 +1,8 @@
 """The public way through olp: read, plan, time, export, each a method of what the step before gave.
 
-`olp.read(path).plan(robot=…).time()`. The classes are those of `olp.ir.program` and `olp.runtime.plan` with the methods
-that reach into packages above theirs; everything inside olp calls those packages' functions.
+`olp.read(path).plan(robot=…).time()`. `FluentProgram` and `FluentPlan` (`olp.Program`, `olp.Plan` for users) are the
+classes of `olp.ir.program` and `olp.runtime.plan` with the methods that need packages above theirs; everything inside
+olp calls those packages' functions.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ Arguments = ParamSpec("Arguments")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Plan(runtime.Plan):
+class FluentPlan(runtime.Plan):
     """Executed steps in order; see `olp.runtime.plan.Plan` for the columns."""
 
     def time(
@@ -94,7 +95,7 @@ class Plan(runtime.Plan):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Program(ir.Program):
+class FluentProgram(ir.Program):
     """All routines of one file, with the text they came from; see `olp.ir.program.Program` for the fields."""
 
     def plan(
@@ -105,7 +106,7 @@ class Program(ir.Program):
         folder: str | os.PathLike[str] | None = None,
         max_steps: int | None = None,
         cycles: int = 1,
-    ) -> Plan:
+    ) -> FluentPlan:
         """Executes the program, its first routine to the end.
 
         `robot`: name of the library, robot file or Robot; else olp.toml or the controller's backup decide.
@@ -149,14 +150,14 @@ def run(
     folder: str | os.PathLike[str] | None = None,
     max_steps: int | None = None,
     cycles: int = 1,
-) -> Plan:
-    """The plan of `program`: see `Program.plan`."""
+) -> FluentPlan:
+    """The plan of `program`: see `FluentProgram.plan`."""
     from olp.runtime import interpreter
 
     made = interpreter.run(
         program, robot, assumptions=assumptions, folder=folder, max_steps=max_steps, cycles=cycles
     )
-    return Plan(**fields_of(made))
+    return FluentPlan(**fields_of(made))
 
 
 def time(
@@ -234,9 +235,9 @@ def as_html(sentence: str, diagnostics: tuple[Diagnostic, ...]) -> str:
     return f"<p>{escape(sentence.strip('<>'))}</p>" + (f"<ul>{rows}</ul>" if rows else "")
 
 
-def fluent(program: ir.Program) -> Program:
+def fluent(program: ir.Program) -> FluentProgram:
     """`program` with the methods."""
-    return Program(**fields_of(program))
+    return FluentProgram(**fields_of(program))
 
 
 def fields_of(one: Any) -> dict[str, Any]:
@@ -244,9 +245,9 @@ def fields_of(one: Any) -> dict[str, Any]:
     return {field.name: getattr(one, field.name) for field in fields(one)}
 
 
-def _fluent(reads: Callable[Arguments, ir.Program]) -> Callable[Arguments, Program]:
+def _fluent(reads: Callable[Arguments, ir.Program]) -> Callable[Arguments, FluentProgram]:
     @wraps(reads)
-    def read(*args: Arguments.args, **options: Arguments.kwargs) -> Program:
+    def read(*args: Arguments.args, **options: Arguments.kwargs) -> FluentProgram:
         return fluent(reads(*args, **options))
 
     return read
@@ -254,3 +255,7 @@ def _fluent(reads: Callable[Arguments, ir.Program]) -> Callable[Arguments, Progr
 
 read = _fluent(languages.read)
 read_source = _fluent(languages.read_source)
+
+# What users import.
+Plan = FluentPlan
+Program = FluentProgram

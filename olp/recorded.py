@@ -1,6 +1,7 @@
 """Recordings of real robots as a researcher uses them: read, calibrate, predict, diagnose; tables and plots.
 
-The classes are those of `olp.identification` with the methods that reach into packages above theirs.
+`FluentRecording` and `FluentSignature` (`olp.Recording`, `olp.Signature` for users) are the classes of
+`olp.identification` with the methods that need packages above theirs.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Recording(recordings.Recording):
+class FluentRecording(recordings.Recording):
     """What a real robot did, move by move; see docs/recording.md for the files and `moves`, `log`, `settings`.
 
     Example:
@@ -36,7 +37,7 @@ class Recording(recordings.Recording):
     """
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> Recording:
+    def read(cls, path: str | os.PathLike[str]) -> FluentRecording:
         """The recording at `path`: a folder, or a single file of moves. Raises OlpError with all that is wrong."""
         return cls(**fields_of(recordings.read_recording(os.fspath(path), logs_alone=True)))
 
@@ -66,7 +67,7 @@ class Recording(recordings.Recording):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Signature(signatures.Signature):
+class FluentSignature(signatures.Signature):
     """How a robot differs from its data sheet, learnt by `olp.calibrate`; docs/signature.md has the fields.
 
     Example:
@@ -76,7 +77,7 @@ class Signature(signatures.Signature):
     """
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> Signature:
+    def read(cls, path: str | os.PathLike[str]) -> FluentSignature:
         """The signature in a file. Raises OlpError for one that is none."""
         return cls(**fields_of(signatures.read_signature(os.fspath(path))))
 
@@ -115,7 +116,7 @@ class DiagnosisAnswer:
     """
 
     outcome: DiagnosisOutcome
-    recording: Recording
+    recording: FluentRecording
 
     @property
     def verdict(self) -> str:
@@ -166,7 +167,7 @@ def calibrate(
     *,
     method: str = "auto",
     robot: str | Robot | None = None,
-) -> Signature:
+) -> FluentSignature:
     """The timing signature of a robot, learnt from recorded moves.
 
     `recording`: one that was read, or its folder. `method`: auto, or a name of docs/signature.md. `robot`: name of the
@@ -177,7 +178,9 @@ def calibrate(
         >>> signature = olp.calibrate("samples/up20", method="factors")
         >>> signature.save("up20.signature.json")  # for olp time --signature
     """
-    return Signature(**fields_of(signatures.calibrate(_recording(recording), method, as_robot(robot))[0]))
+    return FluentSignature(
+        **fields_of(signatures.calibrate(_recording(recording), method, as_robot(robot))[0])
+    )
 
 
 def predict(
@@ -202,7 +205,7 @@ def predict(
     from olp.identification.signature.rows import predict_recording
 
     if isinstance(signature, str | os.PathLike):
-        signature = Signature.read(signature)
+        signature = FluentSignature.read(signature)
     rows, _ = predict_recording(signature, _recording(recording))
     columns = {"move": rows.move, "predicted_s": rows.predicted, "low_s": rows.low, "high_s": rows.high}
     return pandas.DataFrame(columns)
@@ -227,9 +230,14 @@ def diagnose(
     return DiagnosisAnswer(diagnose_recording(known, as_robot(robot)), known)
 
 
-def _recording(recording: recordings.Recording | str | os.PathLike[str]) -> Recording:
-    if isinstance(recording, Recording):
+def _recording(recording: recordings.Recording | str | os.PathLike[str]) -> FluentRecording:
+    if isinstance(recording, FluentRecording):
         return recording
     if isinstance(recording, recordings.Recording):
-        return Recording(**fields_of(recording))
-    return Recording.read(recording)
+        return FluentRecording(**fields_of(recording))
+    return FluentRecording.read(recording)
+
+
+# What users import.
+Recording = FluentRecording
+Signature = FluentSignature

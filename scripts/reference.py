@@ -97,8 +97,17 @@ def _python() -> str:
         "change without notice, but for what the pages here show. Inside olp everything is SI: metres, seconds, "
         "radians.\n",
     ]
-    parts += [f"::: {homes[name]}.{name}\n" for name in olp.__all__ if name in homes]
+    parts += [_filled_in(name, homes[name]) for name in olp.__all__ if name in homes]
     return "\n".join(parts)
+
+
+def _filled_in(name: str, home: str) -> str:
+    """What mkdocstrings fills in for one public name: of a class under its own name, with the public one above it."""
+    public = getattr(olp, name)
+    own = public.__name__ if isinstance(public, type) else name
+    return f"::: {home}.{own}\n" + (
+        f"    options: {{ heading: olp.{name}, toc_label: {name} }}\n" if own != name else ""
+    )
 
 
 def _members() -> str:

@@ -90,7 +90,7 @@ def test_the_reference_tells_of_everything_there_is(pages: dict[Path, Anchors], 
     assert [name for name in term_names() if f"<code>{name}</code>" not in members] == []
     robots = (reference / "robots.html").read_text(encoding="utf-8")
     assert [name for name in robot_names() if f"<code>{name}</code>" not in robots] == []
-    assert {"olp.fluent.read", "olp.fluent.Plan.time"} <= pages[reference / "python.html"].ids
+    assert {"olp.fluent.read", "olp.fluent.FluentPlan.time"} <= pages[reference / "python.html"].ids
 
 
 def test_every_page_is_in_the_index() -> None:
