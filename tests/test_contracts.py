@@ -24,10 +24,11 @@ from olp.contracts import (
     check_term,
     check_vendor,
     check_writer,
+    writers,
 )
 from olp.contracts.handling import samples_folder
 from olp.contracts.readings import readings_of, unlike
-from olp.contracts.writers import other_texts
+from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path
@@ -38,6 +39,7 @@ from olp.robots import robot as robot_module
 from olp.robots.robot import robot_names
 from olp.timing.motion import load_model, model_names
 from olp.timing.physics import load_term, term_names
+from olp.transpile.convert import Converted
 from olp.transpile.export import writable
 
 HOSTS = FilePath(__file__).parent.parent / "hosts"
@@ -136,14 +138,38 @@ def test_a_line_that_means_something_else_than_declared_is_told_with_both_meanin
 def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:
     vendor = find_vendor(writable()[0])
     shutil.copytree(samples_folder(vendor) / "readings", tmp_path / "readings")
-    assert not list(other_texts(vendor, tmp_path))
+    assert not list(other_texts(WriterUnderTest(vendor, tmp_path)))
     path = tmp_path / "readings" / "contract.written"
     rows = path.read_text(encoding="utf-8").splitlines()
     at = next(at for at, row in enumerate(rows) if "hands over" in row)
     path.write_text("\n".join([*rows[:at], "other", *rows[at + 1 :]]), encoding="utf-8")
-    ((given, differs),) = other_texts(vendor, tmp_path)
+    ((given, differs),) = other_texts(WriterUnderTest(vendor, tmp_path))
     assert given.endswith(f"line {at}")
     assert differs == f"declared: other; written: {rows[at]}"
+
+
+def test_a_receipt_that_says_something_else_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:
+    vendor = find_vendor(writable()[0])
+    shutil.copytree(samples_folder(vendor) / "readings", tmp_path / "readings")
+    path = tmp_path / "readings" / "contract.written"
+    text = path.read_text(encoding="utf-8")
+    said = text.partition("=== program: receipt\n")[2].partition("\n")[0]
+    assert said
+    path.write_text(text.replace(said, "other"), encoding="utf-8")
+    ((_, differs),) = other_texts(WriterUnderTest(vendor, tmp_path))
+    assert differs == f"declared: other; written: {said}"
+
+
+def test_a_writer_that_changed_since_it_was_checked_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(writers, "vendor_names", lambda: ["pdl2", "krl"])
+    vendor = find_vendor("krl")
+    assert all(isinstance(made, Converted) for *_, made in WriterUnderTest(vendor, None).foreign)
+
+    def write(program, *rest, **more):
+        return {}, [error("X002", "nothing", (1, 1, 1))]
+
+    monkeypatch.setattr(import_module(f"{type(vendor).__module__}.writer"), "write", write)
+    assert not any(isinstance(made, Converted) for *_, made in WriterUnderTest(vendor, None).foreign)
 
 
 @pytest.mark.parametrize(

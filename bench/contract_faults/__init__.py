@@ -214,7 +214,8 @@ def _check_writer(name: str) -> None:
 def _language(name: str, writes: bool) -> list[str]:
     folder = code.ROOT / "olp" / "languages" / "vendors" / name
     stems = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
-    return [f"olp.languages.vendors.{name}.{stem}" for stem in stems if stem.startswith("writ") == writes]
+    own = [stem for stem in stems if (stem in ("limits", "writer") or stem.startswith("write_")) == writes]
+    return [f"olp.languages.vendors.{name}.{stem}" for stem in own]
 
 
 def _terms() -> Sequence[str]:

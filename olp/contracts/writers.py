@@ -32,6 +32,7 @@ from olp.transpile import Context, Loss
 from olp.transpile.convert import Converted, convert
 from olp.transpile.export import export, writable
 from olp.transpile.link import link
+from olp.transpile.pipeline import Translated
 from olp.transpile.probes import probes, program_with
 
 _DATE: Final = "2026/04/23 17:39"
@@ -76,6 +77,12 @@ class WriterUnderTest(handling.HandlingSample):
         """The contract program for each start that takes another branch, and its files in this language."""
         made = {n: contract_program(n) for n in BRANCHES}
         return {n: (one, self.written(one.program)) for n, one in made.items()}
+
+    @cached_property
+    def foreign(self) -> list[tuple[str, str, Converted | OlpError]]:
+        """(language, file, what is made of it) of the programs with declared readings of all other languages."""
+        languages = [name for name in vendor_names() if name != self.vendor.name]
+        return [(one, name, _made(self.vendor, p)) for one in languages for name, p in _declared(one)]
 
     def written(self, program: Program, on_loss: str = "error") -> Converted:
         return convert(program, self.vendor.name, Context(robot=robot_of(), on_loss=on_loss), date=_DATE)
@@ -218,7 +225,7 @@ def _text(made: Converted) -> str:
 
 def writes_as_declared(it: WriterUnderTest) -> Iterator[Difference]:
     """The contract program, and the programs whose readings are declared, are written as their author declared"""
-    yield from other_texts(it.vendor, it.folder)
+    yield from other_texts(it)
 
 
 def keeps_words(it: WriterUnderTest) -> Iterator[Difference]:
@@ -398,7 +405,7 @@ def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
 def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:
     """The programs with declared readings of other languages are written, or refused with a code and a line, or help
     where data without a line are refused; what is written is read without a word"""
-    for name, _, made in foreign(it.vendor.name):
+    for name, _, made in it.foreign:
         if isinstance(made, Converted):
             read_again(made, it.vendor, runs=False)
             continue
@@ -406,20 +413,17 @@ def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:
         yield from ((name, f"refused without a line or help: {found.message}") for found in told)
 
 
-@lru_cache
-def foreign(target: str) -> tuple[tuple[str, str, Converted | OlpError], ...]:
-    """(language, file, what is made of it) of the programs with declared readings of all languages but `target`."""
-    vendor = find_vendor(target)
-    languages = [name for name in vendor_names() if name != target]
-    return tuple((one, name, _made(vendor, program)) for one in languages for name, program in _declared(one))
-
-
-@lru_cache
 def _declared(language: str) -> tuple[tuple[str, Program], ...]:
     """(file, program) of the declared readings of a language."""
     vendor = find_vendor(language)
     paths = readings.readings_of(handling.samples_folder(vendor))
-    found = [row for path in paths for row in readings.programs_of(vendor, readings.load_declared(path))]
+    return _programs(vendor, tuple(path.read_text(encoding="utf-8") for path in paths))
+
+
+@lru_cache
+def _programs(vendor: Vendor, texts: tuple[str, ...]) -> tuple[tuple[str, Program], ...]:
+    parts = (readings.files_of(text.splitlines()) for text in texts)
+    found = (row for files in parts for row in readings.programs_of(vendor, files))
     return tuple((name, program) for name, program in found if _is_whole(program))
 
 
@@ -519,7 +523,8 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
 # --- Declared texts: what a writer makes of programs, for the vendor's author to check once ---
 # `samples/NAME/readings/*.written` holds parts as a declared reading does, each a file that olp wrote: of the contract
 # program, and of the programs with declared readings that have no error, in their own language and in all others.
-# What cannot be said stands as a comment in it.
+# What cannot be said stands as a comment in it, and
+# what the receipt tells of it, names that change included, is a part of its own.
 
 
 _WRITTEN: Final = ".written"
@@ -531,14 +536,14 @@ _NUMBERS: Final = re.compile(r"\d+(?:\.\d+)?")
 
 def declare_texts(vendor: Vendor, folder: Path) -> None:
     """Writes what olp writes now into the `.written` files of a vendor's samples, for their author to check."""
-    for stem, parts in _texts(vendor, folder):
+    for stem, parts in _texts(WriterUnderTest(vendor, folder)):
         readings.save(_path(folder, stem), parts)
 
 
-def other_texts(vendor: Vendor, folder: Path) -> Iterator[Difference]:
+def other_texts(it: WriterUnderTest) -> Iterator[Difference]:
     """Where a declared text and what is written differ."""
-    for stem, found in _texts(vendor, folder):
-        path = _path(folder, stem)
+    for stem, found in _texts(it):
+        path = _path(it.folder, stem)
         declared = readings.load_declared(path) if path.exists() else {}
         # A new language adds to what the others can be given, and to nothing that they declare.
         there = [name for name in found if name in declared] if stem == _OTHERS else list(found)
@@ -553,8 +558,9 @@ def _path(folder: Path, stem: str) -> Path:
     return folder / "readings" / f"{stem}{_WRITTEN}"
 
 
-def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[str]]]]:
+def _texts(it: WriterUnderTest) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """The parts of each `.written` file as olp writes them now, by the stem of the file."""
+    vendor = it.vendor
     program = contract_program(BRANCHES[0]).program
     parts = dict(_rows("program", _made(vendor, program)))
     if limits_of(vendor.name, forms=True).forms:
@@ -563,14 +569,14 @@ def _texts(vendor: Vendor, folder: Path) -> Iterator[tuple[str, dict[str, list[s
         data = export(program, vendor.name, date=_DATE)
         parts["program in one file"] = [line.rstrip() for line in decode(data, "").lines]
     yield _CONTRACT, parts
-    for path in readings.readings_of(folder):
+    for path in readings.readings_of(it.folder):
         parts = {}
         for name, program in readings.programs_of(vendor, readings.load_declared(path)):
             if _is_whole(program):
                 parts |= dict(_rows(name, _made(vendor, program)))
         if parts:
             yield path.stem, parts
-    others = [_rows(f"{language} {name}", made) for language, name, made in foreign(vendor.name)]
+    others = [_rows(f"{language} {name}", made) for language, name, made in it.foreign]
     yield _OTHERS, {name: list(_folded(rows)) for parts in others for name, rows in parts}
 
 
@@ -590,3 +596,22 @@ def _rows(source: str, made: Converted | OlpError) -> Iterator[tuple[str, list[s
         return
     for name, data in made.files.items():
         yield f"{source}: {name}", [line.rstrip() for line in decode(data, name).lines]
+    if told := list(_told(made.translated)):
+        yield f"{source}: receipt", told
+
+
+def _told(translated: Translated) -> Iterator[str]:
+    """What a receipt tells besides the text."""
+    for what, losses in (("", translated.losses), ("remark, ", translated.remarks)):
+        for one in losses:
+            size = "" if math.isnan(one.size) else f" ({one.size:.4g} {one.unit})"
+            more = f" | {one.help}" if one.help else ""
+            yield f"{what}line {one.line}: {one.statement}, {one.part} {one.fate}{size}: {one.says}{more}"
+    yield from (f"note: {text}" for text in translated.notes)
+    for what, asked in translated.asks.items():
+        yield f"asks: {what}: {', '.join(asked)}"
+    for (kind, name), value in translated.held.items():
+        yield f"held: {kind} {name}: {readings.spelled(value)}"
+    for (kind, name), other in translated.mapping.items():
+        if name != other:
+            yield f"renamed: {kind} {name}: {other}"
