@@ -121,7 +121,7 @@ def test_other_languages_have_no_file_for_data_alone(tmp_path, vendor, target, c
     assert not (tmp_path / "out").exists()
 
 
-def test_in_a_folder_such_a_file_is_a_warning_for_the_others_take_its_data_along(tmp_path, capsys):
+def test_in_a_folder_such_a_file_becomes_a_part_of_what_uses_it(tmp_path, capsys):
     source(tmp_path, "rapid")
     (tmp_path / "part.mod").write_text(
         "MODULE Part\nPROC main()\nMoveAbsJ jPark,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
@@ -129,8 +129,16 @@ def test_in_a_folder_such_a_file_is_a_warning_for_the_others_take_its_data_along
     arguments = ["--robot", "yaskawa/gp25", "-o", str(tmp_path / "out")]
     assert main(["convert", str(tmp_path), "--to", "tp", *arguments]) == 0
     told = capsys.readouterr()
-    assert "warning[X014]" in told.err
+    assert "X014" not in told.err
     assert "both run: 1 steps" in told.out
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["main.ls"]
+
+
+def test_in_a_folder_a_file_that_nothing_uses_is_a_warning(tmp_path, capsys):
+    source(tmp_path, "rapid")
+    (tmp_path / "part.mod").write_text("MODULE Part\nPROC main()\nWaitTime 1;\nENDPROC\nENDMODULE\n")
+    assert main(["convert", str(tmp_path), "--to", "tp", "-o", str(tmp_path / "out")]) == 0
+    assert "warning[X014]" in capsys.readouterr().err
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["main.ls"]
 
 

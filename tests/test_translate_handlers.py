@@ -8,7 +8,7 @@ from translated_texts import ROBOT, converted, module, read, translated
 import olp
 from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey
 from olp.transpile.context import Context, Fate
-from olp.transpile.convert import convert, rerun
+from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 
 DATA = ("VAR num n:=0;", "VAR bool late:=FALSE;", "VAR errnum ERR_OWN:=-1;")
@@ -27,7 +27,7 @@ def outputs(text, target, **inputs):
     names = {
         made.translated.mapping.get(("signal", f"out do{n}"), f"out {n}").split()[-1]: n for n in (2, 3, 4)
     }
-    plan = rerun(made, target, ROBOT, source, [given]).plans[1]
+    plan = run_converted(made, target, ROBOT, source, given)
     events = [event for _, event in sorted(plan.events.items()) if event.kind == "set"]
     numbers = [one.signals[0].rpartition("(")[2].rstrip(")") for one in events]
     return [

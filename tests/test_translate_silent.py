@@ -19,7 +19,7 @@ from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import PROCESS, Fate
-from olp.transpile.convert import convert, rerun, runs_of
+from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.receipt import verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
@@ -1120,7 +1120,7 @@ def test_whether_a_wait_has_reached_its_limit_is_kept(target, on):
     text = module(*rows, data=data)
     source = read(text, "rapid")
     given = {SignalKey(NAMED_SIGNAL, "di1"): (on,)}
-    plan = rerun(converted(text, "rapid", target), target, ROBOT, source, [given]).plans[1]
+    plan = run_converted(converted(text, "rapid", target), target, ROBOT, source, given)
     assert sum(event.kind == "set" for event in plan.events.values()) == 2 - on
 
 

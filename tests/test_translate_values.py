@@ -429,3 +429,18 @@ def test_an_offset_without_a_condition_stays_rejected():
     rows = ("J P[1] 50% FINE", "L P[1] 100mm/sec FINE Offset", "OFFSET CONDITION PR[1]")
     losses = converted(tp(*rows, positions=PLACES), "tp", "krl").translated.losses
     assert [loss.line for loss in losses if loss.leaves_out and loss.fate is not Fate.EXACT] == [7]
+
+
+@pytest.mark.parametrize(
+    ("target", "axis", "sets"),
+    [
+        ("krl", "R1=PV5.A2", "PV5.A4=R1+5"),
+        ("rapid", "R1:=PV5.robax.rax_2", "PV5.robax.rax_4:=R1 + 5"),
+        ("urscript", "R1 = r2d(PV5[1])", "PV5[3] = d2r(R1 + 5)"),
+    ],
+)
+def test_elements_of_a_register_of_axis_values_are_axes(target, axis, sets):
+    """They were components of a pose, which no jointtarget, E6AXIS or list of joints has."""
+    text = translated(tp("PR[5]=JPOS", "R[1]=PR[5,2]", "PR[5,4]=R[1]+5", "J PR[5] 10% FINE"), "tp", target)
+    assert axis in text
+    assert sets in text

@@ -14,6 +14,7 @@ from olp.core.files import expand_paths, from_os_error
 if TYPE_CHECKING:
     from olp.transpile.compare import Tolerances
     from olp.transpile.context import Context
+    from olp.transpile.link import Whole
     from olp.transpile.receipt import Receipt
 
 ACCEPTABLE = ("named", "left-out", "uncompared")
@@ -83,25 +84,27 @@ def run(args: Namespace) -> int:
 
     refuse_unwritable(args.to)
     jobs = expand_paths(args.jobs, vendor_suffixes())
-    context = replace(_context(args), entry=len(jobs) == 1)
     told: list[Diagnostic] = []
+    parts = _wholes(jobs, args, told)
+    context = replace(_context(args), entry=len(parts) == 1 and not parts[0].others)
     alone: list[Diagnostic] = []  # files of data that the target's programs hold
     files: dict[str, bytes] = {}
     receipts: list[Receipt] = []
-    for job in jobs:
+    for part in parts:
+        job = part.program.path
         try:
-            found, receipt, notes = _convert(job, context, args)
+            found, receipt = _convert(part, context, args)
         except OlpError as problem:
-            found_wrong = [diagnostic.at(str(job)) for diagnostic in problem.diagnostics]
+            found_wrong = [diagnostic.at(job) for diagnostic in problem.diagnostics]
             told += [one for one in found_wrong if one.code != DATA_ALONE]
             alone += [one for one in found_wrong if one.code == DATA_ALONE]
             continue
-        told += notes
+        told += [d.at(job) for d in part.program.diagnostics if not d.is_error]
         for name, data in found.items():
             if files.setdefault(name, data) != data:
-                told.append(error("C008", f"two programs make the file {name}", file=str(job)))
+                told.append(error("C008", f"two programs make the file {name}", file=job))
         receipts.append(receipt)
-    others = len(alone) < len(jobs)
+    others = len(alone) < len(parts)
     told += [replace(one, severity=Severity.WARNING) if others else one for one in alone]
     if any(diagnostic.is_error for diagnostic in told):
         print_diagnostics(told)
@@ -125,17 +128,29 @@ def _context(args: Namespace) -> Context:
     return Context(robot, target, mapping, args.on_loss, args.flat, not args.plain)
 
 
-def _convert(
-    job: Path, context: Context, args: Namespace
-) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
-    """The files, the receipt, and what the reader has to say."""
+def _wholes(jobs: list[Path], args: Namespace, told: list[Diagnostic]) -> list[Whole]:
+    """The programs that can be read, those that share something together where the target's programs can."""
+    from olp.languages.limits import limits_of
     from olp.languages.read import read
+    from olp.transpile.link import Whole, wholes
+
+    programs = []
+    for job in jobs:
+        try:
+            programs.append(read(job, encoding=args.encoding))
+        except OlpError as problem:
+            told += [diagnostic.at(str(job)) for diagnostic in problem.diagnostics]
+    if len(programs) > 1 and not args.flat and limits_of(args.to).shares_programs:
+        return wholes(programs)
+    return [Whole(program, ()) for program in programs]
+
+
+def _convert(part: Whole, context: Context, args: Namespace) -> tuple[dict[str, bytes], Receipt]:
     from olp.transpile.convert import convert, runs_of
     from olp.transpile.link import link
     from olp.transpile.receipt import receipt_of
 
-    program = read(job, encoding=args.encoding)
-    linked = link(program, args.to)
+    linked = link(part.program, args.to, part.others)
     try:
         converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
     except OlpError as refused:
@@ -146,7 +161,7 @@ def _convert(
     receipt = receipt_of(
         linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
     )
-    return converted.files, receipt, [d.at(str(job)) for d in program.diagnostics if not d.is_error]
+    return converted.files, receipt
 
 
 def _tolerances(given: list[str]) -> Tolerances:

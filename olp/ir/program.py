@@ -203,6 +203,7 @@ class Routine:
     returns: str = ""  # the type of the value, as `Declare.type`; empty: none
     data: tuple[Declare, ...] = ()  # of a file beside it (KRL .dat): keep their values between runs
     shared: bool = True  # other files may call it
+    starts: bool = False  # a main routine of its own file, beside that of the program
 
 
 @dataclass(frozen=True, slots=True)

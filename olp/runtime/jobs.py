@@ -302,6 +302,13 @@ class Jobs:
             job = self._jobs.get(key)
         return job
 
+    def read_file(self, path: Path) -> int | None:
+        """The index of a file's source; it is read where no name has led to it. None where it cannot be read."""
+        if path not in self._read_files:
+            self._add_file(path)
+        found = (n for n, one in enumerate(self.programs) if Path(one.path) == path)
+        return next(found, None)
+
     def read_naming(self, names: Iterable[str]) -> bool:
         """Reads the other files of the folder that hold one of `names`, where the language shares names between files.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -149,46 +150,33 @@ def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> 
     return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
 
 
-@dataclass(frozen=True, slots=True)
-class Rerun:
-    """The files read again. `origins`: the line of the source that each line of a file was made from.
-
-    `plans`: with the inputs as olp.toml and the usual assumptions have them, then for each further set of inputs.
-    """
-
-    plans: tuple[Plan, ...]
-    origins: Mapping[tuple[str, int], int]
-
-
 def run_converted(
-    converted: Converted, vendor: str, robot: Robot | None, source: Program | None = None
-) -> Plan:
-    """The plan of the files, read again and run beside each other; see `rerun`."""
-    return rerun(converted, vendor, robot, source).plans[0]
-
-
-def rerun(
     converted: Converted,
     vendor: str,
     robot: Robot | None,
     source: Program | None = None,
-    inputs: Sequence[Mapping[SignalKey, tuple[int, ...]]] = (),
-    made_up: MadeUp | None = None,
-) -> Rerun:
-    """The files, read again and run beside each other.
+    inputs: Mapping[SignalKey, tuple[int, ...]] | None = None,
+) -> Plan:
+    """The plan of the files, read again and run beside each other.
 
     `source`: what stands around that program (its olp.toml, its controller's tools and frames) stands around them.
-    `inputs`: sets of the source's inputs with which they run once more. `made_up`: values for what nothing tells.
+    `inputs`: of the source, beside those that its olp.toml has.
     """
-    from olp.runtime.end_actions import shown_at_ends
-    from olp.transpile.correspondence import origins_of
-
-    with _read_again(converted, vendor, robot, source) as (written, plan):
-        plans = [plan({}, _MOST_STEPS, made_up), *(plan(one, MOST_AGAIN, made_up) for one in inputs)]
-        return Rerun(tuple(plans), origins_of(converted.translated.program, map(shown_at_ends, written)))
+    with _read_again(converted, vendor, robot, source) as (_, plan):
+        return plan(inputs or {}, _MOST_STEPS, None)
 
 
-PlanAgain: TypeAlias = "Callable[[Mapping[SignalKey, tuple[int, ...]], int, MadeUp | None], Plan]"
+PlanAgain: TypeAlias = (
+    "Callable[..., Plan]"  # of inputs, how many statements, made-up values, which routine starts
+)
+
+
+def _starting(written: Sequence[Program], start: str) -> Program:
+    """The first program, or the one that has the routine `start`, from there."""
+    for program in written if start else ():
+        if any(routine.name == start for routine in program.routines):
+            return replace(program, main=start)
+    return written[0]
 
 
 @contextmanager
@@ -214,9 +202,12 @@ def _read_again(
         others = [p for p in paths if p != main and p.suffix.lower() in suffixes]
         written = [program, *(read(path, vendor=vendor) for path in others)]
 
-        def plan(inputs: Mapping[SignalKey, tuple[int, ...]], steps: int, made_up: MadeUp | None) -> Plan:
+        def plan(
+            inputs: Mapping[SignalKey, tuple[int, ...]], steps: int, made_up: MadeUp | None, start: str = ""
+        ) -> Plan:
             around = None if source is None else _surroundings(source, converted, robot, inputs)
-            return run(program, robot, folder=folder, assumptions=around, max_steps=steps, made_up=made_up)
+            one = _starting(written, converted.translated.mapping.get(("routine", start), start))
+            return run(one, robot, folder=folder, assumptions=around, max_steps=steps, made_up=made_up)
 
         yield written, plan
 
@@ -266,10 +257,12 @@ def runs_of(
 ) -> PlanRuns:
     """Both programs run: as olp.toml and the usual assumptions have it, and again with the inputs that they ask for on.
 
-    `robots`: of the source, and of the translation where it is another one.
+    `robots`: of the source, and of the translation where it is another one. Further programs that the source holds
+    (`Routine.starts`) run behind these.
     """
+    from olp.runtime.end_actions import shown_at_ends
     from olp.runtime.made_up import MadeUp
-    from olp.transpile.correspondence import SharedUnknowns
+    from olp.transpile.correspondence import SharedUnknowns, origins_of
     from olp.transpile.receipt import PlanRuns
 
     asked = asked_inputs(source)
@@ -277,23 +270,38 @@ def runs_of(
     plain = MadeUp()
     losses = converted.translated.losses
     left = _without(source, {loss.line for loss in losses if loss.leaves_out and loss.fate is Fate.COMMENTED})
+    starts = tuple(routine.name for routine in source.routines if routine.starts)
+    others = [replace(left, main=start) for start in starts]
     first = [plan_of(left, robots[0], None, None, plain)]
     first += [plan_of(left, robots[0], inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
+    further = [plan_of(one, robots[0], None, None, plain) for one in others]
     target = robots[1] or robots[0]
+    unknown = SharedUnknowns(source, converted.translated, vendor)
     try:
-        there = rerun(converted, vendor, target, source, sets, MadeUp())
+        with _read_again(converted, vendor, target, source) as (written, again):
+            there = [again({}, _MOST_STEPS, MadeUp())]
+            there += [again(inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
+            there += [again({}, _MOST_STEPS, MadeUp(), start) for start in starts]
+            origins = origins_of(converted.translated.program, map(shown_at_ends, written))
     except OlpError:
         return PlanRuns(tuple(first), (None,) * len(first))
 
-    def both(here: MadeUp, those: Callable[[], MadeUp]) -> tuple[Plan | None, Plan | None]:
-        plan = plan_of(left, robots[0], {}, _MOST_MADE_UP, here)
+    def both(
+        program: Program, start: str, here: MadeUp, those: Callable[[], MadeUp]
+    ) -> tuple[Plan | None, Plan | None]:
+        plan = plan_of(program, robots[0], {}, _MOST_MADE_UP, here)
         if plan is None:
             return None, None
         with _read_again(converted, vendor, target, source) as (_, again):
-            return plan, again({}, _MOST_MADE_UP, those())
+            return plan, again({}, _MOST_MADE_UP, those(), start)
 
-    unknown = SharedUnknowns(source, converted.translated, vendor)
-    return PlanRuns(tuple(first), there.plans, there.origins, tuple(unknown.runs(both, plain.asked)))
+    made_up = [
+        run
+        for program, start in zip((left, *others), ("", *starts), strict=True)
+        for run in unknown.runs(partial(both, program, start), plain.asked)
+    ]
+    labels = (*("" for _ in first), *starts)
+    return PlanRuns((*first, *further), tuple(there), origins, tuple(made_up), labels)
 
 
 def _without(program: Program, lines: Set[int]) -> Program:

@@ -43,7 +43,7 @@ from olp.ir.program import (
     Statement,
     Update,
 )
-from olp.ir.transformer import expressions_of, mapped, sets_numbers
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.limits import limits_of
 from olp.runtime.assumptions import Given
 from olp.transpile.context import Fate, TranslationContext
@@ -107,6 +107,8 @@ def lift(program: Program, work: TranslationContext) -> Program:
     Unset(program, work, lifted.variable, lifted.begins, lifted.is_set).tell()
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
     work.states = {name: state.frame for name, state in lifted.points.states.items()}
+    if lifted.joints:
+        routines = tuple(map(lifted.with_axes, routines))
     return replace(program, routines=routines, data=data)
 
 
@@ -133,6 +135,7 @@ class _Lift:
     line: int = 0  # of the statement under way
     changed: dict[Expression, frozenset[str]] | None = None  # what statements set -> which elements
     returned: Named | None = None
+    joints: set[str] = field(default_factory=set)  # variables that are declared as axis values
 
     def __post_init__(self) -> None:
         self.points = Points(self.work)
@@ -316,6 +319,8 @@ class _Lift:
                     kind = "joints" if value.kind == "joint" else kind
                 elif kind == "position" and self.kinds.get(name.name, _POSES) <= _JOINTS:
                     kind = "joints"  # all that sets it are points by their axes
+                if kind == "joints":
+                    self.joints.add(name.name)
                 if value is None and not (self.work.limits.numbered and not scope):
                     value = _ZEROS[kind]  # a register stays what its operator has set
                 yield Declare(0, name.name, kind, value, (), _kept(scope), shared=not scope)
@@ -355,6 +360,26 @@ class _Lift:
             locals={},
             aliases={},
         )
+
+    def with_axes(self, routine: Routine) -> Routine:
+        """Elements of axis values as axes [deg], which their numbers were taken as elements of poses for."""
+
+        def axis(e: Expression) -> Expression:
+            if not (type(e) is Member and type(e.base) is Named and e.name in POSE_ELEMENTS):
+                return e
+            name = e.base.name
+            if name not in self.joints:
+                return e
+            state = self.points.states.get(name)
+            if PointKind.PULSE in (*self.kinds.get(name, ()), state and state.kind):
+                self.work.lose(self.line, Fate.REFUSED, "element", "an element of a position in motor pulses")
+            return Item(e.base, (Number(POSE_ELEMENTS.index(e.name) + 1),))
+
+        body: list[Statement] = []
+        for s in routine.body:
+            self.line = s.line
+            body.append(s if calls_nothing(s) else mapped(s, axis))
+        return with_rows(routine, body)
 
     def statement(self, routine: Routine, s: Statement) -> list[Statement]:
         self.line = s.line

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source
-from olp.ir.expressions import CallValue, Expression, Named, RecordLiteral
+from olp.ir.expressions import CallValue, Expression, Named, Number, RecordLiteral, Store, Variable
 from olp.ir.program import Call, Declare, Disabled, Move, Parameter, Program, Routine, Statement
 from olp.ir.statements import is_same
 from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
@@ -40,6 +40,11 @@ class Linked:
     program: Program
     parts: tuple[LinkedPart, ...]
 
+    @property
+    def starts(self) -> tuple[str, ...]:
+        """The main routines of the further programs that it holds."""
+        return tuple(routine.name for routine in self.program.routines if routine.starts)
+
     def place(self, line: int) -> tuple[str, int]:
         """The file and the line there of a line of the linked program."""
         for part in reversed(self.parts):
@@ -56,11 +61,12 @@ class Linked:
         return replace(found, file=path, line=line, column=1, end_column=1, source_line="")
 
 
-def link(program: Program, to: str = "") -> Linked:
+def link(program: Program, to: str = "", others: Sequence[Path] = ()) -> Linked:
     """`program` with what it names and does not declare, from the files of its folder: routines that its calls name,
     data that its statements and those of the routines name. The lines of other files follow its own.
 
     `to`: the language that it is for; in another one than its own, statements are spelled out as that vendor says.
+    `others`: programs that become part of it, whole.
     """
     from olp.runtime.jobs import Jobs
 
@@ -74,9 +80,56 @@ def link(program: Program, to: str = "") -> Linked:
     if folder is None:
         return Linked(_as_called(program, plainly), (own,))
     joined = _Joined(program, jobs, [own], list(program.source.lines), plainly)
-    joined.add_routines()
+    joined.add_routines(others)
     joined.add_data()
     return joined.linked()
+
+
+class Whole(NamedTuple):
+    """Programs that share routines, data or numbered variables, and so become one: the first, and the others."""
+
+    program: Program
+    others: tuple[Path, ...]
+
+
+def wholes(programs: Sequence[Program]) -> list[Whole]:
+    """The programs as wholes, each in the place of its first one.
+
+    First stands a program that no other one of its whole needs: one with a main routine, else that needs most files.
+    """
+    files: list[set[Path]] = []
+    numbers: list[set[tuple[Store, int]]] = []
+    for program in programs:
+        linked = link(program)
+        files.append({Path(part.path) for part in linked.parts})
+        numbers.append(_numbered(linked.program))
+    group = list(range(len(programs)))
+    for n in range(len(programs)):
+        for m in range(n):
+            if programs[n].vendor == programs[m].vendor and (files[n] & files[m] or numbers[n] & numbers[m]):
+                old, new = group[n], group[m]
+                group = [new if one == old else one for one in group]
+    found = []
+    for name in dict.fromkeys(group):
+        members = [n for n, one in enumerate(group) if one == name]
+
+        def place(n: int, members: list[int] = members) -> tuple[bool, bool, bool, int]:
+            needed = any(Path(programs[n].path) in files[m] for m in members if m != n)
+            return not programs[n].routines, needed, not programs[n].main, -len(files[n])
+
+        first = min(members, key=place)
+        found.append(Whole(programs[first], tuple(Path(programs[n].path) for n in members if n != first)))
+    return found
+
+
+def _numbered(program: Program) -> set[tuple[Store, int]]:
+    """The numbered variables, which all programs of a controller share, of these statements."""
+    return {
+        (e.store, int(e.index.value))
+        for s in program.statements()
+        for e in expressions_of(s)
+        if isinstance(e, Variable) and not e.local and isinstance(e.index, Number)
+    }
 
 
 def _spelled_out(routine: Routine, program: Program, jobs: Jobs) -> Routine:
@@ -157,14 +210,22 @@ class _Joined:
         routines = tuple([_with_handlers(mapped(r, change), change) for r in routines])
         return routines, tuple([mapped(d, change) for d in data])
 
-    def add_routines(self) -> None:
-        """The routines that calls name, and those that they call; with the data of their files.
+    def add_routines(self, others: Sequence[Path] = ()) -> None:
+        """The routines that calls name, and those that they call; with the data of their files. All of `others`.
 
         What two files call the same, each for itself, has another name in the file that comes later.
         """
         have = {routine.name.casefold() for routine in self.routines}
         names = {id(routine): routine.name for routine in self.routines}  # of what is there, in the whole
         todo = [(name, 0) for routine in self.routines for name in self._called(routine)]
+        starts = set()
+        for path in others:
+            at = self.jobs.read_file(path)
+            if at is not None:
+                other = self.jobs.programs[at]
+                self._add(other, self._apart(other))
+                todo += [(routine.name, at) for routine in other.routines]
+                starts |= {(at, (other.main or r.name).casefold()) for r in other.routines[:1]}
         while todo:
             name, source = todo.pop(0)
             job = self.jobs.find(name, source)
@@ -182,7 +243,8 @@ class _Joined:
                 have.add(new.casefold())
                 routine = _spelled_out(found, other, self.jobs) if self.plainly else found
                 todo += [(called, job.source) for called in self._called(routine)]
-                routine = replace(_shifted(routine, self.offsets[id(other)]), name=new)
+                routine = _shifted(routine, self.offsets[id(other)])
+                routine = replace(routine, name=new, starts=(job.source, found.name.casefold()) in starts)
                 self.routines.append(routine)
                 self.sources[id(routine.body)] = job.source
             if names[id(found)] != found.name:
@@ -190,6 +252,12 @@ class _Joined:
         self._add_layouts()
         self._keep_private()
         self.routines = [self._renamed(r) for r in self.routines]
+        if starts:
+            called = {name.casefold() for r in self.routines for name in self._called(r)}
+            self.routines = [
+                replace(r, starts=False) if r.starts and r.name.casefold() in called else r
+                for r in self.routines
+            ]
 
     def _add_layouts(self) -> None:
         """The structures of other files that data, parameters and results here are of."""

@@ -33,6 +33,10 @@ _LETTERS: Final = str.maketrans(
 def names(program: Program, work: TranslationContext) -> Program:
     """Every routine, variable and label with a name that the target takes; what changed is in the mapping."""
     own = _Names(work, frozenset(p.name.casefold() for r in program.routines for p in r.parameters))
+    start = work.limits.started.casefold()
+    first = program.main or (program.routines[0].name if program.routines else "")
+    if start and first.casefold() != start:
+        own.taken["name"] = {start}  # the controller would start there
     for routine in program.routines:
         own.name("routine", routine.name)
     if not work.limits.numbered:

@@ -64,15 +64,18 @@ _FAILED: Final = ("I1", "I2", "I3")  # a statement that a run left out
 
 
 class PlanRuns(NamedTuple):
-    """Plans of the source and of the translation: with the inputs as assumed, then with other ones, in the same order.
+    """Plans of the source and of the translation: with the inputs as assumed, then with other ones, then of further
+    programs that the source holds, in the same order.
 
-    None where a program could not be run. `origins`: see `Rerun`. `made_up`: with values for what no file tells.
+    None where a program could not be run. `origins`: the line of the source that each line of a file was made from.
+    `made_up`: with values for what no file tells. `starts`: the routine where each plan starts, "" the main one.
     """
 
     source: tuple[Plan | None, ...]
     target: tuple[Plan | None, ...]
     origins: Mapping[tuple[str, int], int] | None = None
     made_up: tuple[MadeUpRun, ...] = ()
+    starts: tuple[str, ...] = ()
 
 
 class Objection(NamedTuple):
@@ -153,7 +156,7 @@ def _unfinished(runs: PlanRuns, comparisons: Sequence[Comparison]) -> Iterator[O
         if plans[0] is None:
             yield Objection("uncompared", 0, f"{name} could not be run")
             continue
-        for found in _left_undone(plans):
+        for found in _left_undone(plans, runs.starts):
             line = found.line if name == "the source" else 0
             where = "" if line else f" (its line {found.line})"
             yield Objection("uncompared", line, f"{name}{where}: {found.message}")
@@ -164,11 +167,12 @@ def _unfinished(runs: PlanRuns, comparisons: Sequence[Comparison]) -> Iterator[O
             yield Objection("uncompared", comparison.until, says)
 
 
-def _left_undone(plans: Sequence[Plan | None]) -> Iterator[Diagnostic]:
+def _left_undone(plans: Sequence[Plan | None], starts: Sequence[str]) -> Iterator[Diagnostic]:
     """What the runs left out. Those with the inputs on may be cut off: their loops may have no end."""
     for place, plan in enumerate(plans):
+        with_inputs_on = place > 0 and not (starts and starts[place])
         for found in () if plan is None else plan.diagnostics:
-            if _is_unfinished(found) or (found.code == LIMIT and not place):
+            if _is_unfinished(found) or (found.code == LIMIT and not with_inputs_on):
                 yield found
 
 
@@ -207,6 +211,7 @@ class Receipt:
     verdict: Verdict = field(default_factory=Verdict)
     again: tuple[Comparison, ...] = ()  # with the inputs on
     made_up: tuple[Comparison, ...] = ()  # with values for what no file tells; what the others have not shown
+    starts: Mapping[str, Comparison] = field(default_factory=dict)  # of further programs that it holds
     unreached: str = ""  # moves that none of the runs comes to
 
     @property
@@ -248,15 +253,24 @@ def receipt_of(
             part: {loss.line for loss in translated.losses if loss.part == part} for part in ("wait", "order")
         },
     )
-    for before, after in zip(runs.source, runs.target, strict=False):
+    starts: dict[str, Comparison] = {}
+    labels = runs.starts or ("",) * len(runs.source)
+    for before, after, start in zip(runs.source, runs.target, labels, strict=False):
         if before is None or after is None:
             continue
         if before is one:
             comparison = compared(before, after, seconds=(_seconds(before), _seconds(after)))
             times = tuple(comparison.times)
+        elif start:
+            starts[start] = compared(before, after)
         else:
             again.append(compared(before, after))
-    known = {(row.line, row.part) for past in (comparison, *again) if past is not None for row in past.found}
+    known = {
+        (row.line, row.part)
+        for past in (comparison, *again, *starts.values())
+        if past is not None
+        for row in past.found
+    }
     made_up: list[Comparison] = []
     for run in runs.made_up:
         found = _with_made_up(run, compared, known)
@@ -265,7 +279,7 @@ def receipt_of(
             known |= {(row.line, row.part) for row in found.found}
     program = linked.program
     data_only = holds_data_only(program)
-    comparisons = [*([] if comparison is None else [comparison]), *again, *made_up]
+    comparisons = [*([] if comparison is None else [comparison]), *again, *starts.values(), *made_up]
     verdict = verdict_of(translated, runs, comparisons, data_only)
     idle = (loss for loss in translated.losses if loss.fate is Fate.EXACT)
     remarks = (*idle, *translated.remarks)
@@ -294,6 +308,7 @@ def receipt_of(
         verdict,
         tuple(again),
         tuple(made_up),
+        starts,
         "" if data_only else places(map(linked.place, _unreached(program, sources, left_out))),
     )
 
@@ -389,6 +404,7 @@ def as_json(receipt: Receipt) -> dict[str, Any]:
         "agrees": receipt.verdict.agrees,
         "objections": [_objection(receipt, one) for one in receipt.verdict.objections],
         "difference": None if comparison is None else _difference(comparison),
+        "starts": {name: _difference(one) for name, one in receipt.starts.items()},
         "unknown": receipt.unknown or None,
         "time": _time(receipt),
     }

@@ -111,7 +111,8 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         yield f"left out of both runs, for their values are not known here: {receipt.unknown}"
     if receipt.unreached:
         yield f"no run comes to these moves, so they were not compared: {receipt.unreached}"
-    further = any(one.steps or one.differences for one in (*receipt.again, *receipt.made_up))
+    others = (*receipt.again, *receipt.starts.values(), *receipt.made_up)
+    further = any(one.steps or one.differences for one in others)
     if not (c.steps or c.differences or further):
         yield "neither program moves or waits here: there was nothing to compare"
         return
@@ -127,6 +128,9 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         new = [says for says in again.differences if says not in c.differences]
         yield f"with the inputs on: {again.steps} steps, {len(new) or 'no'} further differences"
         yield from (f"  {says}" for says in new[:_DIFFERENCES])
+    for name, start in receipt.starts.items():
+        yield f"from {name}: {start.steps} steps, {len(start.differences) or 'no'} differences"
+        yield from (f"  {says}" for says in start.differences[:_DIFFERENCES])
     if receipt.made_up:
         new = list(dict.fromkeys(says for one in receipt.made_up for says in one.differences))
         steps = sum(one.steps for one in receipt.made_up)

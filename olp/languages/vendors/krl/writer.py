@@ -375,7 +375,7 @@ class KrlWriter(KrlMoves):
         )
 
     def _head(self, routine: st.Routine) -> str:
-        shared = "GLOBAL " if "GLOBAL" in routine.details and self.own else ""
+        shared = "GLOBAL " if routine.starts or ("GLOBAL" in routine.details and self.own) else ""
         given = self.parameters_text(routine.parameters)
         if routine.returns:
             word = _TYPES.get(routine.returns) or routine.returns

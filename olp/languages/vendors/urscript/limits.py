@@ -57,6 +57,7 @@ LIMITS: Final = Limits(
     pose_functions=True,
     returned_parameters=True,
     has_power=True,
+    shares_programs=False,
     program_end="halt",
     text_quote='"',
     refuses=frozenset(

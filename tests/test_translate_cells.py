@@ -1,0 +1,102 @@
+"""Several programs at once: those that call one another or share data become one, each routine and variable once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from olp.__main__ import main
+from olp.fluent import read
+from olp.robots.robot import load_robot
+from olp.transpile import Context
+from olp.transpile.convert import convert, runs_of
+from olp.transpile.link import Whole, link, wholes
+from olp.transpile.receipt import receipt_of
+
+ROBOT = load_robot("yaskawa/gp25")
+CELL = {
+    "pick": ["R[1]=R[1]+1", "CALL GRIP(1)", "WAIT 1.00(sec)", "CALL GRIP(2)"],
+    "grip": ["IF AR[1]=1,DO[3]=(ON)", "WAIT .20(sec)"],
+    "show": ["IF R[1]>3,JMP LBL[1]", "WAIT 2.00(sec)", "LBL[1]"],
+    "alone": ["WAIT 3.00(sec)"],
+}
+
+
+@pytest.fixture
+def cell(tmp_path):
+    folder = tmp_path / "cell"
+    folder.mkdir()
+    for name, rows in CELL.items():
+        lines = [f"{n:4d}:  {row} ;" for n, row in enumerate(rows, 1)]
+        head = [f"/PROG  {name.upper()}", "/ATTR", "DEFAULT_GROUP\t= *,*,*,*,*;", "/MN"]
+        (folder / f"{name}.ls").write_text("\n".join([*head, *lines, "/POS", "/END", ""]))
+    return folder
+
+
+def translated(cell, target, *swap):
+    """The receipt of what shares something, with one text of its files another where `swap` is given."""
+    programs = [read(path) for path in sorted(cell.glob("*.ls"))]
+    whole = max(wholes(programs), key=lambda one: len(one.others))
+    linked = link(whole.program, target, whole.others)
+    made = convert(linked.program, target, Context(ROBOT))
+    if swap:
+        files = {name: data.replace(*(one.encode() for one in swap)) for name, data in made.files.items()}
+        assert files != made.files
+        made = replace(made, files=files)
+    runs = runs_of(linked.program, made, target, (ROBOT, None))
+    return receipt_of(linked, made.translated, target, tuple(made.files), runs, (ROBOT, None)), made
+
+
+def test_programs_that_share_something_are_found(cell):
+    programs = [read(path) for path in sorted(cell.glob("*.ls"))]
+    found = [(one.program.main or one.program.routines[0].name, len(one.others)) for one in wholes(programs)]
+    assert found == [("ALONE", 0), ("PICK", 2)]
+    assert wholes(programs[:1]) == [Whole(programs[0], ())]
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "inform"])
+def test_each_routine_and_variable_stands_once(cell, target):
+    found, made = translated(cell, target)
+    assert found.verdict.agrees, found.verdict.objections
+    assert list(found.starts) == ["SHOW"]
+    assert found.starts["SHOW"].steps
+    text = b"\n".join(made.files.values()).decode()
+    heads = {"rapid": "PROC {}(", "krl": "DEF {} (", "inform": "//NAME {}"}
+    assert [text.count(heads[target].format(name)) for name in ("PICK", "GRIP", "SHOW")] == [1, 1, 1]
+    if target == "krl":
+        assert "GLOBAL DEF SHOW" in text  # cell.src may call it
+    assert text.count("num R1:=") == (target == "rapid")
+
+
+@pytest.mark.parametrize(("old", "new"), [("WaitTime 2.0", "WaitTime 2.5"), ("IF R1>3", "IF R1>4")])
+def test_a_fault_in_a_further_program_is_found(cell, old, new):
+    found, _ = translated(cell, "rapid", old, new)
+    assert [one.kind for one in found.verdict.objections] == ["difference"]
+
+
+@pytest.mark.parametrize(
+    ("target", "files"),
+    [
+        ("rapid", {"ALONE.mod", "PICK.mod"}),
+        ("inform", {"ALONE.JBI", "PICK.JBI", "GRIP.JBI", "SHOW.JBI"}),
+        ("urscript", {"ALONE.script", "PICK.script", "GRIP.script", "SHOW.script"}),
+    ],
+)
+def test_a_folder_is_translated_as_a_whole(cell, tmp_path, target, files, capsys):
+    """It was refused where each program has a file: GRIP came from two programs."""
+    assert main(["convert", str(cell), "--to", target, "-o", str(tmp_path / "out")]) == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == files
+    told = capsys.readouterr().out
+    assert ("from SHOW: 1 steps, no differences" in told) is (target != "urscript")
+
+
+def test_no_routine_but_the_first_is_called_as_the_one_that_the_controller_starts(cell, tmp_path):
+    """RAPID starts at a routine called main: there a cell began at FANUC's MAIN that its PNS0001 calls."""
+    text = (cell / "pick.ls").read_text()
+    (cell / "main.ls").write_text((cell / "grip.ls").read_text().replace("GRIP", "MAIN"))
+    (cell / "pick.ls").write_text(text.replace("GRIP", "MAIN"))
+    (cell / "grip.ls").unlink()
+    found, made = translated(cell, "rapid")
+    assert found.verdict.agrees, found.verdict.objections
+    assert made.translated.mapping["routine", "MAIN"] == "MAIN_2"
