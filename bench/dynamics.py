@@ -29,8 +29,7 @@ from olp.robots.dynamics import (
     move_acceleration,
     path_acceleration,
 )
-from olp.robots.reader import tensor
-from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot
+from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot, tensor
 
 Array = NDArray[np.float64]
 

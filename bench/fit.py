@@ -32,7 +32,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.ir.program import Program
-from olp.languages.read import read, read_source
+from olp.languages.vendor import read, read_source
 from olp.reports.batch import Job, time_program
 from olp.runtime.plan import StepKind
 from olp.timing.result import Timing

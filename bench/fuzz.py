@@ -112,7 +112,7 @@ def _lint(path: Path) -> None:
 
 
 def _robot(path: Path) -> None:
-    from olp.robots.reader import read_robot
+    from olp.robots.robot import read_robot
 
     read_robot(path)
 

@@ -806,7 +806,7 @@ def attack_all(groups: Sequence[str], variants: int) -> int:
 
 
 def visible(text: str) -> str:
-    from olp.core.terminal import visible as shown
+    from olp.core.diagnostic import visible as shown
 
     return shown(text)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec
 
 from olp.core.diagnostic import OlpError
 from olp.ir import program as ir
-from olp.languages import read as languages
+from olp.languages import vendor as languages
 from olp.runtime import plan as runtime
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def convert(
         >>> sorted(files)
         ['handling.mod']
     """
-    from olp.languages.read import read as read_plainly
+    from olp.languages.vendor import read as read_plainly
     from olp.transpile.context import Context
     from olp.transpile.convert import convert as translate
     from olp.transpile.link import link

@@ -10,8 +10,7 @@ import pytest
 import olp.robots
 from olp.core.diagnostic import OlpError
 from olp.robots.dynamics import dynamic_model, gravity_torques
-from olp.robots.reader import tensor
-from olp.robots.robot import Body, Drive, load_robot
+from olp.robots.robot import Body, Drive, load_robot, tensor
 
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))
 DOCS = Path(__file__).parent.parent / "docs" / "dynamics.md"

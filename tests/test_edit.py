@@ -13,8 +13,8 @@ import pytest
 import olp
 from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds, visits
 from olp.core.units import deg, mm
-from olp.ir.moves import Move, SetSpeed
 from olp.ir.points import PointKind
+from olp.ir.statements import Move, SetSpeed
 from olp.languages.literals import written_points
 from olp.robots.geometry import Pose, rotation_angle
 

@@ -20,7 +20,7 @@ from olp.checks.fit.fit import cover, fit
 from olp.checks.fit.order import OrderSearch, covering, held_karp, improved
 from olp.checks.fit.report import front_file
 from olp.core.units import mm
-from olp.languages.read import read
+from olp.languages.vendor import read
 from olp.reports.batch import Job, time_program
 from olp.timing.track import track
 

@@ -17,7 +17,7 @@ import pytest
 from olp.__main__ import main
 from olp.checks.edit import speeds
 from olp.core.units import mm
-from olp.languages.read import read
+from olp.languages.vendor import read
 from olp.reports.batch import Job, time_program
 from olp.timing.track import track
 

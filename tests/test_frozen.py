@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from olp.core.fast_dataclass import changer, fast_init
 from olp.ir.expressions import Binary, FrameRef, Function, Named, Number, PositionLiteral, Quantity
-from olp.ir.moves import Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.ir.program import Assign, Declare
+from olp.ir.statements import Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.literals import all_trimmed, trimmed
 

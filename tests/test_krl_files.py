@@ -19,7 +19,8 @@ from olp.ir.expressions import (
     RecordLiteral,
     Text,
 )
-from olp.ir.moves import (
+from olp.ir.program import Assign, Declare, ExternalTool, Program
+from olp.ir.statements import (
     Acceleration,
     AccelerationUnit,
     Blend,
@@ -32,10 +33,7 @@ from olp.ir.moves import (
     Speed,
     SpeedUnit,
 )
-from olp.ir.moves import (
-    Path as Shape,
-)
-from olp.ir.program import Assign, Declare, ExternalTool, Program
+from olp.ir.statements import Path as Shape
 from olp.languages.vendors.krl.reader import read_program
 from olp.transpile.link import link
 

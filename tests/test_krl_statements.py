@@ -28,22 +28,6 @@ from olp.ir.expressions import (
     Unary,
     Unknown,
 )
-from olp.ir.moves import (
-    Acceleration,
-    AccelerationUnit,
-    Blend,
-    BlendKind,
-    Move,
-    Path,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOverride,
-    SetSpeed,
-    SetTool,
-    Speed,
-    SpeedUnit,
-)
 from olp.ir.program import (
     Assign,
     Break,
@@ -72,6 +56,22 @@ from olp.ir.program import (
     Until,
     Wait,
     While,
+)
+from olp.ir.statements import (
+    Acceleration,
+    AccelerationUnit,
+    Blend,
+    BlendKind,
+    Move,
+    Path,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+    Speed,
+    SpeedUnit,
 )
 
 MM, DEG = 0.001, math.pi / 180

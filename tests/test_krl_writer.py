@@ -30,8 +30,6 @@ from olp.ir.expressions import (
     Text,
     Unary,
 )
-from olp.ir.moves import Blend, BlendKind, Move, Speed, SpeedUnit
-from olp.ir.moves import Path as Shape
 from olp.ir.points import PointTable
 from olp.ir.program import (
     Assign,
@@ -49,6 +47,8 @@ from olp.ir.program import (
     Statement,
     Wait,
 )
+from olp.ir.statements import Blend, BlendKind, Move, Speed, SpeedUnit
+from olp.ir.statements import Path as Shape
 from olp.languages.templating import shipped
 from olp.languages.vendors.krl.reader import read_program
 from olp.languages.vendors.krl.writer import write

@@ -19,9 +19,8 @@ from olp.__main__ import main
 from olp.checks.merge.merge import merge_bytes
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
-from olp.ir.moves import Move
-from olp.languages.read import read
-from olp.languages.vendor import find_vendor, vendor_names
+from olp.ir.statements import Move
+from olp.languages.vendor import find_vendor, read, vendor_names
 
 ROOT = Path(__file__).parent.parent
 BEFORE = ROOT / "samples/inform/touch-up/before/TOUCH-UP.JBI"

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from olp.__main__ import main
 from olp.fluent import read
 from olp.identification.timing_job import TimingJob, time_program
-from olp.languages.read import read as read_program
+from olp.languages.vendor import read as read_program
 from olp.reports.page import PageShare, program_data, shares
 from olp.robots.kinematics import forward
 from olp.timing.track import states

@@ -34,7 +34,6 @@ from olp.ir.expressions import (
     Text,
     Unary,
 )
-from olp.ir.moves import SpeedUnit
 from olp.ir.points import PointTable
 from olp.ir.program import (
     Assign,
@@ -58,6 +57,7 @@ from olp.ir.program import (
 from olp.ir.program import (
     Path as Way,
 )
+from olp.ir.statements import SpeedUnit
 from olp.languages.templating import shipped
 from olp.languages.vendors.rapid.writer import write
 

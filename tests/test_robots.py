@@ -15,8 +15,7 @@ from olp.core.units import deg
 from olp.robots.geometry import rotation_from_angles
 from olp.robots.kinematics import branches, forward, joints_to_pulses, within_limits
 from olp.robots.kinematics.configuration import from_standard
-from olp.robots.reader import SOURCE_GROUPS, number_groups
-from olp.robots.robot import candidates_for_pulses, load_robot, robot_names
+from olp.robots.robot import SOURCE_GROUPS, candidates_for_pulses, load_robot, number_groups, robot_names
 
 DOCS = Path(__file__).parent.parent / "docs" / "robots.md"
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))

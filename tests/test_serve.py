@@ -28,7 +28,7 @@ from olp.cli import serve
 from olp.cli.command import Parser
 from olp.core.diagnostic import OlpError
 from olp.identification.timing_job import TimingJob, time_program
-from olp.languages.read import read
+from olp.languages.vendor import read
 from olp.servers.confinement import captured
 from olp.servers.web import app as web
 from olp.servers.web.answers import diagnose

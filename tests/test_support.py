@@ -17,7 +17,7 @@ import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.resources import read_text
-from olp.ir import moves, statements
+from olp.ir import statements
 from olp.ir.program import Statement
 from olp.ir.terminology import STATEMENTS, kind_of
 from olp.languages.vendor import find_vendor, vendor_names
@@ -38,7 +38,7 @@ STATEMENT_RULES = {
 
 _SHARED = "olp.languages.statement_rules"
 _BASE = "olp.languages.short_reader"
-_NEUTRAL = frozenset({"olp.ir.program", "olp.ir.statements", "olp.ir.moves"})
+_NEUTRAL = frozenset({"olp.ir.program", "olp.ir.statements"})
 _WRITING = ("write", "templates", "limits")
 
 
@@ -84,7 +84,7 @@ def made_by(vendor: str) -> frozenset[str]:
     classes = {statement.__name__ for statement in get_args(Statement)}
     found = made & classes - {"Move"}
     if "Move" in made:
-        found |= {f"Move {path.value}" for path in moves.Path if f"Path.{path.name}" in made}
+        found |= {f"Move {path.value}" for path in statements.Path if f"Path.{path.name}" in made}
     return frozenset(found)
 
 
@@ -166,8 +166,7 @@ def test_readers_make_nothing_of_the_samples_that_the_table_does_not_say(vendor)
 def test_every_class_of_statements_has_a_row_a_name_and_a_program_that_has_it():
     made = {
         name
-        for module in (moves, statements)
-        for name, it in vars(module).items()
+        for name, it in vars(statements).items()
         if dataclasses.is_dataclass(it) and "line" in {field.name for field in dataclasses.fields(it)}
     }
     assert made == CLASSES

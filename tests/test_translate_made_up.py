@@ -11,8 +11,8 @@ from olp.ir.expressions import Store
 from olp.robots.robot import load_robot
 from olp.runtime.interpreter import run
 from olp.runtime.made_up import MadeUp, UnknownThing
-from olp.runtime.modal import FRACTION, TRAVEL, UNTOLD_SPEED
 from olp.runtime.plan import BlendCode
+from olp.runtime.poses import FRACTION, TRAVEL, UNTOLD_SPEED
 from olp.transpile.context import Fate
 from olp.transpile.convert import runs_of
 from olp.transpile.link import link

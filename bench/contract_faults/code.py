@@ -151,11 +151,12 @@ def _bounds(tree: ast.Module) -> set[int]:
 @functools.cache
 def _statements() -> frozenset[str]:
     """The names of the classes whose first field is the line."""
-    from olp.ir import moves, statements
+    from olp.ir import statements
 
-    kinds = (*vars(moves).values(), *vars(statements).values())
     return frozenset(
-        kind.__name__ for kind in kinds if next(iter(getattr(kind, "__dataclass_fields__", ())), "") == "line"
+        kind.__name__
+        for kind in vars(statements).values()
+        if next(iter(getattr(kind, "__dataclass_fields__", ())), "") == "line"
     )
 
 

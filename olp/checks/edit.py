@@ -29,10 +29,9 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, info, raise_errors
 from olp.core.units import deg, mm
 from olp.ir.expressions import Named, PositionLiteral, Taught, Variable
-from olp.ir.moves import Move, SetSpeed, Speed, SpeedUnit
 from olp.ir.points import PointKind
 from olp.ir.program import Program, like
-from olp.ir.statements import Assign, Declare
+from olp.ir.statements import Assign, Declare, Move, SetSpeed, Speed, SpeedUnit
 from olp.languages.literals import (
     Token,
     WrittenPoint,

@@ -118,7 +118,7 @@ class OutcomeOutputs(NamedTuple):
 
     def write(self, outcome: Outcome, inputs: Iterable[str]) -> None:
         """Raises OlpError (C006) for an output that is an input, and OSError."""
-        from olp.cli.time import encode
+        from olp.cli._timing import encode
 
         texts = [(form.render(outcome), file) for form, file in self.outputs]
         known = list(inputs)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_output_arguments, convert
-from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
+from olp.cli._timing import add_timing_arguments, print_diagnostics, timing_job_of
 
 if TYPE_CHECKING:
     from olp.core.diagnostic import Diagnostic
-    from olp.reports.batch import Job
+    from olp.identification.timing_job import TimingJob
 
 SUMMARY = "write the predicted time of each line into a program, as comments"
 
@@ -27,14 +27,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    job = job_of(args, 1)
+    job = timing_job_of(args)
     told = convert(args, lambda path: _remove(path, args) if args.remove else _annotate(path, job, args))
     print_diagnostics(told)
     return 2 if any(diagnostic.is_error for diagnostic in told) else 0
 
 
 def _remove(path: Path, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.reports.annotate import remove
 
     program = read(path, encoding=args.encoding)
@@ -42,9 +42,9 @@ def _remove(path: Path, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
     return plain.source.raw, plain.diagnostics
 
 
-def _annotate(path: Path, job: Job, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
+def _annotate(path: Path, job: TimingJob, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
     from olp.identification.timing_job import time_program
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.reports.annotate import annotate
     from olp.timing.result import assumed
 

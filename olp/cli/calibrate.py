@@ -27,7 +27,7 @@ def run(args: Namespace) -> int:
     import sys
     from pathlib import Path
 
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.core.files import refuse_inputs
     from olp.identification.recording.reader import read_recording
     from olp.identification.signature.file import write_signature

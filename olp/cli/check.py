@@ -22,8 +22,8 @@ _CACHE = ".olp-cache"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli._timing import add_timing_arguments, positive_int
     from olp.cli._watching import add_watch
-    from olp.cli.time import add_timing_arguments, positive_int
 
     parser.add_argument(
         "paths", nargs="*", default=["."], metavar="PATH", help="programs, or folders (default: .)"
@@ -53,12 +53,12 @@ def run(args: Namespace) -> int:
     from olp.checks.guard import store
     from olp.checks.guard.run import GuardSettings, tasks
     from olp.checks.guard.run import run as judge_all
-    from olp.cli.time import settings_of, with_progress
+    from olp.cli._timing import timing_job_of, with_progress
     from olp.languages.vendor import vendor_suffixes
 
     told = outcome_outputs(args)
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
-    job = settings_of(args)
+    job = timing_job_of(args)
     work = tasks(paths, args.budgets)
     if args.store:
         store.check(Path(args.store))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.cli.time import print_diagnostics
+from olp.cli._timing import print_diagnostics
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error
 from olp.core.files import expand_paths, from_os_error
 
@@ -131,7 +131,7 @@ def _context(args: Namespace) -> Context:
 def _wholes(jobs: list[Path], args: Namespace, told: list[Diagnostic]) -> list[Whole]:
     """The programs that can be read, those that share something together where the target's programs can."""
     from olp.languages.limits import limits_of
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.transpile.link import Whole, wholes
 
     programs = []

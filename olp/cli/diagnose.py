@@ -43,7 +43,7 @@ def run(args: Namespace) -> int:
     from dataclasses import replace
     from pathlib import Path
 
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.core.files import refuse_inputs, write_output
     from olp.identification.diagnosis.diagnose import diagnose_recording
     from olp.identification.recording.reader import read_recording
@@ -104,7 +104,7 @@ def _with_job(recording: Recording, job: str | None) -> tuple[Recording, dict[st
     from pathlib import Path
 
     from olp.core.diagnostic import OlpError, Severity, error
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     if job is None:
         settings = recording.settings

@@ -21,7 +21,7 @@ _SHOWN = 12  # lines per program in text; JSON has them all
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import add_timing_arguments, positive
+    from olp.cli._timing import add_timing_arguments, positive
 
     parser.add_argument("old", metavar="OLD", help="a program, a folder, or a git revision")
     parser.add_argument("new", metavar="NEW", help="the same; . is the working copy when OLD is a revision")
@@ -40,9 +40,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.checks.difference.versions import open_versions
-    from olp.cli.time import settings_of
+    from olp.cli._timing import timing_job_of
 
-    told, job = outcome_outputs(args), settings_of(args)
+    told, job = outcome_outputs(args), timing_job_of(args)
     with open_versions(args.old, args.new, args.paths) as versions:
         found = [versions.compare(pair, job) for pair in versions.pairs]
         outcome = outcome_of(found, args.allow, None if args.all else _SHOWN)

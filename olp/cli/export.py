@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_output_arguments, convert
-from olp.cli.time import print_diagnostics
+from olp.cli._timing import print_diagnostics
 
 if TYPE_CHECKING:
     from olp.core.diagnostic import Diagnostic
@@ -39,7 +39,7 @@ def run(args: Namespace) -> int:
 
 
 def _export(path: Path, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.transpile.export import export
 
     program = read(path, encoding=args.encoding)

@@ -19,7 +19,7 @@ SUMMARY = "change as little as possible so that a program takes no longer than S
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import add_timing_arguments, positive
+    from olp.cli._timing import add_timing_arguments, positive
 
     parser.add_argument("job", metavar="JOB", help="the program")
     parser.add_argument(
@@ -78,7 +78,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def _millimetres(text: str) -> float:
-    from olp.cli.time import positive
+    from olp.cli._timing import positive
 
     return positive(text.strip().removesuffix("mm").rstrip())
 
@@ -104,12 +104,12 @@ def run(args: Namespace) -> int:
     from olp.checks.fit.choices import Allowed
     from olp.checks.fit.fit import fit
     from olp.checks.fit.report import as_json, as_text, front_file, refuse_front
-    from olp.cli.time import settings_of
+    from olp.cli._timing import timing_job_of
     from olp.core.units import mm
     from olp.identification.timing_job import time_program
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
-    job = settings_of(args)
+    job = timing_job_of(args)
     into = args.output.endswith(("/", os.sep)) or Path(args.output).is_dir()
     if args.output != "-":
         refuse_inputs(str(Path(args.output) / Path(args.job).name) if into else args.output, [args.job])

@@ -26,7 +26,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.core.diagnostic import OlpError, error
     from olp.core.files import expand_paths, write_output
     from olp.identification.timing_job import plan_and_time

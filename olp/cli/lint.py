@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_format_arguments, outcome_outputs
-from olp.core.diagnostic import OlpError, error
+from olp.core.diagnostic import OlpError, error, visible
 from olp.core.files import expand_paths, write_output
-from olp.core.terminal import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from olp.checks.lint.fix import Fixed
     from olp.checks.lint.rule import Rule
     from olp.checks.lint.run import Linted, RuleChoice
-    from olp.reports.batch import Job
+    from olp.identification.timing_job import TimingJob
     from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding
 
 SUMMARY = "find motion mistakes that cost time or safety"
@@ -27,8 +26,8 @@ _WORTH_WORKERS = 24
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    from olp.cli._timing import add_timing_arguments, positive_int
     from olp.cli._watching import add_watch
-    from olp.cli.time import add_timing_arguments, positive_int
 
     parser.add_argument(
         "paths", nargs="*", default=["."], metavar="PATH", help="programs, or folders (default: .)"
@@ -83,7 +82,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.checks.lint.run import baseline_text, choice, read_baseline, without_known
-    from olp.cli.time import encode, settings_of, with_progress
+    from olp.cli._timing import encode, timing_job_of, with_progress
     from olp.identification.timing_job import check_assumptions
     from olp.languages.vendor import vendor_suffixes
 
@@ -97,7 +96,7 @@ def run(args: Namespace) -> int:
     ):
         says = "--statistics and --quiet are text, and exclude each other"
         raise OlpError(error("C002", says, help="leave out --format, or the other one"))
-    told, job = outcome_outputs(args), settings_of(args)
+    told, job = outcome_outputs(args), timing_job_of(args)
     check_assumptions(job)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
@@ -144,7 +143,7 @@ def _quiet(findings: Sequence[OutcomeFinding]) -> str:
 
 def _lint_all(
     paths: Sequence[str],
-    job: Job,
+    job: TimingJob,
     asked: RuleChoice | str,
     workers: int,
     done: Callable[[int], None] | None,
@@ -180,7 +179,7 @@ def _codes(text: str) -> list[str]:
     return text.replace(",", " ").split()
 
 
-def _fixed(result: Linted, job: Job, asked: RuleChoice, unsafe: bool, changes: list[Fixed]) -> Linted:
+def _fixed(result: Linted, job: TimingJob, asked: RuleChoice, unsafe: bool, changes: list[Fixed]) -> Linted:
     """What remains of a file's findings after its fixes, which are added to `changes`."""
     from olp.checks.lint.fix import fix_file
     from olp.checks.lint.run import lint

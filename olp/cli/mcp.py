@@ -11,7 +11,7 @@ SERVES = True
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import positive
+    from olp.cli._timing import positive
 
     parser.add_argument(
         "--root",

@@ -13,7 +13,7 @@ SUMMARY = "merge two changes of one program: points by identity, logic by statem
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import add_timing_arguments, positive_int
+    from olp.cli._timing import add_timing_arguments, positive_int
 
     parser.add_argument("base", metavar="BASE", help="the program as both found it")
     parser.add_argument("ours", metavar="OURS", help="one changed version")
@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.checks.merge.merge import is_known, merge_files, text_merge
-    from olp.cli.time import print_diagnostics, timing_job_of
+    from olp.cli._timing import print_diagnostics, timing_job_of
     from olp.identification.timing_job import check_assumptions
 
     inputs = [args.base, args.ours, args.theirs]

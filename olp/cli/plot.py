@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
+from olp.cli._timing import add_timing_arguments, print_diagnostics, timing_job_of
 from olp.core.files import write_output
 
 SUMMARY = "draw the path of a program and its speed over time"
@@ -22,7 +22,7 @@ def run(args: Namespace) -> int:
     from olp.reports.plot.program import program_figure
 
     refuse_unknown(args.output)
-    timing = plan_and_time(args.job, job_of(args, 1))
+    timing = plan_and_time(args.job, timing_job_of(args))
     write_output(args.output, picture(program_figure(timing), args.output), inputs=[args.job])
     print_diagnostics([d.at(args.job) for d in timing.diagnostics])
     return 0

@@ -42,7 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from pathlib import Path
 
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.core.diagnostic import OlpError, error
     from olp.identification.probe.experiment import design_experiment, further_experiment
     from olp.identification.probe.job import write_experiment

@@ -15,7 +15,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     import json
 
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.identification.recording.reader import read_recording
     from olp.identification.recording.summary import as_dict, describe
 

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.cli.time import add_timing_arguments, job_of, print_diagnostics
+from olp.cli._timing import add_timing_arguments, print_diagnostics, timing_job_of
 from olp.core.source import file_name
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def run(args: Namespace) -> int:
         )
     refuse_inputs(Path(args.output) / "log.csv" if args.with_log else target, [args.log, args.job])
     log, told, _ = read_log(Path(args.log))
-    timing = plan_and_time(args.job, job_of(args, 1))
+    timing = plan_and_time(args.job, timing_job_of(args))
     write_from_log(args, Path(args.log), log, told, timing, args.by, args.with_log)
     return 0
 

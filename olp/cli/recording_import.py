@@ -13,7 +13,7 @@ SUMMARY = "make a recording from traces, logs, ROS recordings or tables of times
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import positive
+    from olp.cli._timing import positive
 
     parser.add_argument(
         "files",
@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.core.diagnostic import OlpError, error
     from olp.core.files import absent, write_together
     from olp.core.units import deg, mm
@@ -134,8 +134,8 @@ def _import_log(args: Namespace, file: Path, options: ImportOptions) -> int:
 
 def _import_times(args: Namespace, options: ImportOptions) -> int:
     """The recording of a table of times and the program they were taken of."""
+    from olp.cli._timing import print_diagnostics
     from olp.cli.recording_from_log import settings_of_run, table_of_moves
-    from olp.cli.time import print_diagnostics
     from olp.core.files import refuse_inputs
     from olp.core.units import percent
     from olp.identification.recording.column_naming import named_table

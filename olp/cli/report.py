@@ -11,8 +11,8 @@ from olp.core.files import expand_paths, read_input, write_output
 
 if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
+    from olp.identification.timing_job import TimingJob
     from olp.ir.program import Program
-    from olp.reports.batch import Job
     from olp.reports.outcome.model import JudgedItem
     from olp.reports.page import PageEntry
 
@@ -20,7 +20,7 @@ SUMMARY = "write one HTML page: Gantt, speed, path in 3D, text with times"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import add_timing_arguments
+    from olp.cli._timing import add_timing_arguments
 
     parser.add_argument("paths", nargs="+", metavar="PATH", help="programs, or folders of programs")
     parser.add_argument(
@@ -36,14 +36,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    from olp.cli.time import print_diagnostics, settings_of
+    from olp.cli._timing import print_diagnostics, timing_job_of
     from olp.core.diagnostic import OlpError, error
     from olp.languages.vendor import vendor_suffixes
     from olp.reports.cell import branch_times, started
     from olp.reports.page import report_page
 
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
-    job = settings_of(args)
+    job = timing_job_of(args)
     entries = [_entry(path, job, args.budgets) for path in paths]
     first = set(started(entries))
     entries = [
@@ -59,12 +59,12 @@ def run(args: Namespace) -> int:
     return 2 if any(entry.is_unanswered for entry in entries) else 0
 
 
-def _entry(path: str, job: Job, budgets: str | None) -> PageEntry:
+def _entry(path: str, job: TimingJob, budgets: str | None) -> PageEntry:
     from olp.checks.guard.judge import judge
     from olp.checks.guard.run import tasks
     from olp.core.diagnostic import OlpError
     from olp.identification.timing_job import time_program
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.reports.cell import CellLinks, links_of, with_run
     from olp.reports.page import PageEntry
 
@@ -83,7 +83,7 @@ def _entry(path: str, job: Job, budgets: str | None) -> PageEntry:
     return PageEntry(path, timing, tuple(d.at(path) for d in timing.diagnostics), items, links)
 
 
-def _with_offer(item: JudgedItem, budget: Budget | None, program: Program, job: Job) -> JudgedItem:
+def _with_offer(item: JudgedItem, budget: Budget | None, program: Program, job: TimingJob) -> JudgedItem:
     """A broken budget says which edits would hold it."""
     from olp.checks.fit.fit import offer
     from olp.identification.timing_job import time_program

@@ -20,7 +20,7 @@ _NEEDED = ("starlette", "uvicorn", "python_multipart")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import add_timing_arguments, positive
+    from olp.cli._timing import add_timing_arguments, positive
 
     parser.add_argument("folder", nargs="?", default=".", metavar="FOLDER", help="what is shown (default: .)")
     parser.add_argument(
@@ -75,7 +75,7 @@ def _setting(args: Namespace, root: Path) -> WorkerSetting:
     import os
     from pathlib import Path
 
-    from olp.cli.time import timing_job_of
+    from olp.cli._timing import timing_job_of
     from olp.runtime.assumptions import nearest_assumptions
     from olp.servers.web.desk import WorkerSetting
 
@@ -95,8 +95,8 @@ def _setting(args: Namespace, root: Path) -> WorkerSetting:
 
 def _words(args: Namespace) -> list[str]:
     """The options of timing, as the command line takes them again."""
+    from olp.cli._timing import add_timing_arguments
     from olp.cli.command import Parser
-    from olp.cli.time import add_timing_arguments
 
     known = Parser("olp", "")
     add_timing_arguments(known)

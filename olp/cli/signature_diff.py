@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from olp.cli.time import positive
+from olp.cli._timing import positive
 
 SUMMARY = "compare two signatures in facts and in predicted times"
 

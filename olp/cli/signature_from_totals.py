@@ -18,7 +18,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     import math
 
-    from olp.cli.time import print_diagnostics
+    from olp.cli._timing import print_diagnostics
     from olp.core.files import refuse_inputs
     from olp.identification.signature.file import write_signature
     from olp.identification.signature.partial_programs import programs_of, read_totals, signature_of_totals

@@ -6,10 +6,10 @@ import os
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from olp.cli.time import add_timing_arguments, job_of, positive, print_diagnostics
+from olp.cli._timing import add_timing_arguments, positive, print_diagnostics, timing_job_of
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import write_output
-from olp.core.terminal import to_cell, utf8
+from olp.core.files import utf8, write_output
+from olp.core.terminal import to_cell
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +35,7 @@ def run(args: Namespace) -> int:
     from olp.timing.track import track
 
     _refuse_other_suffixes(args.output)
-    timing = plan_and_time(args.job, job_of(args, 1))
+    timing = plan_and_time(args.job, timing_job_of(args))
     table = track(timing, args.dt).frame()
     if args.output and args.output.lower().endswith(_PARQUET):
         data = _parquet(table)

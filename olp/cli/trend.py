@@ -20,7 +20,7 @@ _FORMATS = ("text", "csv", "json")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.cli.time import positive_int
+    from olp.cli._timing import positive_int
 
     parser.add_argument("job", metavar="JOB", help="the program's path, or its name without suffix")
     parser.add_argument(
@@ -33,7 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.checks.guard.store import history
-    from olp.cli.time import encode
+    from olp.cli._timing import encode
 
     points = history(Path(args.store), args.job)
     if not points:

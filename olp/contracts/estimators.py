@@ -19,11 +19,10 @@ from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg
 from olp.identification.recording.reader import read_recording
+from olp.identification.signature.coefficients import LearntParameter, Parameters
 from olp.identification.signature.estimator import (
     Estimate,
     Estimator,
-    LearntParameter,
-    Parameters,
     duration_of,
     estimator_names,
     load_estimator,

@@ -49,9 +49,9 @@ from olp.ir.expressions import (
     Text,
     Unary,
 )
-from olp.ir.moves import Acceleration, Blend, Speed
 from olp.ir.points import Point, PointKind
 from olp.ir.program import Program, Routine
+from olp.ir.statements import Acceleration, Blend, Speed
 from olp.languages.vendor import Vendor
 
 SUFFIX: Final = ".reading"

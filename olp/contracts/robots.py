@@ -15,8 +15,7 @@ from olp.contracts.promises import Difference, Promise, hold
 from olp.robots.kinematics.configuration import forward, joints_to_pulses, pulses_to_joints
 from olp.robots.kinematics.inverse import inverse
 from olp.robots.model import Array, Geometry, Robot
-from olp.robots.reader import number_groups
-from olp.robots.robot import load_robot, robot_names
+from olp.robots.robot import load_robot, number_groups, robot_names
 
 _DEG: Final = math.pi / 180.0
 # What a name says: KUKA R2700 and Yaskawa MA2010 in mm, ABB -2.55 in m; KUKA KR210 and ABB IRB6700-150 in kg.

@@ -29,10 +29,10 @@ from olp.languages.vendor import Vendor, find_vendor, vendor_names
 from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
+from olp.transpile.context import Translated
 from olp.transpile.convert import Converted, convert
 from olp.transpile.export import export, writable
 from olp.transpile.link import link
-from olp.transpile.pipeline import Translated
 from olp.transpile.probes import probes, program_with
 
 _DATE: Final = "2026/04/23 17:39"

@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
-from olp.core.terminal import visible
+# Controls but line feed and tab, the C1 controls, directions of text, lone surrogates (of names that are no text).
+_STEERING = "\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
+_UNSAFE = re.compile(f"[{_STEERING}]")
+_STYLED = re.compile(f"(\x1b\\[[0-9;]*m)|[{_STEERING}]")
+
+
+def visible(text: str) -> str:
+    """`text` with every sign that would steer a terminal written as its code, such as \\x1b."""
+    return _UNSAFE.sub(_code, text)
+
+
+def visible_styled(text: str) -> str:
+    """The same, but for the styles of `olp.core.terminal.paint`."""
+    return _STYLED.sub(lambda found: found[1] or _code(found), text)
+
+
+def _code(found: re.Match[str]) -> str:
+    return found[0].encode("unicode_escape").decode("ascii")
 
 
 class Severity(StrEnum):

@@ -17,8 +17,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from olp.core.diagnostic import Diagnostic, OlpError, error
-from olp.core.terminal import shown, utf8
+from olp.core.diagnostic import Diagnostic, OlpError, error, visible_styled
 
 
 def write_output(
@@ -213,3 +212,19 @@ def _search(root: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -
         help = f"their names end in {' '.join(suffixes)}"
         problems.append(error("C004", "no robot program in this folder", file=str(root), help=help))
     return sorted(found)
+
+
+# --- Text as bytes ---
+
+
+def utf8(text: str) -> bytes:
+    """The bytes of a file; bytes of names that were no text are written as their codes."""
+    return text.encode("utf-8", "backslashreplace")
+
+
+def shown(text: str) -> bytes:
+    """What standard output takes: in its encoding, and if it is a terminal, nothing that steers it."""
+    if sys.stdout.isatty():
+        text = visible_styled(text)
+    text = text.encode("utf-8", "backslashreplace").decode("utf-8")
+    return text.encode(sys.stdout.encoding or "utf-8", "replace")

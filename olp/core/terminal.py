@@ -1,4 +1,4 @@
-"""What leaves as text: bytes of a file, cells of a table, and what a terminal may be shown.
+"""What leaves as text: cells of a table, and what a terminal may be shown.
 
 Names, comments and messages come from programs. A terminal obeys control characters, some signs turn the direction
 of a text so that it reads as another, and a spreadsheet computes what begins like a formula.
@@ -14,39 +14,14 @@ import sys
 from collections.abc import Iterable
 from typing import Final, TextIO
 
-# Controls but line feed and tab, the C1 controls, directions of text, lone surrogates (of names that are no text).
-_SIGNS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
-_UNSAFE = re.compile(f"[{_SIGNS}]")
-_OWN_STYLE = re.compile(f"(\x1b\\[[0-9;]*m)|[{_SIGNS}]")  # what olp.core.colour writes stays
-
-
-def visible(text: str) -> str:
-    """`text` with every sign that would steer a terminal written as its code, such as \\x1b."""
-    return _UNSAFE.sub(_code, text)
-
-
-def utf8(text: str) -> bytes:
-    """The bytes of a file; bytes of names that were no text are written as their codes."""
-    return text.encode("utf-8", "backslashreplace")
-
-
-def shown(text: str) -> bytes:
-    """What standard output takes: in its encoding, and if it is a terminal, nothing that steers it."""
-    if sys.stdout.isatty():
-        text = _OWN_STYLE.sub(lambda found: found[1] or _code(found), text)
-    text = text.encode("utf-8", "backslashreplace").decode("utf-8")
-    return text.encode(sys.stdout.encoding or "utf-8", "replace")
+from olp.core.diagnostic import visible_styled
 
 
 class Screen(io.TextIOWrapper):
     """A text stream to a terminal that passes no control but line feeds, tabs and olp's own styles."""
 
     def write(self, text: str, /) -> int:
-        return super().write(_OWN_STYLE.sub(lambda found: found[1] or _code(found), text))
-
-
-def _code(found: re.Match[str]) -> str:
-    return found[0].encode("unicode_escape").decode("ascii")
+        return super().write(visible_styled(text))
 
 
 # --- Tables ---

@@ -36,7 +36,7 @@ class TimingJob:
 
 def plan_and_time(path: str, job: TimingJob) -> Timing:
     """Reads, plans and times one file. Raises OlpError when it cannot be read or planned at all."""
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     return time_program(read(path, encoding=job.encoding), job)
 
@@ -83,7 +83,7 @@ def check_job(job: TimingJob) -> None:
 
         load_law(job.acceleration_law)
     if job.encoding is not None:
-        from olp.languages.read import check_encoding
+        from olp.languages.vendor import check_encoding
 
         check_encoding(job.encoding)
     from olp.runtime.assumptions import UNREADABLE

@@ -24,8 +24,8 @@ from olp.ir.expressions import (
     Taught,
     Text,
 )
-from olp.ir.moves import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
 from olp.ir.program import Assign, Call, Declare, For, ReadInput, Update
+from olp.ir.statements import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
 
 T = TypeVar("T")
 _changed_move: Final = changer(Move)

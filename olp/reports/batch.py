@@ -15,7 +15,7 @@ from olp.identification.timing_job import (
     time_plan_of,
     time_program,
 )
-from olp.languages.read import read
+from olp.languages.vendor import read
 from olp.reports.cell import CellLinks, branches_of, cost_of, links_of, started, with_run
 from olp.reports.formats.report import Options, ReportPart, load_report
 

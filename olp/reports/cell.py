@@ -268,7 +268,7 @@ class BranchTime:
 
 def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
     """The branches of the program in a file; empty where it cannot be read."""
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     try:
         return branches_of(read(path, encoding=job.encoding), job)

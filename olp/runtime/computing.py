@@ -17,8 +17,8 @@ from olp.robots.geometry import (
     rotation_from_quaternion,
     slerp,
 )
+from olp.runtime.data import FUNCTIONS
 from olp.runtime.evaluate import evaluate, finite, number, round_half_away, whole
-from olp.runtime.functions import FUNCTIONS
 from olp.runtime.memory import Array, AssumedZero, PositionValue, Value
 from olp.runtime.poses import as_position, raw_pose, with_pose
 from olp.runtime.spelling import spell
@@ -262,7 +262,7 @@ def _norm(m: Machine, arguments: Arguments) -> Value:
 
 
 def _given(m: Machine, arguments: Arguments) -> Value:
-    from olp.runtime.scope import is_given
+    from olp.runtime.evaluate import is_given
 
     name = arguments[0]
     return is_given(m, name.name if isinstance(name, Named) else spell(name))

@@ -190,7 +190,7 @@ def next_(m: Machine, s: Next) -> int | None:
 
 def _hide(m: Machine, here: int, variable: Variable | Named) -> Slot | None:
     """Where FOR declares its counter: that counter instead of a variable of the same name, which is returned."""
-    from olp.runtime.scope import fold
+    from olp.runtime.evaluate import fold
 
     if not (m.conventions.for_declares and isinstance(variable, Named)):
         return None
@@ -202,7 +202,7 @@ def _hide(m: Machine, here: int, variable: Variable | Named) -> Slot | None:
 
 def _show(m: Machine, here: int, variable: Variable | Named) -> None:
     """Ends a loop: what its counter hid is there again."""
-    from olp.runtime.scope import fold
+    from olp.runtime.evaluate import fold
 
     _, _, hidden = m.frame.counters.pop(here)
     if not (m.conventions.for_declares and isinstance(variable, Named)):
@@ -221,7 +221,7 @@ def _count(m: Machine, variable: Variable | Named, value: float) -> None:
     if isinstance(variable, Variable):
         write_variable(m, variable, value)
         return
-    from olp.runtime.scope import write_name
+    from olp.runtime.evaluate import write_name
 
     write_name(m, variable.name, value)
 
@@ -315,7 +315,7 @@ def _new_frame(m: Machine, job: RunnableRoutine, arguments: tuple[Expression, ..
         values = tuple(evaluate(m, argument) for argument in arguments)
         m.load(job)
         return CallFrame(job, values)
-    from olp.runtime.scope import bind
+    from olp.runtime.evaluate import bind
 
     m.load(job)
     names, outs = bind(m, job.routine.parameters, arguments)

@@ -19,8 +19,7 @@ from olp.core import source
 from olp.core.diagnostic import Diagnostic, OlpError, Severity
 from olp.core.files import read_input
 from olp.ir.expressions import Store
-from olp.languages.read import read
-from olp.languages.vendor import find_vendor
+from olp.languages.vendor import find_vendor, read
 from olp.robots.coordinate_systems import Cell, Mechanism
 from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import Tool
@@ -92,7 +91,7 @@ def _backup(folder: Path, _: tuple[tuple[str, int, int], ...]) -> Backup:
 def _parsed(text: str) -> Robot:
     import tempfile
 
-    from olp.robots.reader import read_robot
+    from olp.robots.robot import read_robot
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.toml"

@@ -82,14 +82,23 @@ from olp.ir.program import Path as MovePath
 from olp.languages.vendor import ENDS_PROGRAM, find_vendor, part_of, vendor_names
 from olp.robots.coordinate_systems import ROBOT_GAP, Gap
 from olp.robots.robot import candidates_for_pulses
-from olp.runtime import data, flow, modal, moves, scope
+from olp.runtime import data, flow, moves, poses
 from olp.runtime.assumptions import Assumptions, SignalKey, load_assumptions, nearest_assumptions, signal_name
 from olp.runtime.computing import call_function
-from olp.runtime.data import binary, read_element
-from olp.runtime.evaluate import PLAIN, evaluate, holds, quantity
+from olp.runtime.data import binary, frame_value, read_element
+from olp.runtime.evaluate import (
+    PLAIN,
+    bind_uncalled,
+    declare,
+    declare_all,
+    evaluate,
+    holds,
+    literal,
+    quantity,
+    read_name,
+)
 from olp.runtime.flow import test
 from olp.runtime.folder import build_world
-from olp.runtime.functions import frame_value
 from olp.runtime.jobs import Jobs
 from olp.runtime.made_up import MadeUp
 from olp.runtime.memory import (
@@ -105,7 +114,6 @@ from olp.runtime.memory import (
 from olp.runtime.plan import PATHS, Event, Plan, of_rows
 from olp.runtime.poses import as_pose, as_pulses, frame_pose, here
 from olp.runtime.recorder import NOWHERE, Recorder
-from olp.runtime.scope import bind_uncalled, declare_all, literal, read_name
 from olp.runtime.signals import PERIPHERY, impose, key_of, read_signal, signals_of, write_signal
 from olp.runtime.spelling import spell
 from olp.runtime.state import (
@@ -379,14 +387,14 @@ def _position(m: Machine, pulses: bool) -> SystemPosition:
 # Comments, disabled statements, reference points and block ends do nothing and have none.
 HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
     Move: moves.move,
-    SetSpeed: modal.set_speed,
-    SetAcceleration: modal.set_acceleration,
-    SetBlend: modal.set_blend,
-    SetTool: modal.set_tool,
-    SetFrame: modal.set_frame,
-    SetOverride: modal.set_override,
-    ObeyFlags: modal.obey_flags,
-    Declare: scope.declare,
+    SetSpeed: poses.set_speed,
+    SetAcceleration: poses.set_acceleration,
+    SetBlend: poses.set_blend,
+    SetTool: poses.set_tool,
+    SetFrame: poses.set_frame,
+    SetOverride: poses.set_override,
+    ObeyFlags: poses.obey_flags,
+    Declare: declare,
     Assign: data.assign,
     Update: data.update,
     Clear: data.clear,

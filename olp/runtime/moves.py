@@ -29,9 +29,12 @@ from olp.ir.expressions import (
 )
 from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, PathTrigger, Process
 from olp.robots.geometry import Pose
-from olp.runtime.evaluate import evaluate, quantity, read_variable, whole
+from olp.runtime.evaluate import evaluate, find_slot, quantity, read_variable, whole, write_name
 from olp.runtime.memory import Record, SystemPosition, Value
-from olp.runtime.modal import (
+from olp.runtime.paths import arc_by_angle
+from olp.runtime.places import arc_poses, place_of
+from olp.runtime.plan import BlendCode
+from olp.runtime.poses import (
     FRACTION,
     JOINT,
     PATH_CODES,
@@ -39,17 +42,14 @@ from olp.runtime.modal import (
     RATE_FRACTION,
     TIME,
     TRAVEL,
+    missing,
     move_speed,
     part_speed,
+    place,
     share,
     turn_rate,
 )
-from olp.runtime.paths import arc_by_angle
-from olp.runtime.places import arc_poses, place_of
-from olp.runtime.plan import BlendCode
-from olp.runtime.poses import missing, place
 from olp.runtime.recorder import NO_EXTRA, NOWHERE, Extra
-from olp.runtime.scope import find_slot, write_name
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError, role
 

@@ -13,12 +13,20 @@ from olp.ir.points import PointKind, PointState
 from olp.ir.program import Move, Path
 from olp.robots.coordinate_systems import EXTERNAL_AXES, in_frame
 from olp.robots.geometry import Pose
-from olp.runtime.evaluate import evaluate
+from olp.runtime.evaluate import evaluate, position_of
 from olp.runtime.memory import ACTIVE, PositionValue
-from olp.runtime.modal import frame_place, position_in, tool_number
-from olp.runtime.poses import as_position, current_frames, here, moved_by, pose_of, raw_pose
+from olp.runtime.poses import (
+    as_position,
+    current_frames,
+    frame_place,
+    here,
+    moved_by,
+    pose_of,
+    position_in,
+    raw_pose,
+    tool_number,
+)
 from olp.runtime.recorder import NOWHERE
-from olp.runtime.scope import position_of
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 from olp.runtime.structures import literal_position

@@ -165,8 +165,7 @@ def pose_of_rotation_vector(x: float, y: float, z: float, vector: tuple[float, f
 
 def write_item(m: Machine, target: Item, value: Value) -> None:
     """Stores an element. Raises StatementError (I223) outside of the array."""
-    from olp.runtime.evaluate import evaluate
-    from olp.runtime.scope import copied, find_slot
+    from olp.runtime.evaluate import copied, evaluate, find_slot
 
     base = target.base
     if isinstance(base, Named) and base.name.startswith("$") and find_slot(m, base.name) is None:
@@ -196,8 +195,7 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
 
 def write_member(m: Machine, target: Member, value: Value) -> None:
     """Stores a component of a position [mm, deg] or a member of a record."""
-    from olp.runtime.evaluate import evaluate
-    from olp.runtime.scope import copied
+    from olp.runtime.evaluate import copied, evaluate
 
     name = target.name.lower()
     try:
@@ -225,7 +223,7 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
 
 def _is_structure(m: Machine, e: Expression) -> bool:
     """Whether a variable, or its elements, are of a type of the program's own."""
-    from olp.runtime.scope import find_slot
+    from olp.runtime.evaluate import find_slot
 
     base = e.base if isinstance(e, Item) else e
     slot = find_slot(m, base.name) if isinstance(base, Named) else None
@@ -288,7 +286,7 @@ def _store(m: Machine, target: Expression, value: Value) -> None:
 
 def _changed(m: Machine, target: Expression) -> None:
     """Tells the loops that wait for it which variable has changed inside."""
-    from olp.runtime.scope import note_change
+    from olp.runtime.evaluate import note_change
 
     while isinstance(target, (Item, Member)):
         target = target.base

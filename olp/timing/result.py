@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, Span, info
-from olp.core.terminal import utf8
+from olp.core.files import utf8
 from olp.runtime.plan import Assumption, Plan, StepKind, leaves_open
 from olp.timing.blending.law import BlendingLaw, Corners
 from olp.timing.motion._profile import Profile

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.terminal import utf8
+from olp.core.files import utf8
 from olp.core.units import deg, mm
 from olp.ir.program import Path
 from olp.robots.geometry import (

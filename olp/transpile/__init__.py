@@ -19,7 +19,7 @@
 `Program.vendor` stays that of the language it was read from.
 """
 
-from olp.transpile.context import Context, Loss, Mapping
-from olp.transpile.pipeline import Translated, canonical
+from olp.transpile.context import Context, Loss, Mapping, Translated
+from olp.transpile.pipeline import canonical
 
 __all__ = ["Context", "Loss", "Mapping", "Translated", "canonical"]

@@ -17,7 +17,6 @@ import numpy as np
 
 from olp.core.units import mm
 from olp.ir.expressions import Number, Quantity, Signal, SystemValue, Text
-from olp.ir.moves import Blend, BlendKind
 from olp.ir.program import (
     Assign,
     Begin,
@@ -40,6 +39,7 @@ from olp.ir.program import (
     Statement,
     Wait,
 )
+from olp.ir.statements import Blend, BlendKind
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.runtime.plan import BlendCode, StepKind

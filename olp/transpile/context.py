@@ -591,3 +591,24 @@ def _outer(s: Move) -> Named | None:
     target = s.targets[0]
     first = target.arguments[0] if type(target) is Function and target.name == "pose-product" else None
     return first if type(first) is Named else None
+
+
+@dataclass(frozen=True, slots=True)
+class Translated:
+    """`mapping`: (kind, name in the source) -> name in the target.
+
+    Kinds: point, variable, tool, frame, routine, signal, task, label. `problems`: what no comment can stand for (X012).
+    `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
+    `held`: values of tools ("tool") and frames ("user") that the target's controller is to hold, by number or name.
+    `types`: of the source's names that no file declares, as `Declare.type` says it.
+    """
+
+    program: Program
+    losses: tuple[Loss, ...]
+    mapping: dict[tuple[str, str], str]
+    notes: tuple[str, ...] = ()
+    problems: tuple[Diagnostic, ...] = ()
+    remarks: tuple[Loss, ...] = ()
+    asks: collections.abc.Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    held: collections.abc.Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
+    types: collections.abc.Mapping[str, str] = field(default_factory=dict)

@@ -20,10 +20,10 @@ from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Rout
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of
 from olp.transpile.commented_out import LeftOut
-from olp.transpile.context import Context, Fate
+from olp.transpile.context import Context, Fate, Translated
 from olp.transpile.dead_code import name_of
 from olp.transpile.export import refuse_unwritable
-from olp.transpile.pipeline import MOST_AGAIN, Translated, asked_inputs, canonical, plan_of, refusals
+from olp.transpile.pipeline import MOST_AGAIN, asked_inputs, canonical, plan_of, refusals
 
 if TYPE_CHECKING:
     from olp.robots.model import Robot
@@ -187,8 +187,7 @@ def _read_again(
     import tempfile
     from pathlib import Path
 
-    from olp.languages.read import read
-    from olp.languages.vendor import find_vendor
+    from olp.languages.vendor import find_vendor, read
     from olp.runtime.interpreter import run
 
     with tempfile.TemporaryDirectory() as folder:

@@ -45,8 +45,8 @@ from olp.languages.vendor import conventions_of, find_vendor
 from olp.runtime.assumptions import NAMED_SIGNAL, VARIABLE_LETTERS, SignalKey, signal_key, signal_name
 from olp.runtime.made_up import FrameAndTool, MadeUp, MadeUpPosition, UnknownThing
 from olp.runtime.plan import Event, Plan
+from olp.transpile.context import Translated
 from olp.transpile.expression_lowering import LETTERS
-from olp.transpile.pipeline import Translated
 
 # --- Statements ---
 # Which statement of the source each line of a translation was made from, found from the two texts' own statements.

@@ -25,8 +25,8 @@ from olp.ir.expressions import (
     PositionLiteral,
     SystemValue,
 )
-from olp.ir.moves import BlendKind
 from olp.ir.program import Assign, Declare, ExternalTool, Move, Program, Routine, ShiftOff, ShiftOn, Statement
+from olp.ir.statements import BlendKind
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.transpile.blends import STOP
 from olp.transpile.context import BETWEEN, SETTING, Fate, TranslationContext

@@ -38,7 +38,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import limits_of
-from olp.runtime.modal import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
+from olp.runtime.poses import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.current_position import HERE, UNSEEN, System, read_here, solves
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching

@@ -6,13 +6,13 @@ Passes that need the plan of the source program share it: as it runs, and with t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.ir.expressions import Number, PositionLiteral, Signal, Text
+from olp.ir.expressions import Number, Signal, Text
 from olp.ir.points import PointTable
 from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement, Wait
 from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
@@ -38,7 +38,7 @@ from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import held_systems, known_systems
-from olp.transpile.context import Context, Fate, Loss, Planned, TranslationContext
+from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
 from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune
@@ -142,27 +142,6 @@ def _inputs(s: Statement) -> set[SignalKey]:
 
 Pass = Callable[[Program, TranslationContext], Program]
 _ROUNDS = 12  # of commenting out what the passes refuse
-
-
-@dataclass(frozen=True, slots=True)
-class Translated:
-    """`mapping`: (kind, name in the source) -> name in the target.
-
-    Kinds: point, variable, tool, frame, routine, signal, task, label. `problems`: what no comment can stand for (X012).
-    `remarks`: on statements of which nothing is lost. `asks`: what is to be done before it runs, with what.
-    `held`: values of tools ("tool") and frames ("user") that the target's controller is to hold, by number or name.
-    `types`: of the source's names that no file declares, as `Declare.type` says it.
-    """
-
-    program: Program
-    losses: tuple[Loss, ...]
-    mapping: dict[tuple[str, str], str]
-    notes: tuple[str, ...] = ()
-    problems: tuple[Diagnostic, ...] = ()
-    remarks: tuple[Loss, ...] = ()
-    asks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    held: Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
-    types: Mapping[str, str] = field(default_factory=dict)
 
 
 def started(program: Program, work: TranslationContext) -> Program:

@@ -13,9 +13,8 @@ from olp.ir.program import Assign, Call, DefineFrame, Move, Program, SetFrame, S
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import conventions_of
 from olp.runtime.plan import Plan, lines_of
-from olp.transpile.context import Fate
+from olp.transpile.context import Fate, Translated
 from olp.transpile.link import Linked
-from olp.transpile.pipeline import Translated
 
 _SYSTEMS: Final = {"tool": "tool", "user": "frame"}
 _MOST = 12  # of a kind that are named

@@ -27,11 +27,10 @@ from olp.ir.terminology import kind_of
 from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
-from olp.transpile.context import PROCESS, Fate, Loss
+from olp.transpile.context import PROCESS, Fate, Loss, Translated
 from olp.transpile.correspondence import MadeUpRun, blamed, renamer
 from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
-from olp.transpile.pipeline import Translated
 from olp.transpile.preflight import before_it_runs, places
 
 if TYPE_CHECKING:

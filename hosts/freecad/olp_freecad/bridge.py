@@ -18,9 +18,9 @@ from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.files import write_output
 from olp.core.units import deg, mm, percent
 from olp.fluent import read
-from olp.ir.moves import Move, Path, SpeedUnit
 from olp.ir.points import PointKind
 from olp.ir.program import Program
+from olp.ir.statements import Move, Path, SpeedUnit
 from olp.languages.literals import WrittenPoint, written_points
 from olp.reports.batch import Job, plan_and_time, time_program
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion

@@ -18,8 +18,8 @@ from olp.checks.guard.budget import budgets_for
 from olp.checks.guard.judge import judge
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.git import asked_of_git, files_of, git, lay_out
+from olp.identification.timing_job import TimingJob
 from olp.ir.program import Program
-from olp.reports.batch import Job
 from olp.reports.outcome.model import JudgedItem, Status
 from olp.timing.result import Timing
 
@@ -41,7 +41,7 @@ class Versions:
     pairs: tuple[VersionPair, ...]
     folders: tuple[Path | None, Path | None] = (None, None)
 
-    def compare(self, pair: VersionPair, job: Job) -> ProgramDifference:
+    def compare(self, pair: VersionPair, job: TimingJob) -> ProgramDifference:
         """The difference of one program, with what its budgets say of both versions."""
         old, new = (_timed(path, job, folder) for path, folder in zip(pair[1:], self.folders, strict=True))
         why = "; ".join(t for t in (old, new) if isinstance(t, str))
@@ -52,10 +52,10 @@ class Versions:
         return replace(found, budgets=_budgets(pair, job))
 
 
-def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Program] | str | None:
+def _timed(path: Path | None, job: TimingJob, folder: Path | None) -> tuple[Timing, Program] | str | None:
     """The timing of one version, None where it is missing, and the reason where it cannot be read."""
     from olp.identification.timing_job import time_program
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     if path is None:
         return None
@@ -66,7 +66,7 @@ def _timed(path: Path | None, job: Job, folder: Path | None) -> tuple[Timing, Pr
         return problem.diagnostics[0].message
 
 
-def _budgets(pair: VersionPair, job: Job) -> tuple[JudgedItem, ...]:
+def _budgets(pair: VersionPair, job: TimingJob) -> tuple[JudgedItem, ...]:
     """What the budgets of the new version say of it."""
     if pair.new is None:
         return ()

@@ -22,10 +22,19 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Member, Named, Number, Quantity, RecordLiteral, Variable
-from olp.ir.moves import AccelerationUnit, Move, SetAcceleration, SetSpeed, Speed, SpeedUnit
 from olp.ir.program import Path as MovePath
 from olp.ir.program import Program, Statement, like
-from olp.ir.statements import Assign, Call, Declare
+from olp.ir.statements import (
+    AccelerationUnit,
+    Assign,
+    Call,
+    Declare,
+    Move,
+    SetAcceleration,
+    SetSpeed,
+    Speed,
+    SpeedUnit,
+)
 from olp.languages.literals import Token, language, replaced, shortest, text_of
 from olp.languages.merging import split_arguments
 from olp.languages.vendor import find_vendor

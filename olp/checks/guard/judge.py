@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from olp.checks.guard.budget import ENDS, Budget, label_name
 from olp.core.diagnostic import OlpError
 from olp.core.source import file_stem
-from olp.identification.timing_job import time_program
+from olp.identification.timing_job import TimingJob, time_program
 from olp.ir.program import Call, For, Label, Program, Repeat, Routine, While
-from olp.reports.batch import Job
 from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import Plan, StepKind
@@ -175,9 +174,9 @@ class JudgedFile:
     unread: bool = False
 
 
-def judge(path: str, budgets: Sequence[Budget], job: Job) -> JudgedFile:
+def judge(path: str, budgets: Sequence[Budget], job: TimingJob) -> JudgedFile:
     """Times the program in `path` and holds it against `budgets`. Never raises for a bad program."""
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     try:
         program = read(path, encoding=job.encoding)
@@ -223,7 +222,7 @@ def _once(found: list[OutcomeFinding]) -> list[OutcomeFinding]:
     return list(seen.values())
 
 
-def _timed(program: Program, job: Job, signature: str) -> Timing:
+def _timed(program: Program, job: TimingJob, signature: str) -> Timing:
     return time_program(program, replace(job, signature=signature) if signature else job)
 
 

@@ -27,10 +27,9 @@ from typing import Any, NamedTuple
 from olp.checks.guard.budget import Budget, Budgets, budgets_for, label_name
 from olp.checks.guard.judge import JudgedFile, judge, verdict
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.core.files import parse_json, read_input
+from olp.core.files import parse_json, read_input, utf8
 from olp.core.git import git
-from olp.core.terminal import utf8
-from olp.reports.batch import Job
+from olp.identification.timing_job import TimingJob
 from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status
 
 _MARK = 0x6F6C7063  # SQLite's application_id: "olpc"
@@ -56,7 +55,7 @@ class Cache:
     _folders: dict[tuple[str, bool], str] = field(default_factory=dict)
 
     @classmethod
-    def open(cls, path: Path, job: Job) -> Cache:
+    def open(cls, path: Path, job: TimingJob) -> Cache:
         """The cache for runs with the settings `job`. Raises OlpError (M006) for a file that is something else."""
         found = cls(path, _settings(job))
         if not path.is_file() or not path.stat().st_size:
@@ -159,7 +158,7 @@ def _settings_files(folder: str) -> list[str]:
     return [str(above), *(str(above.parent / name) for name in robots)]
 
 
-def _settings(job: Job) -> str:
+def _settings(job: TimingJob) -> str:
     """The settings that times depend on, with the content of the files they name, and olp itself."""
     names = (job.robot, job.assumptions, job.signature)
     contents = [_content(name) for name in names if name is not None and os.path.isfile(name)]
@@ -342,7 +341,7 @@ class Task(NamedTuple):
 class GuardSettings(NamedTuple):
     """How a run goes. `cache`: its file, None for none. `scheduler`: address of a Dask cluster, "" for this machine."""
 
-    job: Job
+    job: TimingJob
     workers: int = 0
     cache: Path | None = None
     scheduler: str = ""
@@ -431,7 +430,7 @@ def _judged(work: Sequence[Task], settings: GuardSettings) -> Iterator[JudgedFil
         yield from pool.map(judge_one, arguments, chunksize=_CHUNK)
 
 
-def judge_one(argument: tuple[str, tuple[Budget, ...], Job]) -> JudgedFile:
+def judge_one(argument: tuple[str, tuple[Budget, ...], TimingJob]) -> JudgedFile:
     """`judge` with one argument, for pools and clusters."""
     return judge(*argument)
 
@@ -445,7 +444,9 @@ _PATIENCE = "20s"  # to reach the scheduler
 _RETRIES = 5  # of a task whose worker died
 
 
-def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Job]]) -> Iterator[JudgedFile]:
+def judge_on(
+    address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], TimingJob]]
+) -> Iterator[JudgedFile]:
     """The results in the order of the arguments, each once. A task whose worker dies is done by another one.
 
     Raises OlpError (M003) without the extra, without a scheduler, or when tasks keep failing.
@@ -475,7 +476,7 @@ def judge_on(address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], Jo
         ) from None
 
 
-def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], Job]], folder: str) -> list[JudgedFile]:
+def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], TimingJob]], folder: str) -> list[JudgedFile]:
     """Some files, one after the other. `folder`: the one that their paths are seen from."""
 
     if os.path.isdir(folder):

@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 from olp.checks.guard.judge import JudgedFile
 from olp.core.diagnostic import OlpError, error
+from olp.core.files import utf8
 from olp.core.git import git
-from olp.core.terminal import utf8
 
 _MARK = 0x6F6C7073  # SQLite's application_id: "olps"
 _MOST_S = 1e12  # of a program: 30,000 years

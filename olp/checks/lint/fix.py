@@ -95,7 +95,7 @@ def fixed(program: Program, edits: Sequence[Edit], run: Run) -> Fixed:
 
 def _judged(before: LintCase, edits: Sequence[Edit], run: Run) -> LintCase | None:
     """The case after `edits`; None where it is not what they promise."""
-    from olp.languages.read import read_source
+    from olp.languages.vendor import read_source
 
     program = before.program
     lines: dict[int, tuple[str, ...]] = {
@@ -172,7 +172,7 @@ def fix_file(
 ) -> Fixed | None:
     """Mends the file in place; all other bytes stay. None: there is nothing to do. Raises OlpError and OSError."""
     from olp.core.files import write_output
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     program = read(path, encoding=encoding)
     edits = [edit for edit in fixes(program, findings) if edit.safe or unsafe]

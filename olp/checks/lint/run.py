@@ -29,8 +29,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import parse_json, read_input
 from olp.core.source import Source
 from olp.core.toml import TOMLDecodeError, parse_toml, toml_text
-from olp.identification.timing_job import time_program
-from olp.reports.batch import Job
+from olp.identification.timing_job import TimingJob, time_program
 from olp.reports.outcome.model import OutcomeFinding, of_diagnostic
 from olp.runtime.assumptions import nearest_assumptions
 
@@ -108,9 +107,9 @@ class Linted:
     unreadable: bool = False
 
 
-def lint(path: str, job: Job, asked: RuleChoice | None = None) -> Linted:
+def lint(path: str, job: TimingJob, asked: RuleChoice | None = None) -> Linted:
     """All findings of one file. Never raises for a bad program: what is wrong with it is a finding."""
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     try:
         program = read(path, encoding=job.encoding)
@@ -127,15 +126,14 @@ def lint(path: str, job: Job, asked: RuleChoice | None = None) -> Linted:
     return Linted(path, (*broken, *kept), len(found) - len(kept))
 
 
-def lint_load(path: str, job: Job, controller: str) -> Linted:
+def lint_load(path: str, job: TimingJob, controller: str) -> Linted:
     """What a controller refuses when it loads one file. Never raises for a bad program.
 
     Raises OlpError (W903) for a controller that the file's language does not have.
     """
     from olp.core.source import load
     from olp.languages.loading import cell_of
-    from olp.languages.read import read
-    from olp.languages.vendor import part_of, recognise
+    from olp.languages.vendor import part_of, read, recognise
 
     try:
         source = load(path, job.encoding)

@@ -97,7 +97,7 @@ def _translated(
     data: bytes, recording: Recording, vendor: str, path: FilePath
 ) -> tuple[dict[str, bytes], bytes]:
     """The files beside the program, by name, and the program itself. Raises OlpError (X…)."""
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.transpile.context import Context
     from olp.transpile.convert import convert
 
@@ -253,7 +253,7 @@ def _posture(recording: Recording) -> tuple[int, ...]:
 def _looked_at(data: bytes, recording: Recording, tool_number: int) -> tuple[Diagnostic, ...]:
     """The job's own bytes, read again and planned: errors are raised, the rest is told. Raises OlpError (N040)."""
     from olp.identification.probe.job import tool_file
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.runtime.interpreter import run
     from olp.timing.retiming.along import along_path
 

@@ -110,7 +110,7 @@ def _points(experiment: Experiment, used: NDArray[np.int64]) -> PointTable:
 
 
 def _prove(experiment: Experiment, data: bytes) -> tuple[tuple[int, ...], float]:
-    from olp.languages.read import read
+    from olp.languages.vendor import read
     from olp.runtime.interpreter import run
     from olp.timing.retiming.along import along_path
     from olp.timing.timing import time_plan

@@ -1,8 +1,7 @@
 """Recordings of real robots: one form, whatever the robot, controller or simulator. docs/recording.md describes it."""
 
-from olp.identification.recording.columns import KINDS
 from olp.identification.recording.log import Log
-from olp.identification.recording.moves import RecordedMoves
+from olp.identification.recording.moves import KINDS, RecordedMoves
 from olp.identification.recording.reader import read_recording
 from olp.identification.recording.recording import NoiseFloor, Recording
 from olp.identification.recording.settings import RecordingSettings

@@ -15,9 +15,6 @@ from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.units import mm, percent
 from olp.identification.recording.table import SHOWN, Floats, RecordingTable, TableColumn
 
-KINDS: Final = ("joint", "linear", "circular", "wait")
-
-
 # What no robot's recording holds, in any column's unit: products of such numbers are no numbers any more.
 MOST: Final = 1e9
 MOST_SECONDS: Final = 1e12  # clocks may count from 1970, in milliseconds

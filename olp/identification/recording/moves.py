@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.recording.columns import KINDS
-
 Floats = NDArray[np.float64]
+KINDS: Final = ("joint", "linear", "circular", "wait")
 JOINT, LINEAR, CIRCULAR, WAIT = range(len(KINDS))
 
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error, info
 from olp.core.units import deg, mm
 from olp.identification.recording.columns import (
-    KINDS,
     MOST_SECONDS,
     MOVE_NUMBERS,
     MOVE_TEXTS,
@@ -36,7 +35,7 @@ from olp.identification.recording.columns import (
 from olp.identification.recording.fit import fit_together, logs_fit
 from olp.identification.recording.log import Log
 from olp.identification.recording.log_reader import read_log
-from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves, no_moves
+from olp.identification.recording.moves import CIRCULAR, JOINT, KINDS, LINEAR, WAIT, RecordedMoves, no_moves
 from olp.identification.recording.recording import Recording
 from olp.identification.recording.settings import FILE_NAME, RecordingSettings, read_settings
 from olp.identification.recording.table import (

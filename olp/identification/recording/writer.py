@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from olp.core.files import write_output
 from olp.core.terminal import csv_text, to_cell
 from olp.core.units import deg, mm, percent
-from olp.identification.recording.columns import KINDS, LOG_POINT, LOG_TURN, POINTS, TURNS, move_axis
+from olp.identification.recording.columns import LOG_POINT, LOG_TURN, POINTS, TURNS, move_axis
 from olp.identification.recording.log import Log
-from olp.identification.recording.moves import Floats, RecordedMoves
+from olp.identification.recording.moves import KINDS, Floats, RecordedMoves
 from olp.identification.recording.settings import FILE_NAME, RecordingSettings
 
 _REQUIRED = ("move", "duration_s")

@@ -6,13 +6,24 @@ Every part corrects olp's own model of constant acceleration, so that nothing le
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.signature.errors import Spread, spread_of
-from olp.identification.signature.estimator import LearntParameter
+
+
+class LearntParameter(NamedTuple):
+    """One learnt quantity as the file holds it: a number or nested lists of numbers or names."""
+
+    value: Any
+    unit: str
+    sd: Any = None  # standard deviation in the same shape, None where it cannot be told
+
+
+Parameters = Mapping[str, LearntParameter]
+
 
 # --- Robust ---
 # Least squares of a few quantities that bends for outliers, and the choice of which of them to learn.

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, info
-from olp.identification.signature.coefficients import CorrectionPart
+from olp.identification.signature.coefficients import CorrectionPart, LearntParameter
 from olp.identification.signature.domain import Domain
 from olp.identification.signature.errors import ErrorModel
-from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.joint_moves import LearntArm, held_out_words
 from olp.identification.signature.stretch_times import arc_length, zones
 from olp.timing.path_law import NUMBERS, SCATTER, PathPieces, path_durations, prior_numbers

@@ -6,15 +6,15 @@ Codes: H001 no such estimator, H002 the recording does not hold what the estimat
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.core.registry import file_names, load_from
+from olp.identification.signature.coefficients import Parameters
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:
@@ -24,17 +24,6 @@ Floats = NDArray[np.float64]
 
 _FOLDER = "estimators"
 _KEPT = 16  # fits that are remembered: of all methods, on the same moves
-
-
-class LearntParameter(NamedTuple):
-    """One learnt quantity as the file holds it: a number or nested lists of numbers or names."""
-
-    value: Any
-    unit: str
-    sd: Any = None  # standard deviation in the same shape, None where it cannot be told
-
-
-Parameters = Mapping[str, LearntParameter]
 
 
 class Estimate(NamedTuple):

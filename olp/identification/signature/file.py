@@ -16,11 +16,10 @@ import numpy as np
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import parse_json, read_input, write_output
 from olp.core.units import deg, mm
-from olp.identification.signature.coefficients import KINDS, CorrectionPart
+from olp.identification.signature.coefficients import KINDS, CorrectionPart, LearntParameter
 from olp.identification.signature.document import SCHEMA, VERSION, Learnt, LearntPaths, Score, Signature
 from olp.identification.signature.domain import Domain
 from olp.identification.signature.errors import ErrorModel, Spread
-from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.joint_moves import LearntArm
 
 _MOST_BYTES = 50_000_000

@@ -25,6 +25,8 @@ from olp.identification.signature.coefficients import (
     JOINT,
     STOP,
     CorrectionPart,
+    LearntParameter,
+    Parameters,
     learn_part,
 )
 from olp.identification.signature.document import (
@@ -40,8 +42,6 @@ from olp.identification.signature.document import (
 from olp.identification.signature.domain import Domain, domain_of
 from olp.identification.signature.errors import ErrorModel, Spread, spread_of
 from olp.identification.signature.estimator import (
-    LearntParameter,
-    Parameters,
     estimator_names,
     fit_or_refuse,
     load_estimator,

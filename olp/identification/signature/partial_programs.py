@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import read_input
 from olp.core.version import __version__
+from olp.identification.signature.coefficients import Parameters
 from olp.identification.signature.document import Learnt, Signature
 from olp.identification.signature.domain import domain_of
 from olp.identification.signature.errors import ErrorModel, Spread
-from olp.identification.signature.estimator import Parameters, duration_of, load_estimator
+from olp.identification.signature.estimator import duration_of, load_estimator
 from olp.identification.signature.estimators.averaged_process import parameters_of, views_of
 from olp.identification.signature.mixture import Observations, answer, ruler_of
 from olp.identification.signature.moveset import MoveSet

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.signature.coefficients import LearntParameter, Parameters
 from olp.identification.signature.domain import points, spread_out
-from olp.identification.signature.estimator import LearntParameter, Parameters
 from olp.identification.signature.gp import Belief, Fitted, FittedProcess, KernelPart, Places, answer, learn
 from olp.identification.signature.moveset import MoveSet
 

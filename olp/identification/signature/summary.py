@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from olp.core.units import deg, mm
+from olp.identification.signature.coefficients import LearntParameter
 from olp.identification.signature.document import Signature
-from olp.identification.signature.estimator import LearntParameter
 from olp.identification.signature.folds import merit
 from olp.identification.signature.joint_moves import LearntArm
 

@@ -20,9 +20,8 @@ from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves
 from olp.identification.recording.recording import Recording
 from olp.identification.recording.settings import RecordingSettings
-from olp.identification.signature.coefficients import TERMS
+from olp.identification.signature.coefficients import TERMS, LearntParameter, Parameters
 from olp.identification.signature.document import Signature
-from olp.identification.signature.estimator import LearntParameter, Parameters
 from olp.identification.signature.moveset import MoveSet, with_points
 from olp.timing.physics import Form, MoveTerm, TermParameter, load_term
 from olp.timing.physics._case import MeasuredMoves, Rates

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from olp.core.terminal import visible
+from olp.core.diagnostic import visible
 from olp.reports.outcome.model import JudgedItem, Outcome, OutcomeFinding, OutcomeFormat, Status
 
 _ORDER = (Status.UNKNOWN, Status.FAILED, Status.WARNED, Status.HELD)

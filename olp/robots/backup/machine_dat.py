@@ -36,7 +36,7 @@ _FRAMES: Final[Mapping[str, Mapping[str, float | None]]] = {
     "$DH_4": {"DHART_A": 0, "DHART_D": 0, "DHART_ALPHA": 90},
     "$DH_5": {"DHART_A": 0, "DHART_D": 0, "DHART_ALPHA": -90},
 }
-# The sense of the standard axes (olp.robots.reader) against those of KUKA's chain.
+# The sense of the standard axes (olp.robots.robot) against those of KUKA's chain.
 _SENSES: Final = (1, 1, -1, -1, 1, -1)
 
 

@@ -144,7 +144,7 @@ def _compared(
 
 def _robot(parameters: GroupParameters, stance: Stance) -> Robot:
     from olp.robots.model import Axis, Links, Robot
-    from olp.robots.reader import wrist_geometry
+    from olp.robots.robot import wrist_geometry
 
     a1, a2, a3, d4, d6 = (parameters.links[key] for key in ("a1", "a2", "a3", "d4", "d6"))
     links = Links(a1, a2, a3, d4, d6, stance.signs, stance.zeros)

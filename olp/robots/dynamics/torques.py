@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.robots.kinematics.configuration import as_joints, geometry_of
 from olp.robots.model import Body, Robot, Vector
-from olp.robots.reader import tensor
+from olp.robots.robot import tensor
 
 if TYPE_CHECKING:
     from olp.robots.kinematics.configuration import Tool

@@ -24,9 +24,8 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import Source
 from olp.identification.timing_job import time_program
 from olp.ir.program import Program, Routine
-from olp.languages.read import read_source
 from olp.languages.tokens import Words
-from olp.languages.vendor import find_vendor, part_of, vendor_names
+from olp.languages.vendor import find_vendor, part_of, read_source, vendor_names
 from olp.reports.outcome.model import OutcomeFinding
 from olp.runtime.plan import StepKind
 from olp.servers.language.document import Action, TextEdit

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.read import read_source
-from olp.languages.vendor import find_vendor, recognise, vendor_names
+from olp.languages.vendor import find_vendor, read_source, recognise, vendor_names
 
 _LINE = re.compile(r"([^\r\n]*)(\r\n|\n|\r|\Z)")
 

@@ -21,9 +21,8 @@ from olp.core import source
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error
 from olp.core.memory_limit import SupersededError, TextCache, check, remembering
 from olp.core.source import Source
-from olp.identification.timing_job import time_plan_of
+from olp.identification.timing_job import TimingJob, time_plan_of
 from olp.ir.program import Program
-from olp.reports.batch import Job
 from olp.reports.outcome.model import Level, OutcomeFinding
 from olp.runtime.interpreter import LIMIT, run
 from olp.servers.language.document import OpenDocument, Splice, TextChange, read_document
@@ -39,7 +38,7 @@ _TEXTS = ("robot", "signature", "model")
 class EditorSettings:
     """`job`: how programs are timed. `diagnostics`: what of the settings cannot be used, and is left out."""
 
-    job: Job = Job()  # noqa: RUF009, a frozen one
+    job: TimingJob = TimingJob()  # noqa: RUF009, a frozen one
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
@@ -62,7 +61,7 @@ def settings_of(given: object) -> EditorSettings:
         values["override"] = override / 100.0
     elif override not in (None, 0, ""):
         problems.append(_wrong("override", override, "olp.override is a number of % above zero"))
-    return EditorSettings(Job(**values), tuple(problems))
+    return EditorSettings(TimingJob(**values), tuple(problems))
 
 
 def _wrong(name: str, value: object, says: str) -> Diagnostic:

@@ -203,7 +203,7 @@ def _in_place_of_files(sources: Sequence[Source]) -> Iterator[None]:
 def _timed(desk: Desk, file: str) -> tuple[Program, Timing]:
     """The program as it stands on the disk, and its times; those of the last request while nothing changed."""
     from olp.identification.timing_job import time_program
-    from olp.languages.read import read
+    from olp.languages.vendor import read
 
     key = file, _stamp(desk)
     if desk.timed is None or desk.timed[0] != key:

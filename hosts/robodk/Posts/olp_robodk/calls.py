@@ -16,21 +16,28 @@ import numpy as np
 from olp.core.diagnostic import Diagnostic, Span, error, warning
 from olp.core.source import Source
 from olp.ir.expressions import FrameRef, Number, PositionLiteral, Quantity, Signal, SignalState, Text, Unary
-from olp.ir.moves import (
+from olp.ir.points import PointTable
+from olp.ir.program import Program, Routine
+from olp.ir.statements import (
     Acceleration,
     AccelerationUnit,
+    Assign,
     Blend,
     BlendKind,
+    Call,
+    Comment,
+    Dwell,
+    Message,
     Move,
     Path,
+    Pause,
     SetFrame,
+    SetOutput,
     SetTool,
     Speed,
     SpeedUnit,
+    Wait,
 )
-from olp.ir.points import PointTable
-from olp.ir.program import Program, Routine
-from olp.ir.statements import Assign, Call, Comment, Dwell, Message, Pause, SetOutput, Wait
 from olp.robots.geometry import angles_from_rotation
 
 _MM, _DEG = 1e-3, math.pi / 180

@@ -50,7 +50,7 @@ class UnreachedSpeed(Rule):
     def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         from olp.checks.edit import ChangeSpeed, edited, speed_of
         from olp.core.diagnostic import OlpError
-        from olp.ir.moves import SpeedUnit
+        from olp.ir.statements import SpeedUnit
 
         old = speed_of(program, found.line)
         reached = found.numbers.get("reached_mm_s")

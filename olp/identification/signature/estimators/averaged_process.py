@@ -7,14 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from olp.identification.signature.axis_paths import has_axes
+from olp.identification.signature.coefficients import LearntParameter, Parameters
 from olp.identification.signature.domain import points
-from olp.identification.signature.estimator import (
-    Estimate,
-    Estimator,
-    LearntParameter,
-    Parameters,
-    measured_slowness,
-)
+from olp.identification.signature.estimator import Estimate, Estimator, measured_slowness
 from olp.identification.signature.estimators.axis_terms import terms_of
 from olp.identification.signature.mixture import Observations, Views, answer, ruler_of
 from olp.identification.signature.moveset import MoveSet

@@ -6,14 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from olp.identification.signature.coefficients import LearntParameter, Parameters
 from olp.identification.signature.domain import domain_of, nearest, points
-from olp.identification.signature.estimator import (
-    Estimate,
-    LearntParameter,
-    Parameters,
-    learnt,
-    measured_slowness,
-)
+from olp.identification.signature.estimator import Estimate, learnt, measured_slowness
 from olp.identification.signature.estimators.axis_terms import AxisTerms
 from olp.identification.signature.moveset import MoveSet
 from olp.identification.signature.residual import estimate_residual, fit_residual, learnt_places

@@ -6,13 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from olp.identification.signature.estimator import (
-    Estimate,
-    Estimator,
-    LearntParameter,
-    Parameters,
-    measured_slowness,
-)
+from olp.identification.signature.coefficients import LearntParameter, Parameters
+from olp.identification.signature.estimator import Estimate, Estimator, measured_slowness
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:

@@ -17,13 +17,8 @@ from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
 from olp.identification.apostolovic import bearing, correction_factor, interpolated_factor
-from olp.identification.signature.estimator import (
-    Estimate,
-    Estimator,
-    LearntParameter,
-    Parameters,
-    measured_slowness,
-)
+from olp.identification.signature.coefficients import LearntParameter, Parameters
+from olp.identification.signature.estimator import Estimate, Estimator, measured_slowness
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:

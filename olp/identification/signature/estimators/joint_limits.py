@@ -8,13 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.signature.axis_paths import axis_paths, has_axes
-from olp.identification.signature.estimator import (
-    Estimate,
-    Estimator,
-    LearntParameter,
-    Parameters,
-    measured_slowness,
-)
+from olp.identification.signature.coefficients import LearntParameter, Parameters
+from olp.identification.signature.estimator import Estimate, Estimator, measured_slowness
 from olp.identification.signature.gp import minimise
 from olp.identification.signature.moveset import MoveSet
 

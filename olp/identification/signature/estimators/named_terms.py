@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.identification.signature.estimator import Estimate, Estimator, Parameters
+from olp.identification.signature.coefficients import Parameters
+from olp.identification.signature.estimator import Estimate, Estimator
 from olp.identification.signature.moveset import MoveSet
 
 if TYPE_CHECKING:

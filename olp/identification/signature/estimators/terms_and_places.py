@@ -6,14 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from olp.identification.signature.coefficients import LearntParameter, Parameters
 from olp.identification.signature.domain import domain_of, nearest, points
-from olp.identification.signature.estimator import (
-    Estimate,
-    LearntParameter,
-    Parameters,
-    learnt,
-    load_estimator,
-)
+from olp.identification.signature.estimator import Estimate, learnt, load_estimator
 from olp.identification.signature.estimators.averaged_process import MOST
 from olp.identification.signature.estimators.axis_terms import AxisTerms
 from olp.identification.signature.moveset import MoveSet

@@ -9,7 +9,6 @@ from typing import Any, Final
 
 from olp.core.diagnostic import Severity
 from olp.ir.expressions import Expression, Named, Number, SystemValue, Text
-from olp.ir.moves import Move
 from olp.ir.program import (
     Assign,
     Call,
@@ -35,6 +34,7 @@ from olp.ir.program import (
     Until,
     While,
 )
+from olp.ir.statements import Move
 from olp.languages.findings import Findings
 from olp.languages.lark_host import placed, values_of
 from olp.languages.vendors.krl import parsing, texts, triggers

@@ -8,7 +8,6 @@ from typing import Final
 
 from olp.core.diagnostic import Severity
 from olp.ir.expressions import Item, Named, Unknown
-from olp.ir.moves import Move
 from olp.ir.program import (
     Break,
     Case,
@@ -32,6 +31,7 @@ from olp.ir.program import (
     Until,
     While,
 )
+from olp.ir.statements import Move
 from olp.languages.findings import Findings
 from olp.languages.vendors.krl.scope import Scope
 

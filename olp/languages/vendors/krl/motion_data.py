@@ -22,11 +22,13 @@ from olp.ir.expressions import (
     Text,
     Unknown,
 )
-from olp.ir.moves import (
+from olp.ir.statements import (
     Acceleration,
     AccelerationUnit,
+    Assign,
     Blend,
     BlendKind,
+    ExternalTool,
     Path,
     SetAcceleration,
     SetBlend,
@@ -35,8 +37,8 @@ from olp.ir.moves import (
     SetTool,
     Speed,
     SpeedUnit,
+    Statement,
 )
-from olp.ir.statements import Assign, ExternalTool, Statement
 from olp.ir.transformer import note_names
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.scope import Scope

@@ -20,8 +20,8 @@ from olp.ir.expressions import (
     Text,
     Unknown,
 )
-from olp.ir.moves import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.ir.program import Process
+from olp.ir.statements import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.expressions import KrlExpressionRules

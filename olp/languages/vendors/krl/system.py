@@ -22,8 +22,18 @@ from olp.ir.expressions import (
     SystemValue,
     Text,
 )
-from olp.ir.moves import Blend, BlendKind, SetBlend, SetFrame, SetOverride, SetSpeed, SetTool
-from olp.ir.statements import Assign, Call, Statement
+from olp.ir.statements import (
+    Assign,
+    Blend,
+    BlendKind,
+    Call,
+    SetBlend,
+    SetFrame,
+    SetOverride,
+    SetSpeed,
+    SetTool,
+    Statement,
+)
 from olp.languages.vendors.krl.motion_data import (
     ACTUAL,
     MotionData,

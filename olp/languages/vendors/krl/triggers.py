@@ -16,7 +16,6 @@ from typing import Final
 
 from olp.core.units import mm, ms
 from olp.ir.expressions import CallValue, Expression, Number, Quantity, Signal, SignalState, SystemValue, Text
-from olp.ir.moves import Move, PathTrigger, SetAcceleration, SetBlend, SetFrame, SetSpeed, SetTool
 from olp.ir.program import Routine
 from olp.ir.statements import (
     Assign,
@@ -32,10 +31,17 @@ from olp.ir.statements import (
     EndSwitch,
     If,
     Message,
+    Move,
+    PathTrigger,
     Process,
     PulseOutput,
     Return,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
     SetOutput,
+    SetSpeed,
+    SetTool,
     Statement,
     Switch,
 )

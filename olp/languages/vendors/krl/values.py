@@ -18,8 +18,8 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
 )
-from olp.ir.moves import Blend, BlendKind
 from olp.ir.points import Sector
+from olp.ir.statements import Blend, BlendKind
 from olp.languages.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSES, Scope
 
 NOTHING: Final = math.nan

@@ -8,10 +8,19 @@ from collections.abc import Iterator
 from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Named
-from olp.ir.moves import Move, SetAcceleration, SetBlend, SetFrame, SetSpeed, SetTool, SpeedUnit
 from olp.ir.points import PointKind
 from olp.ir.program import Path, Program
-from olp.ir.statements import Assign, Comment
+from olp.ir.statements import (
+    Assign,
+    Comment,
+    Move,
+    SetAcceleration,
+    SetBlend,
+    SetFrame,
+    SetSpeed,
+    SetTool,
+    SpeedUnit,
+)
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 from olp.languages.vendors.krl.parsing import split
 from olp.languages.vendors.krl.reader import read_program

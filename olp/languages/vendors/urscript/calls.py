@@ -17,8 +17,8 @@ from olp.ir.expressions import (
     Text,
     Unary,
 )
-from olp.ir.moves import SetTool
 from olp.ir.program import Call, Dwell, Message, Pause, Process, SetOutput, Statement, Wait
+from olp.ir.statements import SetTool
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.expressions import Expressions, method_name
 from olp.languages.vendors.urscript.lines import UrscriptLine
