@@ -144,6 +144,7 @@ def test_end_closes_whatever_is_open() -> None:
     [
         ("LMOVE", "P580"),
         ("TWAIT )", "P580"),
+        ("PULSE -7,0.5", "P580"),
         ("ALIGN", "P585"),
         ("RIGHTY", "P581"),
         ("n = " + "(" * 150 + "1" + ")" * 150, "P582"),

@@ -27,9 +27,10 @@ from olp.contracts import (
     writers,
 )
 from olp.contracts.handling import samples_folder
-from olp.contracts.readings import readings_of, unlike
+from olp.contracts.readings import readings_of, unlike, unlike_damaged
 from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
+from olp.core.source import decode
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path
 from olp.languages.limits import limits_of
@@ -133,6 +134,23 @@ def test_a_line_that_means_something_else_than_declared_is_told_with_both_meanin
     ((given, differs),) = unlike(vendor, changed)
     assert given.endswith("IF n>1 THEN")
     assert differs == "declared: If condition=(n > 2); read: If condition=(n > 1)"
+
+
+def test_a_reader_that_takes_no_notice_of_a_word_breaks_its_contract(
+    tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    vendor = find_vendor("pdl2")
+    (declared,) = readings_of(samples_folder(vendor))
+    assert not list(unlike_damaged(vendor, declared))
+    read = type(vendor).read
+
+    def careless(self, source):
+        lines = [f"{line} 500" if line.endswith("PULSE $DOUT[2] FOR") else line for line in source.lines]
+        return read(self, decode("\n".join(lines).encode(), source.path))
+
+    monkeypatch.setattr(type(vendor), "read", careless)
+    told = [differs for _, differs in unlike_damaged(vendor, declared)]
+    assert told[0].startswith("declared: E     PULSE $DOUT[2] FOR / !error P590")
 
 
 def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:

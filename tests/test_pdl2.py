@@ -142,6 +142,12 @@ def test_ports_are_signals_and_delays_are_milliseconds() -> None:
     assert body[2].duration.literal == pytest.approx(0.5)  # type: ignore[union-attr]
 
 
+def test_a_pulse_is_waited_for_unless_it_goes_on_in_advance() -> None:
+    for line, wanted in (("PULSE $DOUT[2] FOR 500", [0.5]), ("PULSE $DOUT[2] FOR 500 ADVANCE", [])):
+        body = program(line).routines[0].body
+        assert [one.duration.literal for one in body if isinstance(one, Dwell)] == pytest.approx(wanted)
+
+
 def test_a_case_runs_its_branch_and_a_cycle_runs_again() -> None:
     found = program(
         "n := 2", "SELECT n OF",

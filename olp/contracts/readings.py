@@ -12,6 +12,9 @@ A line that begins with `=== ` opens a file. One with a letter and three blanks 
 says what olp takes it for (Blank, Record, Point, Statement, Comment, Free text, Opaque, Error). Deeper lines are the
 meaning of the line above. Quantities are `written*unit` (SI: metres, seconds, m/s); poses are x y z [mm], rx ry rz
 [deg] with R = Rz Ry Rx; what has its default is left out. Files that no reader takes by themselves have ? for letters.
+
+`*.damaged` beside them declares what is read of the same texts with a word left out, a number changed or a letter lost
+in some lines: those lines, what else is read otherwise then, and "as before" below a line that means what it did.
 """
 
 from __future__ import annotations
@@ -257,6 +260,7 @@ def declare(vendor: Vendor, path: Path) -> None:
     A line that was just added may have ? for its letter.
     """
     save(path, found_readings(vendor, load_declared(path)))
+    save(path.with_suffix(_DAMAGED), damaged_readings(vendor, path))
 
 
 def load_declared(path: Path) -> dict[str, list[str]]:
@@ -293,6 +297,96 @@ def differences(wanted: list[str], found: list[str]) -> Iterator[tuple[int, str,
         if word != "equal":
             one, other = (" / ".join(map(str.strip, part))[:_CONTEXT] for part in (wanted[a:b], found[c:d]))
             yield a + (word != "insert"), one, other
+
+
+# --- damaged lines --------------------------------------------------------------------------------------------
+
+_DAMAGED: Final = ".damaged"
+_TOKEN: Final = re.compile(r"\"[^\"]*\"|'[^']*'|\d+(?:\.\d+)?|[^\W\d][\w$]*|\S")
+_LITERAL: Final = re.compile(r"(?<![\w.$])(?<!-)\d+(?:\.\d+)?(?![\w.])")
+_WORD: Final = re.compile(r"[^\W\d]{4,}")
+_EVERY: Final = 3  # of the statements one is damaged, so that the others stay what they are
+_AS_BEFORE: Final = f"{_INDENT}as before"
+
+
+def _without(text: str, share: float) -> str:
+    """The text without one of its tokens."""
+    spans = [match.span() for match in _TOKEN.finditer(text)]
+    if len(spans) < 2:
+        return text
+    start, end = spans[min(int(share * len(spans)), len(spans) - 1)]
+    return f"{text[:start].rstrip()} {text[end:].lstrip()}".rstrip()
+
+
+def _without_a_letter(text: str) -> str:
+    word = _WORD.search(text)
+    return text if word is None else text[: word.start() + 1] + text[word.start() + 2 :]
+
+
+_DAMAGES: Final[tuple[Callable[[str], str], ...]] = (
+    lambda text: _without(text, 1.0),
+    lambda text: _LITERAL.sub(lambda number: f"-{number[0]}", text, count=1),
+    _without_a_letter,
+    lambda text: _without(text, 0.5),
+    lambda text: _LITERAL.sub(lambda number: f"{number[0]}x", text, count=1),
+    lambda text: _LITERAL.sub(lambda number: f"7{number[0]}000", text),
+)
+
+
+def _damaged(rows: Iterable[str], turn: int) -> list[str]:
+    """The lines of a declared reading, every third statement of which is damaged: in each of the turns otherwise."""
+    found, at = [], -1
+    for row in rows:
+        at += row.startswith("S")
+        if row.startswith("S") and at % _EVERY == turn % _EVERY:
+            text = row[4:]
+            order = ((at + turn + n) % len(_DAMAGES) for n in range(len(_DAMAGES)))
+            row = row[:4] + next((other for n in order if (other := _DAMAGES[n](text)) != text), text)
+        if _LINE.fullmatch(row):
+            found.append(row)
+    return found
+
+
+def _lines_of(rows: Iterable[str]) -> list[list[str]]:
+    """Each line of a reading with what is below it; what is above the first is left out."""
+    found: list[list[str]] = []
+    for row in rows:
+        if _LINE.fullmatch(row):
+            found.append([row])
+        elif found:
+            found[-1].append(row)
+    return found
+
+
+def _told_of(before: list[str], after: list[str]) -> list[str]:
+    """A line and its meaning where they are others than before."""
+    if before == after:
+        return []
+    if before[0] != after[0] and (before[0][0], before[1:]) == (after[0][0], after[1:]):
+        return [after[0], _AS_BEFORE]
+    return [row for row in after if not row.startswith(f"{_INDENT}Opaque ")]
+
+
+def damaged_readings(vendor: Vendor, path: Path) -> dict[str, list[str]]:
+    """What is read otherwise of the texts in a `.reading` when lines of them are damaged."""
+    declared = load_declared(path)
+    whole = {name: _lines_of(reading(program)) for name, program in programs_of(vendor, declared)}
+    parts: dict[str, list[str]] = {}
+    for turn in range(2 * _EVERY):
+        texts = {name: _damaged(rows, turn) for name, rows in declared.items()}
+        for name, program in programs_of(vendor, texts):
+            pairs = zip(whole[name], _lines_of(reading(program)), strict=True)
+            if told := [row for pair in pairs for row in _told_of(*pair)]:
+                parts[f"{name}, {turn}"] = told
+    return parts
+
+
+def unlike_damaged(vendor: Vendor, path: Path) -> Iterator[Difference]:
+    """Where what is declared of damaged lines and what is read of them differ."""
+    declared = load_declared(path.with_suffix(_DAMAGED)) if path.with_suffix(_DAMAGED).exists() else {}
+    for name, found in damaged_readings(vendor, path).items():
+        for at, a, b in differences(declared.get(name, []), found):
+            yield f"{path.stem}{_DAMAGED}, {name}, line {at}", f"declared: {a}; read: {b}"
 
 
 def unspoken(vendor: Vendor, readings: Iterable[str]) -> list[str]:

@@ -194,6 +194,12 @@ def reads_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
         yield from readings.unlike(it.vendor, path)
 
 
+def reads_damage_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
+    """A word left out, a number changed or a letter lost there means something else, or is told, as declared"""
+    for path in readings.readings_of(it.folder):
+        yield from readings.unlike_damaged(it.vendor, path)
+
+
 def declares_every_word(it: VendorUnderTest) -> Iterator[Difference]:
     """Every keyword of the grammar stands in a program whose reading is declared"""
     texts = [path.read_text(encoding="utf-8") for path in readings.readings_of(it.folder)]
@@ -409,6 +415,7 @@ PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     states_its_conventions,
     is_the_handling_cell,
     reads_as_declared,
+    reads_damage_as_declared,
     declares_every_word,
     names_each_line,
     keeps_every_byte,

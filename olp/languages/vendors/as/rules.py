@@ -286,7 +286,12 @@ class AsRules(BlockRules):
 
     def pulse(self, children: list[Any]) -> PulseOutput:
         time = Number(0.2) if children[1] is None else children[1]
-        return PulseOutput(0, _signal(children[0])[0], Quantity(time, 1.0))
+        signal, on = _signal(children[0])
+        if not on:
+            raise BrokenLineError(
+                "a pulse of a signal that is off", wanted="a signal above 0, as in PULSE 7,0.5"
+            )
+        return PulseOutput(0, signal, Quantity(time, 1.0))
 
     def wait_signals(self, children: list[Any]) -> Wait:
         return Wait(0, _all_on(children[0]), spelling="SWAIT")

@@ -101,11 +101,13 @@ class Modal:
             return (SetFrame(0, self.data.frame(value)),) if target.name == "current-frame" else (it,)
         if isinstance(target, Named):
             return self._named(it, target.name.upper())
-        if kind is Item and type(target.base) is Named:  # type: ignore[union-attr]
-            name = target.base.name.upper()  # type: ignore[union-attr]
+        if isinstance(target, Item) and type(target.base) is Named:
+            name = target.base.name.upper()
             if name in _SYSTEMS:
                 return (replace(it, target=self.data.by_number(target, name, _SYSTEMS[name])),)
-            return self._axis_value(it, name, target.indices[0]) if name in _AXES else (it,)  # type: ignore[union-attr]
+            if name in _AXES and target.indices:
+                return self._axis_value(it, name, target.indices[0])
+            return (it,)
         if isinstance(target, Member):
             return self._member(it, target)
         return (it,)

@@ -289,7 +289,11 @@ class Pdl2Rules(BlockRules):
     def delay(self, children: list[Any]) -> Dwell:
         return Dwell(0, Quantity(children[0], ms))
 
-    def pulse(self, children: list[Any]) -> PulseOutput:
+    def pulse(self, children: list[Any]) -> list[PulseOutput | Dwell]:
+        """Without ADVANCE the program waits until the pulse has ended."""
+        return [self.pulse_on(children), Dwell(0, Quantity(children[1], ms))]
+
+    def pulse_on(self, children: list[Any]) -> PulseOutput:
         if not isinstance(children[0], Signal):
             raise BrokenLineError("a pulse on what is no port", wanted="PULSE $DOUT[1] FOR 500")
         return PulseOutput(0, children[0], Quantity(children[1], ms))
