@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import olp
-from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, speed_of, speeds, visits
+from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, visits
 from olp.core.units import deg, mm
 from olp.ir.points import PointKind
 from olp.ir.statements import Move, SetSpeed
-from olp.languages.literals import written_points
+from olp.languages.literals import speed_of, speeds, written_points
 from olp.robots.geometry import Pose, rotation_angle
 
 SAMPLES = Path(__file__).parent.parent / "samples"

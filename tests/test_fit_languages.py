@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.checks.edit import speeds
 from olp.core.units import mm
+from olp.languages.literals import speeds
 from olp.languages.vendor import read
 from olp.reports.batch import Job, time_program
 from olp.timing.track import track

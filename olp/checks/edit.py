@@ -31,15 +31,16 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Named, PositionLiteral, Taught, Variable
 from olp.ir.points import PointKind
 from olp.ir.program import Program, like
-from olp.ir.statements import Assign, Declare, Move, SetSpeed, Speed, SpeedUnit
+from olp.ir.statements import Assign, Declare, Move, SpeedUnit
 from olp.languages.literals import (
     Token,
     WrittenPoint,
-    WrittenSpeed,
     by_name,
     language,
     replaced,
+    speed_of,
     written_points,
+    written_speed,
 )
 from olp.robots.geometry import Pose, rotation_angle, rotation_from_quaternion
 from olp.runtime.plan import StepKind
@@ -216,31 +217,6 @@ class Edited(NamedTuple):
     notes: tuple[Diagnostic, ...] = ()
 
 
-class SpokenSpeed(NamedTuple):
-    """`speed` of the statement on `line`, written on the line `written`: of a move in KRL mostly another one.
-
-    `place`: where its number stands.
-    """
-
-    line: int
-    speed: Speed
-    written: int
-    place: WrittenSpeed
-
-
-def speed_of(program: Program, line: int) -> Speed | None:
-    """The speed that `line` would be given by `ChangeSpeed`; None where none is written as a number."""
-    found = _written_speed(program, line)
-    return None if found is None else found[1]
-
-
-def speeds(program: Program) -> list[SpokenSpeed]:
-    """All speeds that `ChangeSpeed` can change, by line. Raises OlpError (O001)."""
-    by_line = _by_line(program)
-    found = ((line, _spelt(program, by_line, line)) for line in sorted(by_line))
-    return [SpokenSpeed(line, one[1], one[0].line, one[0]) for line, one in found if one is not None]
-
-
 def edited(
     program: Program,
     edits: Sequence[Edit],
@@ -343,41 +319,8 @@ def _point(program: Program, name: str) -> WrittenPoint:
     )
 
 
-def _written_speed(program: Program, line: int) -> tuple[WrittenSpeed, Speed] | None:
-    """Where the speed of the statement on `line` stands, and what it is."""
-    return _spelt(program, _by_line(program), line)
-
-
-def _by_line(program: Program) -> dict[int, list[Move | SetSpeed]]:
-    found: dict[int, list[Move | SetSpeed]] = {}
-    for one in program.statements():
-        if isinstance(one, Move | SetSpeed):
-            found.setdefault(one.line, []).append(one)
-    return found
-
-
-def _spelt(
-    program: Program, by_line: Mapping[int, list[Move | SetSpeed]], line: int
-) -> tuple[WrittenSpeed, Speed] | None:
-    for one in by_line.get(line, ()):
-        own = [speed for speed in _speeds(one) if speed.value.literal is not None]
-        for unit in [speed.unit for speed in own] or (SpeedUnit.FRACTION, SpeedUnit.TRAVEL):
-            written = language(program).speed(program, one, unit)
-            said = () if written is None else by_line.get(written.line, ())
-            for speed in (speed for other in said for speed in _speeds(other)):
-                if speed.unit is unit and speed.value.literal is not None:
-                    return written, speed
-    return None
-
-
-def _speeds(statement: Move | SetSpeed) -> tuple[Speed, ...]:
-    if isinstance(statement, SetSpeed):
-        return statement.speeds
-    return () if statement.speed is None else (statement.speed,)
-
-
 def _respelt_speed(program: Program, edit: ChangeSpeed) -> _Change:
-    found = _written_speed(program, edit.line)
+    found = written_speed(program, edit.line)
     span = Span(edit.line) if 0 < edit.line <= len(program.source.lines) else None
     if found is None:
         raise OlpError(

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from olp.checks.edit import ChangeSpeed, Edited, check_same, edited, speeds
+from olp.checks.edit import ChangeSpeed, Edited, check_same, edited
 from olp.checks.fit.choices import reread
 from olp.checks.lint.zones import larger, smaller
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.source import decode
 from olp.core.units import deg, mm
 from olp.ir.statements import Move, SpeedUnit
+from olp.languages.literals import speeds
 from olp.languages.vendor import find_vendor
 from olp.runtime.plan import StepKind
 

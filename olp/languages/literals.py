@@ -28,6 +28,7 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.source import Source
 from olp.ir.expressions import Expression
 from olp.ir.points import PointKind
+from olp.ir.statements import Move, SetSpeed, Speed, SpeedUnit
 from olp.robots.geometry import Pose, angles_from_rotation, quaternion_from_rotation, rotation_from_quaternion
 
 if TYPE_CHECKING:
@@ -310,3 +311,61 @@ def by_name(program: Program) -> dict[str, list[WrittenPoint]]:
     for point in language(program).points(program):
         found.setdefault(point.name, []).append(point)
     return found
+
+
+class SpokenSpeed(NamedTuple):
+    """`speed` of the statement on `line`, written on the line `written`: of a move in KRL mostly another one.
+
+    `place`: where its number stands.
+    """
+
+    line: int
+    speed: Speed
+    written: int
+    place: WrittenSpeed
+
+
+def speed_of(program: Program, line: int) -> Speed | None:
+    """The speed that `line` would be given by `ChangeSpeed`; None where none is written as a number."""
+    found = written_speed(program, line)
+    return None if found is None else found[1]
+
+
+def speeds(program: Program) -> list[SpokenSpeed]:
+    """All speeds that `ChangeSpeed` can change, by line. Raises OlpError (O001)."""
+    by_line = _by_line(program)
+    found = ((line, _spelt(program, by_line, line)) for line in sorted(by_line))
+    return [SpokenSpeed(line, one[1], one[0].line, one[0]) for line, one in found if one is not None]
+
+
+def written_speed(program: Program, line: int) -> tuple[WrittenSpeed, Speed] | None:
+    """Where the speed of the statement on `line` stands, and what it is."""
+    return _spelt(program, _by_line(program), line)
+
+
+def _by_line(program: Program) -> dict[int, list[Move | SetSpeed]]:
+    found: dict[int, list[Move | SetSpeed]] = {}
+    for one in program.statements():
+        if isinstance(one, Move | SetSpeed):
+            found.setdefault(one.line, []).append(one)
+    return found
+
+
+def _spelt(
+    program: Program, by_line: Mapping[int, list[Move | SetSpeed]], line: int
+) -> tuple[WrittenSpeed, Speed] | None:
+    for one in by_line.get(line, ()):
+        own = [speed for speed in _speeds(one) if speed.value.literal is not None]
+        for unit in [speed.unit for speed in own] or (SpeedUnit.FRACTION, SpeedUnit.TRAVEL):
+            written = language(program).speed(program, one, unit)
+            said = () if written is None else by_line.get(written.line, ())
+            for speed in (speed for other in said for speed in _speeds(other)):
+                if speed.unit is unit and speed.value.literal is not None:
+                    return written, speed
+    return None
+
+
+def _speeds(statement: Move | SetSpeed) -> tuple[Speed, ...]:
+    if isinstance(statement, SetSpeed):
+        return statement.speeds
+    return () if statement.speed is None else (statement.speed,)

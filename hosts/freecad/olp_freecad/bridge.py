@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from olp.checks.edit import ChangeSpeed, PlacePoint, Visit, edited, speeds, visits
+from olp.checks.edit import ChangeSpeed, PlacePoint, Visit, edited, visits
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.files import write_output
 from olp.core.units import deg, mm, percent
@@ -21,7 +21,7 @@ from olp.fluent import read
 from olp.ir.points import PointKind
 from olp.ir.program import Program
 from olp.ir.statements import Move, Path, SpeedUnit
-from olp.languages.literals import WrittenPoint, written_points
+from olp.languages.literals import WrittenPoint, speeds, written_points
 from olp.reports.batch import Job, plan_and_time, time_program
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion
 from olp.robots.kinematics import forward

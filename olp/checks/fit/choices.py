@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from olp.checks.edit import SpokenSpeed, speeds
 from olp.checks.lint.rule import LintCase
 from olp.checks.lint.rules.exact_stop import ExactStop
 from olp.checks.lint.zones import freed, larger
@@ -35,7 +34,7 @@ from olp.ir.statements import (
     Speed,
     SpeedUnit,
 )
-from olp.languages.literals import Token, language, replaced, shortest, text_of
+from olp.languages.literals import SpokenSpeed, Token, language, replaced, shortest, speeds, text_of
 from olp.languages.merging import split_arguments
 from olp.languages.vendor import find_vendor
 from olp.runtime.folder import read_cached

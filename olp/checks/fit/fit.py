@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from olp.checks.edit import speeds
 from olp.checks.fit.choices import (
     Allowed,
     Applied,
@@ -39,6 +38,7 @@ from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import Source, drop, put, text
 from olp.core.units import mm
 from olp.ir.program import Program, SetOverride
+from olp.languages.literals import speeds
 from olp.reports.cell import links_of
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import StepKind

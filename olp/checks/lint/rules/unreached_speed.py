@@ -48,9 +48,10 @@ class UnreachedSpeed(Rule):
                 )  # fmt: skip
 
     def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
-        from olp.checks.edit import ChangeSpeed, edited, speed_of
+        from olp.checks.edit import ChangeSpeed, edited
         from olp.core.diagnostic import OlpError
         from olp.ir.statements import SpeedUnit
+        from olp.languages.literals import speed_of
 
         old = speed_of(program, found.line)
         reached = found.numbers.get("reached_mm_s")
