@@ -20,9 +20,9 @@ sys.path.insert(0, str(ROOT))
 from olp.contracts.readings import declare, readings_of  # noqa: E402
 from olp.contracts.reports import declare_report  # noqa: E402
 from olp.contracts.writers import declare_texts  # noqa: E402
+from olp.languages.limits import writable  # noqa: E402
 from olp.languages.vendor import find_vendor  # noqa: E402
 from olp.reports.formats import report_names  # noqa: E402
-from olp.transpile.export import writable  # noqa: E402
 
 
 def main(names: Sequence[str]) -> int:

@@ -125,8 +125,8 @@ class FluentProgram(ir.Program):
         encoding: str | None = None,
         date: str | None = None,
     ) -> bytes:
-        """The program in `vendor`'s language; see `olp.transpile.export.export` for the options."""
-        from olp.transpile.export import export
+        """The program in `vendor`'s language; see `olp.transpile.convert.export` for the options."""
+        from olp.transpile.convert import export
 
         return export(self, vendor, output, template=template, encoding=encoding, date=date)
 

@@ -12,8 +12,11 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from olp.fluent import as_html, as_robot, fields_of
-from olp.identification import recording as recordings
-from olp.identification import signature as signatures
+from olp.identification.recording import recording as recordings
+from olp.identification.recording.reader import read_recording
+from olp.identification.signature import document as signatures
+from olp.identification.signature import learn
+from olp.identification.signature.file import read_signature, write_signature
 
 if TYPE_CHECKING:
     import pandas
@@ -39,7 +42,7 @@ class FluentRecording(recordings.Recording):
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> FluentRecording:
         """The recording at `path`: a folder, or a single file of moves. Raises OlpError with all that is wrong."""
-        return cls(**fields_of(recordings.read_recording(os.fspath(path), logs_alone=True)))
+        return cls(**fields_of(read_recording(os.fspath(path), logs_alone=True)))
 
     def frame(self) -> pandas.DataFrame:
         """The moves as moves.csv has them: one row per move, units in the names of the columns."""
@@ -79,11 +82,11 @@ class FluentSignature(signatures.Signature):
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> FluentSignature:
         """The signature in a file. Raises OlpError for one that is none."""
-        return cls(**fields_of(signatures.read_signature(os.fspath(path))))
+        return cls(**fields_of(read_signature(os.fspath(path))))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file that `--signature` of the commands takes. Raises OSError."""
-        signatures.write_signature(self, os.fspath(path))
+        write_signature(self, os.fspath(path))
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """The corrected acceleration [mm/s²] of the moves it learnt, with 95 % intervals, over their direction [deg].
@@ -178,9 +181,7 @@ def calibrate(
         >>> signature = olp.calibrate("samples/up20", method="factors")
         >>> signature.save("up20.signature.json")  # for olp time --signature
     """
-    return FluentSignature(
-        **fields_of(signatures.calibrate(_recording(recording), method, as_robot(robot))[0])
-    )
+    return FluentSignature(**fields_of(learn.calibrate(_recording(recording), method, as_robot(robot))[0]))
 
 
 def predict(

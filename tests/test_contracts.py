@@ -33,7 +33,7 @@ from olp.core.diagnostic import error
 from olp.core.source import decode
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path
-from olp.languages.limits import limits_of
+from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.reports.formats import report_names
 from olp.robots import robot as robot_module
@@ -41,7 +41,6 @@ from olp.robots.robot import robot_names
 from olp.timing.motion import load_model, model_names
 from olp.timing.physics import load_term, term_names
 from olp.transpile.convert import Converted
-from olp.transpile.export import writable
 
 HOSTS = FilePath(__file__).parent.parent / "hosts"
 MAKERS = sorted({name.partition("/")[0] for name in robot_names()})

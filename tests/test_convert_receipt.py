@@ -15,10 +15,10 @@ from olp.fluent import read
 from olp.ir.expressions import Store
 from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
 from olp.ir.terminology import ACCELERATIONS, BLENDS, FUNCTIONS, SIGNALS, SPEEDS, STATEMENTS, STORES, VALUES
+from olp.languages.limits import writable
 from olp.robots.robot import load_robot
 from olp.transpile.context import Context, Fate, Mapping
 from olp.transpile.convert import convert
-from olp.transpile.export import writable
 from olp.transpile.support import kinds
 
 SAMPLES = Path(__file__).resolve().parents[1] / "samples"

@@ -90,8 +90,9 @@ from olp.ir.program import (
 from olp.ir.program import (
     Path as Shape,
 )
+from olp.languages.limits import writable
 from olp.runtime.interpreter import run
-from olp.transpile.export import export, writable
+from olp.transpile.convert import export
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 JOBS = sorted(path for path in SAMPLES.rglob("*") if path.suffix.lower() == ".jbi")
@@ -237,7 +238,7 @@ def foreign_text(program):
     """What the writer alone makes of a program of another language: the passes of a translation come before it."""
     from olp.core.diagnostic import raise_errors
     from olp.languages.vendors.inform import writer
-    from olp.transpile.export import rendered
+    from olp.transpile.convert import rendered
 
     values, problems = writer.write(program, "2026/05/06 07:08")
     raise_errors(problems)

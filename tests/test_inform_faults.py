@@ -9,8 +9,7 @@ from olp.core.source import decode
 from olp.fluent import read_source
 from olp.robots.robot import load_robot
 from olp.transpile import Context
-from olp.transpile.convert import convert
-from olp.transpile.export import export
+from olp.transpile.convert import convert, export
 from olp.transpile.link import link
 
 

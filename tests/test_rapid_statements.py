@@ -68,7 +68,7 @@ from olp.ir.program import (
     While,
 )
 from olp.timing.timing import time_plan
-from olp.transpile.export import export
+from olp.transpile.convert import export
 
 TRAVEL = SpeedUnit.TRAVEL
 

@@ -3,7 +3,7 @@
 import pytest
 from tp_listings import listing, read
 
-from olp.transpile.export import export
+from olp.transpile.convert import export
 
 CONFIGURATIONS = ["N U T, 1, 0, 0", "F D B, 0, 0, -1", "F U T, -1, 0, 2", "N D T, 1, 2, 3"]
 

@@ -68,7 +68,7 @@ from olp.ir.program import (
 )
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.interpreter import run
-from olp.transpile.export import export
+from olp.transpile.convert import export
 
 FINE = Blend(BlendKind.RADIUS, Quantity(Number(0), 0.001), "FINE")
 P1, P2 = Taught(Store.ROBOT, 1), Taught(Store.ROBOT, 2)

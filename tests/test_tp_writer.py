@@ -67,7 +67,7 @@ from olp.ir.program import (
 )
 from olp.languages.templating import RenderingLimits, shipped
 from olp.languages.vendors.tp.writer import write
-from olp.transpile.export import export
+from olp.transpile.convert import export
 
 SAMPLES = sorted((Path(__file__).parent.parent / "samples" / "tp").glob("*.ls"))
 DATE = "2025/03/04 10:11"

@@ -7,8 +7,8 @@ import pytest
 from translated_texts import ROBOT, converted, inform, krl, module, read, run_elsewhere, tp, translated
 
 from olp.core.diagnostic import OlpError
+from olp.languages.limits import writable
 from olp.transpile.convert import run_converted
-from olp.transpile.export import writable
 
 VENDORS = writable()
 # Turned by 30 deg about Z: cos 0.8660254, sin 0.5.

@@ -25,7 +25,7 @@ from olp.ir.program import (
     SpeedUnit,
 )
 from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
-from olp.transpile.export import export
+from olp.transpile.convert import export
 
 
 def read(*lines):

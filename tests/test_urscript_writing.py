@@ -69,8 +69,7 @@ from olp.robots.geometry import rotation_from_angles
 from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, Plan, StepKind
 from olp.transpile.context import Context
-from olp.transpile.convert import convert
-from olp.transpile.export import export
+from olp.transpile.convert import convert, export
 from olp.transpile.link import link
 
 SAMPLES = File(__file__).resolve().parent.parent / "samples" / "urscript"

@@ -55,11 +55,11 @@ from olp.ir.program import (
     Wait,
     While,
 )
+from olp.languages.limits import writable
 from olp.runtime.plan import Plan
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans, steps_of
 from olp.transpile.convert import convert
-from olp.transpile.export import writable
 from olp.transpile.link import link
 
 MM, PERCENT = 0.001, 0.01

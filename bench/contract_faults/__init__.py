@@ -186,7 +186,7 @@ def _vendors() -> Sequence[str]:
 
 
 def _written() -> Sequence[str]:
-    from olp.transpile.export import writable
+    from olp.languages.limits import writable
 
     return writable()
 

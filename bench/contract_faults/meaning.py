@@ -392,9 +392,9 @@ def _plant_write(vendor: Any, make: Callable[[], Change]) -> Callable[[], Callab
 
 def _plant_text(vendor: Any, change: Callable[[str], str]) -> Callable[[], Callable[[], bool]]:
     def plant() -> Callable[[], bool]:
-        from olp.transpile import export
+        from olp.transpile import convert
 
-        whole, changed, name = export.rendered, [], vendor().name
+        whole, changed, name = convert.rendered, [], vendor().name
 
         def rendered(values: Any, language: str, *rest: Any) -> str:
             text = whole(values, language, *rest)
@@ -402,7 +402,7 @@ def _plant_text(vendor: Any, change: Callable[[str], str]) -> Callable[[], Calla
             changed.append(other != text)
             return other
 
-        export.rendered = rendered
+        convert.rendered = rendered
         return lambda: any(changed)
 
     return plant

@@ -22,7 +22,7 @@ SUMMARY = "translate a program into another robot's language, with a receipt"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.transpile.export import writable
+    from olp.languages.limits import writable
 
     parser.add_argument("jobs", nargs="+", metavar="JOB", help="a program, or a folder of programs")
     parser.add_argument(
@@ -77,9 +77,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     from olp.core.files import write_output
+    from olp.languages.limits import refuse_unwritable
     from olp.languages.vendor import vendor_suffixes
     from olp.transpile.dead_code import DATA_ALONE
-    from olp.transpile.export import refuse_unwritable
     from olp.transpile.receipt_text import as_text
 
     refuse_unwritable(args.to)

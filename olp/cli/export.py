@@ -17,7 +17,7 @@ SUMMARY = "write a program in a vendor's language"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    from olp.transpile.export import writable
+    from olp.languages.limits import writable
 
     add_output_arguments(parser, "exported")
     parser.add_argument(
@@ -29,8 +29,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
+    from olp.languages.limits import refuse_unwritable
     from olp.languages.vendor import find_vendor
-    from olp.transpile.export import refuse_unwritable
 
     refuse_unwritable(args.to)
     told = convert(args, lambda path: _export(path, args), find_vendor(args.to).suffixes[0])
@@ -40,7 +40,7 @@ def run(args: Namespace) -> int:
 
 def _export(path: Path, args: Namespace) -> tuple[bytes, Sequence[Diagnostic]]:
     from olp.languages.vendor import read
-    from olp.transpile.export import export
+    from olp.transpile.convert import export
 
     program = read(path, encoding=args.encoding)
     data = export(program, args.to, template=args.template, encoding=args.to_encoding)

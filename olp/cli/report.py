@@ -39,7 +39,8 @@ def run(args: Namespace) -> int:
     from olp.cli._timing import print_diagnostics, timing_job_of
     from olp.core.diagnostic import OlpError, error
     from olp.languages.vendor import vendor_suffixes
-    from olp.reports.cell import branch_times, started
+    from olp.reports.batch import branch_times
+    from olp.reports.cell import started
     from olp.reports.page import report_page
 
     paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]

@@ -19,12 +19,12 @@ from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source, decode, load
 from olp.ir.program import Comment, LineKind, Opaque, Program
+from olp.languages.limits import writable
 from olp.languages.vendor import Vendor, find_vendor, recognise, vendor_names
 from olp.reports.annotate import annotate, remove
 from olp.runtime.interpreter import run
 from olp.timing.blending.law import law_names
 from olp.timing.timing import time_plan
-from olp.transpile.export import writable
 
 _CODE: Final = re.compile(r"[A-Z]\d{3}")
 _KINDS: Final = frozenset(value for name, value in vars(LineKind).items() if name.isupper())

@@ -24,14 +24,13 @@ from olp.core.source import decode, load
 from olp.core.units import mm
 from olp.ir.expressions import Number, Quantity, Signal, SignalState
 from olp.ir.program import Comment, Declare, Move, Opaque, PathTrigger, Program, SetOutput
-from olp.languages.limits import limits_of
+from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import Vendor, find_vendor, vendor_names
 from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
 from olp.transpile.context import Translated
-from olp.transpile.convert import Converted, convert
-from olp.transpile.export import export, writable
+from olp.transpile.convert import Converted, convert, export
 from olp.transpile.link import link
 from olp.transpile.probes import probes, program_with
 

@@ -8,6 +8,7 @@ from importlib import import_module
 from math import inf
 from typing import Final
 
+from olp.core import resources
 from olp.core.diagnostic import OlpError, error
 from olp.ir.expressions import Store
 from olp.ir.statements import AccelerationUnit, BlendKind, Path, PathTrigger, SpeedUnit
@@ -269,3 +270,20 @@ def limits_of(vendor: str, forms: bool = False) -> Limits:
     limits = getattr(module, "FORMS", module.LIMITS) if forms else module.LIMITS
     assert isinstance(limits, Limits)
     return limits
+
+
+def writable() -> tuple[str, ...]:
+    """The vendors whose language can be written, sorted."""
+    from olp.languages.vendor import vendor_names
+
+    templates = set(resources.names("templates", ".j2"))
+    return tuple(name for name in vendor_names() if name in templates)
+
+
+def refuse_unwritable(vendor: str) -> None:
+    """Raises OlpError (X001), which lists the languages that can be written."""
+    if vendor not in writable():
+        from olp.languages.vendor import find_vendor
+
+        known = ", ".join(f"{name} ({find_vendor(name).title})" for name in writable())
+        raise OlpError(error("X001", f"olp cannot write '{vendor}'", help=f"it writes: {known}"))

@@ -15,8 +15,9 @@ from olp.identification.timing_job import (
     time_plan_of,
     time_program,
 )
+from olp.ir.program import Program
 from olp.languages.vendor import read
-from olp.reports.cell import CellLinks, branches_of, cost_of, links_of, started, with_run
+from olp.reports.cell import BranchTime, CellLinks, cost_of, links_of, started, with_run
 from olp.reports.formats.report import Options, ReportPart, load_report
 
 __all__ = [
@@ -100,6 +101,31 @@ def time_file(path: str, job: Job) -> ReportPart:
         cost_of(timing, job.options.top) if job.options.top or job.options.by else None,
         branches,
     )
+
+
+def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
+    """The branches of the program in a file; empty where it cannot be read."""
+    try:
+        return branches_of(read(path, encoding=job.encoding), job)
+    except OlpError:
+        return ()
+
+
+def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
+    """Every branch of a main program that somebody else chooses, timed. Empty where nobody does."""
+    from olp.runtime.dispatch import dispatches, taking
+
+    found = []
+    for dispatch in dispatches(program):
+        for choice in dispatch.choices:
+            total, partial = None, True
+            try:
+                timing = time_program(taking(program, dispatch, choice), job)
+                total, partial = timing.total_s, bool(timing.left_open)
+            except OlpError:
+                pass
+            found.append(BranchTime(dispatch.name, dispatch.line, choice.name, choice.line, total, partial))
+    return tuple(found)
 
 
 def shown(parts: Sequence[ReportPart]) -> list[Diagnostic]:

@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from olp.core.diagnostic import OlpError
 from olp.ir.expressions import CallValue
 from olp.ir.program import Assign, Call, Program
 from olp.runtime.plan import BlendCode, StepKind
 from olp.timing.causes import CAUSES, seconds_by_cause
 
 if TYPE_CHECKING:
-    from olp.identification.timing_job import TimingJob
     from olp.runtime.plan import Plan
     from olp.timing.result import Timing
 
@@ -264,34 +262,6 @@ class BranchTime:
     leads_to: int
     total_s: float | None
     partial: bool
-
-
-def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
-    """The branches of the program in a file; empty where it cannot be read."""
-    from olp.languages.vendor import read
-
-    try:
-        return branches_of(read(path, encoding=job.encoding), job)
-    except OlpError:
-        return ()
-
-
-def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
-    """Every branch of a main program that somebody else chooses, timed. Empty where nobody does."""
-    from olp.identification.timing_job import time_program
-    from olp.runtime.dispatch import dispatches, taking
-
-    found = []
-    for dispatch in dispatches(program):
-        for choice in dispatch.choices:
-            total, partial = None, True
-            try:
-                timing = time_program(taking(program, dispatch, choice), job)
-                total, partial = timing.total_s, bool(timing.left_open)
-            except OlpError:
-                pass
-            found.append(BranchTime(dispatch.name, dispatch.line, choice.name, choice.line, total, partial))
-    return tuple(found)
 
 
 def spelled_time(seconds: float) -> str:

@@ -1,28 +1,34 @@
-"""Converts a program into files of another language: runs the passes and the writer, one file per routine if needed.
+"""Writes a program in another language: the passes, the language's writer, and files of the target's shape.
 
-Codes: X011 something that the target cannot say.
+`convert` makes files with a receipt, one per routine if needed; `export` makes one text and keeps nothing that the
+language cannot say. Every vendor that can be written has a template `templates/<vendor>.j2`, which holds the shape of a
+file, and a module `olp.languages.vendors.<vendor>.writer`, which spells the words.
+
+Codes: X001 a language that cannot be written, X002 something that the language cannot say, X003 a character that the
+encoding does not have, X011 something that the passes refuse.
 """
 
 from __future__ import annotations
 
+import codecs
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
-from olp.core.diagnostic import Diagnostic, OlpError, raise_errors
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
 from olp.core.memory_limit import no_garbage_collection
 from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointBlock, PointTable
 from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Routine, Statement, Wait
 from olp.ir.transformer import expressions_of
-from olp.languages.limits import Limits, limits_of
+from olp.languages.limits import Limits, limits_of, refuse_unwritable
 from olp.transpile.commented_out import LeftOut
 from olp.transpile.context import Context, Fate, Translated
 from olp.transpile.dead_code import name_of
-from olp.transpile.export import refuse_unwritable
 from olp.transpile.pipeline import MOST_AGAIN, asked_inputs, canonical, plan_of, refusals
 
 if TYPE_CHECKING:
@@ -31,6 +37,130 @@ if TYPE_CHECKING:
     from olp.runtime.made_up import MadeUp
     from olp.runtime.plan import Plan
     from olp.transpile.receipt import PlanRuns
+
+_ERRORS = "surrogateescape"  # bytes that could not be read are written as they were, see `source`
+_WITH_ASCII = frozenset({"cp1252", "iso8859-1", "utf-8"})  # of which ASCII is a part
+_ROW = 1_000  # characters that a statement, a point or a declaration may take, twice what any was seen to
+_FALLBACK = "cp1252"  # what controllers sold in Europe and America write
+
+
+class Writer(Protocol):
+    """The module `olp.languages.vendors.<vendor>.writer`."""
+
+    def write(self, program: Program, date: str) -> tuple[dict[str, object], list[Diagnostic]]:
+        """The values for the vendor's template, and an error for everything that the language cannot say."""
+
+
+def export(
+    program: Program,
+    vendor: str,
+    output: str | os.PathLike[str] | None = None,
+    *,
+    template: str | os.PathLike[str] | None = None,
+    encoding: str | None = None,
+    date: str | None = None,
+) -> bytes:
+    """The program in `vendor`'s language, also written to the file `output` if that is given.
+
+    `template`: a jinja2 file instead of the vendor's own. `encoding`: a Python codec (None: the program's own).
+    `date`: YYYY/MM/DD HH:MM for files that hold one (None: the program's own, or now).
+    Raises OlpError with all errors of the program, all that the language cannot say (X…), or the template's (J…).
+    """
+    refuse_unwritable(vendor)
+    raise_errors([found.at(program.path) for found in program.diagnostics])
+    if program.vendor != vendor:
+        program = _translated(program, vendor)
+    text = _text(program, vendor, template, date or now())
+    data = encoded(text, program, vendor, encoding or encoding_of(program, vendor))
+    if output is not None:
+        from olp.core.files import write_output
+
+        write_output(os.fspath(output), data, inputs=[program.path] if program.path else [])
+    return data
+
+
+def _translated(program: Program, vendor: str) -> Program:
+    """A program of another language in the form that the writer takes; `olp convert` says what changed."""
+    from olp.transpile.pipeline import canonical, refusals
+
+    translated = canonical(program, vendor)
+    raise_errors([*translated.problems, *refusals(program, vendor, translated)])
+    return translated.program
+
+
+def _text(program: Program, vendor: str, template: str | os.PathLike[str] | None, date: str) -> str:
+    writer = cast(Writer, import_module(f"olp.languages.vendors.{vendor}.writer"))
+    values, problems = writer.write(program, date)
+    raise_errors(problems)
+    return rendered(values, vendor, program, template)
+
+
+def rendered(
+    values: dict[str, object],
+    vendor: str,
+    program: Program,
+    template: str | os.PathLike[str] | None = None,
+) -> str:
+    """What the vendor's template, or another one, makes of a writer's values. Raises OlpError (J…)."""
+    from olp.languages.templating import RenderingLimits, given, shipped
+
+    renderer = shipped(vendor) if template is None else given(template)
+    # What was read from several files has little text of its own.
+    rows = len(program.data) + sum(len(r.body) + len(r.points) for r in program.routines)
+    size = len(program.source.raw) + rows
+    characters = 1_000_000 + 100 * size + _ROW * rows
+    limits = RenderingLimits(steps=100_000 + 10 * size, characters=characters, seconds=60.0)
+    return renderer.render(values, limits)
+
+
+def now() -> str:
+    """YYYY/MM/DD HH:MM."""
+    from datetime import datetime
+
+    return datetime.now().strftime("%Y/%m/%d %H:%M")
+
+
+def encoding_of(program: Program, vendor: str) -> str:
+    """What the program was read in; a mark of the byte order, which controllers refuse, is left out."""
+    encoding = program.source.encoding
+    if encoding == "ascii" or encoding.startswith(("utf-16", "utf-32")):
+        return _FALLBACK
+    return "utf-8" if encoding == "utf-8-sig" else encoding
+
+
+def encoded(text: str, program: Program, vendor: str, encoding: str) -> bytes:
+    """The text with the vendor's line ends. Raises OlpError (X003)."""
+    from olp.languages.vendor import find_vendor
+
+    ended = text.replace("\n", find_vendor(vendor).newline)
+    try:
+        # A table of characters takes twenty times as long as ASCII, which nearly all programs are.
+        ascii_too = text.isascii() and codecs.lookup(encoding).name in _WITH_ASCII
+        return ended.encode("ascii" if ascii_too else encoding, _ERRORS)
+    except LookupError:
+        raise OlpError(
+            error("X003", f"unknown encoding '{encoding}'", help="try cp1252, shift_jis or utf-8")
+        ) from None
+    except UnicodeEncodeError:
+        raise OlpError(*_unencodable(text, program, encoding)) from None
+
+
+def _unencodable(text: str, program: Program, encoding: str) -> list[Diagnostic]:
+    """One error per line of the new text that the encoding cannot hold."""
+    problems = []
+    for number, line in enumerate(text.split("\n"), 1):
+        try:
+            line.encode(encoding, _ERRORS)
+        except UnicodeEncodeError as problem:
+            span = Span(number, problem.start + 1, problem.end + 1)
+            message = f"{encoding} has no '{line[problem.start : problem.end]}'"
+            more = {
+                "file": program.path,
+                "source_line": line,
+                "help": "choose another --encoding, such as utf-8",
+            }
+            problems.append(error("X003", f"{message} (line of the new text)", span, **more))
+    return problems
 
 
 _MOST_STEPS = 200_000  # statements of a run
@@ -130,7 +260,6 @@ def _texts(
     program: Program, vendor: str, date: str | None, limits: Limits
 ) -> tuple[dict[str, str], list[Diagnostic]]:
     """The text of the file ("") and of those beside it, by suffix."""
-    from olp.transpile.export import now, rendered
 
     writer: Any = import_module(f"olp.languages.vendors.{vendor}.writer")
     asked = {"pair": limits.data_beside, "forms": limits.forms}
@@ -145,7 +274,6 @@ def _texts(
 
 
 def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> bytes:
-    from olp.transpile.export import encoded, encoding_of
 
     return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
 

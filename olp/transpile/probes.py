@@ -87,8 +87,7 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.languages.limits import limits_of
-from olp.transpile.export import writable
+from olp.languages.limits import limits_of, writable
 
 Probes = Mapping[str, tuple[Statement, ...]]
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, NamedTuple, get_args
 from olp.core.diagnostic import OlpError
 from olp.ir.program import Move, Path, Statement
 from olp.ir.terminology import kind_of
+from olp.languages.limits import writable
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.runtime.plan import StepKind
-from olp.transpile.export import writable
 from olp.transpile.probes import probes, program_with
 
 if TYPE_CHECKING:

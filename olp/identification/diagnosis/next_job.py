@@ -61,7 +61,7 @@ def write_experiment_job(
     `tool_number`: what the controller calls the recorded tool. A run keeps the orientation of the recorded point
     nearest to its begin; the posture is the commonest recorded one. Raises OlpError: N040, X…; OSError.
     """
-    from olp.transpile.export import export
+    from olp.transpile.convert import export
 
     if not experiment.moves and not experiment.timers:
         says = "there is no experiment to write: no moves are proposed"

@@ -41,7 +41,7 @@ from olp.ir.program import (
 )
 from olp.languages.vendor import probe_language
 from olp.robots.geometry import Pose
-from olp.transpile.export import export
+from olp.transpile.convert import export
 
 Floats = NDArray[np.float64]
 

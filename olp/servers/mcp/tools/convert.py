@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from olp.core.diagnostic import OlpError, error
+from olp.languages.limits import writable
 from olp.languages.vendor import find_vendor
 from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
-from olp.transpile.export import writable
 
 *_FIRST, _LAST = writable()
 _LANGUAGES = f"{', '.join(_FIRST)} or {_LAST}"
