@@ -20,6 +20,7 @@ from olp.ir.expressions import (
     Binary,
     Compare,
     Expression,
+    FrameRef,
     Function,
     Logic,
     Named,
@@ -28,9 +29,12 @@ from olp.ir.expressions import (
     Quantity,
     Signal,
     SignalState,
+    Text,
 )
 from olp.ir.points import PointTable
 from olp.ir.program import (
+    Acceleration,
+    AccelerationUnit,
     Assign,
     Blend,
     BlendKind,
@@ -49,17 +53,24 @@ from olp.ir.program import (
     If,
     Jump,
     Label,
+    Message,
     Move,
     Next,
     Path,
+    PathTrigger,
     Program,
+    PulseOutput,
+    ReadInput,
     Return,
     Routine,
+    SetAcceleration,
     SetOutput,
+    SetOverride,
     Speed,
     SpeedUnit,
     Statement,
     Switch,
+    Update,
     Wait,
     While,
 )
@@ -320,3 +331,135 @@ def _after_branches(script: _Script, n: int) -> list[OracleEvent]:
     _joint(end, "home", HOME, 29)
     script.rows += end.rows
     return [*events, *end.events]
+
+
+# --- at the edges of what languages take --------------------------------------------------------------------------
+
+_FAR: Final = (1.7e-7, 0.0123456, 0.618034, 3.14159, 2.34e5)
+_MEASURES: Final = tuple(Quantity(Number(value), 1.0) for value in _FAR)  # in SI, of whatever
+_NUMBERS: Final = tuple(map(Number, (0, 1, 15, 64, 1000)))
+_LONG: Final = "a_name_that_is_longer_than_any_controller_of_robots_takes_it_as_one_part"
+_WORDS: Final = ("if", "MOVE", "_tail", "x-y", "2nd", "größe", _LONG, f"{_LONG}_2")
+_TEXT: Final = "says 'this', \"that\"; 100 % of it {all} | and so on, " * 6
+
+
+def _travels(path: Path, **more: Any) -> Move:
+    """A move to the middle place of `program_with` that says all that languages ask for."""
+    speed = Speed(SpeedUnit.FRACTION if path is Path.JOINT else SpeedUnit.TRAVEL, Quantity(Number(0.4), 1.0))
+    stop = Blend(BlendKind.RADIUS, Quantity(Number(0), MM))
+    whole = Move(
+        0, path, (Named("p2"),), speed, stop, tool=FrameRef("tool", Number(0)), frame=FrameRef("base")
+    )
+    return replace(whole, **more)
+
+
+def edge_statements() -> dict[str, tuple[Statement, ...]]:
+    """Programs, for `program_with`, whose numbers, words and shapes no language, or not every one, can say."""
+    return {**_edges_of_moves(), **_edges_of_signals(), **_edges_of_words(), **_edges_of_values()}
+
+
+def _edges_of_moves() -> dict[str, tuple[Statement, ...]]:
+    paths = (Path.JOINT, Path.LINEAR)
+    rates = [Acceleration(unit, value) for unit in AccelerationUnit for value in _MEASURES]
+    return {
+        "speeds": tuple(_travels(p, speed=Speed(u, v)) for p in paths for u in SpeedUnit for v in _MEASURES),
+        "blends": tuple(_travels(p, blend=Blend(k, v)) for p in paths for k in BlendKind for v in _MEASURES),
+        "passes": tuple(_travels(p, blend=Blend(k)) for p in paths for k in BlendKind),
+        "accelerations": (
+            *(_travels(p, acceleration=v, deceleration=_MEASURES[2]) for p in paths for v in _MEASURES),
+            *(_travels(p, rate=rate) for p in paths for rate in rates),
+            *(one for rate in rates for one in (SetAcceleration(0, (rate,)), _travels(Path.LINEAR))),
+        ),
+        "turns": tuple(_travels(Path.LINEAR, turn=value) for value in _MEASURES),
+        "overrides": tuple(SetOverride(0, value) for value in _MEASURES),
+        "tools": tuple(_travels(Path.LINEAR, tool=FrameRef("tool", n)) for n in _NUMBERS),
+        "frames": tuple(_travels(Path.LINEAR, frame=FrameRef("user", n)) for n in _NUMBERS),
+    }
+
+
+def _edges_of_signals() -> dict[str, tuple[Statement, ...]]:
+    on, out = SignalState(True), Signal("out", Number(3))
+    far = ((0.0, 0.0123), (-0.4, 0.0), (-1.7, 0.03), (-3.9, -1.2), (0.0, 3.1), (0.0, -70.0), (0.9, -0.2))
+    ways = [
+        (start, Quantity(Number(m), 1.0), Quantity(Number(t), 1.0)) for start in (True, False) for m, t in far
+    ]
+    switched = tuple(PathTrigger(out, on, *way) for way in ways)
+    return {
+        "times": (*(Dwell(0, v) for v in _MEASURES), *(PulseOutput(0, out, v) for v in _MEASURES)),
+        "outputs": (
+            *(SetOutput(0, Signal(bus, n), on) for bus in ("out", "flag") for n in _NUMBERS),
+            *(SetOutput(0, Signal("analog-out", n), Number(0.5)) for n in _NUMBERS),
+            *(SetOutput(0, Signal("out-group", n), Number(5)) for n in _NUMBERS),
+        ),
+        "waits": tuple(
+            Wait(0, Compare("=", Signal(bus, n), on), _MEASURES[2])
+            for bus in ("in", "flag")
+            for n in _NUMBERS
+        ),
+        "on the way": tuple(_travels(p, triggers=(one,)) for p in Path for one in switched),
+        "many on the way": (_travels(Path.LINEAR, triggers=switched),),
+    }
+
+
+def _edges_of_words() -> dict[str, tuple[Statement, ...]]:
+    n = Named("n")
+    return {
+        "names": (
+            *(Declare(0, word, "real", Number(at), shared=True) for at, word in enumerate(_WORDS)),
+            *(Assign(0, Named(word), Binary("+", Named(word), Number(0.25))) for word in _WORDS),
+            *(one for w in _WORDS for one in (Label(0, w), Jump(0, w, Compare(">", n, Number(1))))),
+            *(Call(0, word) for word in _WORDS),
+        ),
+        "texts": (
+            *(one for text in (_TEXT, "") for one in (Comment(0, text), Message(0, Text(text)))),
+            _travels(Path.LINEAR, comment=_TEXT),
+        ),
+        "many": (
+            *(Declare(0, f"many{at}", "real", Number(at), shared=True) for at in range(310)),
+            *(Update(0, "+", Named(f"many{at}"), Number(1)) for at in range(310)),
+        ),
+    }
+
+
+def _edges_of_values() -> dict[str, tuple[Statement, ...]]:
+    n, x = Named("n"), Named("x")
+    words, signs = ("and", "or", "xor"), ("+", "-", "*", "/", "mod", "div")
+    hits = [Compare(">", n, Number(value)) for value in (1, 2, 3)]
+    read = ReadInput(0, n, Signal("in-group", Number(1)))
+    logic = [Logic(hits[0], ((a, Logic(hits[1], ((b, hits[2]),))),)) for a in words for b in words]
+    one, two = (
+        ("sqrt", "abs", "sin", "cos", "tan", "atan", "round", "trunc"),
+        ("atan2", "power", "min", "max"),
+    )
+    return {
+        "numbers": (
+            *(Assign(0, x, Binary("*", Number(sign * v), x)) for sign in (1, -1) for v in _FAR),
+            *(Assign(0, n, Number(value)) for value in (2**40, -(2**40))),
+        ),
+        "conditions": (read, *(part for c in logic for part in (If(0, c), Assign(0, x, n), EndIf(0)))),
+        "functions": (
+            read,
+            *(Assign(0, x, Function(name, (x,))) for name in one),
+            *(Assign(0, x, Function(name, (x, n))) for name in two),
+        ),
+        "sums": (
+            read,
+            *(
+                Assign(0, x, Binary(a, Binary("+", x, Number(1)), Binary(b, x, n)))
+                for a in signs
+                for b in ("-", "/", "mod")
+            ),
+        ),
+        "loops": (
+            read,
+            *(
+                part
+                for step in (None, *map(Number, (1, -1, 3, -2)), n)
+                for part in (
+                    For(0, Named("i"), Number(9), Number(1), step),
+                    Dwell(0, _MEASURES[2]),
+                    Next(0, Named("i")),
+                )
+            ),
+        ),
+    }

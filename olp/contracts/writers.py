@@ -17,7 +17,15 @@ import numpy as np
 from olp.contracts import handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.oracle import PoseSpelling, is_written, numbers_of, spelling_of
-from olp.contracts.programs import BRANCHES, COMMENT, POINTS, Contract, contract_program, literal
+from olp.contracts.programs import (
+    BRANCHES,
+    COMMENT,
+    POINTS,
+    Contract,
+    contract_program,
+    edge_statements,
+    literal,
+)
 from olp.contracts.promises import Difference, Promise, hold
 from olp.core.diagnostic import OlpError, Severity
 from olp.core.source import decode, load
@@ -223,7 +231,7 @@ def _text(made: Converted) -> str:
 
 
 def writes_as_declared(it: WriterUnderTest) -> Iterator[Difference]:
-    """The contract program, and the programs whose readings are declared, are written as their author declared"""
+    """The contract program, programs at the edges, and those with declared readings are written as declared"""
     yield from other_texts(it)
 
 
@@ -521,15 +529,17 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
 
 # --- Declared texts: what a writer makes of programs, for the vendor's author to check once ---
 # `samples/NAME/readings/*.written` holds parts as a declared reading does, each a file that olp wrote: of the contract
-# program, and of the programs with declared readings that have no error, in their own language and in all others.
-# What cannot be said stands as a comment in it, and
-# what the receipt tells of it, names that change included, is a part of its own.
+# program, of programs at the edges of what languages take (`edge_statements`), and of the programs with declared
+# readings that have no error, in their own language and in all others. What cannot be said stands as a comment in it,
+# and what the receipt tells of it, new names included, is a part of its own.
 
 
 _WRITTEN: Final = ".written"
 _CONTRACT: Final = "contract"
+_EDGES: Final = "edges"
 _OTHERS: Final = "others"
 _SHOWN: Final = 3
+_MANY: Final = 40
 _NUMBERS: Final = re.compile(r"\d+(?:\.\d+)?")
 
 
@@ -544,8 +554,9 @@ def other_texts(it: WriterUnderTest) -> Iterator[Difference]:
     for stem, found in _texts(it):
         path = _path(it.folder, stem)
         declared = readings.load_declared(path) if path.exists() else {}
-        # A new language adds to what the others can be given, and to nothing that they declare.
-        there = [name for name in found if name in declared] if stem == _OTHERS else list(found)
+        # A new language, or a new edge, adds to what the others can be given, and to nothing that they declare.
+        more = stem in (_EDGES, _OTHERS)
+        there = [name for name in found if name in declared] if more else list(found)
         if list(declared) != there:
             yield path.name, f"declared: {', '.join(declared)}; written: {', '.join(found)}"
         for name in declared.keys() & found.keys():
@@ -568,6 +579,9 @@ def _texts(it: WriterUnderTest) -> Iterator[tuple[str, dict[str, list[str]]]]:
         data = export(program, vendor.name, date=_DATE)
         parts["program in one file"] = [line.rstrip() for line in decode(data, "").lines]
     yield _CONTRACT, parts
+    edges = {kind: program_with(statements, vendor.name) for kind, statements in edge_statements().items()}
+    rows = [_rows(kind, _made(vendor, program)) for kind, program in edges.items()]
+    yield _EDGES, {name: list(_folded(part, _MANY)) for found in rows for name, part in found}
     for path in readings.readings_of(it.folder):
         parts = {}
         for name, program in readings.programs_of(vendor, readings.load_declared(path)):
@@ -579,13 +593,15 @@ def _texts(it: WriterUnderTest) -> Iterator[tuple[str, dict[str, list[str]]]]:
     yield _OTHERS, {name: list(_folded(rows)) for parts in others for name, rows in parts}
 
 
-def _folded(rows: list[str]) -> Iterator[str]:
-    """The lines, of more than three that differ in numbers alone the first three and how many follow."""
+def _folded(rows: list[str], most: int = _SHOWN) -> Iterator[str]:
+    """The lines, of more than `most` that differ in numbers alone the first three and how many follow."""
     for _, group in groupby(rows, lambda row: _NUMBERS.sub("#", row)):
         run = list(group)
+        if len(run) <= most:
+            yield from run
+            continue
         yield from run[:_SHOWN]
-        if len(run) > _SHOWN:
-            yield f"({len(run) - _SHOWN} more that differ in numbers alone)"
+        yield f"({len(run) - _SHOWN} more that differ in numbers alone)"
 
 
 def _rows(source: str, made: Converted | OlpError) -> Iterator[tuple[str, list[str]]]:
