@@ -337,8 +337,12 @@ def test_a_pulse_has_its_length() -> None:
     assert statement("PulseDO doBlow;").duration is None
 
 
-def test_a_delayed_output_is_kept_and_does_not_switch() -> None:
-    assert statement("SetDO\\SDelay:=0.2,do1,1;") == Process(0, "SetDO", (("", Text("\\SDelay:=0.2,do1,1")),))
+def test_a_delayed_output_switches_at_once_which_is_told() -> None:
+    output, told = statements("SetDO\\SDelay:=0.2,do1,1;")
+    assert output == SetOutput(0, Signal("out", Text("do1")), SignalState(True))
+    assert told == Disabled(
+        0, "SetDO \\SDelay:=0.2,do1,1;", beside="the delay of the output, which switches at once"
+    )
 
 
 def test_waits_for_signals_have_a_longest_time() -> None:

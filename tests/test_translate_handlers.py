@@ -177,3 +177,37 @@ def test_what_a_handler_needs_of_other_files_comes_with_it(tmp_path):
     made = b"".join(convert(linked, "krl", Context(robot=ROBOT)).files.values()).decode()
     assert "undo_grip (most)" in made
     assert "most=4" in made
+
+
+RAISING = (
+    "IF ERRNO=ERR_OWN THEN",
+    "SetDO do4,1;",
+    "n:=n+1;",
+    "TRYNEXT;",
+    "ELSEIF ERRNO=ERR_WAIT_MAXTIME THEN",
+    "RETURN;",
+    "ENDIF",
+    "RAISE;",
+)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_an_error_of_the_program_does_what_its_handler_does_where_it_is_raised(target):
+    text = handled(*RAISING, before=("IF DInput(di2)=1 RAISE ERR_OWN;",))
+    assert outputs(text, target, di2=1) == [(2, 1), (4, 1), (3, 1)]
+    assert outputs(text, target, di2=0) == [(2, 1), (3, 1)]
+    assert not [loss for loss in converted(text, "rapid", target).translated.losses if loss.leaves_out]
+
+
+def test_the_run_raises_errors_of_the_program_too():
+    text = handled(*RAISING[:2], "RETURN;", *RAISING[4:], before=("RAISE err_own;", "WaitTime 7;"))
+    plan = read(text, "rapid").plan()
+    events = [event for _, event in sorted(plan.events.items()) if event.kind == "set"]
+    assert [event.signals[0] for event in events] == ["SIGNAL#(do2)", "SIGNAL#(do4)"]
+    assert not (plan.durations == 7).any()
+
+
+@pytest.mark.parametrize("handler", [("RETRY;",), ("RAISE;",), ("TPWrite NumToStr(ERRNO,0);", "TRYNEXT;")])
+def test_an_error_that_its_handler_does_not_end_there_stays(handler):
+    text = handled(*handler, before=("IF DInput(di2)=1 RAISE ERR_OWN;",))
+    assert 7 in {loss.line for loss in converted(text, "rapid", "krl").translated.losses if loss.leaves_out}

@@ -32,7 +32,8 @@ ON_THE_WAY: Final = (
     "on the way"  # argument of a Process that keeps the arm going: why what follows is not exact
 )
 # Names of a Process, case folded, that end the program as a whole, whoever called the routine (FANUC, RAPID, URScript).
-ENDS_PROGRAM: Final = frozenset({"abort", "exit", "halt"})
+ENDS_CYCLE: Final = "exitcycle"  # the next one begins by itself
+ENDS_PROGRAM: Final = frozenset({"abort", "exit", "halt", ENDS_CYCLE})
 _VENDORS: Final = "olp.languages.vendors"
 _USUAL: Final = (
     "Move_joint Move_linear Move_circular Assign SetOutput Dwell Wait Call Return If Else EndIf Message "
@@ -89,7 +90,7 @@ class ErrorHandling:
 
     `number`: the variable that holds the error, `names`: of errors, `wait`: of that of a wait at its limit, `foreign`:
     of those that only statements raise which no other language has; all case folded. `again`, `onward`: processes that
-    run the failed statement again, or go on behind it.
+    run the failed statement again, or go on behind it. `raises`: the process that makes an error, which its text names.
     """
 
     number: str
@@ -97,6 +98,7 @@ class ErrorHandling:
     wait: str
     again: str
     onward: str
+    raises: str
     foreign: re.Pattern[str]
 
 

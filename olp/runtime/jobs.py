@@ -58,6 +58,7 @@ from olp.languages.vendor import Vendor, find_vendor
 from olp.runtime.end_actions import with_end_actions
 from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
 from olp.runtime.memory import Scope
+from olp.runtime.raised import with_raised
 
 
 @dataclass(frozen=True, slots=True)
@@ -355,6 +356,7 @@ class Jobs:
         self.sources.append(program.source)
         self.programs.append(program)
         for routine in program.routines:
+            routine = with_raised(program, routine)
             body = with_end_actions(program.vendor, routine.body)
             job = RunnableRoutine(program, routine, len(self._jobs), source, body, _points(routine))
             self._jobs.setdefault(_key(routine.name), job)

@@ -22,6 +22,7 @@ from olp.ir.expressions import (
     FrameRef,
     Function,
     Logic,
+    Member,
     Named,
     NamedArgument,
     Number,
@@ -252,6 +253,8 @@ def _plain(e: Expression) -> Expression:
         return e
     arguments = e.arguments
     match e.name:
+        case "pose-distance":
+            return _apart(*arguments[:2])
         case "pose-add":
             return _sum(e)
         case "pose-product":
@@ -294,6 +297,26 @@ def _sum(e: Function) -> Expression:
     if isinstance(second, PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
         return _offset(first, [Number(float(f"{v * 1000:.9g}")) for v in second.values[:3]])
     return e
+
+
+def _apart(first: Expression, second: Expression) -> Expression:
+    """The distance of two places [mm] from their components."""
+    squares = []
+    for one, other in zip(_place(first), _place(second), strict=True):
+        difference = Binary("-", one, other)
+        squares.append(Binary("*", difference, difference))
+    x, y, z = squares
+    return Function("sqrt", (Binary("+", Binary("+", x, y), z),))
+
+
+def _place(e: Expression) -> tuple[Expression, ...]:
+    if isinstance(e, Function) and e.name == "pose-angles":
+        return e.arguments[:3]
+    if isinstance(e, Function) and e.name == "pose-offset" and _is_identity(e.arguments[0]):
+        return e.arguments[1:4]
+    if isinstance(e, PositionLiteral):
+        return tuple(Number(float(f"{v * 1000:.9g}")) for v in e.values[:3])
+    return tuple(Member(e, axis) for axis in ("x", "y", "z"))
 
 
 def _offset(start: Expression, by: list[Expression]) -> Expression:

@@ -8,12 +8,11 @@ target's controller stops where something fails. What waits need and cannot be s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass, field, replace
-from itertools import count
-from typing import Any, Final
+from typing import Final
 
-from olp.ir.block_structure import Block, Node, flat, negated, parse
+from olp.ir.block_structure import Node, flat, negated, parse
 from olp.ir.expressions import (
     Binary,
     CallValue,
@@ -36,7 +35,6 @@ from olp.ir.program import (
     Call,
     Case,
     Comment,
-    Declare,
     Default,
     Disabled,
     Else,
@@ -54,7 +52,6 @@ from olp.ir.program import (
     PulseOutput,
     ReadInput,
     Repeat,
-    Return,
     Routine,
     SetOutput,
     Statement,
@@ -64,11 +61,20 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import ErrorHandling, language_of
+from olp.runtime.raised import (
+    HANDLES,
+    Answer,
+    ErrorPath,
+    answer_to,
+    new_label,
+    own_errors,
+    raised_answers,
+    statements_of,
+    with_raised,
+)
 from olp.transpile.context import PROCESS, Fate, TranslationContext
 
-_HANDLES: Final = "ERROR"  # the handler of all errors, of `Disabled.handler`
 _LISTED: Final = "LISTED"  # that of some
-_OWN_TYPE: Final = "errnum"
 _OTHER: Final = ""  # any error that the handler does not name
 _TIMED_OUT: Final = SystemValue("timed-out")
 _STOPS: Final = (
@@ -131,50 +137,24 @@ class _Handlers:
     known: ErrorHandling
     routines: dict[str, Routine] = field(init=False)
     own: frozenset[str] = field(init=False)  # errors that the program declares, case folded
-    answers: dict[str, _Answer | None] = field(init=False)
+    answers: dict[str, Answer | None] = field(init=False)
+    raised: dict[str, Set[str]] = field(
+        init=False
+    )  # by routine: the errors that it raises and answers itself
 
     def __post_init__(self) -> None:
         self.routines = {r.name.casefold(): r for r in self.program.routines}
-        data = (*self.program.data, *(s for s in self.program.statements() if isinstance(s, Declare)))
-        self.own = frozenset(d.name.casefold() for d in data if _OWN_TYPE in (d.type, d.native))
+        self.own = own_errors(self.program)
         self.answers = {name: self._answer(r) for name, r in self.routines.items()}
+        self.raised = {
+            name: raised_answers(r, self.known, self.own).keys() for name, r in self.routines.items()
+        }
 
     # --- what a handler does ------------------------------------------------------------------------------------
 
-    def _answer(self, routine: Routine) -> _Answer | None:
+    def _answer(self, routine: Routine) -> Answer | None:
         """What the routine's own handler does about a wait; None where it has none, or that cannot be said."""
-        rows = [s for s in routine.body if isinstance(s, Disabled) and s.handler]
-        if not rows or any(s.handler != _HANDLES for s in rows) or not _failing(routine):
-            return None
-        nodes = parse(_statements(rows))
-        done = None if nodes is None else self._path(self.known.wait).through(nodes)
-        if not done or not self._ends(done) or not all(map(self._can_be_said, flat(done))):
-            return None
-        return _Answer(tuple(done))
-
-    def _path(self, error: str) -> _ErrorPath:
-        return _ErrorPath(self.known, self.own, error)
-
-    def _can_be_said(self, s: Statement) -> bool:
-        """Whether a handler's statement means the same behind the wait."""
-        if isinstance(s, Process):
-            return s.name in (self.known.again, self.known.onward)
-        return not isinstance(s, (Opaque, Label, Jump)) and not any(map(self._is_number, expressions_of(s)))
-
-    def _is_number(self, e: Expression) -> bool:
-        return isinstance(e, Named) and e.name.casefold() == self.known.number
-
-    def _ends(self, nodes: Sequence[Node]) -> bool:
-        """Whether the way through ends with a repetition, by going on, or by leaving the routine."""
-        last = next((n for n in reversed(nodes) if not isinstance(n, (Comment, Disabled))), None)
-        if isinstance(last, Block):
-            whole = {If: Else, Switch: Default}.get(type(last.opener))
-            markers = [type(marker) for marker, _ in last.branches]
-            inside = [nodes for m, nodes in last.branches if not isinstance(m, Switch)]
-            return whole in markers and all(map(self._ends, inside))
-        return isinstance(last, Return) or (
-            isinstance(last, Process) and last.name in (self.known.again, self.known.onward)
-        )
+        return answer_to(self.known.wait, routine, self.known, self.own) if _failing(routine) else None
 
     # --- which errors there are ---------------------------------------------------------------------------------
 
@@ -245,6 +225,7 @@ class _Handlers:
     # --- the translation ----------------------------------------------------------------------------------------
 
     def routine(self, routine: Routine) -> Routine:
+        routine = with_raised(self.program, routine, self.own)
         places = _failing(routine)
         answer = self.answers[routine.name.casefold()]
         dropped = self._judge(routine, answer)
@@ -273,24 +254,25 @@ class _Handlers:
         if self.work.limits.timed_out != "jump":
             self.work.lose(s, Fate.APPROXIMATED, "wait", _ASKED_AGAIN)
             return [If(s.line, wait.condition), in_time, Else(s.line), late, EndIf(s.line)]
-        at_limit = _label(labels, "late")
+        at_limit = new_label(labels, "late")
         labels.add(at_limit)
-        onward = _label(labels, "onward")
+        onward = new_label(labels, "onward")
         labels.add(onward)
         rows: list[Statement] = [Jump(s.line, at_limit, _TIMED_OUT), in_time, Jump(s.line, onward)]
         return [*rows, Label(s.line, at_limit), replace(late, comment=""), Label(s.line, onward)]
 
-    def _judge(self, routine: Routine, answer: _Answer | None) -> dict[int, Comment | None]:
+    def _judge(self, routine: Routine, answer: Answer | None) -> dict[int, Comment | None]:
         """By line the rows of handlers that go: a comment for what is left out, None for what its wait has."""
-        rows = [s for s in routine.body if isinstance(s, Disabled) and s.handler in (_HANDLES, _LISTED)]
-        nodes = parse(_statements(rows)) if rows else None
+        rows = [s for s in routine.body if isinstance(s, Disabled) and s.handler in (HANDLES, _LISTED)]
+        nodes = parse(statements_of(rows)) if rows else None
         if nodes is None:
             return {}
         ways = {
-            error: {s.line for s in flat(self._path(error).through(nodes))}
+            error: {s.line for s in flat(ErrorPath(self.known, self.own, error).through(nodes))}
             for error in (_OTHER, self.known.wait, *self._named(nodes))
         }
         possible = {error for error in ways if self._is_possible(routine, error)}
+        raised = self.raised[routine.name.casefold()]
         stopping = {error for error in ways if not self._is_left_out(error)} - {self.known.wait}
         stopping = stopping if self._uses_signals(routine, set()) else set()
         found: dict[int, Comment | None] = {}
@@ -305,7 +287,7 @@ class _Handlers:
             if errors & possible:
                 found[s.line] = Comment(s.line, s.text.strip())
                 self._tell_left_out(s, _FAILS, errors & possible, PROCESS)
-            elif answer is not None and self.known.wait in errors:
+            elif errors & raised or (answer is not None and self.known.wait in errors):
                 found[s.line] = None
                 self._tell_moved(s, stopping if s is rows[0] else set())
             else:
@@ -331,13 +313,13 @@ class _Handlers:
         names = {e.name.casefold() for s in flat(nodes) for e in expressions_of(s) if isinstance(e, Named)}
         return {n for n in names if n in self.own or self.known.names.fullmatch(n)}
 
-    def _answered(self, s: Wait, answer: _Answer | None, labels: set[str]) -> list[Statement]:
+    def _answered(self, s: Wait, answer: Answer | None, labels: set[str]) -> list[Statement]:
         """A wait that fails, with what comes of it."""
         way = self.work.limits.timed_out
         late_condition = _TIMED_OUT if way else negated(s.condition)
         if not way:
             self.work.lose(s, Fate.APPROXIMATED, "wait", _ASKED_AGAIN)
-        again, onward = _label(labels, "again"), _label(labels, "onward")
+        again, onward = new_label(labels, "again"), new_label(labels, "onward")
         if answer is None:
             says = _STOPS.format(language_of(self.program.vendor))
             self.work.lose(s, Fate.APPROXIMATED, "wait", says)
@@ -346,138 +328,14 @@ class _Handlers:
                 return [Repeat(s.line), s, *stop, Until(s.line, negated(late_condition))]
             inside: list[Statement] = [Pause(s.line), Jump(s.line, again)]
         else:
-            ends = {self.known.again: again, self.known.onward: onward}
-            inside = [
-                Jump(one.line, ends[one.name]) if isinstance(one, Process) else one
-                for one in flat(_without_last(answer.nodes, self.known.onward))
-            ]
+            inside = answer.rows(self.known, again, onward)
         targets = {one.target for one in inside if isinstance(one, Jump)}
         labels |= {again, onward}
         rows: list[Statement] = [Label(s.line, again)] if again in targets else []
         if way == "jump":
-            late = _label(labels, "late")
+            late = new_label(labels, "late")
             labels.add(late)
             rows += [s, Jump(s.line, late, _TIMED_OUT), Jump(s.line, onward), Label(s.line, late), *inside]
             return [*rows, Label(s.line, onward)]
         rows += [s, If(s.line, late_condition), *inside, EndIf(s.line)]
         return [*rows, Label(s.line, onward)] if onward in targets else rows
-
-
-@dataclass(frozen=True, slots=True)
-class _Answer:
-    """What a handler does where a wait has failed."""
-
-    nodes: tuple[Node, ...]
-
-
-def _statements(rows: Iterable[Disabled]) -> list[Statement]:
-    """What the rows of a handler mean, in the lines of these rows: another file's have moved."""
-    return [_in_line(one, row.line) for row in rows for one in row.means]
-
-
-def _in_line(s: Any, line: int) -> Any:
-    return replace(s, line=line)
-
-
-def _label(taken: Iterable[str], stem: str) -> str:
-    return next(name for name in (f"{stem}{n}" for n in count(1)) if name not in taken)
-
-
-@dataclass(frozen=True, slots=True)
-class _ErrorPath:
-    """One error on its way through a handler. `own`: errors that the program declares; `error`: case folded."""
-
-    known: ErrorHandling
-    own: frozenset[str]
-    error: str
-
-    def through(self, nodes: Iterable[Node]) -> list[Node]:
-        """What of a handler runs: branches that ask for another error are gone."""
-        found: list[Node] = []
-        for node in nodes:
-            if not isinstance(node, Block):
-                found.append(node)
-            elif isinstance(node.opener, Switch) and self._holds_error(node.opener.value):
-                found += self._case(node)
-            else:
-                found += self._branches(node)
-        return found
-
-    def _holds_error(self, e: Expression) -> bool:
-        return isinstance(e, Named) and e.name.casefold() == self.known.number
-
-    def _is_named(self, e: Expression) -> bool | None:
-        """Whether it is this error; None for what is no name of an error."""
-        name = e.name.casefold() if isinstance(e, Named) else ""
-        is_error = name in self.own or self.known.names.fullmatch(name)
-        return name == self.error if is_error else None
-
-    def _case(self, block: Block) -> list[Node]:
-        """What a choice by the error does."""
-        other: list[Node] = []
-        for marker, inside in block.branches[1:]:
-            if isinstance(marker, Default):
-                other = inside
-                continue
-            asked = [self._is_named(value) for value in getattr(marker, "values", ())]
-            if None in asked:
-                return [Block([(m, self.through(nodes)) for m, nodes in block.branches], block.closer)]
-            if True in asked:
-                return self.through(inside)
-        return self.through(other)
-
-    def _branches(self, block: Block) -> list[Node]:
-        """A block without the branches that do not run; alone what stands in the only one that does."""
-        branches: list[tuple[Statement, list[Node]]] = []
-        for marker, inside in block.branches:
-            holds = self._decided(marker.condition) if isinstance(marker, (If, ElseIf)) else None
-            if holds is False:
-                continue
-            done = self.through(inside)
-            if not branches and (holds or isinstance(marker, Else)):
-                return done
-            if not branches and isinstance(marker, ElseIf):
-                marker = If(marker.line, marker.condition, marker.comment)
-            branches.append((Else(marker.line) if holds else marker, done))
-            if holds:
-                break
-        return [Block(branches, block.closer)] if branches else []
-
-    def _decided(self, e: Expression) -> bool | None:
-        """Whether a condition holds; None where that depends on more than the error."""
-        match e:
-            case Compare("=" | "<>" as operator, left, right) if self._holds_error(left):
-                named = self._is_named(right)
-                return None if named is None else named == (operator == "=")
-            case Compare("=" | "<>" as operator, left, right) if self._holds_error(right):
-                return self._decided(Compare(operator, right, left))
-            case Unary("not", operand):
-                inner = self._decided(operand)
-                return None if inner is None else not inner
-            case Logic(first, rest):
-                value = self._decided(first)
-                for word, part in rest:
-                    value = _joined(word == "or", value, self._decided(part))
-                return value
-        return None
-
-
-def _joined(wins: bool, one: bool | None, other: bool | None) -> bool | None:
-    """Two conditions by "or" (`wins` True: one that holds decides) or "and" (False)."""
-    if wins in (one, other):
-        return wins
-    return None if None in (one, other) else not wins
-
-
-def _without_last(nodes: Sequence[Node], name: str) -> list[Node]:
-    """Without a process at the end of a way, behind which the same comes anyway."""
-    if not nodes:
-        return []
-    *before, last = nodes
-    if isinstance(last, Process) and last.name == name:
-        return before
-    if isinstance(last, Block) and not last.is_loop:
-        branches = [(marker, _without_last(inside, name)) for marker, inside in last.branches]
-        branches = [(marker, inside) for marker, inside in branches if inside or not isinstance(marker, Else)]
-        return [*before, Block(branches, last.closer)]
-    return list(nodes)

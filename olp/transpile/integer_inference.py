@@ -187,7 +187,7 @@ class _Held:
                 return float(value).is_integer()
             case Unary("-", operand):
                 return self._is_whole(routine, operand, whole)
-            case Binary("div" | "mod"):
+            case Binary("div" | "mod" | "and" | "or" | "xor"):
                 return True
             case Binary("+" | "-" | "*", left, right):
                 return self._is_whole(routine, left, whole) and self._is_whole(routine, right, whole)

@@ -48,6 +48,7 @@ from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions, optional_parameters
 from olp.transpile.handlers import handlers
+from olp.transpile.helper_routines import helper_routines
 from olp.transpile.implicit_declarations import undeclared
 from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
@@ -207,6 +208,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         enumerations,
         powers,
         exclusive,
+        helper_routines,
         states,
         manual_modes,
         texts,

@@ -63,6 +63,8 @@ _STEMS: Final[Mapping[str, str]] = {
     "configurable-in": "ci",
     "configurable-out": "co",
 }
+_GROUPS: Final = ("in-group", "out-group", "in-half-group", "out-half-group")
+_FIRST_FREE, _FREE_SIZE = 1025, 16  # behind the signals that most programs use; as many as a word has bits
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 
 
@@ -96,7 +98,9 @@ class _Signals:
     work: TranslationContext
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=dict)
-    groups: dict[tuple[str, int], Declare] = field(default_factory=dict)  # by bus and number in the source
+    groups: dict[tuple[str, str], Declare] = field(
+        default_factory=dict
+    )  # by bus and number or name in the source
 
     def keep_numbers(self, program: Program) -> None:
         """The numbers that signals have already, as long as one of them has none that the target has."""
@@ -146,10 +150,12 @@ class _Signals:
             return replace(
                 e, bus=bus or e.bus, index=Number(int(index)) if index.isdecimal() else Text(index)
             )
-        if self.work.limits.declared_groups and isinstance(e.index, Number):
+        if self.work.limits.declared_groups and shown and e.bus in _GROUPS:
             size = self.work.conventions.group_sizes.get(e.bus)
-            if size is not None and e.index.value >= 1:
-                return self._group(e, int(e.index.value), size)
+            if size is None:
+                return self._free_group(e, shown)
+            if isinstance(e.index, Number) and e.index.value >= 1:
+                return self._group(e, shown, ((int(shown) - 1) * size + 1, int(shown) * size))
         if self.work.target_conventions.controller_names and isinstance(e.index, Number):
             name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
@@ -160,14 +166,25 @@ class _Signals:
             return replace(e, index=Number(self._number(e.bus, e.index.value)))
         return e
 
-    def _group(self, e: Signal, number: int, size: int) -> Signal:
-        """A group of signals that a declaration makes: the ones that it has in the source."""
+    def _free_group(self, e: Signal, shown: str) -> Signal:
+        """A group of which nothing at hand tells which signals it has: free ones."""
+        count = sum(bus == e.bus for bus, _ in self.groups if (e.bus, shown) != (bus, _))
+        first = _FIRST_FREE + _FREE_SIZE * count
+        known = (e.bus, shown) in self.groups
+        found = self._group(e, shown, (first, first + _FREE_SIZE - 1))
+        if not known:
+            says = f"give these groups the signals that are wired: they are declared with {_FREE_SIZE} each"
+            self.work.ask(says, f"{e.bus} {shown} from {first} on")
+        return found
+
+    def _group(self, e: Signal, number: str, ends: tuple[int, int]) -> Signal:
+        """A group of signals that a declaration makes. `ends`: its first and last one."""
         bus, way = e.bus.replace("half-", ""), e.bus.partition("-")[0]
         declared = self.groups.get((e.bus, number))
         if declared is None:
-            ends = ((number - 1) * size + 1, number * size)
             value = RecordLiteral("SIGNAL", tuple(("", Signal(way, Number(end))) for end in ends))
-            name = self.work.fresh(f"{way.upper()}_{ends[0]}_{ends[1]}")
+            own = number if number.isidentifier() else f"{way.upper()}_{ends[0]}_{ends[1]}"
+            name = self.work.fresh(own)
             declared = self.groups[(e.bus, number)] = Declare(0, name, "signal", value, native="SIGNAL")
         self.work.names[("signal", f"{e.bus} {number}")] = f"{bus} {declared.name}"
         return replace(e, bus=bus, index=Text(declared.name))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -32,6 +32,7 @@ from olp.ir.program import (
     Disabled,
     Dwell,
     ElseIf,
+    EndWhile,
     For,
     If,
     Jump,
@@ -61,6 +62,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import (
     ACKNOWLEDGED,
+    ENDS_CYCLE,
     ENDS_PROGRAM,
     ON_THE_WAY,
     SHOWN,
@@ -78,6 +80,7 @@ _ACKNOWLEDGES: Final = (
 )
 _PLACES: Final = ("pose-", "joints")  # functions that put a position together
 NOT_CONNECTED: Final = 9e9  # of an axis beside the arm
+_EXTERNAL: Final = "extjoint"  # the type of what holds them
 _AXES: Final = "extax"  # the axes beside the arm, of a position
 _EACH_AXIS: Final = frozenset(f"e{n}" for n in range(1, 7))
 _NAMED_VALUES: Final = "messages there are fixed texts: the name of a value stands in its place"
@@ -117,11 +120,12 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
             elif isinstance(s, Process) and s.name.casefold() in ENDS_PROGRAM:
-                rows.append(words.program_end(s, routine))
+                rows += words.program_end(s, routine)
             elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
         routines.append(replace(routine, body=tuple(rows)))
-    return set_elsewhere(replace(program, routines=tuple(routines)), words.lost, work)
+    kept = [d for d in program.data if not (words.axes_stand and d.name in words.held)]
+    return set_elsewhere(replace(program, routines=tuple(routines), data=tuple(kept)), words.lost, work)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,12 +141,14 @@ class _ForeignWords:
     called: Set[str]  # names, case folded
     settings: Mapping[int, str]  # lines that set what moves nothing, and what that is
     axes_stand: bool  # whether no position of the program says anything of an axis beside the arm
+    held: Set[str]  # variables that hold where axes beside the arm stand
     lost: list[Statement] = field(default_factory=list)
 
     @classmethod
     def of(cls, program: Program, work: TranslationContext) -> _ForeignWords:
         options = work.conventions.move_options
         stands = _tables_stand(program, work)
+        held = frozenset(d.name for d in _all_declared(program) if d.type == _EXTERNAL)
         return cls(
             program,
             work,
@@ -152,7 +158,8 @@ class _ForeignWords:
             {routine.name.casefold() for routine in program.routines},
             {s.routine.casefold() for s in program.statements() if isinstance(s, Call)},
             _idle_settings(program, work),
-            stands and not any(map(_sets_axes, program.statements())),
+            stands and not any(_sets_axes(s, held) for s in program.statements()),
+            held,
         )
 
     @property
@@ -194,7 +201,7 @@ class _ForeignWords:
         if "conf" in dropped:
             says = "the arm configuration of a computed position: the arm takes the nearest one"
             self.work.lose(s, Fate.APPROXIMATED, "configuration", says)
-        if not self.axes_stand and not self.work.limits.computed_axes and _names_axes(s):
+        if not self.axes_stand and not self.work.limits.computed_axes and _names_axes(s, frozenset()):
             self.work.lose(s, Fate.REFUSED, "external", "external axes of a computed position")
         return s
 
@@ -239,17 +246,20 @@ class _ForeignWords:
             return [_idle(s, why, self.program, work)]
         return [self._foreign(s)] if isinstance(s, _FOREIGN) else [s]
 
-    def program_end(self, s: Process, routine: Routine) -> Statement:
-        """What ends the program as a whole: the target's word, or in the main routine its return."""
+    def program_end(self, s: Process, routine: Routine) -> list[Statement]:
+        """What ends the program as a whole: the target's word, in the main routine its return, else stops for good."""
+        if s.name.casefold() == ENDS_CYCLE:
+            says = f"{language_of(self.program.vendor)} begins its next cycle by itself, the translation ends"
+            self.work.lose(s, Fate.APPROXIMATED, "option", says)
         if self.work.limits.program_end:
-            return replace(s, name=self.work.limits.program_end)
+            return [replace(s, name=self.work.limits.program_end)]
         main = self.program.main or self.program.routines[0].name
         if routine.name == main and main.casefold() not in self.called:
-            return Return(s.line, comment=s.comment)
+            return [Return(s.line, comment=s.comment)]
         language = language_of(self.work.target)
-        says = f"{language} has no statement that ends the program from within a routine that it calls"
-        self.work.lose(s, self._fate, "statement", says)
-        return s
+        says = f"{language} ends no program from within a called routine: it stops there, and again at each start"
+        self.work.lose(s, Fate.APPROXIMATED, "order", says)
+        return [While(s.line, SignalState(True)), Pause(s.line, comment=s.comment), EndWhile(s.line)]
 
     def _process(self, s: Process) -> list[Statement] | None:
         """Of an instruction that leaves nothing behind; None for any other."""
@@ -306,7 +316,9 @@ class _ForeignWords:
 
     def _idle_setting(self, s: Statement) -> str | None:
         target = s.target if isinstance(s, Assign) else None
-        if self.axes_stand and isinstance(target, Member) and target.name.casefold() == _AXES:
+        base = base_of(s.target) if isinstance(s, Assign) else s if isinstance(s, Declare) else None
+        is_held = base is not None and base.name in self.held
+        if self.axes_stand and (is_held or (isinstance(target, Member) and target.name.casefold() == _AXES)):
             return "no axis beside the arm moves in this program: setting their values"
         if isinstance(s, Assign) and (what := self.settings.get(s.line)) is not None:
             return f"{what} moves nothing"
@@ -519,25 +531,40 @@ def _may_name_arm(s: Statement) -> bool:
     return isinstance(s, (Assign, Call, Return))
 
 
-def _sets_axes(s: Statement) -> bool:
+def _all_declared(program: Program) -> Iterator[Declare]:
+    yield from program.data
+    for s in program.statements():
+        if isinstance(s, Declare):
+            yield s
+
+
+def _sets_axes(s: Statement, held: Set[str]) -> bool:
     """Whether a statement gives axes beside the arm values of its own, or declares such."""
     if isinstance(s, Declare):
-        return s.type == "extjoint"
+        return s.name in held and (bool(s.sizes) or not (s.value is None or _stands_at_zero(s.value, held)))
+    base = base_of(s.target) if isinstance(s, Assign) else None
+    if isinstance(s, Assign) and base is not None and base.name in held:
+        return s.target is not base or not _stands_at_zero(s.value, held)
     if isinstance(s, Assign) and isinstance(s.target, Member) and s.target.name in _EACH_AXIS:
         return True
-    return _may_name_arm(s) and _names_axes(s)
+    return _may_name_arm(s) and _names_axes(s, held)
 
 
-def _names_axes(s: Statement) -> bool:
+def _names_axes(s: Statement, held: Set[str]) -> bool:
     """Whether a computed position says where an axis beside the arm stands, other than at zero."""
     return any(
-        isinstance(e, NamedArgument) and e.name == "axes" and not _stands_at_zero(e.value)
+        isinstance(e, NamedArgument) and e.name == "axes" and not _stands_at_zero(e.value, held)
         for e in expressions_of(s)
     )
 
 
-def _stands_at_zero(axes: Expression | None) -> bool:
-    """Whether axes beside the arm are given as zero, as not connected, or as those of another position."""
+def _stands_at_zero(axes: Expression | None, held: Set[str]) -> bool:
+    """Whether axes beside the arm are given as zero, as not connected, or as those of another position.
+
+    `held`: variables that hold such values alone.
+    """
+    if isinstance(axes, Named):
+        return axes.name in held
     if not isinstance(axes, RecordLiteral):
         return isinstance(axes, Member)
     return all(

@@ -316,7 +316,7 @@ def _computed_kind(found: Symbols, routine: str, e: Expression | None) -> str:
     if operator:
         parts = [getattr(e, name) for name in ("left", "right", "operand") if hasattr(e, name)]
         kinds = {kind_of_value(found, routine, part) for part in parts}
-        if operator in ("div", "mod"):
+        if operator in ("div", "mod", "and", "or", "xor"):
             return "integer"
         return "real" if operator == "/" or "real" in kinds else next(iter(kinds)) if len(kinds) == 1 else ""
     name = getattr(e, "name", "")

@@ -90,6 +90,7 @@ LIMITS: Final = Limits(
     clock_form="$TIMER[{}]",
     clock_unit=0.001,
     zeroing_stops=False,
+    lacks=frozenset({"power", "max", "min"}),
     text_quote='"',
     refuses=frozenset(
         {
@@ -98,7 +99,6 @@ LIMITS: Final = Limits(
             "Move spline",
             "Opaque",
             "Process",
-            "ReadInput",
             "Reference",
             "ShiftOff",
             "ShiftOn",

@@ -397,7 +397,7 @@ class KrlMoves(KrlValues):
                 frame=s.frame and self._plain(s.frame),
             )
         else:
-            name = {st.Assign: "value", st.SetTool: "tool", st.SetFrame: "frame"}[type(s)]
+            name = {st.Assign: "value", st.Return: "value", st.SetTool: "tool", st.SetFrame: "frame"}[type(s)]
             s = replace(s, **{name: self._plain(getattr(s, name))})
         return self._before, s
 

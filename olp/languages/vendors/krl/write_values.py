@@ -327,6 +327,9 @@ class KrlValues(Generator):
         text, start, pattern = map(self.value, given)
         return f"StrFind({start},{text},{pattern},#CASE_SENS)"
 
+    def function_atan(self, given: tuple[ex.Expression, ...]) -> str:
+        return f"ATAN2({self.value(given[0])},1.0)"
+
     def function_bit_not(self, given: tuple[ex.Expression, ...]) -> str:
         return f"B_NOT {self.value(given[0], _PRODUCT)}"
 

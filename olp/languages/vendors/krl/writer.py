@@ -266,6 +266,13 @@ class KrlWriter(KrlMoves):
             raise CannotSayError("a jump to a computed label", "write it as SWITCH")
         return f"GOTO {s.target}"
 
+    def write_return(self, s: st.Return) -> Lines:
+        if s.value is None:
+            return "RETURN"
+        before, s = self.computed(s)
+        assert s.value is not None
+        return [*before, f"RETURN {self.value(s.value)}"]
+
     def write_call(self, s: st.Call) -> Lines:
         text = f"{s.routine} ({self.arguments(s.arguments)})"
         line = text if s.result is None else f"{self.target(s.result)}={text}"

@@ -80,6 +80,8 @@ class Rapid(Vendor):
             "tpshow": "what the pendant shows",
             "errlog": "an entry in the event log",
             "skipwarn": "a missing entry in the event log",
+            "bookerrno": "a number for an error of the program's own",
+            "checkprogref": "looking for missing names",
             **dict.fromkeys(("spystart", "spystop"), "recording what runs"),
             **dict.fromkeys(("testsigndefine", "testsignreset"), "measuring a signal of the drives"),
         },
@@ -94,6 +96,17 @@ class Rapid(Vendor):
             **dict.fromkeys(("pathacclim", "worldacclim"), "how fast the tool may accelerate"),
             **dict.fromkeys(("speedlimaxis", "speedlimcheckpoint"), "how fast axes and their ends may move"),
             **dict.fromkeys(("tuneservo", "tunereset"), "how the drives are tuned"),
+            **dict.fromkeys(("softact", "softdeact"), "how stiff the axes are"),
+            **dict.fromkeys(
+                [
+                    *("wzboxdef", "wzcyldef", "wzsphdef", "wzhomejointdef", "wzlimjointdef"),
+                    *("wzlimsup", "wzfree", "wzenable", "wzdisable"),
+                ],
+                "where the arm may not go",
+            ),
+            **dict.fromkeys(("ioenable", "iodisable"), "which units of the bus are active"),
+            "procerrrecovery": "how errors of a process are answered",
+            "hollowwristreset": "where the count of the wrist's turns begins",
             "pathresol": "in which steps paths are computed",
             "motionprocessmodeset": "for which process moves are tuned",
             **dict.fromkeys(("actunit", "deactunit"), "which mechanical units are active"),
@@ -107,6 +120,7 @@ class Rapid(Vendor):
             "err_wait_maxtime",
             "RETRY",
             "TRYNEXT",
+            "RAISE",
             # Sockets, message queues, files, raw bytes, modules that are loaded.
             re.compile(
                 "err_(?:sock_\\w+|rmq_\\w+|file(?:acc|exist|open|size)|filnotfnd|dev_maxtime|rcvdata|ranybin_(?:chk|eof)"

@@ -32,7 +32,14 @@ from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid import literals
 from olp.languages.vendors.rapid.literals import RapidAggregate, ShapeError, coerced, unquoted
 from olp.languages.vendors.rapid.names import RapidNames
-from olp.languages.vendors.rapid.predefined_data import CONSTANTS, FUNCTIONS, SIGNAL_TYPES, SIGNAL_USERS
+from olp.languages.vendors.rapid.predefined_data import (
+    CONSTANTS,
+    FASTEST,
+    FUNCTIONS,
+    SIGNAL_TYPES,
+    SIGNAL_USERS,
+    as_number,
+)
 from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
 _CONSTANTS: Final[Mapping[str, Expression]] = {
@@ -109,12 +116,31 @@ class RapidExpressionRules(Transformer[Token, Any]):
         return Compare(str(children[1]), left, right)
 
     def binary(self, children: list[Any]) -> Expression:
-        left, right, operator = self._plain(children[0]), self._plain(children[2]), children[1].lower()
+        operator = children[1].lower()
+        if operator in ("+", "-", "*") and (sum_ := self._places(operator, children[0], children[2])):
+            return sum_
+        left, right = self._plain(children[0]), self._plain(children[2])
         if operator == "+" and (literals.is_text(left, self.names) or literals.is_text(right, self.names)):
             return Function("joined-text", (left, right))
         if operator == "/":  # one kind of number: 1/2 is 0.5
             left, right = _real(left), _real(right)
         return Binary(operator, left, right)
+
+    def _places(self, operator: str, left: Any, right: Any) -> Function | None:
+        """A sum of two pos, or a pos times a number, component by component; None for numbers."""
+        parts: tuple[Expression, ...]
+        is_place = [literals.is_place(one, self.names) for one in (left, right)]
+        if operator == "*":
+            if is_place.count(True) != 1:
+                return None
+            pos, factor = (left, right) if is_place[0] else (right, left)
+            parts = tuple(Binary("*", part, factor) for part in literals.place_parts(pos))
+        elif any(is_place):
+            sides = map(literals.place_parts, (left, right))
+            parts = tuple(_folded(operator, one, other) for one, other in zip(*sides, strict=True))
+        else:
+            return None
+        return Function("pose-angles", (*parts, Number(0), Number(0), Number(0)))
 
     def negative(self, children: list[Any]) -> Expression:
         operand = self._plain(children[1])
@@ -319,6 +345,12 @@ def _logic(operator: str, left: Expression, right: Expression) -> Logic:
     return Logic(left, ((operator, right),))
 
 
+def _folded(operator: str, left: Expression, right: Expression) -> Expression:
+    if isinstance(right, Number) and right.value == 0:
+        return left
+    return Binary(operator, left, right)
+
+
 def _real(value: Expression) -> Expression:
     return Number(float(value.value)) if type(value) is Number else value
 
@@ -335,6 +367,7 @@ def _component(base: Expression, group: str, name: str) -> Expression:
 # --- Functions ---
 # Functions of RAPID with options, or whose neutral form is another: positions, texts, clocks.
 
+Special = Callable[["RapidExpressionRules", list[RapidArgument]], Expression | None]
 _USUAL: Final[Mapping[tuple[str, str], Expression]] = {
     ("tool", "tool0"): FrameRef("tool", Number(0)),
     ("wobj", "wobj0"): FrameRef("base"),
@@ -389,6 +422,93 @@ def _orient(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expressi
 
 def _distance(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
     return Function("pose-distance", (_value(rules, given, 0, "pos"), _value(rules, given, 1, "pos")))
+
+
+def _same(kind: str) -> Special:
+    """A function that gives what it is given: numbers are of one kind, quaternions have the length 1."""
+
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+        return None if _options(rules, given) else _value(rules, given, 0, kind)
+
+    return lowered
+
+
+def _length(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    """VectMagn: the root of the sum of the squares."""
+    return Function("sqrt", (_sum_of_products(rules, given, 0, 0),))
+
+
+def _dot(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return _sum_of_products(rules, given, 0, 1)
+
+
+def _sum_of_products(
+    rules: RapidExpressionRules, given: list[RapidArgument], first: int, second: int
+) -> Expression:
+    left, right = (literals.place_parts(_value(rules, given, place, "pos")) for place in (first, second))
+    x, y, z = (Binary("*", one, other) for one, other in zip(left, right, strict=True))
+    return Binary("+", Binary("+", x, y), z)
+
+
+def _turned(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    """PoseVect: a place in the frame of a pose."""
+    return Function("pose-product", (_value(rules, given, 0, "pose"), _value(rules, given, 1, "pos")))
+
+
+def _now(name: str) -> Special:
+    """CTool, CWObj; None of another task's robot."""
+
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
+        return None if _options(rules, given) else SystemValue(name)
+
+    return lowered
+
+
+def _fastest(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return as_number(FASTEST)
+
+
+def _bits(operator: str) -> Special:
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+        return Binary(operator, _value(rules, given, 0), _value(rules, given, 1))
+
+    return lowered
+
+
+def _inverted(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return Binary("-", Number(255), _value(rules, given, 0))
+
+
+def _shifted(operator: str) -> Special:
+    """BitLSh, BitRSh: of a byte."""
+
+    def lowered(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+        shifted = Binary(operator, _value(rules, given, 0), two_to(_value(rules, given, 1)))
+        return Binary("mod", shifted, Number(256)) if operator == "*" else shifted
+
+    return lowered
+
+
+def _bit_is_set(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression:
+    return bit_is_set(_value(rules, given, 0), _value(rules, given, 1))
+
+
+def bit_is_set(value: Expression, place: Expression) -> Compare:
+    """Whether a bit is 1; `place` counts from 1."""
+    shifted = value if place == Number(1) else Binary("div", value, bit_value(place))
+    return Compare("=", Binary("mod", shifted, Number(2)), Number(1))
+
+
+def bit_value(place: Expression) -> Expression:
+    if isinstance(place, Number):
+        return two_to(Number(place.value - 1))
+    return two_to(Binary("-", place, Number(1)))
+
+
+def two_to(exponent: Expression) -> Expression:
+    if isinstance(exponent, Number) and exponent.value in range(53):
+        return Number(2 ** int(exponent.value))
+    return Function("power", (Number(2), exponent))
 
 
 def _place_now(rules: RapidExpressionRules, given: list[RapidArgument]) -> Expression | None:
@@ -475,7 +595,6 @@ def _present(rules: RapidExpressionRules, given: list[RapidArgument]) -> Express
     return Function("given", (_value(rules, given, 0),))
 
 
-Special = Callable[["RapidExpressionRules", list[RapidArgument]], Expression | None]
 # None: the function is called as it is written.
 SPECIAL: Final[Mapping[str, Special]] = {
     "reltool": _rel_tool,
@@ -494,4 +613,20 @@ SPECIAL: Final[Mapping[str, Special]] = {
     "dim": _size,
     "clkread": _timer,
     "present": _present,
+    "dnumtonum": _same(""),
+    "numtodnum": _same(""),
+    "norient": _same("orient"),
+    "vectmagn": _length,
+    "dotprod": _dot,
+    "posevect": _turned,
+    "ctool": _now("current-tool"),
+    "cwobj": _now("current-frame"),
+    "maxrobspeed": _fastest,
+    "bitand": _bits("and"),
+    "bitor": _bits("or"),
+    "bitxor": _bits("xor"),
+    "bitneg": _inverted,
+    "bitlsh": _shifted("*"),
+    "bitrsh": _shifted("div"),
+    "bitcheck": _bit_is_set,
 }

@@ -26,6 +26,8 @@ from olp.ir.program import (
     AccelerationUnit,
     Assign,
     Dwell,
+    EndIf,
+    If,
     Message,
     Pause,
     Process,
@@ -41,7 +43,12 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import SHOWN
-from olp.languages.vendors.rapid.expressions import RapidExpressionRules, as_state
+from olp.languages.vendors.rapid.expressions import (
+    RapidExpressionRules,
+    as_state,
+    bit_is_set,
+    bit_value,
+)
 from olp.languages.vendors.rapid.predefined_data import FASTEST, SIGNAL_USERS
 from olp.languages.vendors.rapid.syntax import RapidArgument
 
@@ -73,15 +80,16 @@ def values_of(
 
 
 def _output(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
-    """SetDO, SetGO, SetAO; with a delay they are kept as written, with \\Sync they wait until the output is set."""
+    """SetDO, SetGO, SetAO; a delay is left out, with \\Sync they wait until the output is set."""
     options = options_of(rules, given)
-    if set(options) - {"sync"}:
+    if set(options) - {"sync", "sdelay"}:
         return None
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
     state = as_state(signal, value)
     is_set = Wait(0, Compare("=", signal, state), spelling=f"Wait{name[3:]}")
-    return [SetOutput(0, signal, state), *([is_set] if options else [])]
+    late = _beside("the delay of the output, which switches at once" if "sdelay" in options else "")
+    return [SetOutput(0, signal, state), *([is_set] if "sync" in options else []), *late]
 
 
 def _alias(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
@@ -166,6 +174,24 @@ def _add(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> 
 
 def _clear(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     return [Assign(0, values_of(rules, name, given, 1)[0], Number(0))]
+
+
+def _bit(on: bool) -> Rule:
+    """BitSet, BitClear: a bit is added, or taken away, where it is not as it should be."""
+
+    def lowered(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
+        target, place = values_of(rules, name, given, 2)[:2]
+        is_set = bit_is_set(target, place)
+        change = Update(0, "+" if on else "-", target, bit_value(place))
+        return [If(0, Unary("not", is_set) if on else is_set), change, EndIf(0)]
+
+    return lowered
+
+
+def _taken(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
+    """WaitTestAndSet: waits until no task has taken a thing, and takes it."""
+    target = values_of(rules, name, given, 1)[0]
+    return [Wait(0, Unary("not", target), spelling=name), Assign(0, target, SignalState(True))]
 
 
 def _message(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
@@ -279,6 +305,9 @@ RULES: Final[dict[str, Rule]] = {
     "decr": _step("-"),
     "add": _add,
     "clear": _clear,
+    "bitset": _bit(True),
+    "bitclear": _bit(False),
+    "waittestandset": _taken,
     "tpwrite": _message,
     "errwrite": _log,
     "stop": _pause,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import replace
 from typing import Final, TypeVar
 
 from olp.ir.expressions import CallValue, Expression, NamedArgument, Number, Text
 from olp.ir.program import Call, Declare, Parameter, Process, Program, Statement
-from olp.ir.transformer import expressions_of, mapped
+from olp.ir.transformer import calls_nothing, expressions_of, mapped
 
 # --- Standard names ---
 # Names that every RAPID controller knows, whatever is loaded: what a program may call and name without declaring it.
@@ -170,37 +170,49 @@ _HANDLES: Final = ("socketdev", "iodev", "dir", "rawbytes")  # types of data tha
 
 
 def with_outside_calls(program: Program) -> Program:
-    """The program with calls in the place of instructions that reach outside the arm, and numbers for their handles."""
-    if not any(_is_outside(s) for s in program.statements()):
+    """The program with calls in the place of instructions that reach outside the arm, and numbers for their handles.
+
+    Routines that it does not declare get their options as further arguments: nobody knows what these are called there.
+    """
+    own = frozenset(r.name.casefold() for r in program.routines)
+    if not any(_is_outside(s, own) for s in program.statements()):
         return program
     routines = [
-        replace(r, body=tuple(map(_as_call, r.body)), parameters=tuple(map(_as_number, r.parameters)))
+        replace(
+            r,
+            body=tuple([_as_call(s, own) for s in r.body]),
+            parameters=tuple(map(_as_number, r.parameters)),
+        )
         for r in program.routines
     ]
     return replace(program, routines=tuple(routines), data=tuple(map(_as_number, program.data)))
 
 
-def _is_outside(s: Statement) -> bool:
+def _is_outside(s: Statement, own: Set[str]) -> bool:
     if isinstance(s, Process):
         return any(name == CALLED for name, _ in s.arguments)
-    return any(isinstance(e, CallValue) and e.routine.casefold() in REPLACEABLE for e in expressions_of(s))
+    if isinstance(s, Call) and s.routine.casefold() not in own:
+        return True
+    return not calls_nothing(s) and any(
+        isinstance(e, CallValue) and e.routine.casefold() not in own for e in expressions_of(s)
+    )
 
 
-def _as_call(s: Statement) -> Statement:
+def _as_call(s: Statement, own: Set[str]) -> Statement:
     if isinstance(s, Declare):
         return _as_number(s)
     called = dict(s.arguments).get(CALLED) if isinstance(s, Process) else None
     if isinstance(s, Process) and isinstance(called, CallValue):
         s = Call(s.line, called.routine, called.arguments, comment=s.comment)
-    if isinstance(s, Call) and s.routine.casefold() in REPLACEABLE:
+    if isinstance(s, Call) and s.routine.casefold() not in own:
         s = replace(s, arguments=_in_order(s.arguments))
-    return mapped(s, _positional)
 
+    def positional(e: Expression) -> Expression:
+        if isinstance(e, CallValue) and e.routine.casefold() not in own:
+            return replace(e, arguments=_in_order(e.arguments))
+        return e
 
-def _positional(e: Expression) -> Expression:
-    if isinstance(e, CallValue) and e.routine.casefold() in REPLACEABLE:
-        return replace(e, arguments=_in_order(e.arguments))
-    return e
+    return s if calls_nothing(s) else mapped(s, positional)
 
 
 def _in_order(arguments: tuple[Expression, ...]) -> tuple[Expression, ...]:

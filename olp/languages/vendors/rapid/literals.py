@@ -309,6 +309,13 @@ def place_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
     return tuple(Member(value, name) for name in _XYZ)
 
 
+def is_place(value: Expression | RapidAggregate, names: RapidNames) -> bool:
+    """Whether a value is a pos: declared as one, `p.trans`, or [x,y,z] beside one."""
+    if isinstance(value, Function) and value.name == "pose-angles":
+        return value.arguments[3:] == _NO_ANGLES
+    return not isinstance(value, RapidAggregate) and type_of(value, names) == "pos"
+
+
 def turn_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
     """rx, ry, rz [deg] of an orient."""
     if isinstance(value, RapidAggregate):

@@ -38,6 +38,7 @@ from olp.ir.program import (
     While,
 )
 from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendor import ENDS_CYCLE
 from olp.languages.vendors.rapid import literals
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 from olp.languages.vendors.rapid.instructions import BESIDE, RULES
@@ -280,6 +281,8 @@ class ClauseRules(RapidExpressionRules):
         token, given = children[0], children[1] or []
         name, key = str(token), token.lower()
         if key not in self.names.routines:
+            if key == ENDS_CYCLE and self.main:
+                return Return(0, spelling=name)
             if key in LAYOUTS:
                 return lower_move(self, name, given)
             raw = self._behind(token)

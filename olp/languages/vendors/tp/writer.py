@@ -15,6 +15,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.transformer import expressions_of
 from olp.languages.generator import CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.instructions import BLOCK
@@ -57,6 +58,18 @@ class TpListingText:
     line_count: int
     instructions: str
     positions: str
+
+
+_COMPONENTS: Final = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def _component_of(e: ex.Expression, register: ex.Variable) -> int | None:
+    """Which component of a register is asked for, from 0 on; None for anything else."""
+    if isinstance(e, ex.Member) and e.base == register and e.name in _COMPONENTS:
+        return _COMPONENTS.index(e.name)
+    if isinstance(e, ex.Element) and e.variable == register:
+        return int(e.index.value) - 1 if isinstance(e.index, ex.Number) else -1
+    return None
 
 
 def write(program: st.Program, date: str) -> tuple[dict[str, object], list[Diagnostic]]:
@@ -141,7 +154,29 @@ class TpWriter(TpMoves):
         return f"{self.value(target)}=P[{number}]"
 
     def _computed(self, target: ex.Variable, value: ex.Function) -> Lines:
-        """A position register that is computed: component by component."""
+        """A position register that is computed: component by component, elsewhere if these are asked for meanwhile."""
+        if self._crosses(target, value):
+            register = self.scratch.register()
+            elsewhere = ex.Variable(ex.Store.ROBOT, ex.Number(int(register)))
+            return [*self._lines_of(elsewhere, value), f"{self.value(target)}=PR[{register}]"]
+        return self._lines_of(target, value)
+
+    def _crosses(self, target: ex.Variable, value: ex.Function) -> bool:
+        """Whether a component is computed from components of the register that are written before it."""
+        parts = components(value)
+        if parts is not None:
+            return any(
+                _component_of(e, target) not in (None, place)
+                for place, part in enumerate(parts)
+                for e in expressions_of(part)
+            )
+        shift = shift_of(value)
+        if shift is None:
+            return False
+        own = [_component_of(e, target) is not None for part in shift[1] for e in expressions_of(part)]
+        return any(own)
+
+    def _lines_of(self, target: ex.Variable, value: ex.Function) -> Lines:
         index = self.index(target.index)
         parts = components(value)
         if parts is not None:

@@ -59,6 +59,7 @@ LIMITS: Final = Limits(
     has_power=True,
     shares_programs=False,
     program_end="halt",
+    lacks=frozenset({"and", "or", "xor"}),
     text_quote='"',
     refuses=frozenset(
         {

@@ -1,0 +1,152 @@
+"""Functions that the target lacks, as routines of the translation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple
+
+from olp.ir.expressions import Binary, CallValue, Compare, Expression, Function, Logic, Named, Number
+from olp.ir.points import PointTable
+from olp.ir.program import (
+    Assign,
+    Begin,
+    Declare,
+    End,
+    EndIf,
+    EndWhile,
+    If,
+    Parameter,
+    Program,
+    Return,
+    Routine,
+    Statement,
+    While,
+)
+from olp.ir.transformer import calls_nothing, mapped
+from olp.languages.vendor import language_of
+from olp.transpile.context import Fate, TranslationContext
+
+_BITS: Final = ("and", "or", "xor")
+
+
+def helper_routines(program: Program, work: TranslationContext) -> Program:
+    """Powers, the larger and the smaller of two numbers, and bits, computed by routines where the target has none."""
+    if not work.limits.lacks:
+        return program
+    own = _Helpers(work)
+    routines = []
+    for r in program.routines:
+        routines.append(replace(r, body=tuple([own.statement(s) for s in r.body])))
+    if not own.made:
+        return program
+    return replace(program, routines=(*routines, *own.made.values()))
+
+
+@dataclass(slots=True)
+class _Helpers:
+    work: TranslationContext
+    made: dict[str, Routine] = field(default_factory=dict)  # by the function's name
+
+    def statement(self, s: Statement) -> Statement:
+        return s if calls_nothing(s) else mapped(s, lambda e: self._change(e, s))
+
+    def _change(self, e: Expression, s: Statement) -> Expression:
+        language = language_of(self.work.target)
+        if isinstance(e, Binary) and e.operator in _BITS:
+            if e.operator in self.work.limits.lacks:
+                says = f"{language} has no bits of numbers: a loop computes them, of whole numbers from 0 on"
+                self.work.lose(s, Fate.APPROXIMATED, "value", says)
+            return self._called(e.operator, (e.left, e.right))
+        if not isinstance(e, Function) or len(e.arguments) != 2:
+            return e
+        if e.name == "power" and "power" in self.work.limits.lacks:
+            says = f"{language} has no powers: a loop multiplies, for whole exponents from 0 on"
+            self.work.lose(s, Fate.APPROXIMATED, "value", says)
+        return self._called(e.name, e.arguments)
+
+    def _called(self, name: str, given: tuple[Expression, ...]) -> Expression:
+        if name not in self.work.limits.lacks or name not in _WRITTEN:
+            return Binary(name, *given) if name in _BITS else Function(name, given)
+        if name not in self.made:
+            words = (f"{name}_of", "first", "second", "result", "count")
+            routine, *others = map(self.work.helper, words)
+            self.made[name] = _WRITTEN[name](_HelperNames(routine, *map(Named, others)), name)
+        return CallValue(self.made[name].name, given)
+
+
+class _HelperNames(NamedTuple):
+    """Of a routine, its parameters and its variables: none that the program has."""
+
+    routine: str
+    a: Named
+    b: Named
+    result: Named
+    counter: Named
+
+
+def _routine(names: _HelperNames, kinds: tuple[str, str, str], rows: Sequence[Statement]) -> Routine:
+    """`kinds`: of both parameters and of the value."""
+    first, second, returns = kinds
+    parameters = (Parameter(names.a.name, first), Parameter(names.b.name, second))
+    body = (Begin(0), *rows, End(0))
+    return Routine(names.routine, 0, body, PointTable(), parameters=parameters, returns=returns)
+
+
+def _power(names: _HelperNames, _: str) -> Routine:
+    result, count = names.result, names.counter
+    rows: list[Statement] = [
+        Declare(0, result.name, "real", None),
+        Declare(0, count.name, "integer", None),
+        Assign(0, result, Number(1.0)),
+        Assign(0, count, Number(0)),
+        While(0, Compare("<", count, names.b)),
+        Assign(0, result, Binary("*", result, names.a)),
+        Assign(0, count, Binary("+", count, Number(1))),
+        EndWhile(0),
+        Return(0, result),
+    ]
+    return _routine(names, ("real", "integer", "real"), rows)
+
+
+def _larger(names: _HelperNames, function: str) -> Routine:
+    test = Compare(">" if function == "max" else "<", names.a, names.b)
+    rows: list[Statement] = [If(0, test), Return(0, names.a), EndIf(0), Return(0, names.b)]
+    return _routine(names, ("real", "real", "real"), rows)
+
+
+def _bits(names: _HelperNames, operator: str) -> Routine:
+    """Bit by bit, the lowest first; `count` is the value of the bit."""
+    _, a, b, result, count = names
+    last_a, last_b = (Binary("mod", one, Number(2)) for one in (a, b))
+    both = Logic(Compare("=", last_a, Number(1)), (("and", Compare("=", last_b, Number(1))),))
+    tests: dict[str, Expression] = {
+        "and": both,
+        "or": Compare(">", Binary("+", last_a, last_b), Number(0)),
+        "xor": Compare("<>", last_a, last_b),
+    }
+    left = Logic(Compare(">", a, Number(0)), (("or", Compare(">", b, Number(0))),))
+    rows: list[Statement] = [
+        Declare(0, result.name, "integer", None),
+        Declare(0, count.name, "integer", None),
+        Assign(0, result, Number(0)),
+        Assign(0, count, Number(1)),
+        While(0, left),
+        If(0, tests[operator]),
+        Assign(0, result, Binary("+", result, count)),
+        EndIf(0),
+        Assign(0, a, Binary("div", a, Number(2))),
+        Assign(0, b, Binary("div", b, Number(2))),
+        Assign(0, count, Binary("*", count, Number(2))),
+        EndWhile(0),
+        Return(0, result),
+    ]
+    return _routine(names, ("integer", "integer", "integer"), rows)
+
+
+_WRITTEN: Final[dict[str, Callable[[_HelperNames, str], Routine]]] = {
+    "power": _power,
+    "max": _larger,
+    "min": _larger,
+    **dict.fromkeys(_BITS, _bits),
+}
