@@ -100,3 +100,12 @@ def test_no_routine_but_the_first_is_called_as_the_one_that_the_controller_start
     found, made = translated(cell, "rapid")
     assert found.verdict.agrees, found.verdict.objections
     assert made.translated.mapping["routine", "MAIN"] == "MAIN_2"
+
+
+def test_folders_beside_the_program_are_parts_of_a_cell(tmp_path, monkeypatch):
+    (tmp_path / "krc" / "parts").mkdir(parents=True)
+    (tmp_path / "krc" / "cell.src").write_text("DEF cell ( )\nWAIT SEC 1\nGRIP( )\nEND\n")
+    (tmp_path / "krc" / "parts" / "grip.src").write_text("DEF grip ( )\nWAIT SEC 2\nEND\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["convert", "krc", "--to", "rapid", "-o", "out"]) == 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["cell.mod"]

@@ -187,3 +187,50 @@ def test_steps_of_further_runs_are_paired_by_their_lines(tmp_path):
     found = receipt(tp(*rows), "rapid")
     assert found.verdict.agrees, found.verdict.objections
     assert sum(one.steps for one in found.made_up) >= 10
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_names_that_nothing_declares_are_made_up_however_they_are_spelt(target):
+    """Languages that read capitals as small letters look names up folded: nothing was made up for these."""
+    rows = [
+        "SWITCH iStep",
+        "CASE 1",
+        "WAIT SEC 1",
+        "CASE 2",
+        "WAIT SEC rPause",
+        "ENDSWITCH",
+        "LIN XP1",
+        "LIN XHOME",
+    ]
+    found = receipt(krl("$VEL.CP=0.3", "$BASE=$NULLFRAME", "$TOOL=$NULLFRAME", *rows), target, vendor="krl")
+    assert differences(found) == []
+    assert sum(one.steps for one in found.made_up) >= 8
+
+
+def test_names_that_became_registers_by_way_of_a_shorter_name_have_the_same_values():
+    rows = [
+        "IF bThisNameIsMuchTooLongForTP THEN",
+        "WAIT SEC 1",
+        "ENDIF",
+        "IF rThisNumberHasALongNameToo>3 THEN",
+        "WAIT SEC 2",
+        "ENDIF",
+    ]
+    found = receipt(krl(*rows), "tp", vendor="krl")
+    assert differences(found) == []
+    assert sum(one.steps for one in found.made_up) >= 3
+
+
+def test_both_programs_start_at_the_same_routine():
+    """Of a module without main the reader takes a procedure without parameters."""
+    text = "DEF PART (n :IN)\nDECL INT n\nWAIT SEC n+1\nREST ( )\nEND\nDEF REST ( )\nWAIT SEC 9\nEND\n"
+    found = receipt(text, "rapid", vendor="krl")
+    assert found.verdict.agrees, found.verdict.objections
+    assert found.comparison.steps == 2
+
+
+def test_a_first_move_to_where_the_arm_stands_and_long_messages_are_no_difference():
+    rows = ["PTP $AXIS_ACT", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 20,A6 0}"]
+    rows += ['$LOOP_MSG[]="a text that needs two lines on the pendant"', '$LOOP_MSG[]="b"', "WAIT SEC 1"]
+    found = receipt(krl("$BASE=$NULLFRAME", "$TOOL=$NULLFRAME", *rows), "tp", vendor="krl")
+    assert differences(found) == []

@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from translated_texts import ROBOT, krl, module, script
+from translated_texts import ROBOT, krl, module, script, translated
 
 import olp
 from olp.core.diagnostic import OlpError
@@ -394,3 +394,15 @@ def test_points_in_pulses_without_a_robot_become_comments(tmp_path):
     one = convert(program, "tp", Context(on_loss="comment"))
     assert [x.fate for x in one.translated.losses if x.statement == "Move joint"] == [Fate.COMMENTED]
     assert "WAIT" in text_of(one)
+
+
+def test_frames_whose_components_change_keep_their_numbers():
+    """FANUC's frames 2 and 3 were KUKA's 3 and 2: the program's own, and not those that the pendant has."""
+    rows = ["BASE_DATA[3].Z=BASE_DATA[3].Z-5", "BASE_DATA[2].Z=BASE_DATA[2].Z+155"]
+    rows += [
+        f"SLIN {{X 900,Y 0,Z 500,A 0,B 90,C 0}} WITH $VEL=SVEL_CP(0.3),$BASE=SBASE({n}),$TOOL=STOOL2(F1)"
+        for n in (3, 2)
+    ]
+    text = translated(krl(*rows), "krl", "tp")
+    numbers = re.findall(r"UFRAME(?:_NUM=|\[)(\d)", text)
+    assert numbers == ["3", "2", "3", "2"]

@@ -305,9 +305,11 @@ class Jobs:
 
     def read_file(self, path: Path) -> int | None:
         """The index of a file's source; it is read where no name has led to it. None where it cannot be read."""
-        if path not in self._read_files:
+        here = path.absolute()  # folders beside that of the program are searched by their whole paths
+        known = {one.absolute() for one in self._read_files}
+        if here not in known:
             self._add_file(path)
-        found = (n for n, one in enumerate(self.programs) if Path(one.path) == path)
+        found = (n for n, one in enumerate(self.programs) if Path(one.path).absolute() == here)
         return next(found, None)
 
     def read_naming(self, names: Iterable[str]) -> bool:

@@ -119,6 +119,9 @@ class MadeUp:
         thing = self.origin("variable", (store, index))
         if store is Store.ROBOT:
             return self._position(thing, frames)
+        told = self.begins.get(thing)
+        if isinstance(told, (bool, int, float)):
+            return int(told) if isinstance(told, bool) else told  # the source's run came first
         # A register of the target may hold fractions where the variable of the source cannot.
         first = thing.name[0] if isinstance(thing.name, tuple) else store
         whole = store in INTEGERS or first in INTEGERS or self.types.get(str(thing.name)) == "integer"

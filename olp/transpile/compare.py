@@ -221,7 +221,7 @@ def paired(
             # A text may be longer than a line of the other controller.
             more_follow = i < len(first) and _is_message(first[i])
             while j < len(second) and _is_message(second[j]):
-                if more_follow and not rules.is_added(second[j]):
+                if more_follow and not (rules.is_added(second[j]) or rules.made([a], second[j])):
                     break
                 j += 1
         if a.kind is b.kind is StepKind.WAIT:
@@ -463,7 +463,7 @@ def _compare_speeds(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
     if rules.other_lengths and a.path is Path.JOINT:
         time = ("share of full speed", a.fraction, b.fraction)
     for name, x, y in (("speed", a.travel, b.travel), time):
-        if math.isnan(x) or math.isnan(y) or max(x, y) <= 0.0:
+        if math.isnan(x) or math.isnan(y) or min(x, y) <= 0.0:  # 0: from a place that is not known
             continue
         off = abs(x - y) / max(x, y)
         if off > rules.tolerances.speed and name != "speed" and abs(x - y) <= _INSTANT:
@@ -528,7 +528,9 @@ def steps_of(
         file = names[int(plan.source[at])]
         if kind is StepKind.MOVE:
             step = _move(plan, row, line, middles, tools)
-            found.append(step._replace(seconds=took, still=moved and _goes_nowhere(plan, row), file=file))
+            # Where the arm stands before its first move is mostly not known: there the move begins where it ends.
+            begins = moved or plan.moves.start[row] != plan.moves.target[row]
+            found.append(step._replace(seconds=took, still=begins and _goes_nowhere(plan, row), file=file))
             moved = True
             continue
         lasts = float(plan.durations[row])

@@ -168,7 +168,9 @@ class TranslationContext:
     helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
     undeclared: dict[str, str] = field(default_factory=dict)  # name that no file declares -> its type
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
-    named_systems: set[str] = field(default_factory=set)  # variables of numbered tools and frames
+    named_systems: dict[str, int] = field(
+        default_factory=dict
+    )  # variables of tools and frames -> their numbers
     external_units: tuple[tuple[str, str], ...] = ()  # of external axes, in order: name in the target, unit
     systems: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)  # tools and frames set once
     elsewhere: dict[tuple[str, int], Elsewhere] = field(

@@ -300,10 +300,11 @@ PlanAgain: TypeAlias = (
 
 
 def _starting(written: Sequence[Program], start: str) -> Program:
-    """The first program, or the one that has the routine `start`, from there."""
-    for program in written if start else ():
-        if any(routine.name == start for routine in program.routines):
-            return replace(program, main=start)
+    """The program that has the routine `start`, from there; the first one where none has it."""
+    for program in written:
+        for routine in program.routines:
+            if routine.name.casefold() == start.casefold():
+                return replace(program, main=routine.name)
     return written[0]
 
 
@@ -333,9 +334,13 @@ def _read_again(
             inputs: Mapping[SignalKey, tuple[int, ...]], steps: int, made_up: MadeUp | None, start: str = ""
         ) -> Plan:
             around = None if source is None else _surroundings(source, converted, robot, inputs)
-            one = _starting(written, converted.translated.mapping.get(("routine", start), start))
+            one = _starting(written, converted.translated.mapping.get(("routine", start), start or own))
             return run(one, robot, folder=folder, assumptions=around, max_steps=steps, made_up=made_up)
 
+        made = converted.translated.program
+        own = made.main or (made.routines[0].name if made.routines else "")
+        if written[0].main.casefold() == limits_of(vendor).started:
+            own = written[0].main  # where the controller starts, whatever the passes took for the first
         yield written, plan
 
 
@@ -394,7 +399,8 @@ def runs_of(
 
     asked = asked_inputs(source)
     sets = [asked] if asked else []
-    plain = MadeUp()
+    unknown = SharedUnknowns(source, converted.translated, vendor)
+    plain = MadeUp(types=unknown.types)
     losses = converted.translated.losses
     left = _without(source, {loss.line for loss in losses if loss.leaves_out and loss.fate is Fate.COMMENTED})
     starts = tuple(routine.name for routine in source.routines if routine.starts)
@@ -403,7 +409,6 @@ def runs_of(
     first += [plan_of(left, robots[0], inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
     further = [plan_of(one, robots[0], None, None, plain) for one in others]
     target = robots[1] or robots[0]
-    unknown = SharedUnknowns(source, converted.translated, vendor)
     try:
         with _read_again(converted, vendor, target, source) as (written, again):
             there = [again({}, _MOST_STEPS, MadeUp())]

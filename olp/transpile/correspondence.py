@@ -210,6 +210,17 @@ class SharedUnknowns:
     translated: Translated
     vendor: str
 
+    @property
+    def types(self) -> dict[str, str]:
+        """Of the source's names that nothing declares and that are no arrays, as its runs look names up."""
+        arrays = {d.name for d in self.translated.program.data if d.sizes}
+        there = self.translated.mapping
+        return {
+            self._folded(name, self.program.vendor): type_
+            for name, type_ in self.translated.types.items()
+            if there.get(("variable", name), name) not in arrays
+        }
+
     def runs(self, both: RunBoth, asked: Mapping[UnknownThing, object]) -> Iterator[MadeUpRun]:
         """With each seed; none where nothing is unknown. `asked`: what the plain run of the source asked for."""
         if not asked:
@@ -229,7 +240,7 @@ class SharedUnknowns:
         choices: Mapping[UnknownThing, tuple[int, ...]],
         only: UnknownThing | None,
     ) -> MadeUpRun:
-        here = MadeUp(seed, types=self.translated.types, choices=choices, only=only)
+        here = MadeUp(seed, types=self.types, choices=choices, only=only)
         source, target = both(here, lambda: self._there(here))
         made = tuple(thing for thing, value in here.asked.items() if value is not None)
         return MadeUpRun(source, target, made, lambda thing: self._run(both, seed, choices, thing))
@@ -250,14 +261,20 @@ class SharedUnknowns:
 
     def _origins(self, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
         """A thing of the translation, and what it is in the source."""
-        for (kind, name), to in self.translated.mapping.items():
+        for d in self.translated.program.data:  # what is called as it was; one language may fold its letters
+            place = UnknownThing("variable", self._folded(d.name, self.vendor))
+            yield place, UnknownThing("variable", self._folded(d.name, self.program.vendor))
+        mapping = self.translated.mapping
+        # A name that was cut short, and then became a register, is there twice.
+        first = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
+        for (kind, name), to in mapping.items():
             if kind in _SYSTEMS:
-                old = UnknownThing(kind, _system(name))
+                old = UnknownThing(kind, _system(first.get(name, name)))
                 yield UnknownThing(kind, _system(to)), old
                 if not to.isdecimal():
                     yield UnknownThing("variable", self._folded(to, self.vendor)), old
             elif kind in ("variable", "point"):
-                yield from self._variables(name, to, here)
+                yield from self._variables(first.get(name, name), to, here)
         for old_signal, new_signal in SignalsThere.of(self.translated.mapping).single.items():
             yield UnknownThing("signal", new_signal), UnknownThing("signal", old_signal)
 

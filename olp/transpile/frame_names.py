@@ -120,7 +120,7 @@ class SystemNames:
         number = self.numbers.get((kind, key))
         if number is None:
             shown = system_label(key)
-            own = _own_number(key)
+            own = self.work.named_systems.get(key.name, 0) if type(key) is Named else _own_number(key)
             wanted = self.work.mapped_system(kind, shown, *([str(own)] if own else []))
             number = int(wanted) if wanted.isdecimal() else own
             if number in self.taken[kind] and not wanted.isdecimal():

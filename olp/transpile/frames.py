@@ -313,7 +313,7 @@ def frames(program: Program, work: TranslationContext) -> Program:
     systems.note_numbers(program)
     routines = tuple(systems.routine_of(routine) for routine in program.routines)
     if not work.limits.named_frames:
-        shared = _names_of_data(work.source) | work.named_systems
+        shared = _names_of_data(work.source) | work.named_systems.keys()
         for routine in routines:
             systems.note_components(routine, shared)
     data = program.data if work.limits.named_frames else _with_copied(program, systems)
@@ -598,7 +598,7 @@ def _named_systems(program: Program, work: TranslationContext) -> Program:
     if not changing:
         return program
     names = {key: work.fresh(f"{system_words(key[0])}_{key[1]}") for key in sorted(changing)}
-    work.named_systems.update(names.values())
+    work.named_systems.update({given: at for (_, at), given in names.items()})
     for (group, at), given in names.items():
         work.names["tool" if group == "tool" else "frame", str(at)] = given
 

@@ -101,7 +101,7 @@ def wholes(programs: Sequence[Program]) -> list[Whole]:
     numbers: list[set[tuple[Store, int]]] = []
     for program in programs:
         linked = link(program)
-        files.append({Path(part.path) for part in linked.parts})
+        files.append({Path(part.path).absolute() for part in linked.parts})
         numbers.append(_numbered(linked.program))
     group = list(range(len(programs)))
     for n in range(len(programs)):
@@ -114,7 +114,7 @@ def wholes(programs: Sequence[Program]) -> list[Whole]:
         members = [n for n, one in enumerate(group) if one == name]
 
         def place(n: int, members: list[int] = members) -> tuple[bool, bool, bool, int]:
-            needed = any(Path(programs[n].path) in files[m] for m in members if m != n)
+            needed = any(Path(programs[n].path).absolute() in files[m] for m in members if m != n)
             return not programs[n].routines, needed, not programs[n].main, -len(files[n])
 
         first = min(members, key=place)
