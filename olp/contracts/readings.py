@@ -13,8 +13,8 @@ says what olp takes it for (Blank, Record, Point, Statement, Comment, Free text,
 meaning of the line above. Quantities are `written*unit` (SI: metres, seconds, m/s); poses are x y z [mm], rx ry rz
 [deg] with R = Rz Ry Rx; what has its default is left out. Files that no reader takes by themselves have ? for letters.
 
-`*.damaged` beside them declares what is read of the same texts with a word left out, a number changed or a letter lost
-in some lines: those lines, what else is read otherwise then, and "as before" below a line that means what it did.
+`*.damaged` beside them declares what is read of the same texts with a word left out, a number changed, a letter or
+all lost in some lines: those lines, others that are read otherwise then, and "as before" below what means the same.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from difflib import SequenceMatcher
 from enum import Enum
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -305,7 +306,9 @@ _DAMAGED: Final = ".damaged"
 _TOKEN: Final = re.compile(r"\"[^\"]*\"|'[^']*'|\d+(?:\.\d+)?|[^\W\d][\w$]*|\S")
 _LITERAL: Final = re.compile(r"(?<![\w.$])(?<!-)\d+(?:\.\d+)?(?![\w.])")
 _WORD: Final = re.compile(r"[^\W\d]{4,}")
-_EVERY: Final = 3  # of the statements one is damaged, so that the others stay what they are
+_EVERY: Final = 5  # of so many lines one is damaged, so that the others stay what they are
+_OTHERS: Final = 8  # lines that are not damaged and shown, where they mean something else
+_LONGEST: Final = 400  # characters of a meaning
 _AS_BEFORE: Final = f"{_INDENT}as before"
 
 
@@ -323,27 +326,30 @@ def _without_a_letter(text: str) -> str:
     return text if word is None else text[: word.start() + 1] + text[word.start() + 2 :]
 
 
-_DAMAGES: Final[tuple[Callable[[str], str], ...]] = (
-    lambda text: _without(text, 1.0),
-    lambda text: _LITERAL.sub(lambda number: f"-{number[0]}", text, count=1),
-    _without_a_letter,
-    lambda text: _without(text, 0.5),
-    lambda text: _LITERAL.sub(lambda number: f"{number[0]}x", text, count=1),
-    lambda text: _LITERAL.sub(lambda number: f"7{number[0]}000", text),
+# (a line, the line above) -> the damaged line
+_DAMAGES: Final[tuple[Callable[[str, str], str], ...]] = (
+    lambda text, above: _without(text, 1.0),
+    lambda text, above: _LITERAL.sub(lambda number: f"-{number[0]}", text, count=1),
+    lambda text, above: _without_a_letter(text),
+    lambda text, above: _without(text, 0.5),
+    lambda text, above: _LITERAL.sub(lambda number: f"{number[0]}x", text, count=1),
+    lambda text, above: _LITERAL.sub(lambda number: f"7{number[0]}000", text),
+    lambda text, above: "",
+    lambda text, above: above,
 )
 
 
 def _damaged(rows: Iterable[str], turn: int) -> list[str]:
-    """The lines of a declared reading, every third statement of which is damaged: in each of the turns otherwise."""
-    found, at = [], -1
-    for row in rows:
-        at += row.startswith("S")
-        if row.startswith("S") and at % _EVERY == turn % _EVERY:
-            text = row[4:]
+    """The lines of a declared reading, some of which are damaged: in each of the turns others, and otherwise."""
+    lines = [row for row in rows if _LINE.fullmatch(row)]
+    found, at = lines[:1], 0
+    for above, row in pairwise(lines):
+        text = row[4:]
+        at += row[0] in "SRP"
+        if row[0] in "SRP" and at % _EVERY == turn % _EVERY:
             order = ((at + turn + n) % len(_DAMAGES) for n in range(len(_DAMAGES)))
-            row = row[:4] + next((other for n in order if (other := _DAMAGES[n](text)) != text), text)
-        if _LINE.fullmatch(row):
-            found.append(row)
+            text = next(other for n in order if (other := _DAMAGES[n](text, above[4:])) != text)
+        found.append(f"{row[:4]}{text}".rstrip())
     return found
 
 
@@ -358,13 +364,21 @@ def _lines_of(rows: Iterable[str]) -> list[list[str]]:
     return found
 
 
-def _told_of(before: list[str], after: list[str]) -> list[str]:
-    """A line and its meaning where they are others than before."""
-    if before == after:
-        return []
-    if before[0] != after[0] and (before[0][0], before[1:]) == (after[0][0], after[1:]):
-        return [after[0], _AS_BEFORE]
-    return [row for row in after if not row.startswith(f"{_INDENT}Opaque ")]
+def _told_of(whole: list[list[str]], after: list[list[str]]) -> Iterator[str]:
+    """The damaged lines with what they mean, some of the others that mean something else then, and how many more do."""
+    others = 0
+    for one, other in zip(whole, after, strict=True):
+        if one == other:
+            continue
+        if one[0][1:] == other[0][1:]:
+            others += 1
+            if others > _OTHERS:
+                continue
+        meaning = [row[:_LONGEST] for row in other[1:] if not row.startswith(f"{_INDENT}Opaque ")]
+        same = one[0][1:] != other[0][1:] and (one[0][0], one[1:]) == (other[0][0], other[1:])
+        yield from [other[0], _AS_BEFORE] if same else [other[0], *meaning]
+    if others > _OTHERS:
+        yield f"({others - _OTHERS} more lines)"
 
 
 def damaged_readings(vendor: Vendor, path: Path) -> dict[str, list[str]]:
@@ -375,8 +389,7 @@ def damaged_readings(vendor: Vendor, path: Path) -> dict[str, list[str]]:
     for turn in range(2 * _EVERY):
         texts = {name: _damaged(rows, turn) for name, rows in declared.items()}
         for name, program in programs_of(vendor, texts):
-            pairs = zip(whole[name], _lines_of(reading(program)), strict=True)
-            if told := [row for pair in pairs for row in _told_of(*pair)]:
+            if told := list(_told_of(whole[name], _lines_of(reading(program)))):
                 parts[f"{name}, {turn}"] = told
     return parts
 
