@@ -275,7 +275,12 @@ def test_the_work_on_the_flange_ends_where_the_mode_is_base_again() -> None:
         ("$TIMER_STOP[4]=FALSE", Assign(0, SystemValue("timer-running", 4), SignalState(True))),
         ("n=$TIMER[4]", Assign(0, Named("n"), Binary("*", SystemValue("timer", 4), Number(1000)))),
         ("CONTINUE", Process(0, "continue", (("", Text("CONTINUE")),))),
-        ("INTERRUPT ON 4", Process(0, "interrupt", (("", Text("INTERRUPT ON 4")),))),
+        (
+            "INTERRUPT ON 4",
+            Process(
+                0, "interrupt", (("", Text("INTERRUPT ON 4")), ("watch", Text("on")), ("number", Number(4)))
+            ),
+        ),
         ("INTERRUPT ON 3", Process(0, "stop-handler", (("", Text("INTERRUPT ON 3")),))),
         ("EXT BAS (BAS_COMMAND :IN,REAL :IN )", Opaque(0, "EXT BAS (BAS_COMMAND :IN,REAL :IN )")),
     ],

@@ -181,7 +181,6 @@ def test_a_routine_that_sets_outputs_is_called_where_the_arm_stands(corner, fate
 
 KEPT = (
     "TRIGGER WHEN DISTANCE=1 DELAY=0 DO WAITS() PRIO=-1",  # the arm goes on meanwhile
-    "TRIGGER WHEN DISTANCE=1 DELAY=0 DO NOWHERE() PRIO=-1",
     "TRIGGER WHEN DISTANCE=N DELAY=0 DO $OUT[3]=TRUE",
 )
 
@@ -193,9 +192,25 @@ def test_one_that_would_do_something_else_is_left_out_and_told(trigger):
     assert f"! not translated: {trigger}" in translated(text, "krl", "rapid")
 
 
-def test_a_trigger_without_a_move_behind_it_in_the_same_branch_is_left_out():
+def test_a_trigger_without_a_move_behind_it_in_the_same_branch_acts_in_its_order():
     text = krl(START, "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[3]=TRUE", "IF $IN[1] THEN", FIRST, "ENDIF")
+    assert (3, "approximated") in fates(text, "rapid")
+    assert order(text, "rapid").index("SetDO do3,1;") == 1
+
+
+def test_a_trigger_at_the_end_of_no_known_move_is_left_out():
+    text = krl(START, "TRIGGER WHEN DISTANCE=1 DELAY=0 DO $OUT[3]=TRUE", "IF $IN[1] THEN", FIRST, "ENDIF")
     assert (3, "commented") in fates(text, "rapid")
+
+
+@pytest.mark.parametrize(
+    "shift", ["DISTANCE=1 DELAY=0", "PATH=ARCPATH(2) DELAY=ARCTIME(#GAS)", "PATH=N DELAY=N"]
+)
+def test_a_routine_that_no_file_has_is_called_at_the_nearer_end(shift):
+    text = krl(START, f"TRIGGER WHEN {shift} DO NOWHERE(#ON) PRIO=-1", FIRST)
+    assert (3, "approximated") in fates(text, "rapid")
+    written = translated(text, "krl", "rapid")
+    assert written.index("MoveL") < written.index('NOWHERE "#ON";')
 
 
 def test_in_its_own_language_it_stays_what_it_is():

@@ -264,12 +264,19 @@ def test_a_routine_that_no_file_has_is_told_at_each_call(target):
 
 
 @pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
-def test_what_only_the_controller_knows_is_no_variable(target):
-    text = krl(
-        "  DECL INT nMode", "  IF $PRO_STATE1 == #P_STOP THEN", "    nMode = 1", "  ENDIF", "  WAIT SEC 1"
-    )
-    made = converted(text, "krl", target)
-    assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [3, 4, 5]
+def test_what_only_the_controller_knows_has_to_be_told_there(target):
+    rows = ("IF $PRO_STATE1 == #P_STOP THEN", "nMode = 1", "ENDIF", "WAIT FOR NOT $POWER_FAIL", "WAIT SEC 1")
+    made = converted(krl("DECL INT nMode", *rows), "krl", target)
+    assert {loss.fate for loss in made.translated.losses} == {Fate.APPROXIMATED}
+    (asked,) = [names for says, names in made.translated.asks.items() if "controller tells" in says]
+    assert asked == ("$PRO_STATE1", "$POWER_FAIL")
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "krl"])
+@pytest.mark.parametrize("row", ["$OV_ROB=50", "$CMD_X=N", "PTP $POS_RET", "$ACT_EX_AX=2"])
+def test_what_a_program_tells_its_controller_is_no_variable_elsewhere(row, target):
+    made = converted(krl("DECL INT N", "N=3", row), "krl", target)
+    assert [loss.line for loss in made.translated.losses if loss.leaves_out] == [4]
 
 
 @pytest.mark.parametrize("target", [v for v in VENDORS if v != "tp"])
@@ -285,10 +292,14 @@ def test_system_variables_of_fanuc_are_no_variables(target):
     with pytest.raises(OlpError) as caught:
         convert(program, target)
     refused = {d.line for d in caught.value.diagnostics if "belongs to TP's controllers" in d.message}
-    assert refused == {first, first + 1, first + 2, first + 3}
+    assert refused == {first, first + 1, first + 2}
     made = convert(program, target, Context(on_loss="comment"))
     assert {x.line for x in made.translated.losses if x.leaves_out} == refused
-    assert not [name for kind, name in made.translated.mapping if kind == "variable" and name.startswith("$")]
+    assert [
+        name for kind, name in made.translated.mapping if kind == "variable" and name.startswith("$")
+    ] == [
+        "$MCR.$GENOVERRIDE"  # which the condition asks, and which whoever runs it has to tell
+    ]
     assert not [d for d in made.translated.program.data if "WAITTMOUT" in d.name or "RUN_STATE" in d.name]
 
 
@@ -323,11 +334,9 @@ def test_an_array_of_unknown_size_takes_what_is_used_of_it(target):
     text = krl("  DECL INT nI", "  nFar[3] = 7", "  rOther = 2", "  WAIT SEC rOther", "  nI = 5", "  nFar[nI] = 9",
                "  WAIT SEC rOther")  # fmt: skip
     made = converted(text, "krl", target)
-    (lost,) = [loss for loss in made.translated.losses if loss.fate is Fate.COMMENTED]
-    assert (lost.line, lost.says) == (
-        7,
-        "nFar is not declared here, and nothing tells how many elements it has",
-    )
+    says = "nothing here tells how many elements nFar has: 20 are kept, none may be used beyond"
+    assert [row for row in loss_lines(made, "index") if "nFar" in row[1]] == [(7, says)]
+    assert list(made.translated.asks)[-1].startswith("see that no index goes beyond")
     assert run_elsewhere(text, "krl", target).durations.tolist() == [2.0, 2.0]
 
 
@@ -364,16 +373,25 @@ def test_members_of_structures_that_nothing_declares_are_variables_of_their_own(
     assert run_elsewhere(text, "krl", target).durations.tolist() == [3.0, 2.0, 8.0]
 
 
-@pytest.mark.parametrize("target", ["rapid", "tp"])
-def test_a_structure_that_is_copied_and_that_nothing_declares_is_refused(target):
-    """A variable of its own for a member would not be copied along."""
-    text = krl("  Bin[1].Height = 3", "  Bin[2] = Bin[1]", "  Job.Pause = 2", "  Other = Job")
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_a_structure_that_is_copied_and_that_nothing_declares_is_copied_by_the_members_that_are_named(target):
+    rows = ("Bin[1].Height = 3", "Bin[2] = Bin[1]", "Job.Pause = 2", "Other = Job", "Job.Pause = 5")
+    text = krl(*rows, "WAIT SEC Bin[2].Height", "WAIT SEC Other.Pause")
     losses = converted(text, "krl", target).translated.losses
-    lost = {loss.line: loss.says for loss in losses if loss.fate is Fate.COMMENTED}
-    assert lost == {
-        2: "Bin is not declared here, and nothing tells the members of its type",
-        4: "Job is not declared here, and nothing tells the members of its type",
-    }
+    assert {loss.fate for loss in losses} == {Fate.APPROXIMATED}
+    assert run_elsewhere(text, "krl", target).durations.tolist() == [3.0, 2.0]
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript"])
+def test_a_structure_that_nothing_declares_is_handed_by_its_members(target):
+    """To routines that no file has, which may set them; what is compared as a whole stays refused."""
+    rows = ("Job = GetJob(1)", "Job.Count = Job.Count + 1", "ShowJob(Job)", "WAIT SEC Job.Pause")
+    made = converted(krl(*rows), "krl", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    if target == "rapid":
+        assert b"GetJob 1,Job_Count,Job_Pause;" in b"".join(made.files.values())
+    losses = converted(krl(*rows, "IF Job == Other THEN", "HALT", "ENDIF"), "krl", target).translated.losses
+    assert {loss.line for loss in losses if loss.leaves_out} >= {6, 7, 8}
 
 
 def test_a_table_of_positions_that_nothing_declares_is_no_list_of_lists():

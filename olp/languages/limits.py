@@ -71,6 +71,31 @@ class ValueTypes:
 
 
 @dataclass(frozen=True, slots=True)
+class TrapWords:
+    """Instructions of a language for routines that run as soon as a digital signal changes.
+
+    `data_type`: of what connects signal and routine; `signals`: bus -> what calls at which edge (0, 1, 2: both);
+    `end`: of an earlier connection; `stop`, `keep`, `restore`, `start`: the arm stops, its move is kept, and goes on.
+    """
+
+    data_type: str
+    connect: str
+    signals: Mapping[str, str]
+    on: str
+    off: str
+    end: str
+    stop: str
+    keep: str
+    restore: str
+    start: str
+
+    def words(self) -> frozenset[str]:
+        """All of its instructions."""
+        own = (self.connect, self.on, self.off, self.end, self.stop, self.keep, self.restore, self.start)
+        return frozenset((*own, *self.signals.values()))
+
+
+@dataclass(frozen=True, slots=True)
 class PathTriggerForms:
     """Outputs that moves of a language can switch while they are under way.
 
@@ -232,6 +257,7 @@ class Limits:
     ordered_arguments: bool = False  # arguments have their place and nothing else: all must be there
     reference_parameters: bool = False  # a routine may change what it is handed
     text_decimals: bool = True  # a number becomes a text with as many decimals as the program says
+    traps: TrapWords | None = None  # routines that run as soon as a digital signal changes
     returned_parameters: bool = False  # what a routine changes can come back as its value
     conditional_statements: bool = False  # jumps and calls may have a condition of their own
     tasks: int = 0  # how many parallel tasks there are where they have fixed names; 0: any name

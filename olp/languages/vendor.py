@@ -31,6 +31,10 @@ SHOWN: Final = "shown"  # argument of a Process that tells people something, and
 ON_THE_WAY: Final = (
     "on the way"  # argument of a Process that keeps the arm going: why what follows is not exact
 )
+# Argument of a Process about what runs as soon as a condition comes true: a text, "declared" (with the arguments
+# "number", "when", "call"), "on" or "off" (with "number", 0: all of them).
+WATCH: Final = "watch"
+TRAP: Final = "trap"  # of Routine.details: what is watched calls it, nothing else
 # Names of a Process, case folded, that end the program as a whole, whoever called the routine (FANUC, RAPID, URScript).
 ENDS_CYCLE: Final = "exitcycle"  # the next one begins by itself
 ENDS_PROGRAM: Final = frozenset({"abort", "exit", "halt", ENDS_CYCLE})
@@ -131,6 +135,17 @@ class Conventions:
     resolved_variables: frozenset[str] = (
         frozenset()
     )  # in capitals: what is assigned to them, the reader has made speeds, blends, tools and frames of
+    halting_process: str = ""  # stops the arm while the routine of a condition that is watched runs
+    interrupted_places: Mapping[str, str] = field(
+        default_factory=dict
+    )  # system variable, case folded -> of the system's values that which it held when the condition came true
+    returning_places: frozenset[str] = (
+        frozenset()
+    )  # system variables, case folded: where the arm left its path
+    leaving_process: str = ""  # ends that routine and all up to the one that began to watch
+    assumed_codes: frozenset[str] = (
+        frozenset()
+    )  # of findings of the reader that tell what it has assumed: the statement there is no exact translation
     # Values
     pose_lists: bool = False  # a pose is a list of numbers, whose elements can be read and set
     text_arrays: bool = False  # a text is declared and named as an array of characters: NAME[]

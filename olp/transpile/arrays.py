@@ -181,6 +181,7 @@ def _elements(
 # Arrays of several dimensions as one row, where the target has registers, or no list of lists of such a kind.
 
 _NUMBERS: Final = ("real", "integer")
+KEPT_ROWS: Final = 10  # of a dimension with a computed index, where nothing declares the array
 
 
 def single_rows(program: Program, work: TranslationContext) -> Program:
@@ -233,9 +234,9 @@ def _tables(program: Program, symbols: Symbols) -> dict[tuple[str, str], tuple[t
 def _undeclared_tables(
     program: Program, symbols: Symbols, work: TranslationContext
 ) -> dict[tuple[str, str], tuple[int, ...]]:
-    """Of arrays that no file at hand declares the largest indices, where all are written out."""
+    """Of arrays that no file at hand declares the largest indices written out; some more where others are computed."""
     found: dict[tuple[str, str], tuple[int, ...]] = {}
-    computed: set[tuple[str, str]] = set()
+    odd: set[tuple[str, str]] = set()
     for routine in program.routines:
         for e in work.look(routine).expressions:
             if type(e) is not Item or type(e.base) is not Named or len(e.indices) < 2:
@@ -244,13 +245,15 @@ def _undeclared_tables(
             key = ("", e.base.name)
             if symbol is not None and symbol.declared:
                 continue
-            written = [int(one.value) for one in e.indices if isinstance(one, Number)]
+            written = [int(one.value) if isinstance(one, Number) else KEPT_ROWS for one in e.indices]
             before = found.get(key, (1,) * len(e.indices))
-            if len(written) < len(e.indices) or len(before) != len(written):
-                computed.add(key)
+            if len(before) != len(written):
+                odd.add(key)
             else:
                 found[key] = tuple(map(max, before, written))
-    return {key: sizes for key, sizes in found.items() if key not in computed}
+    found = {key: sizes for key, sizes in found.items() if key not in odd}
+    work.row_sizes.update({name: math.prod(sizes) for (_, name), sizes in found.items()})
+    return found
 
 
 def _named_whole(s: Statement, routine: str, symbols: Symbols) -> Iterator[tuple[str, str]]:

@@ -150,7 +150,7 @@ def compare_plans(
     rules = _Rules(
         tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed, other_lengths, cut_short
     )
-    first, second = steps_of(one, without, seconds[0]), steps_of(other, seconds=seconds[1])
+    first, second = steps_of(one, without, seconds[0]), rules.joined(steps_of(other, seconds=seconds[1]))
     result = _compared(first, second, rules)
     result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
     if one.unknown < 0 or result.is_equal:
@@ -177,6 +177,20 @@ class _Rules(NamedTuple):
             return False
         origin = None if self.origins is None else self.origins.get((b.file, b.line))
         return origin is None or origin == a.line
+
+    def joined(self, steps: list[ComparedStep]) -> list[ComparedStep]:
+        """Steps without what several instructions do that one of the source became, and that switches nothing."""
+        if self.origins is None:
+            return steps
+        found: list[ComparedStep] = []
+        for step in steps:
+            last = found[-1] if found else None
+            if last is not None and _is_message(last) and _is_message(step) and last.line != step.line:
+                origin = self.origins.get((step.file, step.line))
+                if origin is not None and origin == self.origins.get((last.file, last.line)):
+                    continue
+            found.append(step)
+        return found
 
     def asks(self, a: ComparedStep) -> bool:
         """Whether a wait is a loop in the other program, which finds at once what it asks for."""

@@ -167,6 +167,9 @@ class TranslationContext:
     names: dict[tuple[str, str], str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)  # names of what only the translation needs
     undeclared: dict[str, str] = field(default_factory=dict)  # name that no file declares -> its type
+    row_sizes: dict[str, int] = field(
+        default_factory=dict
+    )  # of undeclared arrays of several dimensions in one row
     registers: set[str] = field(default_factory=set)  # names that were numbered: others may set them
     named_systems: dict[str, int] = field(
         default_factory=dict

@@ -32,6 +32,7 @@ from olp.ir.program import (
     Message,
     Move,
     Pause,
+    Process,
     Program,
     PulseOutput,
     SetOutput,
@@ -90,7 +91,7 @@ def _token(s: Statement) -> Token:
             return ("call", s.routine.casefold())
         case SetOutput() | PulseOutput():
             return (type(s).__name__, s.signal.index)
-        case Dwell() | Wait() | Pause() | Message():
+        case Dwell() | Wait() | Pause() | Message() | Process():
             return (type(s).__name__,)
         case _:
             return ()

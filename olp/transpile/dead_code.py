@@ -51,7 +51,9 @@ def prune(program: Program, work: TranslationContext) -> Program:
 
     if work.source.vendor != work.target:
         _tell_gone([d for d in everything if alone and not kept(d)], work)
-        _refuse(program, {d.name: d.type for d in everything if d.type not in _HELD and kept(d)}, work)
+        traps = work.limits.traps
+        said = _HELD if traps is None else _HELD | {traps.data_type}
+        _refuse(program, {d.name: d.type for d in everything if d.type not in said and kept(d)}, work)
     return replace(
         program,
         data=tuple([d for d in program.data if d.name in used or kept(d)]),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Set
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -23,6 +24,7 @@ from olp.ir.program import (
     Assign,
     Call,
     Declare,
+    ElseIf,
     EndIf,
     If,
     Parameter,
@@ -30,9 +32,14 @@ from olp.ir.program import (
     Return,
     Routine,
     Statement,
+    Until,
+    Wait,
+    While,
 )
-from olp.ir.transformer import expressions_of, mapped
-from olp.transpile.context import TranslationContext
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.languages.vendor import language_of
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.name_types import AXES, COMPONENTS
 from olp.transpile.symbols import Symbol, Symbols, symbols_of
 
 _WHOLE_TYPES: Final = {
@@ -85,20 +92,26 @@ class _Records:
         if name in self.parameters.get(routine.casefold(), ()):
             return routine, name
         symbol = self.symbols.find(routine, name)
-        key = None if symbol is None else (symbol.scope, symbol.name)
+        key = ("", name) if symbol is None else (symbol.scope, symbol.name)
         return key if key in self.variables else None
 
 
 def flat_records(program: Program, work: TranslationContext) -> Program:
     """`part.place` as `part_place`; a record that is copied is copied member by member.
 
-    A type of which any variable is handed over, returned or compared in another way than that stays as it is.
+    A statement that takes a record whole in another way than that is refused, but for the records that most languages
+    have (speeds, zones): those stay as they are.
     """
     found = _found(program, symbols_of(program), work.conventions.member_types)
-    while found.variables and (odd := _odd(program, found)):
+    while found.variables and (odd := {kind for _, kind in _odd(program, found)} & _PARTS.keys()):
         found.drop(odd)
     if not found.variables:
         return program
+    for s, kind in _odd(program, found):
+        says = (
+            f"it takes a record of the type {kind} as a whole, which {language_of(work.target)} does not have"
+        )
+        work.lose(s, Fate.REFUSED, "name", says)
     for (scope, name), kind in [*found.variables.items(), *_parameter_keys(found)]:
         first = "_".join((name, *found.shapes[kind][0].path))
         work.note_once(f"{name} is a record: each of its members is a variable, as {first}")
@@ -158,12 +171,14 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
     _add_unknown(program, found, layouts.keys())
+    _add_undeclared(program, found)
     for routine in program.routines:
         if routine.returns.casefold() in found.shapes and routine.returns.casefold() not in _PARTS:
             found.results[routine.name.casefold()] = routine.returns.casefold()
         for parameter in routine.parameters:
             kind = parameter.type.casefold()
-            if any(leaf.sizes or not leaf.type for leaf in found.shapes.get(kind, ())):
+            leaves = found.shapes.get(kind, ())
+            if any((leaf.sizes and leaf.type != "string") or not leaf.type for leaf in leaves):
                 continue
             if kind in found.shapes and (kind not in _PARTS or parameter.by_reference):
                 found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
@@ -198,6 +213,81 @@ def _add_unknown(program: Program, found: _Records, kinds: Set[str]) -> None:
                 known = [leaf.path for leaf in found.shapes[kind]]
                 if not any(_begins(path, one) or _begins(one, path) for one in known):
                     found.shapes[kind] = (*found.shapes[kind], _Leaf(path, ""))
+
+
+def _add_undeclared(program: Program, found: _Records) -> None:
+    """Names that nothing declares, of which statements take members: their type has those that any of them names.
+
+    What one of them is copied from or to is of the same type. A name that is anything else besides is no record.
+    """
+    paths: dict[str, dict[MemberPath, MemberPath]] = {}  # of each name: folded -> as written
+    links: list[tuple[str, str]] = []
+    others: set[str] = set()
+    for r in program.routines:
+        for s in r.body:
+            if calls_nothing(s) or sets_numbers(s) or isinstance(s, Declare):
+                continue
+            whole: Counter[str] = Counter()
+            for e in expressions_of(s):
+                if isinstance(e, Named) and _is_undeclared(e.name, r.name, found):
+                    whole[e.name] += 1
+                elif isinstance(e, Member) and (root := _root(e)) is not None and root.name in whole:
+                    path = _record_path(_chain(e)[1])
+                    if not path:
+                        others.add(root.name)
+                    paths.setdefault(root.name, {}).setdefault(_folded(path), path)
+                    whole[root.name] -= not isinstance(e.base, Member)
+            copied = [(e, _root(e)) for e in ((s.target, s.value) if isinstance(s, Assign) else ())]
+            roots = [root.name for e, root in copied if root is not None and not isinstance(e, Member)]
+            if len(roots) == 2:
+                links.append((roots[0], roots[1]))
+            elif isinstance(s, Assign) and roots and roots[0] in whole and isinstance(s.value, RecordLiteral):
+                given = {_folded(leaf.path): leaf.path for leaf in _leaves(s.value, ()) if all(leaf.path)}
+                paths.setdefault(roots[0], {}).update(given)
+            elif isinstance(s, Assign) and not isinstance(s.value, CallValue):
+                roots = []
+            calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (Call, CallValue))]
+            handed = [a for call in calls for a in call.arguments if not isinstance(a, Member)]
+            roots += [root.name for a in handed if (root := _root(a))]
+            whole.subtract(roots)
+            if not isinstance(s, (If, ElseIf, While, Until, Wait)):  # there it is compared, which is refused
+                others |= {name for name, count in whole.items() if count > 0}
+    for group in _groups(paths.keys(), links):
+        members = {key: path for name in group for key, path in paths.get(name, {}).items()}
+        known = [name for name in group if name not in paths and not _is_undeclared(name, "", found)]
+        if others & set(group) or known or len(members) == 0:
+            continue
+        leaves = [
+            _Leaf(path, "")
+            for key, path in members.items()
+            if not any(other != key and _begins(other, key) for other in members)
+        ]
+        found.shapes[group[0].casefold()] = tuple(leaves)
+        found.variables.update({("", name): group[0].casefold() for name in group})
+
+
+def _is_undeclared(name: str, routine: str, found: _Records) -> bool:
+    symbol = found.symbols.find(routine, name)
+    return symbol is None or not symbol.declared
+
+
+def _record_path(path: MemberPath) -> MemberPath:
+    """The names that lead to a position, without those of its components."""
+    at = next((at for at, name in enumerate(path) if name.casefold() in COMPONENTS | AXES), len(path))
+    return path[:at]
+
+
+def _groups(names: Iterable[str], links: Iterable[tuple[str, str]]) -> list[list[str]]:
+    """Names that are linked, however far apart, in the order of `names`."""
+    group = {name: [name] for name in names}
+    for one, other in links:
+        if one not in group and other not in group:
+            continue
+        first, second = group.setdefault(one, [one]), group.setdefault(other, [other])
+        if first is not second:
+            first += second
+            group.update(dict.fromkeys(second, first))
+    return list({id(rows): rows for rows in group.values()}.values())
 
 
 def _begins(path: MemberPath, start: MemberPath) -> bool:
@@ -285,27 +375,31 @@ def _leaf_type(value: Expression) -> str:
 # --- What names a record as a whole ---
 
 
-def _odd(program: Program, found: _Records) -> set[str]:
-    """Types of records that something takes whole, but for copies and calls of the program's own routines."""
-    odd: set[str] = set()
+def _odd(program: Program, found: _Records) -> list[tuple[Statement, str]]:
+    """Statements that take records whole, but for copies and calls, each with the type of one."""
+    odd: list[tuple[Statement, str]] = []
     own = {routine.name.casefold(): routine for routine in program.routines}
     for routine in program.routines:
         for s in routine.body:
             if isinstance(s, Declare):
                 continue
+            kinds: set[str] = set()
             allowed: list[Expression] = []
             if isinstance(s, Assign) and _is_copy(s, routine.name, found):
                 allowed = [s.target, s.value]
             elif isinstance(s, Return) and _is_returned(s, routine.name, found):
                 allowed = [s.value] if s.value is not None else []
             elif isinstance(s, Return):
-                odd |= {found.results.get(routine.name.casefold(), "")} - {""}
+                kinds |= {found.results.get(routine.name.casefold(), "")} - {""}
             taken = getattr(s, "value", None) if allowed else None
-            odd |= {kind for e in expressions_of(s) if e is not taken and (kind := _returned_by(e, found))}
+            kinds |= {kind for e in expressions_of(s) if e is not taken and (kind := _returned_by(e, found))}
             for call in (s, *expressions_of(s)):
-                if isinstance(call, (Call, CallValue)) and (called := own.get(call.routine.casefold())):
-                    allowed += call.arguments if _fits(call, called, routine.name, found) else ()
-            odd |= _whole(s, routine.name, found, allowed)
+                if isinstance(call, (Call, CallValue)):
+                    called = own.get(call.routine.casefold())
+                    handed = called is None or _fits(call, called, routine.name, found)
+                    allowed += call.arguments if handed else ()
+            kinds |= _whole(s, routine.name, found, allowed)
+            odd += [(s, kind) for kind in sorted(kinds)]
     return odd
 
 
@@ -327,14 +421,22 @@ def _is_returned(s: Return, routine: str, found: _Records) -> bool:
 
 def _gives(value: Expression, leaves: list[tuple[MemberPath, _Leaf]], routine: str, found: _Records) -> bool:
     """Whether a value has these members, each of which is copied."""
-    if any(leaf.sizes and leaf.type != "string" for _, leaf in leaves):
-        return False
     paths = [path for path, _ in leaves]
     if isinstance(value, RecordLiteral):
-        return paths == [leaf.path for leaf in _leaves(value, ())]
+        given = [_folded(leaf.path) for leaf in _leaves(value, ())]
+        arrays = {_folded(path) for path, leaf in leaves if leaf.sizes and leaf.type != "string"}
+        return bool(given) and arrays.isdisjoint(given) and set(given) <= set(map(_folded, paths))
+    if any(leaf.sizes and leaf.type != "string" for _, leaf in leaves):
+        return False
     if kind := _returned_by(value, found):
         return paths == [leaf.path for leaf in found.shapes[kind]]
+    if isinstance(value, CallValue):
+        return value.routine.casefold() not in map(str.casefold, found.symbols.routines)
     return paths == [path for _, path, _ in _under(value, routine, found)]
+
+
+def _folded(path: MemberPath) -> MemberPath:
+    return tuple(name.casefold().removesuffix("[]") for name in path)
 
 
 def _returned_by(e: Expression, found: _Records) -> str:
@@ -486,11 +588,21 @@ class _Flat:
         return [mapped(s, lambda e: self._leaf(e, r.name))]
 
     def _copied(self, s: Assign, routine: str) -> Iterator[Statement]:
+        if isinstance(s.value, CallValue) and not _returned_by(s.value, self.found):
+            # A routine that no file has: it is handed the members to be set.
+            members = self._argument(s.target, routine)
+            handed = (*self._arguments(s.value, routine), *members)
+            call = Call(s.line, s.value.routine, handed, comment=s.comment)
+            yield mapped(call, lambda e: self._leaf(e, routine))
+            return
         yield from self._called(s.value, s.line, routine)
-        for at, (base, rest, leaf) in enumerate(_under(s.target, routine, self.found)):
+        comment = s.comment
+        for base, rest, leaf in _under(s.target, routine, self.found):
             target = _all(self._named(base, leaf, routine), leaf)
-            row = Assign(s.line, target, self._given(s.value, rest, routine), "" if at else s.comment)
-            yield mapped(row, lambda e: self._leaf(e, routine))
+            given = self._given(s.value, rest, routine)
+            if given is not None:  # what a value leaves out has none
+                yield mapped(Assign(s.line, target, given, comment), lambda e: self._leaf(e, routine))
+                comment = ""
 
     def _returned(self, s: Return, r: Routine) -> list[Statement]:
         """The members of what a routine returns, in variables of their own."""
@@ -498,8 +610,9 @@ class _Flat:
         rows = list(self._called(s.value, s.line, r.name))
         for leaf in self.found.shapes[self.found.results[r.name.casefold()]]:
             target = _all(Named(self.found.names[(r.name.casefold(), _RESULT, leaf.path)]), leaf)
-            row = Assign(s.line, target, self._given(s.value, leaf.path, r.name))
-            rows.append(mapped(row, lambda e: self._leaf(e, r.name)))
+            given = self._given(s.value, leaf.path, r.name)
+            if given is not None:
+                rows.append(mapped(Assign(s.line, target, given), lambda e: self._leaf(e, r.name)))
         rows.append(replace(s, value=None, condition=None))
         if s.condition is None:
             return rows
@@ -511,23 +624,19 @@ class _Flat:
             call = Call(line, value.routine, self._arguments(value, routine))
             yield mapped(call, lambda e: self._leaf(e, routine))
 
-    def _given(self, value: Expression, path: MemberPath, routine: str) -> Expression:
-        """A member of a record that is copied."""
-        found: Expression | None
+    def _given(self, value: Expression, path: MemberPath, routine: str) -> Expression | None:
+        """A member of a record that is copied, None where its value leaves it out."""
         if isinstance(value, RecordLiteral):
-            found = _part(value, path)
-        elif kind := _returned_by(value, self.found):
+            return _part(value, path)
+        if kind := _returned_by(value, self.found):
             assert isinstance(value, CallValue)
             leaf = next(leaf for leaf in self.found.shapes[kind] if leaf.path == path)
-            found = _all(Named(self.found.names[(value.routine.casefold(), _RESULT, path)]), leaf)
-        else:
-            found = next(
-                _all(self._named(base, leaf, routine), leaf)
-                for base, rest, leaf in _under(value, routine, self.found)
-                if rest == path
-            )
-        assert found is not None
-        return found
+            return _all(Named(self.found.names[(value.routine.casefold(), _RESULT, path)]), leaf)
+        return next(
+            _all(self._named(base, leaf, routine), leaf)
+            for base, rest, leaf in _under(value, routine, self.found)
+            if rest == path
+        )
 
     def _arguments(self, call: Call | CallValue, routine: str) -> tuple[Expression, ...]:
         return tuple(one for a in call.arguments for one in self._argument(a, routine))
@@ -570,6 +679,6 @@ def _part(value: Expression, path: MemberPath) -> Expression | None:
         return value
     if not isinstance(value, RecordLiteral):
         return None
-    members: Mapping[str, Expression] = {name.casefold(): one for name, one in value.members}
+    members = {name.casefold().removesuffix("[]"): one for name, one in value.members}
     inside = members.get(path[0].casefold())
     return None if inside is None else _part(inside, path[1:])

@@ -29,6 +29,7 @@ from olp.ir.program import (
     Assign,
     Call,
     Case,
+    Comment,
     Declare,
     DefineFrame,
     Dwell,
@@ -55,7 +56,7 @@ from olp.ir.program import (
     Wait,
     While,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
+from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of, part_of
 from olp.transpile.constant_folding import called_in, paired
 from olp.transpile.context import Fate, TranslationContext
@@ -76,15 +77,18 @@ _WORDS: Final = {
     "frame": "a frame",
 }
 _DEEPEST: Final = 6  # members of members
+_KEPT: Final = 20  # elements of an array with a computed index, where the target numbers its variables
 _ASKS: Final = {
     "taught": "teach what no file here declares, or copy its values",
     "set": "set what no file here declares",
+    "status": "set, all the time, what the source's controller tells of itself",
 }
 
 
 def undeclared(program: Program, work: TranslationContext) -> Program:
     """Every name declared."""
     program = loop_counters(program, work)
+    _tell_assumed(program, work)
     _tell_calls(program, work)
     unwaited = _unwaited(program)
     if unwaited:
@@ -101,8 +105,13 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
         uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     also = work.conventions.own_names
     own = {name for name in uses if name.startswith("$") or (also is not None and also.fullmatch(name))}
+    told = {name for name in own if _is_status(name, uses[name])}  # whoever runs it has to tell them there
+    own -= told
     _refuse_own(program, own, work)
     uses = {name: use for name, use in uses.items() if name not in own}
+    if work.limits.numbered:
+        for use in uses.values():
+            use.kept = work.row_sizes.get(use.name, _KEPT) if use.computed else 0
     for use in uses.values():
         _tell(use, work)
         work.undeclared[use.name] = use.kind
@@ -111,7 +120,22 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
         tables = {n for n, use in uses.items() if len(use.sizes) > 1 and use.kind not in NUMERIC}
         _refuse_tables(program, tables, work)
     _tell_moves(program, uses, work)
+    program = _with_axes(program, {name for name, use in uses.items() if use.kind == "joints"})
     return replace(program, data=(*program.data, *map(_declaration, uses.values())))
+
+
+def _tell_assumed(program: Program, work: TranslationContext) -> None:
+    """Statements that mean what the reader has assumed, because no file says it."""
+    codes = work.conventions.assumed_codes
+    said = {d.line: d.message for d in program.diagnostics if d.code in codes} if codes else {}
+    for s in program.statements() if said else ():
+        if s.line in said and not isinstance(s, Comment):
+            work.lose(s, Fate.APPROXIMATED, "value", said[s.line])
+
+
+def _is_status(name: str, use: Use) -> bool:
+    """Whether a name is a value of the controller's own that the program reads and does not set."""
+    return name.startswith("$") and not use.assigned and use.kind not in PLACES
 
 
 def _flattened(program: Program, records: set[str], work: TranslationContext) -> Program:
@@ -169,7 +193,7 @@ def _unwaited(program: Program) -> set[str]:
 
 
 def _refuse_own(program: Program, names: set[str], work: TranslationContext) -> None:
-    """What names a variable of the controller (KRL's $MODE_OP): as a program's own variable it would mean nothing."""
+    """What sets a variable of the controller, or moves to one: as a program's own variable it would mean nothing."""
     for s in program.statements() if names else ():
         found = sorted(_names(s) & names)
         if found:
@@ -227,24 +251,45 @@ def _tell(use: Use, work: TranslationContext) -> None:
     if TARGET in use.kinds and use.kind == "position":
         kind = "a Cartesian position, which it may not be"
     verb = "taught" if use.kind in PLACES else "set"
-    says = f"{use.name} is not declared here: taken for {kind}"
+    own = use.name.startswith("$")
+    where = "tells of the source's controller" if own else "is not declared here"
+    says = f"{use.name} {where}: taken for {kind}"
+    size = ""
     if use.indices and use.sizes:
         size = "x".join(str(max(size, 1)) for size in use.sizes)
         says += f", {size} of them"
     work.lose(use.first, Fate.APPROXIMATED, "name", f"{says}; its value has to be {verb}")
-    work.ask(_ASKS[verb], use.name)
+    work.ask(_ASKS["status" if own else verb], use.name)
     if not use.sizes or not use.computed:
         return
     if work.limits.numbered:
-        says = f"{use.name} is not declared here, and nothing tells how many elements it has"
+        # An index beyond them is that of another variable: the limit has to be seen by whoever runs the program.
+        work.ask("see that no index goes beyond the numbers kept for what no file here declares", use.name)
+        says = (
+            f"nothing here tells how many elements {use.name} has: {size} are kept, none may be used beyond"
+        )
         for s in use.computed.values():
-            work.lose(s, Fate.REFUSED, "index", says)
+            work.lose(s, Fate.APPROXIMATED, "index", says)
         return
     # The controller stops at an index beyond a declaration that is too small: nothing is silently wrong.
     work.ask("set how many elements those have that no file here declares", use.name)
     says = f"nothing here tells how many elements {use.name} has: its declaration has the largest index written out"
     for s in use.computed.values():
         work.lose(s, Fate.APPROXIMATED, "index", says)
+
+
+def _with_axes(program: Program, joints: set[str]) -> Program:
+    """Axes by their numbers, as those of declared joint values are."""
+
+    def change(e: Expression) -> Expression:
+        if type(e) is Member and e.name.casefold() in AXES and (root := base_of(e)) is not None:
+            return Item(e.base, (Number(int(e.name[1:])),)) if root.name in joints else e
+        return e
+
+    if not joints:
+        return program
+    routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
+    return replace(program, routines=routines)
 
 
 def _tell_moves(program: Program, uses: dict[str, Use], work: TranslationContext) -> None:
@@ -345,6 +390,9 @@ class _Seen:
             handle = _STATEMENTS.get(type(s))
             if handle is not None:
                 handle(self, s)
+            for name in changed_by(s):
+                if (use := self._use(Named(name))) is not None:
+                    use.assigned = True
             for e in expressions_of(s):  # whatever no rule looks into
                 if type(e) is Named:
                     self._use(e)
@@ -542,9 +590,6 @@ class _Seen:
             self.counted[self.loops.pop()].pop()
 
     def _assign(self, s: Assign) -> None:
-        use = self._use(s.target)
-        if use is not None:
-            use.assigned = True
         self._same(s.target, s.value)
 
     def _switch(self, s: Switch) -> None:

@@ -73,6 +73,7 @@ class Use:
     whole: bool = False
     copied: bool = False
     assigned: bool = False
+    kept: int = 0  # elements of each dimension at least
 
     @property
     def kind(self) -> str:
@@ -88,7 +89,7 @@ class Use:
             return ()
         count = max(map(len, self.indices))
         known = [[row[at] or 0 for row in self.indices if at < len(row)] for at in range(count)]
-        return tuple(max(column, default=0) for column in known)
+        return tuple(max(self.kept, *column, 0) for column in known)
 
 
 # --- References ---

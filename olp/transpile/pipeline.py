@@ -67,6 +67,7 @@ from olp.transpile.temporaries import hoist, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
 from olp.transpile.unroll import executed
+from olp.transpile.watches import watches
 
 MOST_AGAIN: Final = 20_000  # statements of a run with the inputs on, in which loops may have no end
 _CIRCLES: Final = 40_000  # statements of a run after which a program in circles has come by all that it will
@@ -198,6 +199,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         on_the_way,
         at_ends,
         clocks,
+        watches,
         foreign_words,
         plain_texts,
         held_systems,

@@ -235,6 +235,8 @@ class _ForeignWords:
             says = f"the end of a task that nothing here starts: {s.task}"
             work.lose(s, Fate.REFUSED, "statement", says)
             return [s]
+        if isinstance(s, Process) and work.limits.traps is not None and s.name in work.limits.traps.words():
+            return [s]
         if isinstance(s, Process) and (rows := self._process(s)) is not None:
             return rows
         if isinstance(s, Message) and work.limits.fixed_messages and not isinstance(s.text, Text):
@@ -360,15 +362,16 @@ def _is_resolved(target: Expression, resolved: Set[str], unresolved: Set[str]) -
     """
     if isinstance(target, Member) and isinstance(target.base, Named):
         return target.base.name.upper() in resolved - unresolved
-    return isinstance(target, Named) and target.name.upper() in resolved
+    return isinstance(target, Named) and target.name.upper() in resolved - unresolved
 
 
 def _read_records(routine: Routine) -> set[str]:
     """Those of the forms' records, in capitals, whose members a statement reads: the reader could not resolve them."""
     read: set[str] = set()
     for s in routine.body:
-        if not (calls_nothing(s) or sets_numbers(s) or isinstance(s, Assign)):
-            members = (e.base for e in expressions_of(s) if isinstance(e, Member))
+        if not (isinstance(s, Comment) or sets_numbers(s)):
+            taken = s.value if isinstance(s, Assign) else s
+            members = (e.base for e in expressions_of(taken) if isinstance(e, Member))
             read.update(base.name.upper() for base in members if isinstance(base, Named))
     return read
 

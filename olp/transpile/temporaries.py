@@ -72,7 +72,7 @@ _FLAG_WORDS: Final = ("group", "analog", "register")
 
 
 def _asks_reading(e: Expression) -> bool:
-    return type(e) is Member and type(e.base) is SystemValue and e.base.name in _READ
+    return isinstance(e, (Member, Item)) and type(e.base) is SystemValue and e.base.name in _READ
 
 
 @dataclass(slots=True)
@@ -187,14 +187,15 @@ class Values:
 
     def _read(self, e: Expression, before: list[Statement]) -> Expression:
         """An element of where the arm stands: of a position that is read before."""
-        assert isinstance(e, Member)
+        assert isinstance(e, (Member, Item))
         assert isinstance(e.base, SystemValue)
         place = self.temporary(_READ[e.base.name])
         before.append(Assign(self.line, place, e.base))
         return replace(e, base=place)
 
     def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
-        target = self.temporary(kind if kind in ("integer", "real", "string") else "integer")
+        known = ("integer", "real", "string", *_READ.values())
+        target = self.temporary(kind if kind in known else "integer")
         before.append(Assign(before[-1].line if before else 0, target, e))
         return target
 
@@ -306,7 +307,7 @@ class Values:
         if not kind and handed is not None:
             kind = kind_of_value(self.symbols, self.routine, handed.result)
         target = self.temporary(kind or wanted)
-        arguments = tuple(self.value(a, before) for a in e.arguments)
+        arguments = tuple(self.value(a, before, alone=type(a) is SystemValue) for a in e.arguments)
         before.append(Call(0, e.routine, arguments, result=target))
         return target
 

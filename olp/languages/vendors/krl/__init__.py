@@ -51,7 +51,10 @@ class Krl(Vendor):
         numbered_frame_values=True,
         waits_before_reading=True,
         # The advance run goes on past the next statement, and every program of KUKA's editor declares a stop handler.
-        idle_routines={"set_cd_params": "the setting of the collision detection"},
+        idle_routines={
+            "set_cd_params": "the setting of the collision detection",
+            "delete_backward_buffer": "clearing what moving backward has recorded",
+        },
         silent_processes={"continue": "CONTINUE", "stop-handler": "the stop handler"},
         # Without an advance run no move is blended; with any, its length moves nothing.
         idle_processes={
@@ -71,6 +74,9 @@ class Krl(Vendor):
             "$jerk": "the rate of acceleration",
             "$gear_jerk": "the rate of acceleration",
             "$acc": "the acceleration with which the tool turns",
+            "$vel": "the speed with which the tool turns about its own axis",
+            "$vel_axis": "the speed of single axes",
+            "$acc_axis": "the acceleration of single axes",
             "$vel_extax": "the speed of external axes",
             "$acc_extax": "the acceleration of external axes",
             "$ori_type": "how the tool turns along a line",
@@ -88,6 +94,8 @@ class Krl(Vendor):
         idle_words=frozenset({"ext", "extfct", "extp", "extfctp"}),
         manner_processes={
             "message-detail": "how a message looks, who may clear it and how long it stands",
+            "on_error_proceed": "whether the next statement may fail",
+            "confirm": "acknowledging a message",
             "brake": "how the arm stops while the routine of an interrupt runs",
             **dict.fromkeys(("spline", "ptp_spline", "endspline"), "how a spline block passes its points"),
             "const_vel": "where the speed along a spline stays the same",
@@ -105,6 +113,11 @@ class Krl(Vendor):
             ends_elsewhere=frozenset({"#CONSTANT"}),  # of $ORI_TYPE: the tool is not turned as the point says
         ),
         # What inline forms hand to BAS.
+        halting_process="brake",
+        leaving_process="resume",
+        interrupted_places={"$pos_int": "current-pose", "$axis_int": "current-joints"},
+        returning_places=frozenset({"$pos_ret", "$axis_ret"}),
+        assumed_codes=frozenset({"P413"}),
         resolved_variables=frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"}),
     )
     joint_moves = (
@@ -134,6 +147,11 @@ class Krl(Vendor):
         return without_folds(body)
 
     def as_called(self, program: Program) -> Program:
+        from olp.languages.vendors.krl.controller import (
+            with_channel_calls,
+            with_kept_settings,
+            with_own_layouts,
+        )
         from olp.languages.vendors.krl.library import (
             with_cyclic_flags,
             with_given_parameters,
@@ -143,7 +161,8 @@ class Krl(Vendor):
         )
 
         program = with_record_messages(with_given_parameters(program))
-        return without_unknown_types(with_status_members(with_cyclic_flags(program)))
+        program = with_status_members(with_cyclic_flags(program))
+        return without_unknown_types(with_own_layouts(with_kept_settings(with_channel_calls(program))))
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

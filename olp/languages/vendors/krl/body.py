@@ -37,7 +37,7 @@ from olp.ir.program import (
 from olp.ir.statements import Move
 from olp.languages.findings import Findings
 from olp.languages.lark_host import placed, values_of
-from olp.languages.vendors.krl import parsing, texts, triggers
+from olp.languages.vendors.krl import interrupts, parsing, texts, triggers
 from olp.languages.vendors.krl.declarations import Head, Tail
 from olp.languages.vendors.krl.fast import ACTUAL, NUMBER_ROW, KrlMoveLines, declared
 from olp.languages.vendors.krl.moves import SPLINE_PASS, SplineBlock, SplineEnd
@@ -134,6 +134,8 @@ class BodyReader:
         kept = parsing.kept(code)
         if isinstance(kept, Process) and kept.name == triggers.NAME:
             kept = triggers.read_trigger(code, self._scope)
+        elif isinstance(kept, Process) and kept.name == interrupts.NAME:
+            kept = interrupts.read_interrupt(code, self._scope)
         result = self._reads_number(code, number) if kept is None else kept
         if result is None:
             word = _WORD.match(code)
@@ -216,6 +218,10 @@ class BodyReader:
         span = self._findings.whole_line(number)
         for name in self._modal.data.missing:
             message = f"the motion data {name} have no value here: the move's speed and frames are computed from them"
+            if not self._scope.known(name.upper()):
+                message = (
+                    f"no list gives the motion data {name}: its values are those that a form begins with"
+                )
             help = "put the .dat (and $config.dat) beside the program"
             self._findings.once(Severity.WARNING, "P413", name, message, span, help)
         for name in self._modal.odd:

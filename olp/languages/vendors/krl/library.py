@@ -175,17 +175,18 @@ def with_given_parameters(program: Program) -> Program:
     for s in program.statements():
         for routine, arguments in _calls(s):
             calls.setdefault(routine.casefold(), []).append(arguments)
-    routines = tuple(_decided(r, calls.get(r.name.casefold(), [])) for r in program.routines)
+    valued = {d.name.casefold() for d in program.data if d.value is not None}
+    routines = tuple(_decided(r, calls.get(r.name.casefold(), []), valued) for r in program.routines)
     return replace(program, routines=routines)
 
 
-def _decided(routine: Routine, calls: list[tuple[Expression, ...]]) -> Routine:
-    if not calls or not routine.parameters or not any(map(_is_asked, routine.body)):
+def _decided(routine: Routine, calls: list[tuple[Expression, ...]], valued: set[str]) -> Routine:
+    """`valued`: data of the program that a list gives a value; a routine that nothing calls is handed all."""
+    if not any(map(_is_asked, routine.body)):
         return routine
-    given: dict[str, set[bool]] = {
-        p.name.casefold(): {at < len(one) and type(one[at]) is not Unknown for one in calls}
-        for at, p in enumerate(routine.parameters)
-    }
+    given: dict[str, set[bool]] = {name: {True} for name in valued}
+    for at, p in enumerate(routine.parameters):
+        given[p.name.casefold()] = {at < len(one) and type(one[at]) is not Unknown for one in calls} or {True}
 
     def change(e: Expression) -> Expression:
         if type(e) is Unary and e.operator == "not" and type(e.operand) is SignalState:
@@ -194,7 +195,7 @@ def _decided(routine: Routine, calls: list[tuple[Expression, ...]]) -> Routine:
             return e
         match e.left, e.right:
             case CallValue(name, (Text(of),)), Text(state) if name.casefold() == _ASKS:
-                known = given.get(of.casefold(), set())
+                known = {True} if of.startswith("$") else given.get(of.casefold(), set())
                 if state.upper() == _GIVEN and len(known) == 1:
                     return SignalState((True in known) == (e.operator == "="))
         return e
@@ -231,10 +232,12 @@ _RECORDS: Final = {
     "krlmsg_t": "message",
     "krlmsgpar_t": "parameter",
     "krlmsgopt_t": "option",
+    "krlmsgdlgsk_t": "option",
 }
 _DETAIL: Final = Process(0, "message-detail")
 _SHOWN_AS: Final = "message-window"
 _SETS: Final = "set_krlmsg"
+_ASKED: Final = "set_krldlg"
 _STANDS: Final = "exists_krlmsg"
 _LOOKED_BACK: Final = 40  # statements, for the parameters of a message
 _VALUES: Final = ("par_int", "par_real", "par_bool", "par_txt")
@@ -242,12 +245,14 @@ _VALUES: Final = ("par_int", "par_real", "par_bool", "par_txt")
 
 def with_record_messages(program: Program) -> Program:
     """The program with its messages' records as texts, and what shows them as messages."""
-    if not any(d.type.casefold() in _RECORDS for d in _declared(program)):
+    handed = dict(_handed_messages(program))
+    if not handed and not any(d.type.casefold() in _RECORDS for d in _declared(program)):
         return program
     own = {r.name.casefold() for r in program.routines}
     if own & {_SETS, _STANDS}:
         return program
-    shared = _kinds(program.data)
+    declared = {d.name.casefold() for d in _declared(program)}
+    shared = {name: kind for name, kind in handed.items() if name not in declared} | _kinds(program.data)
     routines = []
     for r in program.routines:
         given = {p.name: p.type for p in r.parameters}
@@ -255,6 +260,23 @@ def with_record_messages(program: Program) -> Program:
         kinds.update({name.casefold(): "" for name, kind in given.items() if kind.casefold() not in _RECORDS})
         routines.append(replace(r, body=_records_as_texts(r.body, kinds), data=_without_records(r.data)))
     return replace(program, routines=tuple(routines), data=_without_records(program.data))
+
+
+def _handed_messages(program: Program) -> Iterator[tuple[str, str]]:
+    """The records that a message is shown with, whoever declares them, each with what it is."""
+    for s in program.statements():
+        for routine, arguments in _calls(s):
+            if routine.casefold() in (_SETS, _ASKED):
+                first = 1 if routine.casefold() == _SETS else 0
+                kinds = (
+                    ("message", "parameter", "option")
+                    if first
+                    else ("message", "parameter", "option", "option")
+                )
+                for kind, e in zip(kinds, arguments[first:], strict=False):
+                    name = _base(e)[0]
+                    if name:
+                        yield name.casefold(), kind
 
 
 def _declared(program: Program) -> Iterator[Declare]:
@@ -333,6 +355,11 @@ def _assigned(s: Assign, body: Sequence[Statement], at: int, kinds: dict[str, st
         ]
     if kind:
         return [detail]
+    if type(s.value) is CallValue and s.value.routine.casefold() == _ASKED:
+        asked = _base(s.value.arguments[0])[0] if s.value.arguments else ""
+        if kinds.get(asked.casefold()) == "message":
+            text = Item(Named(_text_name(asked)), ())
+            return [replace(s, value=replace(s.value, arguments=(text,)))]
     if type(s.value) is CallValue and s.value.routine.casefold() == _SETS and len(s.value.arguments) > 1:
         record, handed = s.value.arguments[1], s.value.arguments[2:3]
         name = _base(record)[0]

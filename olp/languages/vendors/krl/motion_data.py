@@ -45,6 +45,15 @@ from olp.languages.vendors.krl.scope import Scope
 
 ACTUAL: Final = ("PDAT_ACT", "LDAT_ACT", "FDAT_ACT")
 _MOST_SHARE = 100  # [%] of half the way
+# Motion data of a form that nobody has changed, as PDEFAULT and LDEFAULT of the public $config.dat have them.
+_AS_CREATED: Final = {
+    ("PDAT_ACT", "VEL"): 100,
+    ("PDAT_ACT", "ACC"): 100,
+    ("PDAT_ACT", "APO_DIST"): 100,
+    ("LDAT_ACT", "VEL"): 2,
+    ("LDAT_ACT", "ACC"): 100,
+    ("LDAT_ACT", "APO_DIST"): 100,
+}
 
 
 def joint_speed(value: Expression) -> SetSpeed:
@@ -83,8 +92,10 @@ _TURNING: Final = Text("#VAR")
 
 
 class MotionData:
-    """Which motion data hold at a place of the text. `missing`: names that no list gives a value, since the last
-    look."""
+    """Which motion data hold at a place of the text.
+
+    `missing`: names that no list gives a value, since the last look. Those that nothing declares are as a form begins.
+    """
 
     def __init__(self, scope: Scope) -> None:
         self.scope = scope
@@ -124,6 +135,11 @@ class MotionData:
             return found
         if actual and actual.upper() not in self.scope.values:
             self.missing.append(actual)
+            if not self.scope.known(actual.upper()):
+                created = _AS_CREATED.get((record, name))
+                if created is not None:
+                    return Number(created)
+                record = actual  # what nobody sets holds the same as its copy
         return Member(Named(self.scope.spell(record)), self.scope.spell(name))
 
     def _word(self, record: str, name: str) -> Expression | None:

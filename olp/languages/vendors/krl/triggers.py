@@ -51,11 +51,12 @@ from olp.languages.vendor import ON_THE_WAY
 from olp.languages.vendors.krl.scope import Scope
 
 _TRIGGER: Final = re.compile(
-    r"TRIGGER\s+WHEN\s+(?:DISTANCE\s*=\s*(?P<at>[01])|PATH\s*=\s*(?P<path>[-+]?[\d.]+)(?P<start>\s+ONSTART)?)"
-    r"\s+DELAY\s*=\s*(?P<delay>[-+]?[\d.]+)\s+DO\s+(?P<deed>.*?)"
+    r"TRIGGER\s+WHEN\s+(?:DISTANCE\s*=\s*(?P<at>[01])|PATH\s*=\s*(?P<path>\S.*?)(?P<start>\s+ONSTART)?)"
+    r"\s+DELAY\s*=\s*(?P<delay>\S.*?)\s+DO\s+(?P<deed>.*?)"
     r"(?:\s+PRIO\s*=\s*-?\d+)?",
     re.IGNORECASE,
 )
+_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)")
 _QUIET: Final = (
     Comment,
     Declare,
@@ -76,6 +77,8 @@ _INSTANT: Final = (
 _INSTANT_FUNCTIONS: Final = frozenset({"varstate"})
 _CORNER: Final = "it acts as the program passes the corner, not where the arm is on its arc"
 _ORDER: Final = "it runs in the order of the text, whatever the advance run has read already"
+_UNKNOWN: Final = "it is called in the order of the text: no file here tells whether it waits"
+_NOWHERE: Final = "it acts in the order of the text: the text does not show at which move"
 
 NAME: Final = "trigger"
 _AT: Final = "at"
@@ -108,6 +111,8 @@ def _switch(s: Process, above: int) -> PathTrigger | None:
     signal, value = given.get("output"), given.get("value")
     if not isinstance(signal, Signal) or not isinstance(value, (Number, SignalState)):
         return None
+    if any(isinstance(given.get(name), Text) for name in (_PATH, _DELAY)):
+        return None  # shifted by what the program computes
     metres, seconds = (
         Quantity(far, scale) if isinstance(far := given.get(name), Number) else None
         for name, scale in ((_PATH, mm), (_DELAY, ms))
@@ -133,9 +138,9 @@ def with_triggers(body: Sequence[Statement], find: Find) -> tuple[Statement, ...
             behind.setdefault(at, []).insert(0, replace(s, triggers=()))
         elif type(s) is Process and s.name == NAME and (rows := _spelled(body, at, s, find)):
             gone.add(at)
-            move = _next_move(body, at)
-            assert move is not None
-            (before if dict(s.arguments)[_AT] == Number(0) else behind).setdefault(move, []).extend(rows)
+            at_start = dict(s.arguments)[_AT] == Number(0)
+            move = _next_move(body, at, find)
+            (before if at_start else behind).setdefault(at if move is None else move, []).extend(rows)
     if not gone:
         return tuple(body)
     return tuple(
@@ -147,9 +152,11 @@ def with_triggers(body: Sequence[Statement], find: Find) -> tuple[Statement, ...
 
 def _spelled(body: Sequence[Statement], at: int, s: Process, find: Find) -> list[Statement]:
     """What stands for a trigger that switches no plain output; nothing for one that is not known here."""
-    deed, move = _deed(s), _next_move(body, at)
-    if deed is None or move is None:
+    deed, move = _deed(s), _next_move(body, at, find)
+    if deed is None:
         return []
+    if move is None:
+        return _rows(deed, False, find, _NOWHERE) if dict(s.arguments)[_AT] == Number(0) else []
     given = {name: e.value for name, e in s.arguments if isinstance(e, Number)}
     at_start = not given[_AT]
     sizes = [
@@ -157,6 +164,7 @@ def _spelled(body: Sequence[Statement], at: int, s: Process, find: Find) -> list
         for v, unit in ((given.get(_PATH, 0.0), "mm"), (given.get(_DELAY, 0.0), "ms"))
         if v
     ]
+    sizes += [f"shifted by {e.value}" for name, e in s.arguments if name and isinstance(e, Text)]
     end = "start" if at_start else "end"
     says = f"it acts at the {end} of the move, not {' and '.join(sizes)}" if sizes else ""
     return _rows(deed, _is_corner(body, at, move, at_start), find, says)
@@ -194,8 +202,12 @@ def read_trigger(code: str, scope: Scope) -> Process:
             parts = (("call", CallValue(routine, arguments)),)
         case _:
             return plain
-    path, delay = float(match["path"] or 0), float(match["delay"])
-    shift = tuple((name, Number(value)) for name, value in ((_PATH, path), (_DELAY, delay)) if value)
+    shifts = ((_PATH, match["path"] or "0"), (_DELAY, match["delay"]))
+    shift: tuple[tuple[str, Expression], ...] = tuple(
+        (name, Number(float(text)) if _NUMBER.fullmatch(text) else Text(text))
+        for name, text in shifts
+        if not _NUMBER.fullmatch(text) or float(text)
+    )
     return Process(0, NAME, (*plain.arguments, at, *parts, *shift))
 
 
@@ -219,7 +231,9 @@ def _rows(deed: Statement, corner: bool, find: Find, shifted: str) -> list[State
     """What is written for it, nothing where that would do something else. `shifted`: by what it acts elsewhere."""
     if isinstance(deed, Call):
         routine = find(deed.routine)
-        if routine is None or not _is_instant(routine, at_rest=not corner):
+        if routine is None:
+            shifted = shifted or _UNKNOWN
+        elif not _is_instant(routine, at_rest=not corner):
             return []
     why = shifted or (_CORNER if corner else _ORDER if isinstance(deed, (Assign, Call)) else "")
     if not why:
@@ -239,12 +253,14 @@ def _is_instant(routine: Routine, at_rest: bool) -> bool:
     )
 
 
-def _next_move(body: Sequence[Statement], at: int) -> int | None:
+def _next_move(body: Sequence[Statement], at: int, find: Find | None = None) -> int | None:
+    """The move that a trigger belongs to; None where the text does not show it."""
     for place in range(at + 1, len(body)):
         s = body[place]
         if isinstance(s, Move):
             return place
-        if not isinstance(s, _QUIET):
+        elsewhere = isinstance(s, Call) and find is not None and find(s.routine) is None
+        if not (elsewhere or isinstance(s, _QUIET)):
             return None
     return None
 

@@ -6,7 +6,7 @@ from math import inf
 from typing import Final
 
 from olp.ir.statements import AccelerationUnit, BlendKind, Path, SpeedUnit
-from olp.languages.limits import Limits, PathTriggerForms, ValueTypes
+from olp.languages.limits import Limits, PathTriggerForms, TrapWords, ValueTypes
 
 # Words of the language, and data and routines that every controller has: a declaration of the same name is refused.
 _WORDS: Final = """
@@ -86,6 +86,18 @@ LIMITS = Limits(
     array_literals=True,
     has_power=True,
     program_end="EXIT",
+    traps=TrapWords(
+        data_type="intnum",
+        connect="CONNECT",
+        signals={"in": "ISignalDI", "out": "ISignalDO", "flag": "ISignalDO"},
+        on="IWatch",
+        off="ISleep",
+        end="IDelete",
+        stop="StopMove",
+        keep="StorePath",
+        restore="RestoPath",
+        start="StartMove",
+    ),
     refuses=frozenset(
         {
             "Clear",

@@ -13,7 +13,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import changed_by
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines
-from olp.languages.vendors.rapid.limits import LONGEST_TEXT
+from olp.languages.vendors.rapid.limits import LIMITS, LONGEST_TEXT
 from olp.languages.vendors.rapid.literals import quoted, zero
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import SIGNAL_TYPES
@@ -82,7 +82,6 @@ class RapidStatements(RapidMoves):
         st.ShiftOn: dict.fromkeys(("frame", "coordinated"), "a shift in a frame of its own"),
     }
     own_only: ClassVar = {
-        st.Process: "{s.name}, an instruction of another language",
         st.Opaque: "an instruction of another language that olp does not know",
     }
     step = "  "
@@ -349,11 +348,22 @@ class RapidStatements(RapidMoves):
         return f"TPWrite {self.value(s.text)};"
 
     def write_process(self, s: st.Process) -> Lines:
+        if not self.own and s.name != LIMITS.program_end:
+            return self._trap_word(s)
         texts = [value.value for _, value in s.arguments if isinstance(value, ex.Text)]
         raw = texts[0] if texts else ""
         if s.name in ("interrupt", "call", "robconf"):
             return f"{raw};"
         return f"{s.name} {raw};" if raw else f"{s.name};"
+
+    def _trap_word(self, s: st.Process) -> Lines:
+        """`ISignalDI di5,1,watch_20;`: what connects a routine with a signal, and the arm's stop in it."""
+        if LIMITS.traps is None or s.name not in LIMITS.traps.words():
+            raise CannotSayError(f"{s.name}, an instruction of another language")
+        trap = dict(s.arguments).get("trap")
+        given = ",".join(self.value(value) for tag, value in s.arguments if not tag)
+        behind = f" WITH {trap.value}" if isinstance(trap, ex.Text) else ""
+        return f"{s.name} {given}{behind};" if given else f"{s.name};"
 
     def write_disabled(self, s: st.Disabled) -> Lines:
         return s.text if self.own else f"! {s.text.strip()}"
@@ -397,7 +407,9 @@ class RapidStatements(RapidMoves):
             return []
         rate = _FULL if move.acceleration is None else move.acceleration.literal
         if rate is None:
-            raise CannotSayError("a computed acceleration of one move")
+            self._rate = None
+            assert move.acceleration is not None
+            return [f"AccSet {self.quantity(move.acceleration, percent)},100;"]
         if rate == self._rate or not self._rated:
             return []
         self._rate = rate

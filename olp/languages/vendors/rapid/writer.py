@@ -18,6 +18,7 @@ from olp.ir import program as st
 from olp.ir.expressions import Expression, Named
 from olp.ir.program import Assign, Declare, Move, Program
 from olp.languages.generator import CannotSayError, as_text
+from olp.languages.vendor import TRAP
 from olp.languages.vendors.rapid.limits import RESERVED
 from olp.languages.vendors.rapid.names import STRUCTURE, RapidNames
 from olp.languages.vendors.rapid.write_statements import RapidStatements, native_type
@@ -181,7 +182,7 @@ class RapidWriter(RapidStatements):
             problem = CannotSayError(f"a parameter whose type nothing tells ({', '.join(untyped)})")
             self.lose(problem, routine.line)
         kind = routine.details.get("kind", "") if self.own else ""
-        kind = kind or ("FUNC" if routine.returns else "PROC")
+        kind = kind or ("TRAP" if TRAP in routine.details else "FUNC" if routine.returns else "PROC")
         behind = f" !{routine.comment}" if routine.comment else ""
         gap = "\n" if self._pending or self._made[-1].routines else ""
         end = routine.details.get("end", "") if self.own else ""

@@ -28,6 +28,9 @@ _MOTIONS: Final = ("J ", "L ", "C ", "A ", "S ")
 _DATE = re.compile(r"(\d\d)?(\d\d)/(\d\d)/(\d\d) (\d\d:\d\d)")
 _BOOLEAN = (ex.Compare, ex.Logic, ex.Unary)
 _LINE_ENDS: Final = frozenset("\r\n")
+_FLANGE: Final = ex.FrameRef("tool", ex.Number(0))
+_BASE: Final = ex.FrameRef("base")
+_NOTHING: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 _TIMED_OUT: Final = ex.SystemValue("timed-out")
 _FIRST_ADDED = 901  # label that the text needs and the program has not
 
@@ -141,6 +144,8 @@ class TpWriter(TpMoves):
         text = self.value(target)
         if isinstance(value, ex.Variable):
             return f"{text}={self.value(value)}"
+        if value in (_FLANGE, _BASE):
+            value = _NOTHING
         if isinstance(value, ex.PositionLiteral):
             register = self.scratch.register()
             return [*self.literal_lines(register, value), f"{text}=PR[{register}]"]

@@ -1,0 +1,310 @@
+"""What KUKA's controllers declare and keep themselves, as data and calls that a program of another language can have.
+
+Types of records (`DECL PDAT P`), settings that a program reads back (`OLD=$VEL.CP`), and channels to other devices
+(`CREAD(…)`), "System variables" and "CREAD/CWRITE", KSS 8.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from lark.exceptions import UnexpectedInput
+
+from olp.core.units import deg, mm, percent
+from olp.ir.expressions import (
+    Binary,
+    Expression,
+    Item,
+    Member,
+    Named,
+    Number,
+    Quantity,
+    RecordLiteral,
+    Text,
+)
+from olp.ir.program import Program
+from olp.ir.statements import (
+    AccelerationUnit,
+    Assign,
+    BlendKind,
+    Call,
+    Declare,
+    Move,
+    Process,
+    SetAcceleration,
+    SetBlend,
+    SetOverride,
+    SetSpeed,
+    SpeedUnit,
+    Statement,
+)
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.languages.lark_host import BrokenLineError
+from olp.languages.vendors.krl.grammar import line_parser
+from olp.languages.vendors.krl.scope import Scope
+
+# --- Types of records ---
+
+_LAYOUTS: Final[Mapping[str, Mapping[str, str]]] = {
+    "FDAT": {"TOOL_NO": "INT", "BASE_NO": "INT", "IPO_FRAME": "CHAR"},
+    "PDAT": {"VEL": "REAL", "ACC": "REAL", "APO_DIST": "REAL", "APO_MODE": "CHAR", "GEAR_JERK": "REAL"},
+    "LDAT": {
+        **{"VEL": "REAL", "ACC": "REAL", "APO_DIST": "REAL", "APO_FAC": "REAL", "AXIS_VEL": "REAL"},
+        **{
+            "AXIS_ACC": "REAL",
+            "ORI_TYP": "CHAR",
+            "CIRC_TYP": "CHAR",
+            "JERK_FAC": "REAL",
+            "GEAR_JERK": "REAL",
+        },
+    },
+    "APO": {"CPTP": "INT", "CDIS": "REAL", "CORI": "REAL", "CVEL": "INT"},
+    "CP": {"CP": "REAL", "ORI1": "REAL", "ORI2": "REAL"},
+    "LOAD": {"M": "REAL", "CM": "FRAME", "J": "INERTIA"},
+    "INERTIA": {"X": "REAL", "Y": "REAL", "Z": "REAL"},
+    "STATE_T": {"RET1": "CHAR", "MSG_NO": "INT", "HITS": "INT", "LENGTH": "INT"},
+}
+_ACTUAL: Final = {"PDAT_ACT": "PDAT", "LDAT_ACT": "LDAT", "FDAT_ACT": "FDAT"}
+_STATE: Final = "STATE_T"
+
+
+def with_own_layouts(program: Program) -> Program:
+    """The program with the layouts of the controller's own types, where a statement takes a record of them apart."""
+    rows = list(_declared(program))
+    known = {d.name.upper() for d in rows}
+    taken = {_root(e).upper() for s in _reading(program) for e in expressions_of(s) if type(e) is Member}
+    taken |= {_root(s.target).upper() for s in _reading(program) if isinstance(s, Assign) and _is_record(s)}
+    taken |= {e.name.upper() for s in _copies(program, taken) for e in expressions_of(s) if type(e) is Named}
+    extra = [
+        Declare(0, name, kind, None, shared=True, native=kind)
+        for name, kind in _ACTUAL.items()
+        if name in taken and name not in known
+    ]
+    wanted = {d.type.upper() for d in (*rows, *extra) if d.name.upper() in taken} & _LAYOUTS.keys()
+    wanted -= known
+    if not wanted:
+        return program
+    if "LOAD" in wanted:
+        wanted.add("INERTIA")
+    layouts = [_layout(name) for name in sorted(wanted)]
+    return replace(program, data=(*program.data, *extra, *layouts))
+
+
+def _layout(name: str) -> Declare:
+    members = tuple((member, RecordLiteral(kind, ())) for member, kind in _LAYOUTS[name].items())
+    return Declare(0, name, "structure", RecordLiteral("STRUC", members), native="STRUC")
+
+
+def _declared(program: Program) -> Iterator[Declare]:
+    yield from program.data
+    for r in program.routines:
+        yield from r.data
+        yield from (s for s in r.body if type(s) is Declare)
+
+
+def _reading(program: Program) -> Iterator[Statement]:
+    for s in program.statements():
+        if _is_read(s):
+            yield s
+
+
+def _is_read(s: Statement) -> bool:
+    return isinstance(s, Move) or not (isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s))
+
+
+def _copies(program: Program, taken: set[str]) -> Iterator[Assign]:
+    """Assignments of whole records to those that are taken apart."""
+    for s in program.statements():
+        if isinstance(s, Assign) and type(s.target) is Named and s.target.name.upper() in taken:
+            yield s
+
+
+def _is_record(s: Assign) -> bool:
+    return isinstance(s.value, RecordLiteral) and type(s.target) in (Named, Item)
+
+
+def _root(e: Expression) -> str:
+    while isinstance(e, (Member, Item)):
+        e = e.base
+    return e.name if type(e) is Named else ""
+
+
+# --- Settings that are read back ---
+# `OLD=$VEL.CP`, `$VEL.CP=0.1`, …, `$VEL.CP=OLD`: a variable of the program holds what its statements have set.
+
+_SETTINGS: Final = {
+    "$VEL.CP": SpeedUnit.TRAVEL,
+    "$VEL.ORI1": SpeedUnit.TURN,
+    "$VEL_AXIS": SpeedUnit.FRACTION,
+    "$ACC.CP": AccelerationUnit.TRAVEL,
+    "$ACC_AXIS": AccelerationUnit.FRACTION,
+    "$APO.CDIS": BlendKind.RADIUS,
+    "$APO.CPTP": BlendKind.SHARE,
+    "$APO.CVEL": BlendKind.SPEED,
+    "$APO.CORI": BlendKind.TURN,
+    "$OV_PRO": None,
+    "$ADVANCE": None,
+}
+# One unit of each setting in SI.
+_UNITS: Final = {
+    "$VEL.ORI1": deg,
+    "$VEL_AXIS": percent,
+    "$ACC_AXIS": percent,
+    "$APO.CDIS": mm,
+    "$APO.CPTP": percent,
+    "$APO.CVEL": percent,
+    "$APO.CORI": deg,
+    "$OV_PRO": percent,
+}
+_WHOLE: Final = frozenset({"$OV_PRO", "$ADVANCE"})
+# Places that forms set and machine data hold: data of the program, where a statement names them.
+_PLACES: Final = {"$H_POS": "H_POS", "$AXIS_HOME": "AXIS_HOME"}
+
+
+def with_kept_settings(program: Program) -> Program:
+    """The program with variables for the settings that it reads."""
+    read = {key for s in _reading(program) for e in _values(s) if (key := _setting(e))}
+    places = {
+        e.name.upper()
+        for s in _reading(program)
+        for e in (_values(s) if not isinstance(s, Assign) else expressions_of(s.value))
+        if type(e) is Named and e.name.upper() in _PLACES
+    }
+    if not read and not places:
+        return program
+    taken = {d.name.casefold() for d in _declared(program)}
+    names: dict[str, str] = {}
+    for key in sorted(read):
+        name = key.strip("$").replace(".", "_")
+        while name.casefold() in taken:
+            name += "_1"
+        names[key] = name
+    kept: set[str] = set()
+
+    def change(e: Expression) -> Expression:
+        if type(e) is Named and e.name.upper() in places:
+            return Named(_PLACES[e.name.upper()])
+        key = _setting(e)
+        return Named(names[key]) if key in names else e
+
+    def rows(s: Statement) -> list[Statement]:
+        if not _is_read(s):
+            found = s
+        elif isinstance(s, Assign) and _setting(s.target) == "$ADVANCE":
+            found = replace(s, value=mapped(s.value, change))
+        else:
+            found = mapped(s, change)
+        given = [(names[key], value) for key, value in _set(found) if key in names]
+        kept.update(name for name, _ in given)
+        return [found, *(Assign(s.line, Named(name), value) for name, value in given)]
+
+    routines = tuple(replace(r, body=tuple(one for s in r.body for one in rows(s))) for r in program.routines)
+    data = [Declare(0, name, "real", None, shared=True) for key, name in names.items() if name in kept]
+    if "$OV_PRO" in names:  # as operators leave it
+        data = [d for d in data if d.name != names["$OV_PRO"]]
+        data.append(Declare(0, names["$OV_PRO"], "integer", Number(100), shared=True))
+    return replace(program, routines=routines, data=(*program.data, *data))
+
+
+def _values(s: Statement) -> list[Expression]:
+    """Expressions whose values a statement takes."""
+    if isinstance(s, Assign) and _setting(s.target):
+        return expressions_of(s.value)
+    return expressions_of(s)
+
+
+def _setting(e: Expression) -> str:
+    """The setting that an expression is, "" of any other."""
+    if type(e) is Item and type(e.base) is Named and e.base.name.upper() in ("$VEL_AXIS", "$ACC_AXIS"):
+        return e.base.name.upper()
+    if type(e) is Named and e.name.upper() in _WHOLE:
+        return e.name.upper()
+    if type(e) is Member and type(e.base) is Named:
+        key = f"{e.base.name}.{e.name}".upper()
+        return key if key in _SETTINGS else ""
+    return ""
+
+
+def _set(s: Statement) -> Iterator[tuple[str, Expression]]:
+    """The settings that a statement makes, in the units of KRL."""
+    found: list[tuple[object, Quantity]] = []
+    match s:
+        case SetOverride():
+            yield "$OV_PRO", _in_units(s.share, percent)
+        case Assign(_, target) if _setting(target) == "$ADVANCE":
+            yield "$ADVANCE", s.value
+        case SetSpeed():
+            found = [(one.unit, one.value) for one in s.speeds if one.value is not None]
+            found += [(SpeedUnit.TURN, s.turn)] if s.turn is not None else []
+        case SetAcceleration():
+            found = [(one.unit, one.value) for one in s.rates]
+        case SetBlend():
+            found = [(one.kind, one.value) for one in s.blends if one.value is not None]
+    for unit, value in found:
+        for key, of in _SETTINGS.items():
+            if of is not None and of is unit:
+                yield key, _in_units(value, _UNITS.get(key, 1.0))
+
+
+def _in_units(value: Quantity, unit: float) -> Expression:
+    factor = float(f"{value.scale / unit:.12g}")
+    if factor == 1.0:
+        return value.written
+    if type(value.written) is Number:
+        return Number(float(f"{value.written.value * factor:.12g}"))
+    return Binary("*", value.written, Number(factor))
+
+
+# --- Channels ---
+# `CREAD(HANDLE,SR,MR,TIMEOUT,OFFSET,"%d",N)` is a call; of a record of the type STATE_T it gets the members that the
+# program reads.
+
+_CALLS: Final = frozenset({"copen", "cclose", "cread", "cwrite", "sread", "swrite", "cast_to", "cast_from"})
+_CHANNEL: Final = re.compile(r"\(\s*:\s*(\w+)")
+
+
+def with_channel_calls(program: Program) -> Program:
+    """The program with calls in the place of the instructions for channels and their texts."""
+    if not any(isinstance(s, Process) and s.name in _CALLS for s in program.statements()):
+        return program
+    states = {d.name.upper() for d in _declared(program) if d.type.upper() == _STATE}
+    members: dict[str, dict[str, None]] = {name: {} for name in states}
+    for s in _reading(program):
+        for e in expressions_of(s):
+            if type(e) is Member and (root := _root(e).upper()) in states:
+                members[root][e.name.upper()] = None
+
+    def row(s: Statement) -> Statement:
+        if not (isinstance(s, Process) and s.name in _CALLS):
+            return s
+        call = _call(s)
+        if call is None:
+            return s
+        handed: list[Expression] = []
+        for e in call.arguments:
+            root = e.name.upper() if type(e) is Named else ""
+            handed += [Member(e, name) for name in members[root]] if root in states else [e]
+        return replace(call, arguments=tuple(handed))
+
+    routines = [replace(r, body=tuple(map(row, r.body))) for r in program.routines]
+    unread = {name for name, read in members.items() if not read}
+    routines = [replace(r, body=_without(r.body, unread), data=_without(r.data, unread)) for r in routines]
+    return replace(program, routines=tuple(routines), data=_without(program.data, unread))
+
+
+def _without(rows: Sequence[Any], names: set[str]) -> tuple[Any, ...]:
+    return tuple(s for s in rows if not (isinstance(s, Declare) and s.name.upper() in names))
+
+
+def _call(s: Process) -> Call | None:
+    text = dict(s.arguments).get("")
+    if not isinstance(text, Text):
+        return None
+    try:
+        found = line_parser().parse_line(_CHANNEL.sub(r'("\1"', text.value), Scope()).result
+    except (UnexpectedInput, BrokenLineError):
+        return None
+    return replace(found, line=s.line, comment=s.comment) if isinstance(found, Call) else None
