@@ -279,10 +279,10 @@ def test_interrupts_are_left_out_where_there_are_no_traps(target):
 
 
 @pytest.mark.parametrize("target", ["inform", "tp"])
-def test_a_place_that_a_routine_elsewhere_returns_is_a_position(target):
-    written = translated(krl("PTP CALC(1,$POS_ACT)"), "krl", target)
-    assert ("J PR[3:temp_position]" if target == "tp" else "MOVJ P003") in written
-    assert ("CALL CALC(1,PR[1:temp_position2])" if target == "tp" else "ARGFP001") in written
+def test_where_the_arm_stands_is_handed_in_a_position(target):
+    written = translated(krl("OPENG($POS_ACT)"), "krl", target)
+    assert ("PR[1:temp_position]=LPOS" if target == "tp" else "SET P001 P000") in written
+    assert ("CALL OPENG(PR[1:temp_position])" if target == "tp" else "ARGFP001") in written
 
 
 def test_axes_and_the_flange_itself_are_registers_of_fanuc():

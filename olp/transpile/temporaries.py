@@ -307,7 +307,7 @@ class Values:
         if not kind and handed is not None:
             kind = kind_of_value(self.symbols, self.routine, handed.result)
         target = self.temporary(kind or wanted)
-        arguments = tuple(self.value(a, before, alone=type(a) is SystemValue) for a in e.arguments)
+        arguments = tuple(self.value(a, before) for a in e.arguments)
         before.append(Call(0, e.routine, arguments, result=target))
         return target
 
