@@ -233,9 +233,8 @@ def test_zones_of_abb_have_their_names_and_numbers():
 
 
 def test_criteria_of_kuka_become_one_distance():
-    from olp.runtime.recorder import from_angle, from_distance, from_share, from_speed
+    from olp.runtime.recorder import from_angle, from_share, from_speed
 
-    assert from_distance(0.02) == pytest.approx(0.02)
     assert from_share(0.5, 0.4) == pytest.approx(0.1)
     assert from_angle(0.2, 0.8, 0.4) == pytest.approx(0.1)
     assert from_angle(0.9, 0.8, 0.4) == pytest.approx(0.4)

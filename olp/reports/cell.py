@@ -205,13 +205,13 @@ def cost_of(timing: Timing, most: int) -> ProgramCost:
                 round(float(seconds[n]), 9),
                 by_cause,
                 timing.limited_by[step],
-                _helps(timing, step, by_cause, int(runs[n])),
+                _helps(timing, step, by_cause),
             )
         )
     return ProgramCost(tuple(round(float(v), 9) for v in shares.sum(axis=0)), tuple(lines))
 
 
-def _helps(timing: Timing, step: int, by_cause: tuple[float, ...], runs: int) -> str:
+def _helps(timing: Timing, step: int, by_cause: tuple[float, ...]) -> str:
     """What would shorten the line, with what it would save at most."""
     cause = int(np.argmax(by_cause))
     if cause == _WAIT:

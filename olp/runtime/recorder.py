@@ -100,14 +100,9 @@ def _turned(point: Floats, centre: Floats, axis: Floats, angle: float) -> Floats
 
 
 # --- Blend starts ---
-# Where a blend begins that is programmed as a distance, a speed, an angle or a share: as a distance before the target.
+# Where a blend begins that is programmed as a speed, an angle or a share: as a distance before the target.
 #
 # After KUKA mxAutomation and KSS manuals: APO structure (CPTP, CDIS, CORI, CVEL). Not measured.
-
-
-def from_distance(cdis: ArrayLike) -> Floats:
-    """C_DIS: $APO.CDIS [m] from the target point."""
-    return np.asarray(cdis, dtype=np.float64)
 
 
 def from_speed(cvel: ArrayLike, speed: ArrayLike, deceleration: ArrayLike) -> Floats:

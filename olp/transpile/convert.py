@@ -71,7 +71,7 @@ def export(
     if program.vendor != vendor:
         program = _translated(program, vendor)
     text = _text(program, vendor, template, date or now())
-    data = encoded(text, program, vendor, encoding or encoding_of(program, vendor))
+    data = encoded(text, program, vendor, encoding or encoding_of(program))
     if output is not None:
         from olp.core.files import write_output
 
@@ -120,7 +120,7 @@ def now() -> str:
     return datetime.now().strftime("%Y/%m/%d %H:%M")
 
 
-def encoding_of(program: Program, vendor: str) -> str:
+def encoding_of(program: Program) -> str:
     """What the program was read in; a mark of the byte order, which controllers refuse, is left out."""
     encoding = program.source.encoding
     if encoding == "ascii" or encoding.startswith(("utf-16", "utf-32")):
@@ -275,7 +275,7 @@ def _texts(
 
 def _encoded(text: str, program: Program, vendor: str, encoding: str | None) -> bytes:
 
-    return encoded(text, program, vendor, encoding or encoding_of(program, vendor))
+    return encoded(text, program, vendor, encoding or encoding_of(program))
 
 
 def run_converted(

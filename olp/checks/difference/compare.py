@@ -136,11 +136,11 @@ def _row(timing: Timing, step: int, kind: int, routine: str, seconds: float) -> 
             routine, line, text, told, 1, seconds, _NONE, _NONE, np.full(4, np.nan), _NONE, np.full(6, np.nan),
             ("", 0.0), none, (0, 0.0), ("", ""),
         )  # fmt: skip
-    return _move(timing, plan, step, routine, line, text, told, seconds)
+    return _move(plan, step, routine, line, text, told, seconds)
 
 
 def _move(
-    timing: Timing, plan: Plan, step: int, routine: str, line: int, text: str, told: str, seconds: float
+    plan: Plan, step: int, routine: str, line: int, text: str, told: str, seconds: float
 ) -> ComparedLine:
     moves, places = plan.moves, plan.positions
     row = int(plan.row[step])

@@ -152,11 +152,11 @@ def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -
     spoken = [one for one in speeds(program) if one.speed.unit in _SPEED_UNITS]
     yield from _speeds(spoken, path, most, kept, steps)
     yield from _values(program, path, _highest(spoken, most), kept, allowed.called and not path)
-    yield from _accelerations(program, path, timing, allowed, kept)
+    yield from _accelerations(program, path, allowed, kept)
     if allowed.within > 0.0:
         yield from _zones(program, path, timing, kept)
     if not path:
-        yield from _free(program, timing, allowed.free - kept)
+        yield from _free(program, allowed.free - kept)
 
 
 def source_of(timing: Timing, path: str) -> int:
@@ -307,9 +307,7 @@ def _rates(one: Move | SetAcceleration) -> list[tuple[AccelerationUnit, Quantity
     return found if one.rate is None else [*found, (one.rate.unit, one.rate.value)]
 
 
-def _accelerations(
-    program: Program, path: str, timing: Timing, allowed: Allowed, kept: frozenset[int]
-) -> Iterator[Choice]:
+def _accelerations(program: Program, path: str, allowed: Allowed, kept: frozenset[int]) -> Iterator[Choice]:
     spoken = list(accelerations(program))
     highest = {
         unit: max((_si(one.value) for one in spoken if one.unit is unit), default=0.0)
@@ -356,7 +354,7 @@ def _zones(program: Program, path: str, timing: Timing, kept: frozenset[int]) ->
             yield Choice("zone", int(line), place, text.says, 0.1 * (number + 1), zone=number, path=path)
 
 
-def _free(program: Program, timing: Timing, lines: frozenset[int]) -> Iterator[Choice]:
+def _free(program: Program, lines: frozenset[int]) -> Iterator[Choice]:
     """Straight moves of these lines as joint moves. They exclude another speed of the line."""
     straight = {
         one.line for one in program.statements() if isinstance(one, Move) and one.path is MovePath.LINEAR

@@ -134,11 +134,6 @@ class OlpLanguageServer(LanguageServer):
         for module in iter_modules(import_module("olp.servers.lsp.features").__path__):
             import_module(f"olp.servers.lsp.features.{module.name}").register(self, self.service)
 
-    def line_of(self, path: str) -> Any:
-        """The lines of an open text, for `Places`."""
-        document = self.service.documents.get(path)
-        return document.line if document is not None else lambda _: ""
-
     def configure(self, given: object) -> None:
         """Takes settings and times everything anew."""
         self.service.configure(settings_of(given))

@@ -70,7 +70,7 @@ class Factors(Estimator):
             "nominal": LearntParameter(nominal / mm, "mm/s²"),
             "tables": LearntParameter([_as_json(table) for table in tables], "mm, deg, 1"),
         }
-        parameters.update(level_factors(levels, moves, ratio / plain, good))
+        parameters.update(level_factors(levels, ratio / plain, good))
         return parameters
 
     def estimate(self, parameters: Parameters, moves: MoveSet, robot: Robot | None) -> Estimate:
@@ -263,7 +263,7 @@ def levels_of(moves: MoveSet, parameters: Parameters | None = None) -> Levels:
     return Levels(at, mass, mass_reference, orientation, orientations, moves.configuration, reference, factor)
 
 
-def level_factors(levels: Levels, moves: MoveSet, ratio: Floats, good: Mask) -> dict[str, LearntParameter]:
+def level_factors(levels: Levels, ratio: Floats, good: Mask) -> dict[str, LearntParameter]:
     """C_m, C_o, C_c of every level but the reference, from moves in which only that level differs.
 
     `ratio` (n,): measured factor over the tables' factor.
