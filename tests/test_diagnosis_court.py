@@ -31,20 +31,20 @@ def travel(way, speed, slow):
     return np.where(full, way / speed + speed / slow, 2.0 * np.sqrt(way / slow))
 
 
-def program(seed):
+def program(seed, count=COUNT):
     """Places, lengths and speeds of straight moves between exact stops."""
     rng = np.random.default_rng(seed)
-    start = rng.uniform([0.6, -0.6, 0.0], [1.2, 0.6, 0.8], (COUNT, 3))
-    towards = rng.normal(size=(COUNT, 3))
-    way = rng.uniform(0.06, 0.6, COUNT)
+    start = rng.uniform([0.6, -0.6, 0.0], [1.2, 0.6, 0.8], (count, 3))
+    towards = rng.normal(size=(count, 3))
+    way = rng.uniform(0.06, 0.6, count)
     end = start + way[:, None] * towards / np.linalg.norm(towards, axis=1)[:, None]
-    return start, end, way, rng.choice([0.15, 0.3, 0.5, 0.8], COUNT)
+    return start, end, way, rng.choice([0.15, 0.3, 0.5, 0.8], count)
 
 
 def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n", stretch=1.0):
     """A recording of the program of a seed, with durations `real` (n,) [s]; the simulated ones are `stretch` times as
     long as what is written takes."""
-    start, end, way, speed = program(seed)
+    start, end, way, speed = program(seed, len(real))
     sim, clock = (
         stretch * travel(way, speed, ACCELERATION),
         np.concatenate([[0.0], np.cumsum(real + 0.2)[:-1]]),
@@ -55,7 +55,7 @@ def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n", st
         points = [f"{axis}_{at}_mm" for at in ("start", "end") for axis in "xyz"]
         names = ["move", "duration_s", "sim_s", "t_start_s", *points, "speed_mm_s", "accel_mm_s2", "blend_mm"]
         rows.writerow([*names, *(more or {})])
-        for i in range(COUNT):
+        for i in range(len(real)):
             cells = [i + 1, f"{real[i]:.6f}", f"{sim[i]:.6f}", f"{clock[i]:.3f}"]
             cells += [f"{v * 1000:.4f}" for v in (*start[i], *end[i], speed[i], ACCELERATION)]
             rows.writerow([*cells, 0, *(values[i] for values in (more or {}).values())])
@@ -71,8 +71,8 @@ def stamped(seed, real, digits, heavy):
     return np.diff(stamps)
 
 
-def plain(seed):
-    _, _, way, speed = program(seed)
+def plain(seed, count=COUNT):
+    _, _, way, speed = program(seed, count)
     return travel(way, speed, ACCELERATION)
 
 
@@ -396,6 +396,7 @@ def test_three_moves_are_no_comparison(tmp_path):
     assert joined("explained", "not-judged", True) == "explained"
 
 
+FEW = 60  # moves: with twice as many the search of the strangest recordings takes ten times as long
 WAYS = (
     *("nothing", "wave", "walk", "jerky", "tail", "drift", "late"),
     *("region", "clamp", "pair", "digits", "few"),
@@ -405,28 +406,28 @@ WAYS = (
 @pytest.mark.parametrize("way_of", WAYS)
 def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     """Whatever is wrong with a recording: no agreement above twice the floor, and so on."""
-    _, end, way, speed = program(20)
-    rng, at = np.random.default_rng(21), np.arange(COUNT)
-    real = plain(20) + rng.normal(0.0, 0.002, COUNT)
+    _, end, way, speed = program(20, FEW)
+    rng, at = np.random.default_rng(21), np.arange(FEW)
+    real = plain(20, FEW) + rng.normal(0.0, 0.002, FEW)
     if way_of == "wave":
         real = real * (1.0 + 0.05 * np.sin(2 * np.pi * at / 17.0))
     elif way_of == "walk":
-        real = real + 0.004 * np.cumsum(rng.normal(size=COUNT))
+        real = real + 0.004 * np.cumsum(rng.normal(size=FEW))
     elif way_of == "jerky":
         real = real + 0.1 * np.minimum(speed, np.sqrt(2.0 * way))
     elif way_of == "tail":
-        real = real + 0.02 * rng.standard_t(2, COUNT)
+        real = real + 0.02 * rng.standard_t(2, FEW)
     elif way_of == "drift":
         real = real * (1.0 + 0.03 * np.exp(-at / 40.0))
     elif way_of == "late":
-        real = real + np.where(rng.random(COUNT) < 0.06, 0.4, 0.0) + 0.03 * (end[:, 0] > 1.0)
+        real = real + np.where(rng.random(FEW) < 0.06, 0.4, 0.0) + 0.03 * (end[:, 0] > 1.0)
     elif way_of == "region":
         real = np.where(end[:, 2] > 0.5, travel(way, speed, 0.5 * ACCELERATION), real)
     elif way_of == "clamp":
-        real = travel(way, np.minimum(speed, 0.78), ACCELERATION) + rng.normal(0.0, 0.002, COUNT)
+        real = travel(way, np.minimum(speed, 0.78), ACCELERATION) + rng.normal(0.0, 0.002, FEW)
     elif way_of == "pair":  # the second makes up for the first on the mean
-        real = travel(way, speed, 0.8 * ACCELERATION) + rng.normal(0.0, 0.002, COUNT)
-        real -= np.mean(real - plain(20))
+        real = travel(way, speed, 0.8 * ACCELERATION) + rng.normal(0.0, 0.002, FEW)
+        real -= np.mean(real - plain(20, FEW))
     elif way_of == "digits":
         real = np.round((real + 0.004) / 0.02) * 0.02
     elif way_of == "few":
