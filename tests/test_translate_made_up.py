@@ -174,10 +174,10 @@ def test_a_parameter_that_is_used_otherwise_is_found():
     assert differences(found)
 
 
-def test_a_main_routine_runs_with_zeros_for_what_it_takes_and_says_so():
-    text = "MODULE M\nPROC main(num seconds \\num more)\nWaitTime seconds;\nWaitTime 1;\nENDPROC\nENDMODULE\n"
+def test_a_main_routine_runs_with_ones_for_what_it_takes_and_says_so():
+    text = "MODULE M\nPROC main(num seconds \\num more)\nWaitTime seconds;\nWaitTime 2;\nENDPROC\nENDMODULE\n"
     plan = run(read(text, "rapid"))
-    assert plan.durations.tolist() == [0.0, 1.0]
+    assert plan.durations.tolist() == [1.0, 2.0]
     assert any("argument 1 of the main routine" in one.says for one in plan.assumptions)
 
 

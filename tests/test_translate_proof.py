@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from translated_texts import converted, inform, krl, module, read, tp
+from translated_texts import converted, inform, krl, module, read, run_elsewhere, tp
 
 from olp.__main__ import main
 from olp.cli.convert import ACCEPTABLE as OPTIONS
 from olp.robots.robot import load_robot
+from olp.runtime.interpreter import run
+from olp.runtime.plan import BlendCode
 from olp.transpile.convert import runs_of
 from olp.transpile.link import link
 from olp.transpile.receipt import _EXPLAINS, ACCEPTABLE, receipt_of
@@ -195,3 +197,27 @@ def test_an_output_at_the_end_of_a_move_is_in_both_runs(target):
         module("MoveL p1,v100,fine,tool0;", "MoveLDO p2,v100,fine,tool0,do1,1;", data=PLACES), target
     )
     assert receipt.verdict.agrees
+
+
+@pytest.mark.parametrize(("vendor", "target"), [("rapid", "krl"), ("krl", "rapid")])
+def test_the_move_before_a_stop_of_the_program_ends_exactly(vendor, target):
+    """Where it goes on is not known then: RAPID's was timed and translated as one that passes its target."""
+    rapid = ["MoveJ p1,v100,fine,tool0;", "MoveL p2,v100,z10,tool0;", "Stop;", "MoveL p1,v100,fine,tool0;"]
+    data = [
+        f"CONST robtarget p{n}:=[[{x},0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+        for n, x in ((1, 900), (2, 950))
+    ]
+    points = ["{X 900,Y 0,Z 500,A 0,B 180,C 0}", "{X 950,Y 0,Z 500,A 0,B 180,C 0}"]
+    text = {
+        "rapid": module(*rapid, data=data),
+        "krl": krl(
+            "$VEL.CP=0.1",
+            "$APO.CDIS=10",
+            f"PTP {points[0]}",
+            f"LIN {points[1]} C_DIS",
+            "HALT",
+            f"LIN {points[0]}",
+        ),
+    }[vendor]
+    assert run(read(text, vendor), ROBOT).moves.blend_code[1] == BlendCode.EXACT
+    assert run_elsewhere(text, vendor, target).moves.blend_code[1] == BlendCode.EXACT

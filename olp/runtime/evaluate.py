@@ -410,14 +410,19 @@ def _argument(m: Machine, e: Argument) -> Value:
 
 
 def uncalled_argument(m: Machine, number: int, type_: str) -> Value | None:
-    """What the main routine, which nothing here calls, takes: made up, else a zero; None of a type without zeros."""
+    """What the main routine, which nothing here calls, takes: made up, else one; None of a type without values.
+
+    One, for zero is no number of a register, a place or a tool, and no speed.
+    """
     made = None if m.made_up is None else m.made_up.argument(number, type_)
     if made is not None:
         return made
-    zero = ZEROS.get(type_ or "integer")  # in a language without types, mostly a number
-    if zero is not None:
-        m.assume(f"argument {number} of the main routine, which nothing here calls, is taken as {zero!r}")
-    return zero
+    usual = {"integer": 1, "real": 1.0}.get(
+        type_ or "integer", ZEROS.get(type_)
+    )  # a type is mostly a number's
+    if usual is not None:
+        m.assume(f"argument {number} of the main routine, which nothing here calls, is taken as {usual!r}")
+    return usual
 
 
 def _unknown(m: Machine, e: Unknown) -> Value:

@@ -235,7 +235,7 @@ def pause(m: Machine, s: Pause) -> None:
     if seconds is None:
         seconds = 0.0
         m.assume("the operator restarts the program at once")
-    m.stop_advance()
+    m.recorder.end_exactly()  # no controller knows where a stopped program goes on
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 
