@@ -27,14 +27,15 @@ from olp.contracts import (
     writers,
 )
 from olp.contracts.handling import samples_folder
-from olp.contracts.readings import readings_of, unlike, unlike_damaged
+from olp.contracts.readings import readings_of, unlike, unlike_damaged, unlike_loaded
 from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
 from olp.core.source import decode
 from olp.identification.signature.estimator import estimator_names, load_estimator
 from olp.ir.program import Message, Move, Path
 from olp.languages.limits import limits_of, writable
-from olp.languages.vendor import find_vendor, vendor_names
+from olp.languages.loading import Loading
+from olp.languages.vendor import find_vendor, part_of, vendor_names
 from olp.reports.formats import report_names
 from olp.robots import robot as robot_module
 from olp.robots.robot import robot_names
@@ -150,6 +151,16 @@ def test_a_reader_that_takes_no_notice_of_a_word_breaks_its_contract(
     monkeypatch.setattr(type(vendor), "read", careless)
     told = [differs for _, differs in unlike_damaged(vendor, declared)]
     assert any("E     PULSE $DOUT[2] FOR / !error P590" in one for one in told)
+
+
+def test_a_rule_of_loading_that_is_lost_breaks_the_contract(monkeypatch: pytest.MonkeyPatch) -> None:
+    vendor = find_vendor("as")
+    declared = samples_folder(vendor) / "readings" / "load.reading"
+    assert not list(unlike_loaded(vendor, declared))
+    lost = Loading(part_of("as", "load").controllers, lambda source, cell: [])
+    monkeypatch.setattr(import_module("olp.languages.vendors.as.load"), "LOAD", lost)
+    told = [differs for _, differs in unlike_loaded(vendor, declared)]
+    assert "!error K102 10-20" in told[0]
 
 
 def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:

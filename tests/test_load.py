@@ -72,6 +72,13 @@ def told(folder: Path, name: str, text: str, controller: str = "") -> list[tuple
     return [(f.code, f.line) for f in lint_load(str(path), Job(), controller).findings]
 
 
+def test_the_nearest_of_several_names_is_suggested(tmp_path: Path) -> None:
+    path = tmp_path / "cell.script"
+    path.write_text("def cell():\n  st_digital_out(0, True)\nend\n", encoding="utf-8")
+    (found,) = lint_load(str(path), Job(), "").findings
+    assert "set_digital_out" in f"{found}"
+
+
 def test_a_sound_program_is_told_nothing_of(tmp_path: Path) -> None:
     assert told(tmp_path, "Cell.mod", RAPID) == []
     assert told(tmp_path, "cell.src", KRL) == []

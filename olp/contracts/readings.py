@@ -15,6 +15,7 @@ meaning of the line above. Quantities are `written*unit` (SI: metres, seconds, m
 
 `*.damaged` beside them declares what is read of the same texts with a word left out, a number changed, a letter or
 all lost in some lines: those lines, others that are read otherwise then, and "as before" below what means the same.
+`*.loaded` declares what controllers refuse of these programs (`load.py`), and of sound ones once they are damaged.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import math
 import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from difflib import SequenceMatcher
 from enum import Enum
@@ -56,7 +58,8 @@ from olp.ir.expressions import (
 from olp.ir.points import Point, PointKind
 from olp.ir.program import Program, Routine
 from olp.ir.statements import Acceleration, Blend, Speed
-from olp.languages.vendor import Vendor
+from olp.languages.loading import Loading, cell_of
+from olp.languages.vendor import Vendor, part_of
 
 SUFFIX: Final = ".reading"
 _KINDS: Final = "BRPSCFOE"  # a letter for each value of LineKind
@@ -239,15 +242,22 @@ def text_of(rows: Iterable[str]) -> list[str]:
     return [match[1] or "" for row in rows if (match := _LINE.fullmatch(row))]
 
 
-def programs_of(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[tuple[str, Program]]:
-    """What the vendor's reader makes of these texts, which stand in one folder until the last is read."""
+@contextmanager
+def _written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[Path]:
+    """A folder with the texts of these files."""
     with tempfile.TemporaryDirectory() as folder:
         for name, rows in files.items():
             text = vendor.newline.join([*text_of(rows), ""]) if rows else ""
             Path(folder, name).write_bytes(text.encode("utf-8"))
+        yield Path(folder)
+
+
+def programs_of(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[tuple[str, Program]]:
+    """What the vendor's reader makes of these texts, which stand in one folder until the last is read."""
+    with _written_out(vendor, files) as folder:
         for name in files:
             if Path(name).suffix.lower() in vendor.suffixes:
-                yield name, vendor.read(load(Path(folder, name)))
+                yield name, vendor.read(load(folder / name))
 
 
 def found_readings(vendor: Vendor, files: Mapping[str, list[str]]) -> dict[str, list[str]]:
@@ -262,6 +272,8 @@ def declare(vendor: Vendor, path: Path) -> None:
     """
     save(path, found_readings(vendor, load_declared(path)))
     save(path.with_suffix(_DAMAGED), damaged_readings(vendor, path))
+    if found := loaded(vendor, path):
+        save(path.with_suffix(_LOADED), found)
 
 
 def load_declared(path: Path) -> dict[str, list[str]]:
@@ -394,12 +406,59 @@ def damaged_readings(vendor: Vendor, path: Path) -> dict[str, list[str]]:
     return parts
 
 
+# --- what a controller refuses to load ------------------------------------------------------------------------
+
+_LOADED: Final = ".loaded"
+
+
+def loaded(vendor: Vendor, path: Path) -> dict[str, list[str]]:
+    """What a controller refuses of the programs in a `.reading`, and of a sound folder's once lines are damaged."""
+    loading = part_of(vendor.name, "load")
+    if loading is None:
+        return {}
+    declared = load_declared(path)
+    found: dict[str, list[str]] = {}
+    for controller in loading.controllers:
+        found |= _refused(vendor, loading, declared, f", {controller}", controller)
+    if not found:
+        for turn in range(2 * _EVERY):
+            texts = {name: _damaged(rows, turn) for name, rows in declared.items()}
+            found |= _refused(vendor, loading, texts, f", {turn}", "")
+    return found
+
+
+def _refused(
+    vendor: Vendor, loading: Loading, texts: Mapping[str, list[str]], how: str, controller: str
+) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    with _written_out(vendor, texts) as folder:
+        for name in texts:
+            if Path(name).suffix.lower() in vendor.suffixes:
+                source = load(folder / name)
+                told = loading.check(source, cell_of(source, vendor, loading, controller))
+                rows = [(one.source_line, f"{one.line}: {_finding(one, source.path)}") for one in told]
+                if rows:
+                    found[f"{name}{how}"] = [
+                        row for text, said in rows for row in (f"?   {text}", f"{_INDENT}{said}")
+                    ]
+    return found
+
+
+def unlike_loaded(vendor: Vendor, path: Path) -> Iterator[Difference]:
+    """Where what a controller is declared to refuse and what is told differ."""
+    yield from _unlike(path.with_suffix(_LOADED), loaded(vendor, path))
+
+
+def _unlike(path: Path, parts: Mapping[str, list[str]]) -> Iterator[Difference]:
+    declared = load_declared(path) if path.exists() else {}
+    for name in dict.fromkeys((*parts, *declared)):
+        for at, a, b in differences(declared.get(name, []), parts.get(name, [])):
+            yield f"{path.name}, {name}, line {at}", f"declared: {a}; read: {b}"
+
+
 def unlike_damaged(vendor: Vendor, path: Path) -> Iterator[Difference]:
     """Where what is declared of damaged lines and what is read of them differ."""
-    declared = load_declared(path.with_suffix(_DAMAGED)) if path.with_suffix(_DAMAGED).exists() else {}
-    for name, found in damaged_readings(vendor, path).items():
-        for at, a, b in differences(declared.get(name, []), found):
-            yield f"{path.stem}{_DAMAGED}, {name}, line {at}", f"declared: {a}; read: {b}"
+    yield from _unlike(path.with_suffix(_DAMAGED), damaged_readings(vendor, path))
 
 
 def unspoken(vendor: Vendor, readings: Iterable[str]) -> list[str]:

@@ -200,6 +200,12 @@ def reads_damage_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
         yield from readings.unlike_damaged(it.vendor, path)
 
 
+def refuses_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
+    """What a controller refuses to load of these programs, and of sound ones once they are damaged, is as declared"""
+    for path in readings.readings_of(it.folder):
+        yield from readings.unlike_loaded(it.vendor, path)
+
+
 def declares_every_word(it: VendorUnderTest) -> Iterator[Difference]:
     """Every keyword of the grammar stands in a program whose reading is declared"""
     texts = [path.read_text(encoding="utf-8") for path in readings.readings_of(it.folder)]
@@ -416,6 +422,7 @@ PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     is_the_handling_cell,
     reads_as_declared,
     reads_damage_as_declared,
+    refuses_as_declared,
     declares_every_word,
     names_each_line,
     keeps_every_byte,

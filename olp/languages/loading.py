@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Final
 
@@ -114,7 +115,9 @@ class LoadFindings:
             if name.casefold() in told:
                 continue
             told.add(name.casefold())
-            near = [one for one in spellings if is_near(one, name.casefold())]
+            near = get_close_matches(
+                name.casefold(), [s for s in spellings if is_near(s, name.casefold())], 1, 0.0
+            )
             if not (whole or near or complete or (mostly and what in _OWN)):
                 continue
             help = (

@@ -8,7 +8,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg, mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
-from olp.languages.generator import CannotSayError, Generator, Lines, as_text, decimal, without_noise
+from olp.languages.generator import CannotSayError, Generator, Lines, Spelled, as_text, decimal, without_noise
 
 _WORDS: Final = {
     "tool": "TOOL", "frame": "FRAME", "position": "POSE", "joints": "AXES", "integer": "NUM", "real": "NUM",
@@ -75,6 +75,9 @@ class ToyWriter(Generator):
         if it.literal is None:
             raise CannotSayError("a computed speed, blend or time")
         return decimal(without_noise(it.literal / unit))
+
+    def spell_call_value(self, e: ex.CallValue) -> Spelled:
+        return self.spell_other(e)
 
     def spell_member(self, e: ex.Member) -> str:
         return f"{self.value(e.base)}.{e.name}"
