@@ -70,18 +70,19 @@ def pulled(motion: Motion, pull: Floats, least: float) -> Motion:
     How fast a short move gets, and where a ramp passes a speed, depend on what is left of the ramps: both are worked
     out anew from a first result.
     """
-    forces = np.maximum(1.0 - pull, least), np.maximum(1.0 + pull[:, ::-1], least)
-    first = _with_forces(motion, motion.top(), forces)
-    return _with_forces(motion, first.top(), forces)
+    # Both ramps in one go, one below the other: the search asks for this more often than for anything else.
+    force = np.maximum(1.0 + np.concatenate([-pull, pull[:, ::-1]]), least)
+    first = _with_force(motion, motion.top(), force)
+    return _with_force(motion, first.top(), force)
 
 
-def _with_forces(motion: Motion, top: Floats, forces: tuple[Floats, Floats]) -> Motion:
-    way = np.maximum(motion.way, 1e-9)
-    up, down = (
-        slow / longer(_passing(force, (top**2 / (slow * way))[:, None]))
-        for slow, force in zip((motion.accelerate, motion.decelerate), forces, strict=True)
-    )
-    return motion.with_(accelerate=up, decelerate=down)
+def _with_force(motion: Motion, top: Floats, force: Floats) -> Motion:
+    count = len(motion.way)
+    way = np.maximum(np.concatenate([motion.way, motion.way]), 1e-9)
+    slow = np.concatenate([motion.accelerate, motion.decelerate])
+    ramp = np.concatenate([top, top]) ** 2 / (slow * way)
+    both = slow / longer(_passing(force, ramp[:, None]))
+    return motion.with_(accelerate=both[:count], decelerate=both[count:])
 
 
 def _passing(force: Floats, ramp: Floats) -> Floats:
