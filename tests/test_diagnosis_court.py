@@ -10,7 +10,7 @@ import pytest
 
 from olp.__main__ import main
 from olp.identification.diagnosis import naming
-from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned
+from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
@@ -183,6 +183,17 @@ def test_a_difference_without_a_name_still_has_a_next_experiment(tmp_path):
     assert found.next_experiment.moves or found.next_experiment.timers
 
 
+def test_what_remains_beside_a_name_has_a_next_experiment(tmp_path):
+    rng, (start, end, way, speed) = np.random.default_rng(23), program(20)
+    rise = (end - start)[:, 2] / way
+    wave = 1.0 + 0.05 * np.sin(2 * np.pi * np.arange(COUNT) / 17.0)
+    real = travel(way, speed, (1.0 - 0.5 * rise) * ACCELERATION) * wave + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 20)).diagnosis
+    assert found.verdict == "partly-explained"
+    assert found.next_experiment.why.startswith("more remains; of the nearest terms beside the names, ")
+    assert found.next_experiment.moves or found.next_experiment.timers
+
+
 @pytest.mark.parametrize("stretch", [0.98, 1.03])
 def test_the_tuning_of_a_stretched_simulation_is_taken_back_and_is_no_cause(stretch, tmp_path):
     rng, cold = np.random.default_rng(9), np.exp(-np.arange(COUNT) / 40.0)
@@ -195,6 +206,38 @@ def test_the_tuning_of_a_stretched_simulation_is_taken_back_and_is_no_cause(stre
     bare = plain(9) + rng.normal(0.0, 0.002, COUNT)
     found = diagnose_recording(record(tmp_path / "s", bare, 9, stretch=stretch)).diagnosis
     assert {"speed-scale", "clock"} >= {f.term for f in found.findings} > set()
+
+
+def under(case, column, above):
+    """A time per move of 60 ms where a column is `above` a bound."""
+    shelf = shelf_of(case, move_terms())
+    part = next(p for p in shelf.parts if p.term.name == "dispatch")
+    condition = Condition((Statement(column, above=above),))
+    return DurationModel((part._replace(values=np.array([0.06]), condition=condition),))
+
+
+def test_unseen_moves_are_foretold_with_the_condition_that_the_others_want(tmp_path):
+    """A condition that the predicted moves have chosen too would foretell them too well."""
+    _, end, _, _ = program(6)
+    rng = np.random.default_rng(6)
+    real = plain(6) + 0.06 * (end[:, 1] > 0.1) + rng.normal(0.0, 0.002, COUNT)
+    case = case_of(record(tmp_path / "r", real, 6)).case
+    noise = Noise(1e-3)
+    for column, above in (("length", 0.3), ("y", 0.35)):
+        found = fit_anew(under(case, column, above), case, noise, 10)
+        (statement,) = found.model.parts[0].condition.statements
+        assert statement.column == "y"
+        assert statement.above == pytest.approx(0.1, abs=0.03)
+
+
+def test_a_bound_stays_where_the_seen_moves_do_not_tell_another_from_it(tmp_path):
+    _, end, _, _ = program(6)
+    rng = np.random.default_rng(6)
+    real = plain(6) + 0.06 * (end[:, 1] > 0.1) + rng.normal(0.0, 0.002, COUNT)
+    case = case_of(record(tmp_path / "r", real, 6)).case
+    model, far = under(case, "y", 0.1), np.nonzero(np.abs(end[:, 1] - 0.1) > 0.1)[0]
+    found = fit_anew(model, case.take(far), Noise(1e-3), 10)
+    assert found.model.parts[0].condition == model.parts[0].condition
 
 
 def test_what_acts_everywhere_gets_no_condition(tmp_path):

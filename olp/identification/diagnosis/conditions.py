@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, evaluate, fit
+from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import (
     FEATURES,
     Condition,
@@ -90,6 +91,42 @@ def conditioned(best: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartSh
     return winner if price(best) - price(winner) > TELLING else best
 
 
+def fit_anew(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int) -> ModelFit:
+    """The best values near those of `model`, and of each part that has a condition the one that these moves want: what
+    was chosen by the moves that are to be predicted would predict them too well."""
+    fitted = fit(model, case, noise, steps)
+    if all(part.condition is None for part in model.parts):
+        return fitted
+    said = _said(case, _FEWEST - 1)
+    for k, part in enumerate(model.parts):
+        if part.condition is None:
+            continue
+        for _ in range(_ROUNDS):
+            chosen = _chosen(fitted, k, case, said)
+            if chosen == fitted.model.parts[k].condition:
+                break
+            parts = list(fitted.model.parts)
+            parts[k] = parts[k]._replace(condition=chosen)
+            fitted = fit(DurationModel(tuple(parts)), case, noise, steps)
+    return fitted
+
+
+def _chosen(fitted: ModelFit, index: int, case: MeasuredMoves, said: _Said) -> Condition:
+    """Of part `index` by these moves; its own where they do not tell another from it."""
+    part, rest = fitted.model.parts[index], fitted.model.without(index)
+    always = DurationModel((*rest.parts, part._replace(condition=None)))
+    better = _won(rest, always, fitted.scale, case)
+    assert part.condition is not None
+    other = _bounded(said.best(better)[1], better, case)
+    more = _worth(other, better, case) - _worth(part.condition, better, case)
+    return other if 2.0 * more > ALIKE else part.condition
+
+
+def _worth(condition: Condition, better: Floats, case: MeasuredMoves) -> float:
+    """[1] log-likelihood that moves win by a term under a condition, `better` (n,), less what its statements cost."""
+    return float(better[condition.mask(case)].sum()) - _cost(len(case)) * len(condition.statements)
+
+
 def _restricted(best: ModelFit, case: MeasuredMoves, noise: Noise, said: _Said) -> ModelFit:
     """The fit, or one in which a part of it acts under a condition: moves that are likelier without the part tell that
     directly, where what all moves leave has made the scatter too large for anything else to be told."""
@@ -155,12 +192,13 @@ def _better(
     return min([winner, *(_fitted(bare, one.part, case, noise, said) for one in tried)], key=price)
 
 
-def _said(case: MeasuredMoves) -> _Said:
+def _said(case: MeasuredMoves, fewest: int = _FEWEST) -> _Said:
+    """Of conditions that hold in `fewest` moves at least."""
     statements = list(_statements(case))
     masks = np.array([s.mask(case) for s in statements], dtype=np.float64).reshape(-1, len(case)).T
     inside = masks.T @ masks
     columns = np.array([s.column for s in statements])
-    fair = (inside >= _FEWEST) & (inside <= len(case) - _FEWEST)
+    fair = (inside >= fewest) & (inside <= len(case) - fewest)
     fair &= (columns[:, None] != columns) | np.eye(len(columns), dtype=bool)
     return _Said(statements, masks, fair)
 
@@ -255,7 +293,7 @@ def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
     always = DurationModel((*rest.parts, part._replace(condition=None)))
     better = _won(rest, always, fitted.scale, case)
     found = [_bounded(c, better, case) for c in (part.condition, said.best(better)[1])]
-    worth = [float(better[c.mask(case)].sum()) - _cost(len(case)) * len(c.statements) for c in found]
+    worth = [_worth(one, better, case) for one in found]
     return DurationModel((*rest.parts, part._replace(condition=found[int(np.argmax(worth))])))
 
 

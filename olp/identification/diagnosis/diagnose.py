@@ -220,11 +220,26 @@ def _experiment(
             tuple(dict.fromkeys(move for one in each for move in one.moves)),
             tuple(dict.fromkeys(timer for one in each for timer in one.timers)),
         )
-    if told.findings or verdict_of(named) in ("no-mismatch", "not-judged", "explained"):
+    verdict = verdict_of(named)
+    if verdict in ("no-mismatch", "not-judged", "explained") or (
+        told.findings and not named.remains.structured
+    ):
         return NextExperiment()
-    nearest = nearest_single(named.shelf, named.clean, named.noise, _NEAREST)
+    if told.findings:
+        nearest, rest = _beyond_the_names(named), "more remains; of the nearest terms beside the names"
+    else:
+        nearest = nearest_single(named.shelf, named.clean, named.noise, _NEAREST)
+        rest = "no name holds; of the nearest terms"
     found = design_experiment(case, nearest, sigma, recording)
-    return replace(found, why=f"no name holds; of the nearest terms, {found.why}") if found.why else found
+    return replace(found, why=f"{rest}, {found.why}") if found.why else found
+
+
+def _beyond_the_names(named: NamingResult) -> list[DurationModel]:
+    """The names, each time with one of the terms that promise most beside them."""
+    best, case, noise = named.fit, named.clean, named.noise
+    more = {part.term.name: part for part in additions(named.shelf, best, case, noise, 2 * _NEAREST)}
+    models = [DurationModel((*best.model.parts, part)) for part in more.values()]
+    return [one.model for one in sorted((fit(m, case, noise) for m in models), key=price)[:_NEAREST]]
 
 
 def _untold(case: MeasuredMoves) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.diagnosis.conditions import fit_anew
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
 from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interleaved, rms
 from olp.identification.diagnosis.model import DurationModel
@@ -128,8 +129,8 @@ def gain_of(
     for label in np.unique(labels).tolist():
         seen, held = _parts(labels, label)
         train, test = case.take(seen), case.take(held)
-        with_it[held] = test.measured - fit(fitted.model, train, noise, 6).model.seconds(test)
-        without[held] = test.measured - fit(rest, train, noise, 6).model.seconds(test)
+        with_it[held] = test.measured - fit_anew(fitted.model, train, noise, 6).model.seconds(test)
+        without[held] = test.measured - fit_anew(rest, train, noise, 6).model.seconds(test)
         losses = [_loss(whiten(left[held], noise, test), fitted.scale) for left in (without, with_it)]
         difference[held] = losses[0] - losses[1]
     error = float(difference.std() * np.sqrt(len(difference)))
@@ -264,7 +265,7 @@ def held_out_error(model: DurationModel, case: MeasuredMoves, noise: Noise, fold
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
         test = case.take(held)
-        left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
+        left[held] = test.measured - fit_anew(model, case.take(seen), noise, 6).model.seconds(test)
     return rms(left)
 
 
@@ -310,7 +311,7 @@ def selection(
         if not len(seen):
             predicted[held] = test.simulated
             continue
-        known, found = fit(named, train, noise, 10), found_in(train, noise, shelf.take(seen))
+        known, found = fit_anew(named, train, noise, 10), found_in(train, noise, shelf.take(seen))
         if price(found) < price(known):
             found = _held_against(
                 found, known.labels, train, noise, Folds(folds.by, folds.labels[seen]), shelf
