@@ -24,6 +24,7 @@ from olp.contracts import (
     check_term,
     check_vendor,
     check_writer,
+    vendors,
     writers,
 )
 from olp.contracts.handling import samples_folder
@@ -151,6 +152,16 @@ def test_a_reader_that_takes_no_notice_of_a_word_breaks_its_contract(
     monkeypatch.setattr(type(vendor), "read", careless)
     told = [differs for _, differs in unlike_damaged(vendor, declared)]
     assert any("E     PULSE $DOUT[2] FOR / !error P590" in one for one in told)
+
+
+@pytest.mark.parametrize("side", [2, 3])
+def test_a_merge_that_takes_one_side_breaks_the_contract(side: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    vendor = find_vendor("as")
+    whole = vendors.merge_bytes
+    monkeypatch.setattr(vendors, "merge_bytes", lambda *texts: whole(*texts[:2], texts[side], texts[side]))
+    with pytest.raises(ContractError, match="never takes one side's change") as caught:
+        check_vendor(vendor)
+    assert "no conflict with both in it" in str(caught.value)
 
 
 def test_a_rule_of_loading_that_is_lost_breaks_the_contract(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -244,12 +244,14 @@ def text_of(rows: Iterable[str]) -> list[str]:
 
 @contextmanager
 def _written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[Path]:
-    """A folder with the texts of these files."""
-    with tempfile.TemporaryDirectory() as folder:
+    """A folder with the texts of these files; nothing else is in it or beside it, where languages look, too."""
+    with tempfile.TemporaryDirectory() as above:
+        folder = Path(above) / "cell"
+        folder.mkdir()
         for name, rows in files.items():
             text = vendor.newline.join([*text_of(rows), ""]) if rows else ""
-            Path(folder, name).write_bytes(text.encode("utf-8"))
-        yield Path(folder)
+            (folder / name).write_bytes(text.encode("utf-8"))
+        yield folder
 
 
 def programs_of(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[tuple[str, Program]]:

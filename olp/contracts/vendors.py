@@ -11,6 +11,7 @@ from pathlib import Path
 from random import Random
 from typing import Final
 
+from olp.checks.merge.merge import merge_bytes
 from olp.contracts import handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.promises import Difference, Promise, hold
@@ -29,6 +30,7 @@ from olp.timing.timing import time_plan
 _CODE: Final = re.compile(r"[A-Z]\d{3}")
 _KINDS: Final = frozenset(value for name, value in vars(LineKind).items() if name.isupper())
 _SECONDS: Final = 6.0  # of CPU for all bad texts of a language
+_DECIMAL: Final = re.compile(r"(?<![\w.\[(\-+$#:])\d*\.\d+(?![\w.])")  # of no name, no index and no comment
 _PAUSE: Final = 0.35  # [s] that the handling sample waits, for the line that a comment is put behind
 
 
@@ -281,14 +283,12 @@ def takes_its_comments(it: VendorUnderTest) -> Iterator[Difference]:
 
 def hears_every_number(it: VendorUnderTest) -> Iterator[Difference]:
     """Another number on a line that moves, waits or switches is another event, or a finding"""
-    # No number that belongs to a name, none that is an index of something else, none of a comment.
-    pattern = re.compile(r"(?<![\w.\[(\-+$#:])\d*\.\d+(?![\w.])")
     tried = 0
     for line in sorted({e.line for e in it.found if e.kind in ("wait", "linear", "joint", "arc")}):
         if it.program.line_kinds[line - 1 : line] != bytes([LineKind.STATEMENT]):
             continue
         text = it.source.line(line)
-        for number in pattern.finditer(text):
+        for number in _DECIMAL.finditer(text):
             value = number.group()
             other = f"{float(value) * 0.5:.{len(value.partition('.')[2])}f}"
             if other == value or tried >= 6:
@@ -409,6 +409,61 @@ def carries_annotations(it: VendorUnderTest) -> Iterator[Difference]:
             yield name, "annotating twice is not annotating once"
 
 
+_NUMBER: Final = re.compile(r"(?<![\w.$#:])\d+\.\d+(?![\w.])")
+
+
+def _with_another(text: str, at: int, share: float) -> str:
+    """The line with another decimal number in the place of one of its own."""
+    number = list(_NUMBER.finditer(text))[at]
+    decimals = len(number[0].partition(".")[2])
+    return f"{text[: number.start()]}{float(number[0]) * share + 1.0:.{decimals}f}{text[number.end() :]}"
+
+
+def merges_what_both_changed(it: VendorUnderTest) -> Iterator[Difference]:
+    """`olp merge` joins what two sides changed apart, and never takes one side's change of what both changed"""
+    source, name = it.source, it.vendor.name
+    own = (at for at, kind in enumerate(it.program.line_kinds, 1) if kind == LineKind.STATEMENT)
+    lines = [at for at in own if _NUMBER.search(source.line(at))][:6]
+
+    def text(rows: dict[int, list[str]]) -> bytes:
+        return source.edited(rows).raw
+
+    for one, other in zip(lines, lines[1:] + lines[:1], strict=True):
+        first, second, third = (
+            {at: [_with_another(source.line(at), 0, share)]}
+            for at, share in ((one, 0.5), (other, 0.5), (one, 2.0))
+        )
+        remark = {
+            other: [f"{it.vendor.comment_prefix}so it is{it.vendor.comment_suffix}", source.line(other)]
+        }
+        joined = {
+            "a change each": (first, second, {**first, **second}),
+            "the same": (first, first, first),
+            "ours": (first, {}, first),
+            "theirs": ({}, first, first),
+        }
+        if not it.vendor.numbered_lines:
+            joined["a comment and a change"] = (remark, first, {**remark, **first})
+        for what, (ours, theirs, both) in joined.items():
+            found = merge_bytes(name, source.raw, text(ours), text(theirs))
+            if found.hunks or found.to_bytes() != text(both):
+                yield f"{what}: {source.line(one).strip()} and {source.line(other).strip()}", "another text"
+        found = merge_bytes(name, source.raw, text(first), text(third))
+        lost = [
+            row
+            for rows in (first, third)
+            for row in rows[one]
+            if row.strip().encode() not in found.to_bytes()
+        ]
+        if not found.hunks or lost:
+            yield f"two changes of {source.line(one).strip()}", "no conflict with both in it"
+        if len(_NUMBER.findall(source.line(one))) > 1:
+            left, right = (_with_another(source.line(one), at, 0.5) for at in (0, 1))
+            found = merge_bytes(name, source.raw, text({one: [left]}), text({one: [right]}))
+            if not found.hunks and text({one: [_with_another(left, 1, 0.5)]}) != found.to_bytes():
+                yield f"two numbers of {source.line(one).strip()}", "one of the changes is lost"
+
+
 def reads_what_is_written(it: VendorUnderTest) -> Iterator[Difference]:
     """Of a language that olp writes, a written program is read as what it was written from, whatever its statements"""
     if it.vendor.name in writable():
@@ -433,6 +488,7 @@ PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     hears_every_number,
     says_what_is_wrong,
     carries_annotations,
+    merges_what_both_changed,
     stands_bad_text,
     reads_what_is_written,
 )
