@@ -7,6 +7,7 @@ texts are read as Latin-1, in which every byte is one character.
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -384,16 +385,16 @@ def _top_level(code: str) -> list[tuple[int, int]]:
     return [*found, (start, at)]
 
 
-class PackedRules(MergeRules):
+class PackedRules(MergeRules, ABC):
     """Of files that are no text, but hold one."""
 
+    @abstractmethod
     def unpack(self, data: bytes) -> bytes:
         """The text. Raises ValueError where it holds none."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pack(self, text: bytes) -> bytes:
         """The file that holds this text. Raises ValueError where it is none that such a file can hold."""
-        raise NotImplementedError
 
 
 class TableText(NamedTuple):

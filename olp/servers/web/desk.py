@@ -195,6 +195,6 @@ def _unpack(archive: Path) -> None:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 # A header that says less than there is ends in an error of zipfile.
                 target.write_bytes(packed.read(member))
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, EOFError) as problem:
+    except (zipfile.BadZipFile, RuntimeError, OSError, EOFError) as problem:
         says = f"this archive cannot be read: {problem}"
         raise OlpError(error("Z012", says, file=archive.name, help="drop its files, unpacked")) from None
