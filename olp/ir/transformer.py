@@ -97,7 +97,7 @@ def _mapped(node: Any, change: Change) -> Any:
 
 
 def _mapped_move(s: Move, change: Change) -> Move:
-    """A move without anything rare, as nearly all are."""
+    """`mapped` for a usual move (see `is_usual`), as nearly all are."""
     changes: dict[str, Any] = {}
     targets = s.targets
     if len(targets) == 1 and type(targets[0]) in _LEAVES:
@@ -252,7 +252,7 @@ def changed_by(s: object) -> Iterator[str]:
 
 
 def note_names(node: Any, found: set[str]) -> None:
-    """Adds every variable that a statement or expression names."""
+    """Adds the name of every variable that a statement or expression has."""
     kind = type(node)
     if kind is Named:
         found.add(node.name)

@@ -1,4 +1,4 @@
-"""What a language can say and how long its words may be, one value per language."""
+"""What a language can express and how long its names may be, one `Limits` per language; and which can be written."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def within(value: float, bounds: Range) -> float:
 
 
 def range_text(bounds: Range, scale: float, unit: str) -> str:
-    """What bounds say, in `unit` (SI per unit: `scale`): the reason of a number that is not the source's."""
+    """The bounds as text, in `unit` (SI per unit: `scale`): the reason why a number differs from the source's."""
     low, high = (float(f"{bound / scale:.6g}") for bound in bounds)
     return f"only {low:g} to {high:g} {unit} can be said"
 
@@ -60,7 +60,7 @@ class Registers:
 
 @dataclass(frozen=True, slots=True)
 class ValueTypes:
-    """A language that takes no value of another type.
+    """Types of a language that converts no value into another type.
 
     `signals_are_states`: a signal in an expression is a state, else a number. `persistent_systems`: tools and frames
     are data of a module.
@@ -90,7 +90,7 @@ class TrapWords:
     start: str
 
     def words(self) -> frozenset[str]:
-        """All of its instructions."""
+        """All instruction words of the traps."""
         own = (self.connect, self.on, self.off, self.end, self.stop, self.keep, self.restore, self.start)
         return frozenset((*own, *self.signals.values()))
 

@@ -104,7 +104,7 @@ class Cell:
         return self._resolve_axes(mechanism, state, values)
 
     def _without_external(self, state: PointState, values: Floats) -> Floats:
-        """What of the numbers is the arm's."""
+        """The values without those of external axes."""
         if np.nan_to_num(values[:, state.own :]).any():
             self._gap("external axes", EXTERNAL_AXES)
         return values[:, : state.own]
@@ -139,7 +139,7 @@ class Cell:
         return self._near(f"user frame {number}", frame)
 
     def _absent(self, kind: str, table: str) -> str:
-        """Where nothing was said about a tool or a frame."""
+        """Reports that a tool or frame is unknown, and which file would define it."""
         beside = f"no {self.frame_files[kind]} beside it, " if kind in self.frame_files else ""
         return f"{beside}no [{table}] in olp.toml"
 

@@ -121,7 +121,7 @@ def answer_to(error: str, routine: Routine, known: ErrorHandling, own: frozenset
 
 
 def _to_its_end(nodes: Sequence[Node], known: ErrorHandling) -> list[Node] | None:
-    """The way up to where it repeats, goes on, or leaves the routine; None where it does not."""
+    """The statements up to where the handler retries, goes on, or leaves the routine; None where it does neither."""
     for place, node in enumerate(nodes):
         if _ends(node, known):
             return list(nodes[: place + 1])
@@ -170,7 +170,7 @@ class ErrorPath:
     error: str
 
     def through(self, nodes: Iterable[Node]) -> list[Node]:
-        """What of a handler runs: branches that ask for another error are gone."""
+        """The statements of a handler that run for the error: branches for other errors are removed."""
         found: list[Node] = []
         for node in nodes:
             if not isinstance(node, Block):
@@ -191,7 +191,7 @@ class ErrorPath:
         return name == self.error if is_error else None
 
     def _case(self, block: Block) -> list[Node]:
-        """What a choice by the error does."""
+        """The block of a choice that the error selects."""
         other: list[Node] = []
         for marker, inside in block.branches[1:]:
             if isinstance(marker, Default):
@@ -205,7 +205,7 @@ class ErrorPath:
         return self.through(other)
 
     def _branches(self, block: Block) -> list[Node]:
-        """A block without the branches that do not run; alone what stands in the only one that does."""
+        """A block without the branches that do not run; of a single branch that runs, only its content."""
         branches: list[tuple[Statement, list[Node]]] = []
         for marker, inside in block.branches:
             holds = self._decided(marker.condition) if isinstance(marker, (If, ElseIf)) else None
@@ -248,7 +248,7 @@ def _joined(wins: bool, one: bool | None, other: bool | None) -> bool | None:
 
 
 def _without_last(nodes: Sequence[Node], name: str) -> list[Node]:
-    """Without a process at the end of a way, behind which the same comes anyway."""
+    """The statements without a last process instruction, behind which execution goes on in the same way."""
     if not nodes:
         return []
     *before, last = nodes

@@ -34,7 +34,7 @@ def seconds_by_cause(timing: Timing) -> Floats:
 
 
 def _of_moves(timing: Timing, rows: NDArray[np.int32], seconds: Floats) -> Floats:
-    """The same of moves: `rows` of their leading mechanisms."""
+    """`seconds_by_cause` of moves; `rows` of their leading mechanisms."""
     clock, profile = timing.rows, timing.rows.profile.take(rows.astype(np.intp))
     lasting = np.nan_to_num(profile.durations)
     even = ((profile.accelerations == 0) & (profile.jerks == 0)) * lasting

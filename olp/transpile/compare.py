@@ -35,7 +35,7 @@ _ARC = 8  # steps of one program that may be one arc in the other
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """What may differ and still is the same: [m], [rad], a share of the speed [1], [m], [s]."""
+    """By how much two plans may differ and still be the same: [m], [rad], share of the speed [1], [m], [s]."""
 
     position: float = 0.001 * mm
     angle: float = 0.0001 * deg
@@ -198,7 +198,7 @@ class _Rules(NamedTuple):
         return loop and a.kind is StepKind.WAIT and not a.duration
 
     def is_added(self, b: ComparedStep) -> bool:
-        """Whether it is known that no statement of the first program has become this step's."""
+        """Whether the step's statement is known to be added by the translation."""
         return self.origins is not None and (b.file, b.line) not in self.origins
 
     def made(self, some: Sequence[ComparedStep], b: ComparedStep) -> bool:
@@ -520,7 +520,7 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 def steps_of(
     plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = (), stop: int | None = None
 ) -> list[ComparedStep]:
-    """What happens, in order.
+    """The steps of a plan in order: moves, waits and signals.
 
     `without`: lines of the program's own file whose steps are left out. `seconds`: of each step, as it was timed.
     `stop`: how many of the plan's steps are looked at.

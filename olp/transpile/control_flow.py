@@ -290,7 +290,7 @@ class _Target:
         return [*before, *self._while_of(counted), *last, *self._end(loop, closer)]
 
     def _last(self, head: For, start: Expression, stop: Expression, step: Expression) -> list[Node]:
-        """Behind a loop that has run to its end: its variable back at the last value, where it ends in the source."""
+        """After a loop: sets its variable back to the last value, which it has there in the source."""
         back: Node = Assign(head.line, head.variable, Binary("-", head.variable, step))
         runs = _not_beyond(start, stop, step)
         if isinstance(start, Number) and isinstance(stop, Number) and isinstance(step, Number):
@@ -298,7 +298,7 @@ class _Target:
         return [Block([(If(head.line, runs), [back])], EndIf(head.line))]
 
     def _while_of(self, block: Block) -> list[Node]:
-        """A while block whose inside is done already."""
+        """A while block whose body is already converted."""
         if self.work.limits.has_while:
             return [block]
         head = block.opener
@@ -313,7 +313,7 @@ class _Target:
         ]
 
     def _kept(self, value: Expression, before: list[Node], line: int) -> Expression:
-        """A bound as it was when the loop began."""
+        """A copy of a bound, as it was when the loop began."""
         if isinstance(value, Number):
             return value
         name = self.variable("bound", "integer")
@@ -367,6 +367,6 @@ def _nested(branches: list[tuple[Statement, list[Node]]], closer: Statement) -> 
 
 
 def _comment_of(s: Statement) -> list[Node]:
-    """The comment behind a statement that goes, in a line of its own."""
+    """The comment of a statement that is removed, on a line of its own."""
     text = getattr(s, "comment", "")
     return [Comment(s.line, text)] if text else []

@@ -38,7 +38,7 @@ _SYSTEMS: Final = frozenset({"tool", "frame"})
 
 
 def own_components(program: Program, work: TranslationContext) -> Program:
-    """Refuses statements with such: a quaternion's part, a tool's load, one of a frame's two parts, arm flags.
+    """Rejects components that other languages lack: quaternions, loads of tools, parts of frames, arm flags.
 
     Where tools and frames have numbers, no component of them is a variable.
     """
@@ -60,12 +60,12 @@ def own_components(program: Program, work: TranslationContext) -> Program:
 
 
 def _is_shared(component: str, kind: str) -> bool:
-    """Whether other languages have it too: places, angles, external axes, and the axes of joint values."""
+    """Whether other languages have the component, too: places, angles, external axes, axes of joint values."""
     return component in _SHARED or (kind == "joints" and component.lower() in _AXES)
 
 
 def system_or_position(base: Expression, symbols: Symbols, routine: str) -> str:
-    """Which of them has a component: position, joints, tool or frame; "" for records."""
+    """What a component belongs to: position, joints, tool or frame; "" for records."""
     while isinstance(base, Item):
         base = base.base
     symbol = symbols.find(routine, base.name) if isinstance(base, Named) else None
@@ -193,7 +193,7 @@ class _Turns:
 
 
 def _handed(s: Statement, inner: list[Expression]) -> list[Expression]:
-    """What routines are handed, and may change."""
+    """Variables that are handed to routines, which may change them."""
     calls = [e.arguments for e in inner if isinstance(e, CallValue)]
     given = [one for arguments in calls for one in arguments]
     if isinstance(s, Call):

@@ -69,7 +69,7 @@ _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 
 
 def stem_of(bus: str) -> str:
-    """What the names of signals that have only a number begin with, where signals have names."""
+    """The stem of the names that signals get which have a number only, where the target has names."""
     return _STEMS.get(bus, re.sub(r"[^a-z]", "_", bus))
 
 
@@ -115,7 +115,7 @@ class _Signals:
                 self.taken.setdefault(bus, set()).add(number)
 
     def note(self, program: Program) -> None:
-        """Numbers that names show themselves are theirs; all other names come after them."""
+        """Gives numbers to names: those that show a number keep it, all others get the numbers after them."""
         names: list[tuple[str, str]] = []
         for s in program.statements():
             for e in expressions_of(s):
@@ -167,7 +167,7 @@ class _Signals:
         return e
 
     def _free_group(self, e: Signal, shown: str) -> Signal:
-        """A group of which nothing at hand tells which signals it has: free ones."""
+        """Free signals for a group whose signals are not declared in any file at hand."""
         count = sum(bus == e.bus for bus, _ in self.groups if (e.bus, shown) != (bus, _))
         first = _FIRST_FREE + _FREE_SIZE * count
         known = (e.bus, shown) in self.groups

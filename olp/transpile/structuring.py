@@ -216,7 +216,7 @@ def _without_labels(nodes: list[Node], used: set[str | Expression]) -> list[Node
 
 
 def _one_pattern(nodes: list[Node], everything: list[Node]) -> list[Node] | None:
-    """The nodes with one label fewer, None where no pattern is found."""
+    """The nodes after one pattern is replaced, which removes a label; None where no pattern is found."""
     for at, node in enumerate(nodes):
         if isinstance(node, Block):
             for branch, (marker, inside) in enumerate(node.branches):
@@ -286,7 +286,7 @@ def _choice(nodes: list[Node], start: int, at: int, jump: Jump, everything: list
 def _loop(
     nodes: list[Node], at: int, label: Label, jumps: list[Jump], everything: list[Node]
 ) -> list[Node] | None:
-    """A jump back: what lies between is a loop, left and begun anew by jumps behind it and to its head."""
+    """A loop for a jump back to a label; jumps to its head and behind it continue and break it."""
     places = [_place(nodes, jump) for jump in jumps]
     last = max(places, default=-1)
     if last <= at:

@@ -89,7 +89,7 @@ class Choice:
 
     @property
     def lines(self) -> frozenset[int]:
-        """Those whose text changes."""
+        """The lines whose text changes."""
         whole = {self.line} if self.zone >= 0 or self.joint > 0.0 else set()
         return frozenset({token.line for token, _ in self.texts} | whole) | self.moved
 
@@ -144,7 +144,7 @@ def choices(program: Program, timing: Timing, allowed: Allowed) -> list[Choice]:
 
 
 def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -> Iterator[Choice]:
-    """Those of one file."""
+    """The edits that may be made in one file."""
     kept = kept_lines(program) | (frozenset() if path else allowed.kept)
     plan = timing.plan
     steps = set(plan.line[plan.source == source_of(timing, path)].tolist())
@@ -166,7 +166,7 @@ def source_of(timing: Timing, path: str) -> int:
 
 
 def kept_lines(program: Program) -> frozenset[int]:
-    """Lines that say so themselves, and those below a comment that does."""
+    """Lines that stay as they are: those with `olp: keep`, and those below a comment that has it."""
     found: set[int] = set()
     prefix = find_vendor(program.vendor).comment_prefix.strip()
     for number, text in enumerate(program.source.lines, 1):
@@ -195,7 +195,7 @@ def _highest(spoken: Sequence[SpokenSpeed], most: float) -> dict[SpeedUnit, floa
 def _speeds(
     spoken: Sequence[SpokenSpeed], path: str, most: float, kept: frozenset[int], steps: set[int]
 ) -> Iterator[Choice]:
-    """Of moves, then of settings that hold for more than one of them."""
+    """Edits of speeds: of single moves first, then of settings that several moves share."""
     highest = _highest(spoken, most)
     done: set[int] = set()
     for one in sorted(spoken, key=lambda one: one.line not in steps):
@@ -219,7 +219,7 @@ def _speeds(
 def _values(
     program: Program, path: str, highest: Mapping[SpeedUnit, float], kept: frozenset[int], beside: bool
 ) -> Iterator[Choice]:
-    """Of variables and records of data, each for all moves that use it; `beside`: of lists in other files, too."""
+    """Edits of variables and records that hold speeds; `beside`: also of those in other files' lists."""
     for one in spoken_values(program):
         own = one.source.path == program.path
         line = one.token.line
@@ -245,7 +245,7 @@ def _values(
 
 
 def _levels(now: Quantity, unit: float, name: str, highest: float) -> Iterator[tuple[float, float, str]]:
-    """What a number may become: in SI, as it is written, and "118 → 150 mm/s"."""
+    """Values that a number may get: each in SI, as it is written, and as the text "118 → 150 mm/s"."""
     start = _si(now)
     if not 0.0 < start < highest:
         return
@@ -280,7 +280,7 @@ class SpokenAcceleration(NamedTuple):
 
 
 def accelerations(program: Program) -> Iterator[SpokenAcceleration]:
-    """All that are written as numbers. Raises OlpError (O001)."""
+    """All accelerations that are written as numbers. Raises OlpError (O001)."""
     written = language(program).accelerations
     told: set[Token] = set()
     for one in program.statements():
@@ -457,7 +457,7 @@ class SpokenValue(NamedTuple):
 
     @property
     def decimals(self) -> int:
-        """How many a new number has at most."""
+        """How many decimals a new number has at most."""
         text = text_of(self.source, self.token)
         return max(3, len(text.partition(".")[2])) if "." in text or float(text) < _WHOLE else 0
 
@@ -470,7 +470,7 @@ class _SpeedSource(NamedTuple):
 
 
 def spoken_values(program: Program) -> Iterator[SpokenValue]:
-    """Those of the program's file and of the lists that were read with it."""
+    """Numbers that speeds are made of, in the program's file and in the lists that were read with it."""
     means: dict[_SpeedSource, set[tuple[SpeedUnit, float]]] = {}
     records = {one.name: one.value for one in program.data if isinstance(one.value, RecordLiteral)}
     for one in program.statements():
@@ -497,7 +497,7 @@ def _speeds_of(one: Statement) -> tuple[Speed, ...]:
 
 
 def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | None:
-    """What a speed is made of; None where it stands in the move or cannot be followed."""
+    """The variable or record member that holds a speed; None where the move holds it or it cannot be followed."""
     match speed.value.written:
         case Named() as name:
             return _SpeedSource(name)
@@ -573,7 +573,7 @@ def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token
 
 
 def _argument(program: Program, call: Call, at: int) -> Token | None:
-    """Where an argument of a call stands as a plain number; None where that cannot be said for sure."""
+    """Where an argument of a call is written as a plain number; None where that is not certain."""
     text = program.source.line(call.line)
     mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
     code = text.partition(mark)[0] if mark else text
@@ -608,7 +608,7 @@ def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tupl
 
 
 def _number(program: Program, text: str, line: int, member: str, value: float) -> Token | None:
-    """Where the number stands; None where that cannot be said for sure."""
+    """Where the number is written; None where that is not certain."""
     mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
     code = text.partition(mark)[0] if mark else text
     start = code.find("=") + 1

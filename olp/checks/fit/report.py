@@ -74,12 +74,12 @@ def _table(fit: Fit) -> list[str]:
 
 
 def _line(choice: Choice) -> int:
-    """That of the move, or of what changes for it."""
+    """The line number of the move, or of the setting that changes for it."""
     return choice.line if choice.line in choice.lines else min(choice.lines)
 
 
 def as_json(fit: Fit) -> dict[str, object]:
-    """The same as data."""
+    """The report as data."""
     ends = fit.timing.total_ends
     return {
         "file": fit.program.path,
@@ -116,7 +116,7 @@ def refuse_front(path: str) -> None:
 
 
 def front_file(fit: Fit, path: str | None) -> bytes | None:
-    """The front as `path` wants it."""
+    """The front as the suffix of `path` says: JSON, or a picture."""
     if path is None:
         return None
     if path.lower().endswith(".json"):

@@ -153,7 +153,7 @@ class Merged:
 
     @property
     def clean(self) -> bool:
-        """Nobody has to look at it."""
+        """Whether the merge has no conflict and no error, so that nobody has to look at it."""
         return not self.text.hunks and not any(one.is_error for one in self.diagnostics)
 
     @property
@@ -162,7 +162,7 @@ class Merged:
         return self.text.pack is None or not self.text.hunks
 
     def to_bytes(self, size: int = 7) -> bytes:
-        """The file; conflicts say what they are about and what each side takes."""
+        """The merged file; each conflict says what it is about and how long either side takes."""
         return self.text.to_bytes(self._labels, size)
 
     def _labels(self, number: int, hunk: Hunk) -> tuple[str, str]:
@@ -369,7 +369,7 @@ def _new_mistakes(
 
 
 def _mistakes(program: Program) -> Iterator[Diagnostic]:
-    """What its reader finds, and names that stand twice."""
+    """Errors that its reader finds, and names that are declared twice."""
     yield from (one for one in program.diagnostics if one.is_error)
     yield from _twice(program, "routine", [(one.name, one.line) for one in program.routines])
     for scope, body in (("", program.data), *((f" in {one.name}", one.body) for one in program.routines)):
@@ -395,7 +395,7 @@ def _twice(
 
 
 def _undefined(program: Program) -> Iterator[Diagnostic]:
-    """Calls of what the file does not define."""
+    """Calls of routines that the file does not define."""
     own = {routine.name.upper() for routine in program.routines}
     for one in program.statements():
         if isinstance(one, Call) and one.macro is None and one.routine.upper() not in own:
@@ -443,7 +443,7 @@ def _timed(
 
 
 def _told(timing: Timing) -> list[Diagnostic]:
-    """What leaves the merged program's time open."""
+    """Diagnostics of the merged program that leave its time open."""
     count = len(timing.left_open)
     if not count:
         return []

@@ -101,7 +101,7 @@ def _cut(moves: Moved, rests: list[Rest], found: Alignment, nearest: Floats, off
 
 
 def _seen(moves: Moved, found: Alignment) -> NDArray[np.bool_]:
-    """(m,): most of the move's way is within reach of the log, and the log goes about as far meanwhile."""
+    """(m,): whether the log follows most of the move's path, and travels about the same distance meanwhile."""
     first = np.searchsorted(found.steps, moves.begin)
     last = np.minimum(np.searchsorted(found.steps, moves.end), len(found.steps) - 1)
     near = np.concatenate([[0], np.cumsum(found.distance < found.reach)])
@@ -333,7 +333,7 @@ def keyframes(time: Floats, way: Floats, size: float) -> tuple[Floats, Floats]:
 
 
 def _spanned(log: Floats, asked: Floats) -> tuple[Floats, Floats]:
-    """Both in the directions in which they extend at all: a tool that does not turn needs 3 of the 12."""
+    """Both, reduced to the dimensions in which they extend: a tool that does not turn needs 3 of the 12."""
     both = np.concatenate([log, asked])
     middle = both.mean(axis=0)
     axes = np.linalg.eigh((both - middle).T @ (both - middle))[1]

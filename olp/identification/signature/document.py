@@ -135,7 +135,7 @@ class LearntPaths:
 
     @staticmethod
     def from_json(content: Any) -> LearntPaths:
-        """Raises KeyError, TypeError or ValueError for what is no such object."""
+        """Reads the object back. Raises KeyError, TypeError or ValueError for anything else."""
         numbers = np.array([content["numbers"][name]["mean"] for name in _NAMES], dtype=np.float64)
         given, examples = content["examples"], None
         if given is not None:
@@ -200,7 +200,7 @@ def pieces_of(moves: RecordedMoves, robot: Robot | None, stretches: Stretches) -
 
 
 def _both(between: Floats, rolling: Mask) -> Floats:
-    """(n, 2) at both ends of what stands (n - 1,) between neighbours, 0 at stops."""
+    """(n, 2): a value per joint between neighbours (n - 1,) given to both ends of each move; 0 at stops."""
     result = np.zeros(rolling.shape)
     if len(between):
         result[1:, 0], result[:-1, 1] = between, between
@@ -280,7 +280,7 @@ def learn_paths(
 
 
 def _fold(groups: Labels) -> Labels:
-    """Whole programs where there are several, else every fifth piece."""
+    """Labels of the folds: whole programs where there are several, else every fifth piece."""
     if len(np.unique(groups)) >= 2:
         return groups % _FOLDS if groups.max() >= _FOLDS else groups
     return np.arange(len(groups), dtype=np.int64) % _FOLDS
@@ -338,7 +338,7 @@ def _fit(
 
 
 def _slope(numbers: Floats, pieces: PathPieces) -> Floats:
-    """(n, p) of ln(duration), by differences."""
+    """(n, p): derivatives of ln(duration) by the p numbers, by finite differences."""
     columns = []
     for i in range(len(numbers)):
         bent = np.zeros(len(numbers))
@@ -349,7 +349,7 @@ def _slope(numbers: Floats, pieces: PathPieces) -> Floats:
 
 
 def _features(numbers: Floats, pieces: PathPieces) -> Floats:
-    """(n, f) what examples are told apart by."""
+    """(n, f): the features by which examples are compared."""
     law = path_durations(numbers, pieces)
     highest = float(np.exp(numbers[_NAMES.index("highest speed")]))
     single = (
@@ -442,7 +442,7 @@ class Signature:
 
     @property
     def version(self) -> int:
-        """Of the file: the oldest that holds all of it."""
+        """The version of the file: the oldest one that can hold all of the content."""
         if self.arm is not None or self.paths is not None:
             return VERSION
         return 2 if self.parts else 1

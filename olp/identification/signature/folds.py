@@ -29,12 +29,12 @@ class HeldOut(NamedTuple):
 
 
 def by_moves(count: int) -> Labels:
-    """Every tenth (of many moves every fifth) together, so that its neighbours in time stay."""
+    """Folds of every tenth move (of many moves every fifth), so that neighbours in time are learnt from."""
     return np.arange(count, dtype=np.int64) % (10 if count <= _FEW else 5)
 
 
 def by_starts(moves: MoveSet) -> Labels | None:
-    """Start points, several together when there are many; None with fewer than three."""
+    """Folds by start points, several in one fold when there are many; None with fewer than three."""
     labels = moves.start_labels
     if labels.max(initial=0) < 2:
         return None
@@ -42,7 +42,7 @@ def by_starts(moves: MoveSet) -> Labels | None:
 
 
 def by_directions(moves: MoveSet) -> Labels | None:
-    """The senses of the motion; None with fewer than three: one alone says nothing of what directions cost."""
+    """Folds by direction of motion; None with fewer than three, which say nothing of what directions cost."""
     labels = direction_labels(moves)
     return labels if len(np.unique(labels)) > 2 else None
 
@@ -68,7 +68,7 @@ def try_out(names: list[str], moves: MoveSet, robot: Robot | None) -> dict[str, 
 
 
 def hold_out(names: list[str], moves: MoveSet, robot: Robot | None, labels: Labels) -> dict[str, HeldOut]:
-    """Each method without each group in turn."""
+    """Predictions of each method for each fold, learnt without that fold."""
     result = {name: np.full(len(moves), np.nan) for name in names}
     for label in np.unique(labels).tolist():
         out = labels == label
@@ -101,7 +101,7 @@ def score_of(trial: Trial, moves: MoveSet) -> Score:
 
 
 def merit(score: Score) -> float:
-    """What the choice minimises: the situations count by ratio, a tenth off any is worth the same."""
+    """What the choice minimises: situations count by ratio, so that 10 % less error counts the same in each."""
     known = [np.log(v) for v in score if np.isfinite(v) and v > 0]
     return float(np.mean(known)) if known else float("inf")
 

@@ -40,7 +40,7 @@ class Json(Report):
 
 
 def _with_place(part: ReportPart, is_started: bool) -> str:
-    """The object of one program with what only the whole cell tells: who starts it, and what it may be told to do."""
+    """The object of one program with what needs the whole cell: who starts it, and its branches."""
     more: dict[str, Any] = {"started": is_started, "branches": [asdict(branch) for branch in part.branches]}
     if part.cost is not None:
         more["top"] = [

@@ -63,7 +63,7 @@ def find_machine_data(path: Path) -> Path | None:
 
 
 def read_machine_data(path: Path) -> MachineData:
-    """What stands in the file; raises nothing, what is wrong is in `findings`."""
+    """The assignments of the file. Raises nothing: mistakes are added to `findings`."""
     findings = BackupFindings(str(path))
     rows: dict[str, tuple[BackupLine, str]] = {}
     for row in read_rows(path, findings, last="ENDDAT"):
@@ -151,7 +151,7 @@ def _tell_root(data: MachineData) -> None:
 
 
 def model_in(data: MachineData) -> str:
-    """What the controller calls its arm, "" where it does not say so."""
+    """The controller's name of its arm, "" where it has none."""
     row = _row(data, "$TRAFONAME[]")
     return "" if row is None else _text(data, "$TRAFONAME[]")
 
@@ -188,7 +188,7 @@ def _axis(data: MachineData, n: int) -> str:
 
 
 def _parts(data: MachineData, key: str, wanted: Mapping[str, float | None]) -> dict[str, float]:
-    """The named numbers of a value in braces; what must be otherwise is a finding."""
+    """The named numbers of a value in braces; a wrong one is added to the findings."""
     row, text = data.rows.get(key, (None, ""))
     read = {part.upper(): _float(value) for part, value in _PART.findall(text)}
     found = {part: value for part, value in read.items() if isfinite(value)}

@@ -41,7 +41,7 @@ class Terms(NamedTuple):
 
 
 class AxisTerms(Estimator):
-    """The median of the best small models; where they part, the doubt grows."""
+    """The median of the best small models; the uncertainty grows where they disagree."""
 
     summary = "a few terms of the axes' motion, chosen by held-out start points"
     needs_robot = True
@@ -229,5 +229,5 @@ def fit_member(
 
 
 def answers(members: list[SubsetModel], terms: Floats) -> Floats:
-    """(n, members)"""
+    """(n, members): the slowness that each member says."""
     return np.stack([m.weights[0] + terms[:, list(m.terms)] @ m.weights[1:] for m in members], axis=1)

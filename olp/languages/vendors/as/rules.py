@@ -85,7 +85,7 @@ class Arc(NamedTuple):
 
 
 class PercentOfPath(NamedTuple):
-    """Told once: what a percentage means on a path."""
+    """Reported once per program: what a percentage means as the speed of a path."""
 
 
 class AsRules(BlockRules):

@@ -1,4 +1,4 @@
-"""What INFORM can say: DX200 and later (survey of published jobs; controller manuals)."""
+"""What INFORM can express: DX200 and later (survey of published jobs; controller manuals)."""
 
 from __future__ import annotations
 

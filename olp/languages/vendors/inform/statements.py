@@ -122,7 +122,7 @@ def _level(written: Any) -> Blend:
 
 
 def _check_speed(speed: Speed) -> None:
-    """The leading group's speed times the move: it cannot be 0."""
+    """Raises BrokenLineError for a speed of 0: the leading group's speed times the move."""
     checked(speed.value, _SPEED_WORDS[speed.unit], "a speed")
 
 
@@ -431,7 +431,7 @@ _POSITION_VALUES = {0: "position-pulse", 1: "position-pose"}
 
 
 class InformInstructionRules(FlowRules):
-    """The whole instruction. Statements come with line 0; the reader stamps the true one on them."""
+    """The rules of a whole instruction. Statements have line 0; the reader gives them their line."""
 
     def instruction(self, children: list[Any]) -> Statement | SwitchAndCase:
         if len(children) == 1:
@@ -617,7 +617,7 @@ class InformParser(Grammar):
         self.words = self._instruction_words()
 
     def instruction(self, line: str, aliases: Mapping[str, Variable]) -> InformLine:
-        """Raises lark's UnexpectedInput, or BrokenLineError."""
+        """Parses one instruction. Raises lark's UnexpectedInput, or BrokenLineError."""
         told = ("remarks", "named_any")
         parsed, remarks, named = self.parse(line, then=told, aliases=aliases, remarks=[], named_any=False)
         statements: tuple[Any, ...] = tuple(parsed) if isinstance(parsed, SwitchAndCase) else (parsed,)

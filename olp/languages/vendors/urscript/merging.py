@@ -36,7 +36,7 @@ class UrScriptMerging(MergeRules):
     loose_data = False  # an assignment runs where it stands
 
     def packing(self, data: bytes) -> PackedRules | None:
-        """Of PolyScope's own files."""
+        """The rules for PolyScope's own files, which are packed; None for scripts."""
         if not data.startswith((b"\x1f\x8b", b"<URProgram")):
             return None
         from olp.languages.vendors.urscript.polyscope_text import PolyscopeMerging
@@ -63,7 +63,7 @@ class UrScriptMerging(MergeRules):
         return [] if move is None else split_arguments(code, _PLACES[move[1]], _WORDS)
 
     def routines(self, lines: Sequence[str]) -> list[str]:
-        """Blocks of all kinds end alike."""
+        """The routines; blocks of all kinds end with the same word."""
         found: list[str] = []
         depth = 0
         for line in lines:
@@ -78,7 +78,7 @@ class UrScriptMerging(MergeRules):
         return [] if depth else found
 
     def _pieces(self, lines: Sequence[tuple[str, str]], known: Known) -> Iterator[Piece]:
-        """Data by the routine that they stand in: routines stand in one another."""
+        """Data by the routine that holds them; routines can be nested."""
         within: list[str] = []
         scope = ""
         for line, piece in zip(
@@ -102,7 +102,7 @@ class UrScriptMerging(MergeRules):
 
 
 def _tails(text: str) -> dict[str, str]:
-    """The tail of each name that has but one."""
+    """The hexadecimal tail of each name that appears with one tail only."""
     found: dict[str, set[str]] = {}
     if _INSIDE.search(text) is None:
         return {}
