@@ -180,6 +180,20 @@ def test_sensor_corrections_stay_rejected():
     assert left_out(krl("DECL INT N", "N=RSI_ON(#RELATIVE)", "RSI_MOVECORR()"), "rapid") == {3, 4}
 
 
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_texts_are_compared_with_their_capitals(target):
+    rows = ('A[]="abc"', 'B[]="abd"', "IF StrComp(A[],B[],#CASE_SENS) THEN", "WAIT SEC 1", "ENDIF", 'B[]="abc"',
+            "IF StrComp(A[],B[],#CASE_SENS) THEN", "WAIT SEC 2", "ENDIF")  # fmt: skip
+    text = krl("DECL CHAR A[9],B[9]", *rows)
+    assert left_out(text, target) == set()
+    assert run_elsewhere(text, "krl", target).durations.tolist() == [2.0]
+
+
+@pytest.mark.parametrize("row", ["ASYPTP {E1 90}", "ASYCONT 2", "ASYSTOP", "ASYCANCEL 2"])
+def test_asynchronous_axes_are_kept_and_left_out_where_they_would_have_to_move(row):
+    assert left_out(krl(row, "WAIT SEC 1"), "rapid") == {2}
+
+
 # --- Interrupts ---
 
 STOPS = "DEF HIT()\r\nBRAKE F\r\nINTERRUPT OFF 20\r\n$OUT[7]=TRUE\r\nEND\r\n"
@@ -276,6 +290,41 @@ def test_interrupts_are_left_out_where_there_are_no_traps(target):
 
 
 # --- Places of FANUC and INFORM ---
+
+
+PALLET = (
+    "DECL INT I,J", "DECL FRAME F", "DECL E6POS B,P", "B={X 900,Y -100,Z 700,A 20,B 80,C 10}",
+    "FOR I=0 TO 1", "FOR J=0 TO 2", "F={X 0,Y 0,Z 0,A 0,B 0,C 0}", "F.X=I*100.0", "F.Y=J*80.5", "P=F:B", "LIN P",
+    "F.Z=25", "P=F:P", "LIN P", "ENDFOR", "ENDFOR",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_a_frame_that_never_turns_moves_a_position_element_by_element(target):
+    text = krl(HOME, *PALLET)
+    assert left_out(text, target) == set()
+    one, other = read(text, "krl").plan(robot=ROBOT), run_elsewhere(text, "krl", target)
+    found = compare_plans(one, other, speeds=False)
+    assert found.steps == 13
+    assert found.worst_position < 1e-6
+    assert found.worst_angle < 1e-6
+
+
+def test_a_frame_that_only_a_list_or_the_pendant_sets_may_turn():
+    data = "DECL FRAME F={X 1,Y 2,Z 3,A 0,B 0,C 0}"
+    text = krl(
+        data, "DECL E6POS B,P", "B={X 900,Y -100,Z 700,A 20,B 80,C 10}", "P=F:B", "F.X=5", "P=F:B", "LIN P"
+    )
+    assert left_out(text, "tp") >= {5, 7}
+
+
+@pytest.mark.parametrize("turn", ["F.A=5", "F={X 1,Y 2,Z 3,A 0,B 0,C 90}", "F=$POS_ACT", "TURNS(F)"])
+def test_a_frame_that_may_turn_is_no_sum_of_elements(turn):
+    row = PALLET.index("P=F:B")
+    text = (
+        krl(HOME, *PALLET[:row], turn, *PALLET[row:]) + "DEF TURNS(F:OUT)\r\nDECL FRAME F\r\nF.A=3\r\nEND\r\n"
+    )
+    assert left_out(text, "tp") == {13, 16}
 
 
 @pytest.mark.parametrize("target", ["inform", "tp"])

@@ -98,7 +98,9 @@ def test_an_output_on_the_way_of_a_move_stays_there_or_is_told(option, target):
     assert bool(told) is not bool(re.search("TRIGGER|Trigg", written))
 
 
-@pytest.mark.parametrize("setting", ["PAYLOAD[1:part]", "COL DETECT OFF", "COL GUARD ADJUST 80", "LOCK PREG"])
+@pytest.mark.parametrize(
+    "setting", ["PAYLOAD[1:part]", "COL DETECT OFF", "COL GUARD ADJUST 80", "LOCK PREG", "RSR[1]=ENABLE"]
+)
 def test_how_a_controller_of_fanuc_moves_is_a_comment_that_is_told(setting):
     text = tp("J P[1] 100% FINE", setting, "L P[2] 100mm/sec FINE", positions=(P1, P2))
     assert f"! not translated: 2:{setting}" in translated(text, "tp", "rapid")
@@ -109,6 +111,14 @@ def test_an_option_that_moves_the_wrist_otherwise_is_told():
     rows = ("J P[1] 100% FINE", "L P[2] 100mm/sec FINE Wjnt")
     found = losses(tp(*rows, positions=(P1, P2)), "tp", "rapid")
     assert [(loss.line, loss.fate) for loss in found if loss.part == "option"] == [(7, Fate.APPROXIMATED)]
+
+
+@pytest.mark.parametrize("options", ["Arc Start[1]", "PTH Arc End[2]", "ACC50 Arc Start[1,R[2]]"])
+def test_a_weld_that_fanucs_move_begins_is_told_and_the_move_is_made(options):
+    rows = ("J P[1] 100% FINE", f"L P[2] 100mm/sec FINE {options}")
+    found = losses(tp(*rows, positions=(P1, P2)), "tp", "rapid")
+    assert [(loss.line, loss.fate) for loss in found if loss.part == "process"] == [(7, Fate.APPROXIMATED)]
+    assert "MoveL" in translated(tp(*rows, positions=(P1, P2)), "tp", "rapid")
 
 
 # --- 3: handlers --------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from olp.ir.expressions import (
     Expression,
     FrameRef,
     Function,
+    Item,
     Logic,
     Member,
     Named,
@@ -33,7 +34,7 @@ from olp.ir.expressions import (
     Unknown,
 )
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
-from olp.ir.transformer import calls_nothing, mapped
+from olp.ir.transformer import calls_nothing, changed_by, mapped
 from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose, angles_from_rotation, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
@@ -41,7 +42,7 @@ from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
-from olp.transpile.symbols import Symbols, kind_of_value
+from olp.transpile.symbols import Symbols, base_of, kind_of_value
 from olp.transpile.typed_values import whole_decimals
 
 _AS_TEXT: Final = "text-of-value"
@@ -50,6 +51,9 @@ _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that 
 
 def functions(program: Program, work: TranslationContext) -> Program:
     """pose_add, computed p[…], angles and quaternions as offsets of literals; joints beside a pose as the target."""
+    registers = work.limits.registers
+    if registers is not None and not registers.steps:  # the target multiplies no poses
+        program = _moved(program)
     symbols = work.symbols(program)
     flagged = any(r is not None and r.geometry and r.geometry.links for r in (work.robot, work.target_robot))
     goals = _goals(program)
@@ -85,6 +89,69 @@ def functions(program: Program, work: TranslationContext) -> Program:
             rows.append(s if plain else mapped(s, change))
         routines.append(with_rows(routine, rows))
     return with_routines(program, routines)
+
+
+# --- Products with a pose that never turns ---
+
+_ALONG: Final = ("x", "y", "z")
+_TURNS: Final = ("rx", "ry", "rz")
+
+
+def _moved(program: Program) -> Program:
+    """`q = f : p` as p with the place of f added, where no statement lets f turn: no matrices are needed for it."""
+    still = _turnless(program)
+
+    def rows(s: Statement) -> list[Statement]:
+        if not (
+            isinstance(s, Assign) and isinstance(s.target, (Named, Item)) and isinstance(s.value, Function)
+        ):
+            return [s]
+        if s.value.name != "pose-product" or len(s.value.arguments) != 2:
+            return [s]
+        first, second = s.value.arguments
+        if type(first) is not Named or first.name not in still or first == s.target:
+            return [s]
+        found: list[Statement] = [] if second == s.target else [replace(s, value=second)]
+        for name in _ALONG:
+            part = Member(s.target, name)
+            found.append(Assign(s.line, part, Binary("+", part, Member(first, name))))
+        return found
+
+    if not still:
+        return program
+    routines = [replace(r, body=tuple([row for s in r.body for row in rows(s)])) for r in program.routines]
+    return replace(program, routines=tuple(routines))
+
+
+def _turnless(program: Program) -> set[str]:
+    """Names of poses that the program sets as a whole, and that nothing gives any turning."""
+    declared = [*program.data, *(d for r in program.routines for d in r.data)]
+    declared += [s for s in program.statements() if isinstance(s, Declare)]
+    found = {d.name for d in declared if d.type in ("frame", "position") and not d.sizes}
+    found -= {d.name for d in declared if d.value is not None and not _is_straight(d.value)}
+    found -= {p.name for r in program.routines for p in r.parameters}
+    begun: set[str] = set()
+    for s in program.statements() if found else ():
+        if isinstance(s, Declare):
+            continue
+        changed = set(changed_by(s)) & found
+        if isinstance(s, Assign) and (base := base_of(s.target)) is not None and base.name in changed:
+            part = s.target.name if isinstance(s.target, Member) else ""
+            keeps = _is_straight(s.value) if s.target == base else part in _ALONG
+            begun |= {base.name} if s.target == base else set()
+            if keeps or (part in _TURNS and s.value == Number(0)):
+                changed.discard(base.name)
+        found -= changed
+    return found & begun
+
+
+def _is_straight(e: Expression) -> bool:
+    match e:
+        case PositionLiteral("pose", values):
+            return not any(values[3:6])
+        case Function("pose-angles", arguments):
+            return all(one == Number(0) for one in arguments[3:6])
+    return False
 
 
 def _as_text(e: Function, s: Statement, work: TranslationContext) -> Function:

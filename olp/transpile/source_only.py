@@ -582,11 +582,11 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     said = [name for name, value in s.other if not _is_harmless(name, value, options)]
     if not said:
         return replace(s, other=())
-    process = options.processes.get(said[0].casefold())
-    if process is not None and all(_word(name) in options.process_options for name in said[1:] if name):
-        says = f"{said[0]}: {process} is left out, the move alone is made"
+    named = next((name for name in said if name.casefold() in options.processes), "")
+    if named and all(_word(name) in options.process_options for name in said if name and name != named):
+        says = f"{named}: {options.processes[named.casefold()]} is left out, the move alone is made"
         work.lose(s, Fate.APPROXIMATED, PROCESS, says)
-        text = " ".join([*([s.comment] if s.comment else []), f"[{said[0]}]"])
+        text = " ".join([*([s.comment] if s.comment else []), f"[{named}]"])
         return replace(s, other=(), comment=text)
     texts = [
         f"{name} {value.value}" if isinstance(value, Text) else name

@@ -98,6 +98,7 @@ class Krl(Vendor):
             "confirm": "acknowledging a message",
             "brake": "how the arm stops while the routine of an interrupt runs",
             **dict.fromkeys(("spline", "ptp_spline", "endspline"), "how a spline block passes its points"),
+            "time_block": "how long the parts of a spline take",
             "const_vel": "where the speed along a spline stays the same",
         },
         window_process="message-window",
@@ -151,6 +152,7 @@ class Krl(Vendor):
             with_channel_calls,
             with_kept_settings,
             with_own_layouts,
+            with_text_comparisons,
         )
         from olp.languages.vendors.krl.library import (
             with_cyclic_flags,
@@ -161,7 +163,7 @@ class Krl(Vendor):
         )
 
         program = with_record_messages(with_given_parameters(program))
-        program = with_status_members(with_cyclic_flags(program))
+        program = with_text_comparisons(with_status_members(with_cyclic_flags(program)))
         return without_unknown_types(with_own_layouts(with_kept_settings(with_channel_calls(program))))
 
     def sniff(self, source: Source) -> bool:

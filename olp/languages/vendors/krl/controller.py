@@ -16,6 +16,8 @@ from lark.exceptions import UnexpectedInput
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import (
     Binary,
+    CallValue,
+    Compare,
     Expression,
     Item,
     Member,
@@ -293,6 +295,26 @@ def with_channel_calls(program: Program) -> Program:
     unread = {name for name, read in members.items() if not read}
     routines = [replace(r, body=_without(r.body, unread), data=_without(r.data, unread)) for r in routines]
     return replace(program, routines=tuple(routines), data=_without(program.data, unread))
+
+
+def with_text_comparisons(program: Program) -> Program:
+    """The program with comparisons in the place of `StrComp(A[],B[],#CASE_SENS)`."""
+
+    def change(e: Expression) -> Expression:
+        if type(e) is CallValue and e.routine.casefold() == "strcomp" and len(e.arguments) == 3:
+            one, other, how = e.arguments
+            if how == Text("#CASE_SENS"):
+                return Compare("=", one, other)
+        return e
+
+    def row(s: Statement) -> Statement:
+        return mapped(s, change) if _is_read(s) else s
+
+    if not any(type(e) is CallValue for s in _reading(program) for e in expressions_of(s)):
+        return program
+    return replace(
+        program, routines=tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
+    )
 
 
 def _without(rows: Sequence[Any], names: set[str]) -> tuple[Any, ...]:

@@ -26,7 +26,7 @@ _OUTSIDE: Final = """
     eki_getframe eki_getintarray eki_getrealarray eki_getboolarray eki_setint eki_setreal eki_setbool eki_setstring
     eki_setframe eki_checkbuffer eki_clearbuffer eki_lock eki_unlock
     copen cclose cread cwrite cioctl sread swrite cast_to cast_from
-    strfind strtobool strtoint strtoreal strtostring strtoframe strtopos strtoe6pos strtoaxis strtoe6axis
+    strcomp strfind strtobool strtoint strtoreal strtostring strtoframe strtopos strtoe6pos strtoaxis strtoe6axis
     err_clear err_raise p00 user_grp grp h50 userspot spot arc10 arc20 a10_ini a20_ini a10 a20 h70
 """
 REPLACEABLE: Final = frozenset(_OUTSIDE.split())

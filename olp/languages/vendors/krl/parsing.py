@@ -155,7 +155,8 @@ BLANKS: Final = " \t\f\x1a\xa0"
 # Instructions that are kept word for word: the advance run, interrupts, switching on the path, the operator.
 _KEPT = re.compile(
     r"(?:GLOBAL\s+)?(INTERRUPT|TRIGGER|ANOUT|ANIN|DIGIN|BRAKE|RESUME|CONTINUE|ON_ERROR_PROCEED|CONFIRM|CCLOSE|CREAD|COPEN"
-    r"|CWRITE|CHANNEL|SREAD|SWRITE|CAST_FROM|CAST_TO|CONST_VEL|STOP\s+WHEN)(?![\w$])(?!\s*[=.\[])",
+    r"|CWRITE|CHANNEL|SREAD|SWRITE|CAST_FROM|CAST_TO|CONST_VEL|STOP\s+WHEN|ASYPTP|ASYCONT|ASYSTOP|ASYCANCEL)"
+    r"(?![\w$])(?!\s*[=.\[])",
     re.IGNORECASE,
 )
 # What every INI fold holds: it acts when the arm has been stopped, and never moves it.

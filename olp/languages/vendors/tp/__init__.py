@@ -39,9 +39,15 @@ class Tp(Vendor):
         wrist_target_axes=True,
         records_in_statements=False,
         wait_limit_prefix="$",
-        move_options=MoveOptions(manner=frozenset({"mrot", "pth", "wjnt"}), together=frozenset({"coord"})),
+        move_options=MoveOptions(
+            manner=frozenset({"mrot", "pth", "wjnt"}),
+            together=frozenset({"coord", "ev"}),
+            processes={"arc": "arc welding"},
+            process_options=frozenset({"mrot", "pth", "wjnt"}),
+        ),
         manner_processes={
             "payload": "what load is carried",
+            "rsr": "which programs a cell's controller may start",
             **dict.fromkeys(("col detect", "col guard adjust"), "when a collision is detected"),
             **dict.fromkeys(("lock preg", "unlock preg"), "how far ahead position registers are read"),
         },
