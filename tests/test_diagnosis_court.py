@@ -395,10 +395,21 @@ def test_beside_heavy_tails_what_acts_in_few_moves_without_a_name_is_not_explain
     assert found.diagnosis.verdict == "partly-explained"
 
 
+def test_far_out_moves_of_a_pattern_are_no_scatter(tmp_path):
+    at, rng = np.arange(COUNT), np.random.default_rng(8)
+    odd = 0.03 * ((at % 16 == 3) * 1.0 - (at % 16 == 11))
+    real = plain(8) + odd + rng.normal(0.0, 0.002, COUNT)
+    found = diagnose_recording(record(tmp_path / "r", real, 8)).diagnosis
+    assert found.verdict == "unexplained"
+    assert found.noise_floor < 0.003
+    assert not any("the noise floor holds" in note for note in found.notes)
+
+
 def far_out_moves(tmp_path, off):
-    """What tails are worth [ms²] in 116 moves that scatter by 1 ms and four that are `off` (4,) [ms]."""
+    """120 moves that scatter by 1 ms, four of them by 4 ms, the longest four, and what four are `off` by (4,) [ms]."""
     case = case_of(record(tmp_path / "r", plain(5), 5)).case
     left = np.random.default_rng(5).normal(size=len(case))
+    left[[10, 20, 40, 50]] = (4.5, -4.5, 4.5, -4.5)
     longest = np.argsort(case.length)[-4:]
     return case, left, longest, np.asarray(off)
 
@@ -410,6 +421,13 @@ def test_far_out_moves_are_scatter_as_far_as_they_are_on_both_sides(off, worth, 
     case, left, _, off = far_out_moves(tmp_path, off)
     left[[7, 30, 66, 90]] = off
     assert 1e6 * tails_of(left / 1000.0, case) == pytest.approx(worth, abs=0.3)
+
+
+def test_more_far_out_moves_than_half_as_far_are_no_scatter(tmp_path):
+    case, left, _, off = far_out_moves(tmp_path, (20, -20, 20, -20))
+    left[[7, 30, 66, 90]] = off
+    left[[10, 20]] = 1.0
+    assert tails_of(left / 1000.0, case) == 0.0
 
 
 def test_far_out_moves_of_one_kind_are_no_scatter(tmp_path):

@@ -117,7 +117,7 @@ def _answer(
         named = without(named, idle)
         sigma, told_by = floor_of(named)
         told = findings_of(named, case, sigma)
-    verdict, tails = verdict_of(named), tails_of(left_over(named), named.clean)
+    verdict, tails = verdict_of(named), _tails(named)
     told, tuned = _without_tuning(told, case)
     notes = (*notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     if verdict not in ("explained", "partly-explained"):
@@ -360,7 +360,7 @@ def verdict_of(named: NamingResult) -> str:
     """One of VERDICTS, from the durations alone."""
     if len(named.late) < _FEWEST:
         return "not-judged"
-    sigma, tails = floor_of(named).value, tails_of(left_over(named), named.clean)
+    sigma, tails = floor_of(named).value, _tails(named)
     left, raw = _beside(left_over(named), tails), rms(named.clean.residual)
     pattern = named.remains.structured and beyond_digits(left_over(named), named.clean)
     if not named.fit.model.parts and not named.late.any():
@@ -374,6 +374,11 @@ def verdict_of(named: NamingResult) -> str:
     ):
         return "explained"
     return "partly-explained"
+
+
+def _tails(named: NamingResult) -> float:
+    """[s²] of the mean square of what the names leave, what is a scatter's; none of a pattern."""
+    return 0.0 if named.remains.structured else tails_of(left_over(named), named.clean)
 
 
 def _beside(off: Floats, tails: float) -> float:

@@ -118,11 +118,11 @@ def _middle(values: Floats, resolution: float) -> float:
     return float(np.sqrt(np.mean(values[near] ** 2))) if near.any() else 0.0
 
 
-def far_out(values: Floats, resolution: float) -> NDArray[np.bool_]:
-    """(n,) which of the values around zero are farther out than the scatter of the middle ones is."""
-    return np.asarray(
-        np.abs(values) > _FAR * max(1.4826 * float(np.median(np.abs(values))), resolution / 2.0)
-    )
+def far_out(values: Floats, resolution: float, share: float = 1.0) -> NDArray[np.bool_]:
+    """(n,) which of the values around zero are farther out than the middle ones' scatter goes, or than a `share` of
+    that."""
+    reach = _FAR * max(1.4826 * float(np.median(np.abs(values))), resolution / 2.0)
+    return np.asarray(np.abs(values) > share * reach)
 
 
 def _robust(differences: Floats, resolution: float) -> float:
