@@ -36,7 +36,7 @@ class Sector(NamedTuple):
 
 
 def sectors_of_turns(turns: Iterable[tuple[int, int]]) -> tuple[Sector, ...]:
-    """Where axes (from 0) stand that count turns as FANUC's do: turn n is 360 n - 180 to 360 n + 180 deg.
+    """Where axes (from 0) stand that count turns by number: turn n is 360 n - 180 to 360 n + 180 deg.
 
     An axis that counts none needs no sector: no turn is what a pose alone means.
     """
@@ -49,7 +49,7 @@ class PointState:
 
     `configuration`: the controller's arm flags (RCONF) or () when none were given. `sectors`: where axes
     stand, for languages that tell turns by signs, by quarters or by their number.
-    `own`: how many of a point's numbers are the arm's, where axes beside it (FANUC's E1, E2, E3) follow; 0: all are.
+    `own`: how many of a point's numbers are the arm's, where external axes (E1, E2, E3) follow; 0: all are.
     """
 
     kind: PointKind

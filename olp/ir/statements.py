@@ -59,7 +59,7 @@ class BlendKind(StrEnum):
     CONTINUOUS = "continuous"  # no stop, size left to the controller (ERC: CONT)
     RADIUS = "radius"  # [m]; 0 is an exact stop
     SHARE = "share"  # of half of the way to the point [1] (KRL $APO.CPTP)
-    SPEED = "speed"  # share of the programmed speed that is left at the corner [1] (FANUC CNT, KRL $APO.CVEL)
+    SPEED = "speed"  # share of the programmed speed that is left at the corner [1]
     TURN = "turn"  # [rad] of reorientation that is left (KRL $APO.CORI)
 
 
@@ -143,8 +143,8 @@ class Move:
     turn: Quantity | None = None  # the tool turns no faster [rad/s], whatever the speed
     tool: Expression | None = None  # None: that of the point, else the modal one
     frame: Expression | None = None  # None: that of the point, else the modal one
-    offset: Expression | None = None  # a pose added in the move's frame (FANUC Offset)
-    tool_offset: Expression | None = None  # a pose added in the tool's axes (FANUC Tool_Offset)
+    offset: Expression | None = None  # a pose added in the move's frame
+    tool_offset: Expression | None = None  # a pose added in the tool's axes
     triggers: tuple[PathTrigger, ...] = ()  # in the order in which they are named
 
     @property

@@ -35,7 +35,7 @@ ON_THE_WAY: Final = (
 # "number", "when", "call"), "on" or "off" (with "number", 0: all of them).
 WATCH: Final = "watch"
 TRAP: Final = "trap"  # of Routine.details: what is watched calls it, nothing else
-# Names of a Process, case folded, that end the program as a whole, whoever called the routine (FANUC, RAPID, URScript).
+# Names of a Process, case folded, that end the program as a whole, whoever called the routine.
 ENDS_CYCLE: Final = "exitcycle"  # the next one begins by itself
 ENDS_PROGRAM: Final = frozenset({"abort", "exit", "halt", ENDS_CYCLE})
 _VENDORS: Final = "olp.languages.vendors"

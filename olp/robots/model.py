@@ -43,8 +43,8 @@ class Links(NamedTuple):
     upper arm forward, some small arms read B = 0 with the flange down.
 
     `height` [m] of axis L above the origin of the base frame in which the maker's controller gives poses: 0 where it
-    puts the origin there (Yaskawa, FANUC). `third_to_horizontal`: the controller reads axis U against the horizontal
-    (FANUC); the limits of U are those of the joint all the same.
+    puts the origin there. `third_to_horizontal`: the controller reads axis U against the horizontal;
+    the limits of U are those of the joint all the same.
     """
 
     a1: float

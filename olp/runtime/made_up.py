@@ -29,7 +29,7 @@ _AXES: Final = (0.1, -0.3, 0.3, 0.2, 0.9, 0.4)  # [rad] around which axis values
 _LARGEST: Final = 7  # number that nothing is compared with
 _FRACTION: Final = 0.5
 _POSITIONS: Final = ("position", "joints")
-# The member of a record that says where a tool or a frame is (ABB: tooldata, wobjdata).
+# The member of a record that says where a tool or a frame is.
 _PLACED: Final = ("tframe", "uframe")
 
 FrameAndTool = tuple[str, int | None, int]

@@ -145,7 +145,7 @@ def _compound(m: Machine, s: Move) -> None:
         return
     unit, speed = move_speed(m, s.speed, path)
     if m.override != 1.0:
-        # A time is as much longer (ABB's VelSet, FANUC's override).
+        # A time is as much longer under an override.
         speed = speed / m.override if unit == TIME else speed * m.override
     if unit == TRAVEL:
         speed = min(speed, m.fastest)
@@ -226,7 +226,7 @@ def _literal(pose: Pose) -> PositionLiteral:
 
 
 def _stays(m: Machine, s: Move) -> bool:
-    """Whether a program begins by moving to where the arm stands, as KUKA's do so that a block selection is safe."""
+    """Whether a program begins by moving to the current position, so that a block selection is safe."""
     here = len(s.targets) == 1 and isinstance(s.targets[0], SystemValue) and s.relative is None
     return here and not m.conventions.taught_frames and m.recorder.at[role(m, 0, Store.ROBOT)] == NOWHERE
 

@@ -440,7 +440,7 @@ def share(m: Machine, value: float, what: str) -> float:
 
 RATE_FRACTION, RATE_ABSOLUTE = 0, 1
 _FLANGE = ("tframe", "tcp", "trsf")  # the member of a tool's record that is its centre point
-_OUTER, _INNER = "uframe", "oframe"  # of a work object's record (ABB: wobjdata)
+_OUTER, _INNER = "uframe", "oframe"  # of a work object's record
 
 
 def set_tool(m: Machine, s: SetTool) -> None:

@@ -122,7 +122,7 @@ def _component(value: PositionValue, e: Member) -> float:
 
 
 def _name(value: PositionValue, e: Member) -> str:
-    """The component, lower case; of a register that holds joint values (FANUC's PR[1,2]) the second is axis 2."""
+    """The component, lower case; of a register that holds joint values the second is axis 2."""
     name = e.name.lower()
     if value.state.kind is PointKind.JOINT and isinstance(e.base, Variable) and name in _COMPONENTS:
         return f"j{_COMPONENTS.index(name) + 1}"

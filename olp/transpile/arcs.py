@@ -1,4 +1,4 @@
-"""Arcs: chains of points, as INFORM and FANUC's A write them, or through a point to their end, as all others do."""
+"""Arcs: chains of points, or through a point to their end, as the target writes them."""
 
 from __future__ import annotations
 

@@ -428,7 +428,7 @@ def _rotation_vector(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 # --- Sums ---
-# Position registers that FANUC and INFORM add and subtract element by element, for languages that cannot.
+# Positions that some languages add and subtract element by element, for languages that cannot.
 
 _ELEMENTS: Final = (*_AXES, "rz", "ry", "rx")
 

@@ -1,6 +1,6 @@
 """Tools and frames that a program sets once, at its beginning, to values that its text shows: they are constants.
 
-FANUC programs write a position register component by component and copy it into UTOOL[] or UFRAME[].
+Some programs write a position component by component and then make it a tool or a frame.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Where the arm stands (CRobT, $POS_ACT, LPOS): with which tool, and seen in which frame.
 
-KRL and FANUC mean those that hold, RAPID those of the move before or those that it names, URScript the base.
+Languages mean the tool and frame that hold, those of the move before, those that are named, or the base.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Tools and frames as the target names them: by number with the statements that set their values, by name, or folded.
 
-INFORM and FANUC number them; KRL numbers or names them; RAPID names them; URScript has one tool and the base.
+Languages number them, name them, or have one tool and the base.
 """
 
 from __future__ import annotations

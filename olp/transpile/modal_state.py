@@ -370,7 +370,7 @@ class _Modal:
         changes["speed"] = Speed(speed.unit, Quantity(product, scale))
 
     def placed(self, s: Statement) -> Statement:
-        """KRL and FANUC read the position in the frame and with the tool that hold."""
+        """For languages that read the position in the frame and with the tool that hold."""
         if type(s) in _MODAL_KINDS or not any(e == HERE or solves(e) for e in expressions_of(s)):
             return s
         tool: Any = self.value(_TOOL, _FLANGE)

@@ -323,7 +323,7 @@ def frame_of(state: PointState) -> Expression | None:
 
 
 def tool_of(state: PointState) -> Expression | None:
-    """The tool that a position with this state was taught with, None where it says none (FANUC UT : F)."""
+    """The tool that a position with this state was taught with, None where it says none."""
     return _tool(state.tool) if state.tool >= 0 else None
 
 

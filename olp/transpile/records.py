@@ -35,7 +35,7 @@ from olp.transpile.occurrences import changed_rare, with_rows
 
 _COPIES = 5  # of a tool or frame, one of the other
 _FLANGE = ("tframe", "tcp", "trsf")
-_PARTS = ("uframe", "oframe")  # of a work object's record (ABB: wobjdata): the pose is their product
+_PARTS = ("uframe", "oframe")  # of a work object's record: the pose is their product
 
 
 def records(program: Program, work: TranslationContext) -> Program:

@@ -423,7 +423,7 @@ _VALUES: Final = (
 
 
 def number(program: Program, work: TranslationContext) -> Program:
-    """For INFORM and FANUC: no name of a variable or point is left."""
+    """For languages with registers: no name of a variable or point is left."""
     lines = {declare.name: declare.line for declare in program.data}
     own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
     main = program.main or (program.routines[0].name if program.routines else "")

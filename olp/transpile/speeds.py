@@ -503,7 +503,7 @@ def _accelerations_clean(value: float) -> float:
 
 
 # --- Speed tables ---
-# Speeds that a table of the controller holds (FANUC's WELD_SPEED): a variable that its operator sets.
+# Speeds that a table of the controller holds: a variable that its operator sets.
 
 
 def schedules(program: Program, work: TranslationContext) -> Program:

@@ -61,7 +61,7 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
 # --- Temporary values ---
-# Values and conditions in what INFORM and FANUC can write; what they cannot is computed into variables beforehand.
+# Values and conditions that languages with registers can write; what they cannot is computed into variables beforehand.
 
 _READ: Final = {
     "current-pose": "position",
@@ -210,7 +210,7 @@ class Values:
     # --- texts ------------------------------------------------------------------------------------------
 
     def _is_lone(self, e: Expression) -> bool:
-        """Whether the target has this as the right side of an assignment only, of variables alone (FANUC's texts)."""
+        """Whether the target has this as the right side of an assignment only, of variables alone."""
         return type(e) is Function and e.name in self.work.limits.lone_functions
 
     def _register(self, e: Expression, before: list[Statement]) -> Expression:
@@ -356,7 +356,7 @@ class Values:
         return e
 
     def _plain_flag(self, e: Expression) -> Expression:
-        """FANUC: a variable that holds 0 or 1, where a condition stands."""
+        """A variable that holds 0 or 1, where a condition stands."""
         if isinstance(e, Logic):
             rest = tuple((word, self._as_comparison(part)) for word, part in e.rest)
             return Logic(self._as_comparison(e.first), rest)
@@ -462,7 +462,7 @@ def is_condition(e: Expression) -> bool:
 
 
 def hoist(program: Program, work: TranslationContext) -> Program:
-    """For INFORM and FANUC: expressions that they can write, all else computed into variables beforehand."""
+    """For languages with registers: expressions that they can write, all else computed into variables beforehand."""
     own = _Hoist(work, symbols_of(program))
     routines = tuple(own.routine_of(routine) for routine in program.routines)
     return replace(program, routines=routines, data=(*program.data, *own.declared))

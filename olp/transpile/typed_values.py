@@ -1,6 +1,6 @@
 """Values of the type that a typed target asks for: numbers and states of signals, poses and joint values are two there.
 
-INFORM and FANUC hold a signal's state in a number and joint values in a position, KRL takes an input for a BOOL. A
+Some languages hold a signal's state in a number and joint values in a position, others take an input for a boolean. A
 compiler of KRL or RAPID refuses such a line when the program is loaded. RAPID's tools and frames are persistent and
 stand in the module, never in a routine.
 """

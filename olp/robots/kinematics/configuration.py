@@ -288,7 +288,7 @@ def turn_centres(robot: Robot) -> Array:
 def apply_turns(readings: Array, configuration: Flags) -> Array:
     """Readings (n, 6) [rad] with S, R, T a turn further where flags 4 to 6 of (n, 6) or (6,) say so.
 
-    A flag that is neither 0 nor 1 counts turns with their sign, as FANUC's do.
+    A flag that is neither 0 nor 1 counts turns with their sign.
     """
     turned = readings.copy()
     flags = np.broadcast_to(configuration, readings.shape)
@@ -320,7 +320,7 @@ def _radius(links: Links, standard: Array) -> Array:
 
 
 # --- Sectors ---
-# How far axes have turned, said by sectors: signs (KUKA), quarters (ABB), numbers of turns (FANUC).
+# How far axes have turned, said by sectors: signs, quarters, or numbers of turns.
 
 Sectors = Sequence[tuple[int, float, float]]  # axis, from [rad], to below [rad]
 
