@@ -118,7 +118,7 @@ def _robot(path: Path) -> None:
 
 
 def _mapping(path: Path) -> None:
-    from olp.transpile.mapping_reader import read_mapping
+    from olp.transpile.context import read_mapping
 
     read_mapping(path)
 

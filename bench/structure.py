@@ -1,4 +1,4 @@
-"""Figures of the layout: modules, those that one neighbour alone imports, floors, long functions, class names.
+"""Figures of the layout: modules, those that one neighbour alone imports, floors, long functions, class names, words.
 
     python bench/structure.py
 
@@ -8,15 +8,21 @@ A floor is one more than the highest floor among a module's imports; imports in 
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter, defaultdict
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 import olp
+from olp.languages.vendor import maker_of, vendor_names
 
 OLP = Path(olp.__file__).resolve().parent
 LONG = 80
 """A function of more lines than these is listed."""
+SMALL = 150
+"""A module of fewer lines that one neighbour alone imports is counted: it may be part of that neighbour."""
+VENDORS = "olp.languages.vendors."
+MARK = re.compile(r"\b(TODO|FIXME|XXX|HACK|NotImplementedError)\b")
 
 Imports = dict[str, set[str]]
 
@@ -81,6 +87,10 @@ def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
+def lines_with(word: re.Pattern[str], texts: dict[str, str]) -> int:
+    return sum(word.search(line) is not None for text in texts.values() for line in text.splitlines())
+
+
 def main() -> None:
     texts = {module_name(path): path.read_text(encoding="utf-8") for path in sorted(OLP.rglob("*.py"))}
     trees = {name: ast.parse(text) for name, text in texts.items()}
@@ -91,6 +101,14 @@ def main() -> None:
     print("longest chain:", *highest_path(imports), sep="\n  ")
     print(*long_functions(trees), sep="\n")
     print(f"{len(texts)} modules, {sum(sizes.values())} lines, {len(alone)} with one neighbour")
+    small = sum(sizes[name] < SMALL for name, _ in alone)
+    print(f"{small} of these have fewer than {SMALL} lines")
+    outside = {name: text for name, text in texts.items() if not name.startswith(VENDORS)}
+    makers = re.compile(
+        "|".join(sorted({rf"\b{maker_of(name)}\b" for name in vendor_names()})), re.IGNORECASE
+    )
+    print(f"{lines_with(makers, outside)} lines outside vendors' folders name a maker")
+    print(f"{lines_with(MARK, texts)} lines with a mark of unfinished work")
     twice = classes_twice(trees)
     print(f"{max(floors(imports).values())} floors, {len(twice)} class names given twice", *twice)
 

@@ -51,9 +51,9 @@ from olp.robots.robot import load_robot
 from olp.transpile import Context, Mapping, canonical
 from olp.transpile.arcs import half_way
 from olp.transpile.compare import compare_plans
+from olp.transpile.context import read_mapping
 from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
-from olp.transpile.mapping_reader import read_mapping
 from olp.transpile.modal_state import modal
 from olp.transpile.pipeline import work_for
 from olp.transpile.support import kinds, support

@@ -119,8 +119,7 @@ def run(args: Namespace) -> int:
 
 def _context(args: Namespace) -> Context:
     from olp.robots.robot import load_robot
-    from olp.transpile.context import Context, Mapping
-    from olp.transpile.mapping_reader import read_mapping
+    from olp.transpile.context import Context, Mapping, read_mapping
 
     robot = None if args.robot is None else load_robot(args.robot)
     target = None if args.target_robot is None else load_robot(args.target_robot)

@@ -1,8 +1,13 @@
-"""What the passes share: the question, the target's limits, and what was lost so far."""
+"""What the passes share: the question, the mapping file, the target's limits, and what was lost so far.
+
+A mapping file says what tools, frames, signals, variables and routines of the source are in the target. Code: X013 one
+that cannot be read, or has a key that nothing uses.
+"""
 
 from __future__ import annotations
 
 import collections.abc
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -12,8 +17,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from olp.core.diagnostic import Diagnostic, Span, error
+from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.fast_dataclass import fast_init
+from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 from olp.ir.expressions import (
     CallValue,
     Function,
@@ -617,3 +623,44 @@ class Translated:
     asks: collections.abc.Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     held: collections.abc.Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
     types: collections.abc.Mapping[str, str] = field(default_factory=dict)
+
+
+_TABLES = ("tools", "frames", "signals", "variables", "routines")
+_KEYS = (*_TABLES, "set_values")
+
+
+def read_mapping(path: str | os.PathLike[str]) -> Mapping:
+    """The mapping in a TOML file. Raises OlpError (X013) with all that is wrong with it."""
+    try:
+        document = parse_toml(toml_text(path))
+    except (OSError, UnicodeDecodeError, TOMLDecodeError) as problem:
+        raise OlpError(
+            error("X013", f"the mapping cannot be read: {problem}", file=os.fspath(path))
+        ) from None
+    problems: list[Diagnostic] = []
+    for key in document:
+        if key not in _KEYS and not is_told_enough(problems, "X013", os.fspath(path)):
+            help = f"it takes {', '.join(_KEYS)}"
+            problems.append(error("X013", f"nothing uses '{key}'", file=os.fspath(path), help=help))
+    tables = {name: _table(document.get(name, {}), name, path, problems) for name in _TABLES}
+    set_values = document.get("set_values", True)
+    if not isinstance(set_values, bool):
+        problems.append(error("X013", "set_values is true or false", file=os.fspath(path)))
+    if problems:
+        raise OlpError(*problems)
+    return Mapping(**tables, set_values=set_values)
+
+
+def _table(
+    found: object, name: str, path: str | os.PathLike[str], problems: list[Diagnostic]
+) -> dict[str, str]:
+    if not isinstance(found, dict):
+        problems.append(error("X013", f"[{name}] is a table of names", file=os.fspath(path)))
+        return {}
+    result: dict[str, str] = {}
+    for key, value in found.items():
+        if isinstance(value, bool) or not isinstance(value, (str, int)):
+            problems.append(error("X013", f"[{name}] {key} is a name or a number", file=os.fspath(path)))
+        else:
+            result[key] = str(value)
+    return result

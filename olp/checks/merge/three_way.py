@@ -15,9 +15,16 @@ from itertools import chain
 from typing import NamedTuple
 
 from olp.checks.merge.align import Words, align, likeness, words_of
+from olp.checks.merge.compatible import (
+    MORE,
+    JoinedChange,
+    by_arguments,
+    by_names,
+    changes_words,
+    containing,
+    with_new_names,
+)
 from olp.checks.merge.model import Hunk, MergedText, SharedStatement, TakenChanges, TextLine
-from olp.checks.merge.renames import with_new_names
-from olp.checks.merge.within import MORE, JoinedChange, by_arguments, by_names, changes_words, containing
 from olp.languages.merging import (
     COUNTER,
     NUMBER,
