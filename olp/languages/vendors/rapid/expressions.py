@@ -36,6 +36,7 @@ from olp.languages.vendors.rapid.predefined_data import (
     CONSTANTS,
     FASTEST,
     FUNCTIONS,
+    LEAST_ARGUMENTS,
     SIGNAL_TYPES,
     SIGNAL_USERS,
     as_number,
@@ -273,6 +274,10 @@ class RapidExpressionRules(Transformer[Token, Any]):
             key = key[:-4]
         if key in FUNCTIONS:
             kinds = ("robtarget",) if key == "offs" else ("pose", "pose") if key[:4] == "pose" else ()
+            least = LEAST_ARGUMENTS.get(key, 1)
+            if len(given) < least:
+                says = f"{name} with {len(given)} argument{'s' * (len(given) != 1)}"
+                raise BrokenLineError(says, word=name, wanted=f"{least} of them")
             return Function(FUNCTIONS[key], self.plain_arguments(given, kinds))
         if key in SIGNAL_USERS:
             return self._signal_value(key, given)
