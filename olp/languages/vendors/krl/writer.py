@@ -274,9 +274,10 @@ class KrlWriter(KrlMoves):
         return [*before, f"RETURN {self.value(s.value)}"]
 
     def write_call(self, s: st.Call) -> Lines:
+        before, s = self.computed(s)
         text = f"{s.routine} ({self.arguments(s.arguments)})"
         line = text if s.result is None else f"{self.target(s.result)}={text}"
-        return [line, "RETURN"] if s.jump else line
+        return [*before, line, *(["RETURN"] if s.jump else [])]
 
     def write_while(self, s: st.While) -> Lines:
         line = "LOOP" if s.condition == ex.SignalState(True) else f"WHILE {self.condition(s.condition)}"

@@ -314,6 +314,8 @@ class RapidExpressionRules(Transformer[Token, Any]):
 
     def _handed(self, value: Expression | RapidAggregate, kind: str) -> Expression:
         """What a parameter of a type gets: a signal itself where the type is one."""
+        if isinstance(value, Named) and (usual := _USUAL_SYSTEMS.get(value.name.lower())) is not None:
+            return usual
         bus = SIGNAL_TYPES.get(self.names.resolved(kind))
         if bus is not None and isinstance(value, (Named, Signal)):
             return self.signal(value, bus)
@@ -377,6 +379,7 @@ _USUAL: Final[Mapping[tuple[str, str], Expression]] = {
     ("tool", "tool0"): FrameRef("tool", Number(0)),
     ("wobj", "wobj0"): FrameRef("base"),
 }
+_USUAL_SYSTEMS: Final = {name: value for (_, name), value in _USUAL.items()}
 _EULER: Final = ("x", "y", "z")
 _HERE: Final = frozenset({"tool", "wobj"})
 MODES: Final = {"op_man_prog": "manual-reduced", "op_man_test": "manual-full"}  # what OpMode() gives

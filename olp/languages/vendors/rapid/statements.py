@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import CallValue, Expression, Function, Member, Named, Text
+from olp.ir.expressions import CallValue, Expression, FrameRef, Function, Member, Named, Text
 from olp.ir.program import (
     Assign,
     Call,
@@ -158,14 +158,16 @@ class ClauseRules(RapidExpressionRules):
         passing = next((token.upper() for token in tokens if token.type == "PASSING"), "")
         kind, name = words[0], words[1]
         stars = kinds.count("STAR")
+        optional = "BACKSLASH" in kinds
+        usual = FrameRef("base") if optional and kind.lower() == "wobjdata" and not stars else None
         native = f"{passing} {kind}".strip() + ("{" + ",".join("*" * stars) + "}" if stars else "")
         return Parameter(
             self.names.spelled(name),
             TYPES.get(self.names.resolved(kind.lower()), kind.lower()),
             passing in ("INOUT", "VAR", "PERS", "REF"),
-            "BACKSLASH" in kinds,
+            optional,
             kind.lower() == "switch",
-            None,
+            usual,  # \WObj?WObj hands on wobj0 where it is not given
             native,
         )
 
