@@ -191,7 +191,9 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
             found.variables[(symbol.scope, symbol.name)] = kind
     _add_unknown(program, found, layouts.keys())
     _add_undeclared(program, found)
-    handed = {p.type for r in program.routines for p in r.parameters if p.type in _PARTS} - found.shapes.keys()
+    handed = {
+        p.type for r in program.routines for p in r.parameters if p.type in _PARTS
+    } - found.shapes.keys()
     for kind, literal in _literals(program).items() if handed else ():
         if kind in handed:
             found.shapes[kind] = tuple(_leaves(literal, ()))

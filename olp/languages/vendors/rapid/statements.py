@@ -39,7 +39,7 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import ENDS_CYCLE
-from olp.languages.vendors.rapid import literals
+from olp.languages.vendors.rapid import interrupts, literals
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 from olp.languages.vendors.rapid.instructions import BESIDE, RULES
 from olp.languages.vendors.rapid.known_routines import CALLED, REPLACEABLE
@@ -302,7 +302,7 @@ class ClauseRules(RapidExpressionRules):
                     return kept
                 return [ObeyFlags(0, on is not None), kept]
             if key in INTERRUPTS:
-                return Process(0, "interrupt", (("", Text(f"{name} {raw}".strip())),))
+                return interrupts.ordered(f"{name} {raw}".strip(), key, given)
             if key in PROCESS:
                 process = self._process(name, raw)
                 if key not in REPLACEABLE:
@@ -356,7 +356,11 @@ class ClauseRules(RapidExpressionRules):
         return Process(0, "TRYNEXT")
 
     def connect(self, children: list[Any]) -> Process:
-        return self._word("CONNECT", "interrupt")
+        kept = self._word("CONNECT", interrupts.NAME)
+        (name, postfixes), trap = children[0], children[-1]
+        text = kept.arguments[0][1]
+        assert isinstance(text, Text)
+        return kept if postfixes else interrupts.connected(text.value, name, str(trap))
 
     def _word(self, word: str, name: str = "") -> Process:
         """An instruction kept as written from its word on."""
