@@ -103,6 +103,19 @@ def test_the_override_that_is_read_is_the_one_that_was_set(target):
     assert run_elsewhere(text, "krl", target).durations.tolist() == [30.0, 80.0]
 
 
+def test_the_speed_of_one_axis_is_not_read_as_that_of_all():
+    text = krl("DECL REAL R", "$VEL_AXIS[1]=60", "$VEL_AXIS[3]=20", "R=$VEL_AXIS[3]", "WAIT SEC R")
+    asked = converted(text, "krl", "rapid").translated.asks
+    assert asked["set, all the time, what the source's controller tells of itself"] == ("$VEL_AXIS",)
+    text = krl("DECL REAL R", "$VEL_AXIS[1]=60", "$VEL_AXIS[3]=60", "R=$VEL_AXIS[3]", "WAIT SEC R")
+    assert run_elsewhere(text, "krl", "rapid").durations.tolist() == [60.0]
+
+
+def test_an_override_that_the_program_never_sets_has_to_be_told():
+    translated_ = converted(krl("DECL INT N", "N=$OV_PRO", "WAIT SEC N"), "krl", "rapid").translated
+    assert {loss.fate for loss in translated_.losses if loss.line == 3} == {Fate.APPROXIMATED}
+
+
 def test_blends_and_accelerations_that_are_read_are_in_krls_units():
     rows = ("$APO.CDIS=25", "R=$APO.CDIS", "WAIT SEC R", "$ACC.CP=1.5", "R=$ACC.CP", "WAIT SEC R", "BAS(#ACC_CP,50)",
             "WAIT SEC $ACC.CP", "$VEL.ORI1=120", "WAIT SEC $VEL.ORI1")  # fmt: skip

@@ -171,6 +171,8 @@ _PLACES: Final = {"$H_POS": "H_POS", "$AXIS_HOME": "AXIS_HOME"}
 def with_kept_settings(program: Program) -> Program:
     """The program with variables for the settings that it reads."""
     read = {key for s in _reading(program) for e in _values(s) if (key := _setting(e))}
+    # Of single axes, where one variable for all would be another value.
+    read -= {_setting(s.target) for s in program.statements() if isinstance(s, Assign)} - _WHOLE
     places = {
         e.name.upper()
         for s in _reading(program)
@@ -207,7 +209,7 @@ def with_kept_settings(program: Program) -> Program:
 
     routines = tuple(replace(r, body=tuple(one for s in r.body for one in rows(s))) for r in program.routines)
     data = [Declare(0, name, "real", None, shared=True) for key, name in names.items() if name in kept]
-    if "$OV_PRO" in names:  # as operators leave it
+    if names.get("$OV_PRO") in kept:  # what the program has not set yet is the whole speed
         data = [d for d in data if d.name != names["$OV_PRO"]]
         data.append(Declare(0, names["$OV_PRO"], "integer", Number(100), shared=True))
     return replace(program, routines=routines, data=(*program.data, *data))
