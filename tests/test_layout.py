@@ -12,6 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -127,6 +128,36 @@ def test_files_that_comments_and_pages_name_exist() -> None:
         for name in files_not_there(path.read_text(encoding="utf-8"), known)
     ]
     assert wrong == []
+
+
+_DOTTED = re.compile(r"\bolp(?:\.[A-Za-z_]\w*){2,}")
+
+
+def is_there(dotted: str) -> bool:
+    """Whether a dotted name is a module, or something in one.
+
+    >>> is_there("olp.core.units.mm"), is_there("olp.core.units.miles")
+    (True, False)
+    """
+    whole = dotted.split(".")
+    for count in range(len(whole), 0, -1):
+        try:
+            found: object = import_module(".".join(whole[:count]))
+        except ModuleNotFoundError:
+            continue
+        for name in whole[count:]:
+            found = getattr(found, name, None)
+        return found is not None
+    return False
+
+
+def test_modules_and_functions_that_comments_and_pages_name_exist() -> None:
+    pages = [*(ROOT / "docs").rglob("*.md"), *(ROOT / "olp").rglob("*.py"), *ROOT.glob("*.md")]
+    pages = [path for path in pages if path.name != "CHANGELOG.md"]  # what was
+    found = {name for path in pages for name in _DOTTED.findall(path.read_text(encoding="utf-8"))}
+    assert len(found) > 400
+    assert [name for name in sorted(found) if not is_there(name)] == []
+    assert not is_there("olp.checks.edit.miles")
 
 
 # --- vendors ---

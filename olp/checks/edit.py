@@ -39,6 +39,7 @@ from olp.languages.literals import (
     language,
     replaced,
     speed_of,
+    speeds,
     written_points,
     written_speed,
 )
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from olp.core.source import Source
     from olp.runtime.plan import Plan
 
+__all__ = ["ChangeSpeed", "Edited", "PlacePoint", "SetPoint", "Visit", "edited", "speeds", "visits"]
 
 _SAME_POINT = (
     0.1 * mm
