@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from translated_texts import VENDORS
 
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
@@ -15,7 +16,6 @@ from olp.fluent import read
 from olp.ir.expressions import Store
 from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
 from olp.ir.terminology import ACCELERATIONS, BLENDS, FUNCTIONS, SIGNALS, SPEEDS, STATEMENTS, STORES, VALUES
-from olp.languages.limits import writable
 from olp.robots.robot import load_robot
 from olp.transpile.context import Context, Fate, Mapping
 from olp.transpile.convert import convert
@@ -23,7 +23,6 @@ from olp.transpile.support import kinds
 
 SAMPLES = Path(__file__).resolve().parents[1] / "samples"
 ROBOT = "yaskawa/gp25"
-VENDORS = writable()
 
 
 def receipt(tmp_path: Path, capsys: pytest.CaptureFixture[str], source: Path, target: str, *more: str):

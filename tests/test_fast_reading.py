@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 from lark.exceptions import UnexpectedInput
-from translate_programs import VENDORS, Maker
+from translate_programs import Maker
+from translated_texts import VENDORS
 
 import olp
 from olp.core.diagnostic import Diagnostic, OlpError

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from translate_programs import VENDORS, Maker, round_trip
+from translate_programs import Maker, round_trip
+from translated_texts import VENDORS
 
 import olp
 from olp.__main__ import main

@@ -3,7 +3,7 @@
 import pytest
 from tp_listings import HEAD, listing
 from tp_listings import read as read_tp
-from translate_programs import VENDORS
+from translated_texts import VENDORS
 
 import olp
 from olp.core.diagnostic import OlpError

@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from translate_programs import VENDORS, own_program
+from translate_programs import own_program
+from translated_texts import VENDORS
 
 import olp
 from olp.ir.expressions import PositionLiteral

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 from tp_listings import listing
-from translate_programs import VENDORS, own_program
+from translate_programs import own_program
 from translated_texts import (
     ROBOT,
+    VENDORS,
     converted,
     inform,
     krl,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 from test_arm_branch import GP25
-from translate_programs import VENDORS, Maker
+from translate_programs import Maker
+from translated_texts import VENDORS
 
 from olp.ir.expressions import Number, Signal, SignalState
 from olp.ir.program import Path, SetOutput

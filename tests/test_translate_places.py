@@ -4,13 +4,21 @@ import re
 
 import numpy as np
 import pytest
-from translated_texts import ROBOT, converted, inform, krl, module, read, run_elsewhere, tp, translated
+from translated_texts import (
+    ROBOT,
+    converted,
+    inform,
+    krl,
+    module,
+    read,
+    run_elsewhere,
+    tp,
+    translated,
+)
 
 from olp.core.diagnostic import OlpError
-from olp.languages.limits import writable
 from olp.transpile.convert import run_converted
 
-VENDORS = writable()
 # Turned by 30 deg about Z: cos 0.8660254, sin 0.5.
 TABLE = "{X 700,Y 100,Z 0,A 30,B 0,C 0}"
 WORK = 'PERS wobjdata w:=[FALSE,TRUE,"",[[700,100,0],[0.9659258263,0,0,0.2588190451]],[[0,0,0],[1,0,0,0]]];'

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import pytest
 from test_arm_branch import GP25
-from translate_programs import STOP, VENDORS, Maker
+from translate_programs import STOP, Maker
+from translated_texts import VENDORS
 
 from olp.ir.expressions import FrameRef, Number, Quantity
 from olp.ir.program import Acceleration, AccelerationUnit, Blend, BlendKind, Path, Speed, SpeedUnit

@@ -6,7 +6,8 @@ import random
 from pathlib import Path
 
 import pytest
-from translate_programs import VENDORS, own_program, written
+from translate_programs import own_program, written
+from translated_texts import VENDORS
 
 import olp
 from olp.ir.program import Move, Program

@@ -4,8 +4,18 @@ import math
 import re
 
 import pytest
-from translate_programs import VENDORS
-from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script, tp, translated
+from translated_texts import (
+    ROBOT,
+    VENDORS,
+    converted,
+    krl,
+    module,
+    read,
+    run_elsewhere,
+    script,
+    tp,
+    translated,
+)
 
 import olp
 from olp.ir.expressions import Text

@@ -55,7 +55,6 @@ from olp.ir.program import (
     Wait,
     While,
 )
-from olp.languages.limits import writable
 from olp.runtime.plan import Plan
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans, steps_of
@@ -63,7 +62,6 @@ from olp.transpile.convert import convert
 from olp.transpile.link import link
 
 MM, PERCENT = 0.001, 0.01
-VENDORS = writable()
 STOP = Blend(BlendKind.RADIUS, Quantity(Number(0), MM))
 
 

@@ -15,6 +15,9 @@ NAMES = {
     "tp": "part.ls",
     "urscript": "part.script",
 }
+VENDORS = tuple(
+    NAMES
+)  # of these tests, whose programs ask for much; every other language has the contract suite
 
 
 def read(text, vendor):

@@ -7,7 +7,7 @@ is right, so that a swapped, dropped or wrongly scaled one shows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -58,16 +58,19 @@ from olp.ir.program import (
     Next,
     Path,
     PathTrigger,
+    Pause,
     Program,
     PulseOutput,
     ReadInput,
     Return,
     Routine,
+    Search,
     SetAcceleration,
     SetOutput,
     SetOverride,
     Speed,
     SpeedUnit,
+    StartTask,
     Statement,
     Switch,
     Update,
@@ -463,3 +466,40 @@ def _edges_of_values() -> dict[str, tuple[Statement, ...]]:
             ),
         ),
     }
+
+
+def fields_that_count() -> Iterator[tuple[str, tuple[Statement, ...], tuple[Statement, ...]]]:
+    """(statement and field, programs for `program_with` without and with it): what changes what a statement does."""
+    half, slow = Quantity(Number(0.5), 1.0), Quantity(Number(0.25), 1.0)
+    asked = Compare("=", Signal("in", Number(2)), SignalState(True))
+    place = PositionLiteral("pose", (0.0, 0.01, 0.02, 0.0, 0.0, 0.0))
+    turned = PositionLiteral("pose", (0.9, 0.0, 0.5, 3.0, 0.1, 1.4))
+    moves: dict[str, Any] = {
+        "acceleration": half, "deceleration": half, "until": asked, "no_wait": True, "offset": place,
+        "search": Search(Signal("in", Number(2)), True), "tool_offset": place, "coordinated": True,
+        "other": (("XWORD", Number(1)),), "relative": FrameRef("tool"),
+        "triggers": (PathTrigger(Signal("out", Number(3)), SignalState(True), True, Quantity(Number(0.02), 1.0)),),
+    }  # fmt: skip
+    lines = {"rate": Acceleration(AccelerationUnit.TRAVEL, slow), "turn": half}
+    for path in (Path.JOINT, Path.LINEAR):
+        for name, value in {**moves, **(lines if path is Path.LINEAR else {})}.items():
+            start, plain = _travels(path, targets=(turned,)), _travels(path)
+            yield f"Move {path.value} with {name}", (start, plain), (start, replace(plain, **{name: value}))
+    places = [
+        PositionLiteral("pose", (0.9, 0.06, 0.5, 3.0, 0.1, 0.2), external) for external in ((), (120.0,))
+    ]
+    bare, tracked = ((_travels(Path.LINEAR, targets=(place,)),) for place in places)
+    yield "Move linear to a position with an external axis", bare, tracked
+    others: tuple[tuple[Statement, dict[str, Any]], ...] = (
+        (Wait(0, asked), {"timeout": half}),
+        (PulseOutput(0, Signal("out", Number(3)), half), {"condition": asked}),
+        (Call(0, "OTHER"), {"condition": asked, "result": Named("n"), "macro": Number(7)}),
+        (Return(0), {"condition": asked}),
+        (Pause(0), {"condition": asked}),
+        (StartTask(0, "OTHER", "SUB1"), {"condition": asked, "synchronised": True}),
+        (SetOverride(0, half), {"fastest": Quantity(Number(0.1), 1.0)}),
+    )
+    for s, values in others:
+        end = (_travels(Path.LINEAR, speed=Speed(SpeedUnit.TRAVEL, half)),)
+        for name, value in values.items():
+            yield f"{type(s).__name__} with {name}", (s, *end), (replace(s, **{name: value}), *end)  # type: ignore[type-var]

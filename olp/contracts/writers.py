@@ -24,6 +24,7 @@ from olp.contracts.programs import (
     Contract,
     contract_program,
     edge_statements,
+    fields_that_count,
     literal,
 )
 from olp.contracts.promises import Difference, Promise, hold
@@ -334,6 +335,18 @@ def writes_each_kind_of_statement(it: WriterUnderTest) -> Iterator[Difference]:
         yield from it.unlike(f"a program with {kind}", again, found)
 
 
+def leaves_out_nothing_in_silence(it: WriterUnderTest) -> Iterator[Difference]:
+    """What changes what a statement does is written, told in the receipt, or refused, never left out"""
+    for name, without, having in fields_that_count():
+        try:
+            plain, full = (it.written(program_with(one, it.vendor.name)) for one in (without, having))
+        except OlpError:
+            continue
+        told = [(x.translated.losses, x.translated.remarks, x.translated.notes) for x in (plain, full)]
+        if plain.files == full.files and told[0] == told[1]:
+            yield name, "the same text as without it, and nothing is told"
+
+
 def switches_on_the_way(it: WriterUnderTest) -> Iterator[Difference]:
     """An output that a move switches on its way does so at the same place when it is written and read again"""
     forms = limits_of(it.vendor.name).path_triggers
@@ -424,7 +437,7 @@ def _declared(language: str) -> tuple[tuple[str, Program], ...]:
     """(file, program) of the declared readings of a language."""
     vendor = find_vendor(language)
     paths = readings.readings_of(handling.samples_folder(vendor))
-    return _programs(vendor, tuple(path.read_text(encoding="utf-8") for path in paths if path.stem != _WORDS))
+    return _programs(vendor, tuple(path.read_text(encoding="utf-8") for path in paths))
 
 
 @lru_cache
@@ -517,6 +530,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     keeps_words,
     loses_nothing_else,
     writes_each_kind_of_statement,
+    leaves_out_nothing_in_silence,
     switches_on_the_way,
     has_a_true_reader,
     writes_back_its_own,
@@ -538,7 +552,6 @@ _WRITTEN: Final = ".written"
 _CONTRACT: Final = "contract"
 _EDGES: Final = "edges"
 _OTHERS: Final = "others"
-_WORDS: Final = "words"  # a reading of all words of a language, which is not translated
 _SHOWN: Final = 3
 _MANY: Final = 40
 _NUMBERS: Final = re.compile(r"\d+(?:\.\d+)?")

@@ -206,7 +206,6 @@ class Limits:
     native_offsets: frozenset[str] = (
         frozenset()
     )  # "relative" (to where the arm stands), "relative-tool" (the same along the tool), "offset" (to the target)
-    watches: bool = False  # a statement says what runs as soon as a condition comes true
     has_xor: bool = False  # conditions may be joined by an exclusive OR
     has_shift: bool = False  # a statement that shifts all following targets
     computed_turns: bool = True  # an offset may turn by a computed angle
@@ -291,9 +290,12 @@ class Limits:
 def limits_of(vendor: str, forms: bool = False) -> Limits:
     """The limits of a language; `forms`: of its editor's forms where it has such. Raises OlpError (X010) for one that
     cannot be written."""
+    name = f"olp.languages.vendors.{vendor}.limits"
     try:
-        module = import_module(f"olp.languages.vendors.{vendor}.limits")
-    except ModuleNotFoundError:
+        module = import_module(name)
+    except ModuleNotFoundError as missing:
+        if not f"{name}.".startswith(f"{missing.name}."):
+            raise  # what that module itself asks for
         raise OlpError(error("X010", f"olp cannot write '{vendor}'")) from None
     limits = getattr(module, "FORMS", module.LIMITS) if forms else module.LIMITS
     assert isinstance(limits, Limits)

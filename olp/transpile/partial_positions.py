@@ -273,7 +273,10 @@ def externals(program: Program, work: TranslationContext) -> Program:
 
     Where the target has some and asks for their unit, it is the one that their values leave open.
     """
-    if not work.limits.no_external_axes or not any(e.external for e in work.literals(program)):
+    says = work.limits.no_external_axes
+    if not (says or work.limits.external_axes):
+        says = "external axes: positions have none there"
+    if not says or not any(e.external for e in work.literals(program)):
         return program
     if work.limits.external_units:
         return _with_units(program, work)
@@ -283,7 +286,7 @@ def externals(program: Program, work: TranslationContext) -> Program:
         rows: list[Statement] = []
         for s in routine.body:
             if any(_stands(e, symbols, routine.name) for e in _positions(s)):
-                work.lose(s, Fate.REFUSED, "external", work.limits.no_external_axes)
+                work.lose(s, Fate.REFUSED, "external", says)
             rows.append(mapped(s, _without))
         data = tuple(mapped(d, _without) for d in routine.data)
         routines.append(replace(routine, body=tuple(rows), data=data))

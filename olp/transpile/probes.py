@@ -88,6 +88,7 @@ from olp.ir.program import (
     While,
 )
 from olp.languages.limits import limits_of, writable
+from olp.languages.vendor import find_vendor
 
 Probes = Mapping[str, tuple[Statement, ...]]
 
@@ -205,7 +206,10 @@ def probes() -> Probes:
 
 def program_with(statements: tuple[Statement, ...], target: str) -> Program:
     """A program of another language than `target` that holds these statements."""
-    vendor = next(name for name in writable() if name != target and not limits_of(name).registers)
+    named = [name for name in writable() if name != target and not limits_of(name).registers]
+    vendor = max(
+        named, key=lambda name: len(find_vendor(name).reads)
+    )  # the richest, whichever others there are
     lines = tuple(replace(s, line=n) for n, s in enumerate(statements, 1))
     place = {"p1": 0.0, "p2": 0.06, "p3": 0.12}
     data = [

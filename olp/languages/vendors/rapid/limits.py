@@ -86,7 +86,6 @@ LIMITS = Limits(
     array_literals=True,
     has_power=True,
     program_end="EXIT",
-    lacks=frozenset({"and", "or", "xor"}),  # BitAnd, BitOr and BitXOr take bytes
     traps=TrapWords(
         data_type="intnum",
         connect="CONNECT",

@@ -98,6 +98,7 @@ class TpWriter(TpMoves):
     cannot: ClassVar = {
         st.Call: {"macro": "a macro by its number"},
         st.Return: {"value": "a value that a routine returns"},
+        st.StartTask: {"synchronised": "a task that keeps step with this one"},
     }
     _foreign = "a word of another language: {called}"
     own_only: ClassVar = {st.Process: _foreign, st.Disabled: _foreign, st.Opaque: _foreign}

@@ -44,6 +44,7 @@ class UrscriptMoves(UrscriptValues):
             "turn": "a bound on the tool's turning",
             "arc": "an arc by its angle",
             "parts": "what another group does meanwhile",
+            "coordinated": "a move in another group's frame",
             "deceleration": "a deceleration of its own",
             "no_wait": "a move that is not waited for",
         }
