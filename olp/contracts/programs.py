@@ -502,4 +502,4 @@ def fields_that_count() -> Iterator[tuple[str, tuple[Statement, ...], tuple[Stat
     for s, values in others:
         end = (_travels(Path.LINEAR, speed=Speed(SpeedUnit.TRAVEL, half)),)
         for name, value in values.items():
-            yield f"{type(s).__name__} with {name}", (s, *end), (replace(s, **{name: value}), *end)  # type: ignore[type-var]
+            yield f"{type(s).__name__} with {name}", (s, *end), (replace(s, **{name: value}), *end)
