@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
@@ -12,6 +11,7 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
+_WAYS = PASSED / len(PASSED)  # that a ramp covers while it passes each of these speeds
 _HALVINGS, _ROUNDED = 14, 1e-6
 
 
@@ -113,28 +113,31 @@ def _on_short_ways(
     `ramps`: (n, k) share of the idle or base speed per speed of the path, and (n,) the whole acceleration, of each.
     """
 
-    def covered(rows: NDArray[np.intp], peak: Floats) -> tuple[Floats, Floats]:
-        """(r,) [m] and (r,) [s] of both ramps."""
-        way, time = np.zeros(len(peak)), np.zeros(len(peak))
-        for share, slow in ramps:
-            over = 1.0 / _force(share[rows] * peak[:, None], knee, law)
-            way += peak**2 / slow[rows] * (over @ PASSED) / len(PASSED)
-            time += peak / slow[rows] * over.mean(axis=1)
-        return way, time
+    shares, slows = (np.stack(columns) for columns in zip(*ramps, strict=True))
+
+    def over(peak: Floats) -> Floats:
+        """(2, r, k) by which each ramp's acceleration is less where it passes the speeds of `PASSED`."""
+        return np.asarray(1.0 / _force(shares * peak[:, None], knee, law))
+
+    def covered(peak: Floats) -> Floats:
+        """(r,) [m] of both ramps."""
+        return np.asarray(peak**2 * (over(peak) @ _WAYS / slows).sum(axis=0))
 
     rows = np.nonzero(slower.way > 0)[0]
-    rows = rows[covered(rows, slower.top()[rows])[0] > (1.0 + _ROUNDED) * slower.way[rows]]
-    if not len(rows):
+    shares, slows = shares[:, rows], slows[:, rows]
+    short = np.nonzero(covered(slower.top()[rows]) > (1.0 + _ROUNDED) * slower.way[rows])[0]
+    if not len(short):
         return found
+    rows, shares, slows = rows[short], shares[:, short], slows[:, short]
     way, speed = slower.way[rows], slower.speed[rows]
     low, high = np.zeros(len(rows)), slower.top()[rows]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        fits = covered(rows, middle)[0] <= way
+        fits = covered(middle) <= way
         low, high = np.where(fits, middle, low), np.where(fits, high, middle)
     # Ramps that are a little too short go on at the speed that they reach.
-    reached, time = covered(rows, low)
-    time = time + (way - reached) / np.maximum(low, 1e-9)
+    time = low * (over(low).mean(axis=2) / slows).sum(axis=0)
+    time = time + (way - covered(low)) / np.maximum(low, 1e-9)
     slow = np.where(
         2.0 * way <= speed * time, 4.0 * way / time**2, speed / np.maximum(time - way / speed, 1e-9)
     )
