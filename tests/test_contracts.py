@@ -10,7 +10,7 @@ from pathlib import Path as FilePath
 
 import pytest
 from contract_faults import KINDS
-from contract_faults.code import source_of
+from contract_faults.code import EQUIVALENT, source_of
 
 from olp import cli
 from olp.contracts import (
@@ -249,6 +249,15 @@ def test_faults_are_planted_in_the_source_of_every_member_that_has_one() -> None
             modules = KINDS[kind].modules(member)
             assert modules, (kind, member)
             assert all(FilePath(source_of(name)).exists() for name in modules), (kind, member)
+
+
+def test_mutants_that_are_no_faults_stand_in_the_code_as_they_are_listed() -> None:
+    for file, text, _ in EQUIVALENT:
+        (path,) = FilePath(cli.__file__).parents[1].rglob(file)
+        assert [row.strip() for row in path.read_text(encoding="utf-8").splitlines()].count(text) == 1, (
+            file,
+            text,
+        )
 
 
 @pytest.mark.parametrize("name", writable())

@@ -112,13 +112,16 @@ def _member(name: str, member: str, count: int, seed: int, *, meant: bool) -> Ro
     faults = kind.faults(member) if meant else ()
     found = [_tried(fault, lambda: kind.check(member)) for fault in faults]
     modules, rows, dead = kind.modules(member), [], 0
+    same: dict[str, str] = {}
     if modules and count:
         lines, wrong = code.executed_lines(modules, lambda: kind.check(member))
         if wrong:
             print(f"{name} {member} breaks its contract without any fault:\n{wrong}")
             return Row(name, member, (0, 1), (0, 0))
         chosen, _, dead = code.mutants(modules, lines, count, seed)
-        rows = [_tried(code.as_fault(one), lambda: kind.check(member)) for one in chosen]
+        same = {code.as_fault(one)[0]: why for one in chosen if (why := code.equivalent(one))}
+        faults_of_code = (code.as_fault(one) for one in chosen)
+        rows = [_tried(one, lambda: kind.check(member)) for one in faults_of_code if one[0] not in same]
     parts = [Counter(one.state for one in part) for part in (found, rows)]
     shown = [f"{part['caught']}/{part['caught'] + part['survived']}" for part in parts]
     nothing = sum(part["nothing"] for part in parts)
@@ -126,6 +129,8 @@ def _member(name: str, member: str, count: int, seed: int, *, meant: bool) -> Ro
     for one in (*found, *rows):
         if one.state in ("survived", "unsound"):
             print(f"    {one.state}: {one.fault}", flush=True)
+    for fault, why in same.items():
+        print(f"    equivalent: {fault}: {why}", flush=True)
     meaning, mutated = ((part["caught"], part["caught"] + part["survived"]) for part in parts)
     return Row(name, member, meaning, mutated)
 

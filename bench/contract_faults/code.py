@@ -32,6 +32,32 @@ def source_of(module: str) -> str:
     return str(path / "__init__.py" if path.is_dir() else path.with_suffix(".py"))
 
 
+# Mutants that were looked at and change nothing that anybody can tell: (file, text of the line, change) -> why. They
+# are printed, and count neither as caught nor as planted.
+EQUIVALENT: Final[Mapping[tuple[str, str, str], str]] = {
+    (
+        "as/rules.py",
+        "return DefaultOf(0)",
+        "a number is another",
+    ): "the line is set by whoever calls the rule",
+    (
+        "formats/json.py",
+        'return part.text[:-1] + ", " + json.dumps(more, ensure_ascii=False)[1:]',
+        "True and False change places",
+    ): "JSON with and without escapes is the same object",
+    (
+        "urscript/scopes.py",
+        "_ROUNDS = 3  # a type passes from a value to a name, from a name to a parameter, and on",
+        "a number is another",
+    ): "one more round finds nothing new",
+    (
+        "urscript/scopes.py",
+        "kinds = {self.infer(part, item) for item in items[:50]}",
+        "a number is another",
+    ): "a bound of the work, not of the meaning",
+}
+
+
 class Mutant(NamedTuple):
     """One change of one place of a module's source."""
 
@@ -259,6 +285,12 @@ class _Finder(importlib.abc.MetaPathFinder):
         assert spec is not None
         spec.loader = _Loader(spec, self.mutant)
         return spec
+
+
+def equivalent(mutant: Mutant) -> str:
+    """Why a mutant is no fault; "" for one that may be."""
+    text = Path(mutant.path).read_text(encoding="utf-8").splitlines()[mutant.line - 1].strip()
+    return EQUIVALENT.get(("/".join(Path(mutant.path).parts[-2:]), text, mutant.what), "")
 
 
 def as_fault(mutant: Mutant) -> tuple[str, Callable[[], Callable[[], bool]]]:

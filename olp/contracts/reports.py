@@ -340,8 +340,11 @@ def lines_columns_up(it: ReportUnderTest) -> Iterator[Difference]:
         lines = text.strip().split("\n")
         if text.count("…") != cut or text.count("xx.job") != 2 or len({len(line) for line in lines[:1]}) > 1:
             yield f"long names, width {width}", text
-        if width and max(map(len, lines)) > width:
-            yield f"long names, width {width}", f"lines of {max(map(len, lines))}"
+        if width and max(map(len, lines)) != width:
+            yield (
+                f"long names, width {width}",
+                f"lines of {max(map(len, lines))}: too long, or cut more than they have to",
+            )
 
 
 def _overview(it: ReportUnderTest, names: list[str], width: int = 0, called: tuple[str, ...] = ()) -> str:
