@@ -127,13 +127,15 @@ def read_again(
 
     `beside`: a folder with data that they need.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as above:
+        folder = Path(above) / "cell"  # some languages look into the folders beside theirs
+        folder.mkdir()
         for path in beside.iterdir() if beside is not None else ():
             if path.is_file() and path.suffix.lower() not in vendor.suffixes:
-                Path(folder, path.name).write_bytes(path.read_bytes())
+                (folder / path.name).write_bytes(path.read_bytes())
         for name, data in made.files.items():
-            Path(folder, name).write_bytes(data)
-        program = vendor.read(load(Path(folder, made.main)))
+            (folder / name).write_bytes(data)
+        program = vendor.read(load(folder / made.main))
         told = [found.render() for found in program.diagnostics if found.severity != Severity.INFO]
         if told:
             raise AssertionError(f"{vendor.name} does not read what was written without a word: {told[0]}")
