@@ -100,3 +100,51 @@ def test_records_that_functions_return_are_handed_back_member_by_member(target: 
     assert not [loss for loss in made.translated.losses if loss.leaves_out]
     plan = run_converted(made, target, None)
     assert [event.value for _, event in sorted(plan.events.items())] == [5, 32, 7, 9]
+
+
+_HANDED = """MODULE M
+CONST robtarget p:=[[900,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+CONST robtarget q:=[[900,100,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+PERS tooldata held:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];
+PERS wobjdata table:=[FALSE,TRUE,"",[[0,50,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+PERS speeddata slow:=[70,20,5000,1000];
+VAR speeddata now;
+PROC main()
+  go p,v100,z5,tool0\\WObj:=table;
+  go q,slow,fine,held;
+  now:=slow;
+  now.v_tcp:=40;
+  go p,now,z1,held\\WObj:=table;
+  log now;
+  twice q,v200,held;
+ENDPROC
+PROC go(robtarget goal,speeddata v,zonedata z,PERS tooldata tool\\PERS wobjdata WObj)
+  MoveL goal,v,z,tool\\WObj?WObj;
+ENDPROC
+PROC twice(robtarget goal,speeddata v,PERS tooldata tool)
+  go goal,v,fine,tool;
+  go Offs(goal,0,0,20),v,fine,tool0;
+ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "urscript"])
+def test_speeds_zones_tools_and_frames_are_handed_over(target: str) -> None:
+    program = link(read_source(decode(_HANDED.encode(), "M.mod"))).program
+    plan = program.plan()
+    assert [round(1000 * float(v)) for v in plan.moves.travel] == [100, 70, 40, 200, 200]
+    made = convert(program, target, Context(on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    there = run_converted(made, target, None, program)
+    assert [round(1000 * float(v)) for v in there.moves.travel] == [100, 70, 40, 200, 200]
+    for row in range(5):
+        assert there.positions.position[row + 1 - 1] == pytest.approx(plan.positions.position[row], abs=1e-6)
+
+
+def test_a_routine_that_takes_tools_is_written_once_for_each_in_tp() -> None:
+    program = link(read_source(decode(_HANDED.encode(), "M.mod"))).program
+    made = convert(program, "tp", Context(on_loss="comment"))
+    assert sorted(name.upper() for name in made.files) == [
+        f"{name}.LS" for name in ("GO", "GO_2", "GO_3", "GO_4", "MAIN", "TWICE")
+    ]

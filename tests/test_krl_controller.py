@@ -202,6 +202,14 @@ def test_texts_are_compared_with_their_capitals(target):
     assert run_elsewhere(text, "krl", target).durations.tolist() == [2.0]
 
 
+@pytest.mark.parametrize("target", TARGETS)
+def test_bits_of_numbers_are_computed_and_inverted_ones_are_a_subtraction(target):
+    text = krl("DECL INT A,B", "A='H5B'", "B=A B_AND 'B01101100'", "WAIT SEC B", "B=A B_OR 4", "WAIT SEC B",
+               "B=A B_EXOR 255", "WAIT SEC B", "B=B_NOT A", "WAIT SEC B+100")  # fmt: skip
+    assert left_out(text, target) == set()
+    assert run_elsewhere(text, "krl", target).durations.tolist() == [72.0, 95.0, 164.0, 8.0]
+
+
 @pytest.mark.parametrize("row", ["ASYPTP {E1 90}", "ASYCONT 2", "ASYSTOP", "ASYCANCEL 2"])
 def test_asynchronous_axes_are_kept_and_left_out_where_they_would_have_to_move(row):
     assert left_out(krl(row, "WAIT SEC 1"), "rapid") == {2}

@@ -84,6 +84,7 @@ def test_blocks_that_do_not_pair(body: list[str], wanted: list[tuple[str, int]])
 def test_a_broken_opener_still_opens_its_block() -> None:
     assert told(["IF a + THEN", "x:=1;", "ENDIF"]) == [("P451", 3)]
     assert told(["WHILE DO", "ENDWHILE"]) == [("P451", 3)]
+    assert told(['s:=StrPart("a");']) == [("P451", 3)]
 
 
 def test_labels_that_do_not_exist_or_stand_twice() -> None:

@@ -552,10 +552,10 @@ def test_modal_instructions() -> None:
 
 
 def test_interrupts_and_controller_instructions_are_kept_word_for_word() -> None:
-    assert statement("CONNECT iVac WITH tVac;") == Process(
-        0, "interrupt", (("", Text("CONNECT iVac WITH tVac")),)
-    )
-    assert statement("ISignalDI diVac,0,iVac;").arguments == (("", Text("ISignalDI diVac,0,iVac")),)
+    connected = statement("CONNECT iVac WITH tVac;")
+    assert (connected.name, connected.arguments[0]) == ("interrupt", ("", Text("CONNECT iVac WITH tVac")))
+    assert statement("ISignalDI diVac,0,iVac;").arguments[0] == ("", Text("ISignalDI diVac,0,iVac"))
+    assert statement("ITimer 2,iVac;").arguments == (("", Text("ITimer 2,iVac")),)
     sent = CallValue("SocketSend", (Named("s"), NamedArgument("Str", Text("a;b"))))
     kept = (("", Text('s\\Str:="a;b"')), ("called", sent))
     assert statement('SocketSend s\\Str:="a;b";') == Process(0, "SocketSend", kept)

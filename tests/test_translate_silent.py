@@ -994,7 +994,6 @@ def test_a_record_that_is_returned_and_compared_as_a_whole_stays_refused():
         (script("x = 2", "sleep(struct(a=x, b=3).a)"), "urscript", "rapid", "without a name"),
         (krl("DECL FRAME F,G", "DECL INT I", "I=2", "F=G:{X 1,Y I}"), "krl", "inform", "omitted"),
         (krl("DECL E6POS P1", "LIN P1:{Z 5}"), "krl", "rapid", "omitted"),
-        (krl("DECL INT I", "I=I B_AND 3"), "krl", "rapid", "bits of numbers"),
         (tp("UTOOL[R[1]]=PR[2]"), "tp", "inform", "assigned"),
         (tp("R[2]=VR[1].MODELID"), "tp", "rapid", "word VR[1].MODELID"),
         (script("movel([1, 1, 1, 1, 1, 1], v=0.2)"), "urscript", "rapid", "joint angles"),

@@ -439,7 +439,7 @@ def _declared(language: str) -> tuple[tuple[str, Program], ...]:
     """(file, program) of the declared readings of a language."""
     vendor = find_vendor(language)
     paths = readings.readings_of(handling.samples_folder(vendor))
-    return _programs(vendor, tuple(path.read_text(encoding="utf-8") for path in paths))
+    return _programs(vendor, tuple(path.read_text(encoding="utf-8") for path in paths if path.stem != _WORDS))
 
 
 @lru_cache
@@ -554,6 +554,7 @@ _WRITTEN: Final = ".written"
 _CONTRACT: Final = "contract"
 _EDGES: Final = "edges"
 _OTHERS: Final = "others"
+_WORDS: Final = "words"  # a reading of all words of a language, which is not translated
 _SHOWN: Final = 3
 _MANY: Final = 40
 _NUMBERS: Final = re.compile(r"\d+(?:\.\d+)?")

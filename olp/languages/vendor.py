@@ -34,6 +34,10 @@ ON_THE_WAY: Final = (
 # Argument of a Process about what runs as soon as a condition comes true: a text, "declared" (with the arguments
 # "number", "when", "call"), "on" or "off" (with "number", 0: all of them).
 WATCH: Final = "watch"
+BEGINS, ONCE = (
+    "begins",
+    "once",
+)  # further arguments of a "declared" one: it is on at once; its routine switches it off
 TRAP: Final = "trap"  # of Routine.details: what is watched calls it, nothing else
 # Names of a Process, case folded, that end the program as a whole, whoever called the routine.
 ENDS_CYCLE: Final = "exitcycle"  # the next one begins by itself
@@ -136,6 +140,7 @@ class Conventions:
         frozenset()
     )  # in capitals: what is assigned to them, the reader has made speeds, blends, tools and frames of
     halting_process: str = ""  # stops the arm while the routine of a condition that is watched runs
+    starting_process: str = ""  # lets it go on; "": the end of the routine does
     interrupted_places: Mapping[str, str] = field(
         default_factory=dict
     )  # system variable, case folded -> of the system's values that which it held when the condition came true

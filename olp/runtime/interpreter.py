@@ -293,6 +293,9 @@ def process(m: Machine, s: Process) -> int | None:
     if moves.define_trigger(m, s):
         return None
     seconds = m.assumptions.process.get(s.name.lower())
+    if seconds is None and s.name == "interrupt":
+        m.assume_once(s.name, f"{s.name} takes no time and changes no variable")
+        return None
     if seconds is None:
         seconds = 0.0
         manner = m.conventions.manner_processes.get(s.name.casefold())

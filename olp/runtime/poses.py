@@ -130,7 +130,8 @@ def current_frames(m: Machine, state: PointState) -> PointState:
 
 def frame_pose(m: Machine, frame: FrameRef) -> Pose:
     """A frame seen from the base. Raises StatementError for one that moves with the arm."""
-    if frame.kind in ("base", "robot"):
+    flange = frame.kind == "tool" and frame.number == Number(0)
+    if flange or frame.kind in ("base", "robot"):
         return Pose.identity()
     if frame.kind == ACTIVE:
         kind, place = m.active_frame

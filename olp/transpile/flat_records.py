@@ -79,13 +79,9 @@ class _Records:
     names: dict[tuple[str, str, MemberPath], str] = field(default_factory=dict)
     results: dict[str, str] = field(default_factory=dict)  # routine, case folded -> the type that it returns
 
-    def drop(self, odd: Set[str]) -> None:
-        """Leaves records of these types as they are."""
-        self.variables = {key: kind for key, kind in self.variables.items() if kind not in odd}
-        self.results = {name: kind for name, kind in self.results.items() if kind not in odd}
-        for names in self.parameters.values():
-            for name in [name for name, kind in names.items() if kind in odd]:
-                del names[name]
+    @property
+    def any(self) -> bool:
+        return bool(self.variables) or any(self.parameters.values())
 
     def of(self, routine: str, name: str) -> tuple[str, str] | None:
         """Scope and name of a record, None of what is none."""
@@ -99,13 +95,11 @@ class _Records:
 def flat_records(program: Program, work: TranslationContext) -> Program:
     """`part.place` as `part_place`; a record that is copied is copied member by member.
 
-    A statement that takes a record whole in another way than that is refused, but for the records that most languages
-    have (speeds, zones): those stay as they are.
+    A statement that takes a record whole in another way than that is refused.
     """
+    program = _spelled_out(program)
     found = _found(program, symbols_of(program), work.conventions.member_types)
-    while found.variables and (odd := {kind for _, kind in _odd(program, found)} & _PARTS.keys()):
-        found.drop(odd)
-    if not found.variables:
+    if not found.any:
         return program
     for s, kind in _odd(program, found):
         says = (
@@ -129,6 +123,31 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
     routines = tuple(own.routine(r) for r in program.routines)
     data = [*(one for d in program.data for one in own.declared(d, "")), *data]
     return replace(program, routines=routines, data=tuple(data))
+
+
+def _spelled_out(program: Program) -> Program:
+    """The program with the values of speeds and zones that nothing changes, where they are copied or handed over."""
+    symbols = symbols_of(program)
+    if not any(d.type in _PARTS for _, d in _declarations(program)) and not any(
+        p.type in _PARTS for r in program.routines for p in r.parameters
+    ):
+        return program
+
+    def literal(e: Expression, routine: str) -> Expression:
+        symbol = symbols.find(routine, e.name) if isinstance(e, Named) else None
+        if symbol is None or symbol.type not in _PARTS or symbol.sizes:
+            return e
+        return symbols.fixed_value(routine, e) or e
+
+    def row(s: Statement, routine: str) -> Statement:
+        if isinstance(s, Assign):
+            s = replace(s, value=literal(s.value, routine))
+        elif isinstance(s, Call):
+            s = replace(s, arguments=tuple([literal(a, routine) for a in s.arguments]))
+        return s
+
+    routines = tuple(replace(r, body=tuple([row(s, r.name) for s in r.body])) for r in program.routines)
+    return replace(program, routines=routines)
 
 
 def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
@@ -172,6 +191,13 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
             found.variables[(symbol.scope, symbol.name)] = kind
     _add_unknown(program, found, layouts.keys())
     _add_undeclared(program, found)
+    handed = {
+        p.type for r in program.routines for p in r.parameters if p.type in _PARTS
+    } - found.shapes.keys()
+    for kind, literal in _literals(program).items() if handed else ():
+        if kind in handed:
+            found.shapes[kind] = tuple(_leaves(literal, ()))
+    _keep_used(program, found)
     for routine in program.routines:
         if routine.returns.casefold() in found.shapes and routine.returns.casefold() not in _PARTS:
             found.results[routine.name.casefold()] = routine.returns.casefold()
@@ -180,9 +206,23 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
             leaves = found.shapes.get(kind, ())
             if any((leaf.sizes and leaf.type != "string") or not leaf.type for leaf in leaves):
                 continue
-            if kind in found.shapes and (kind not in _PARTS or parameter.by_reference):
+            optional = parameter.optional and not parameter.by_reference
+            if kind in found.shapes and not (optional and kind in _PARTS):
                 found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
     return found
+
+
+def _keep_used(program: Program, found: _Records) -> None:
+    """Of built-in records, which have more members than most programs ask for, those that a statement names."""
+    kinds = _PARTS.keys() & found.shapes.keys()
+    if not kinds:
+        return
+    used = {
+        e.name.casefold() for s in program.statements() for e in expressions_of(s) if isinstance(e, Member)
+    }
+    for kind in kinds:
+        leaves = found.shapes[kind]
+        found.shapes[kind] = tuple(leaf for leaf in leaves if leaf.path[-1].casefold() in used) or leaves
 
 
 def _layouts(program: Program) -> Iterator[tuple[str, Expression | None]]:
@@ -316,10 +356,16 @@ def _without_value(program: Program) -> list[tuple[str, Declare, RecordLiteral]]
     bare = [(scope, d) for scope, d in _declarations(program) if d.value is None and d.type in _PARTS]
     if not bare:
         return []
+    known = _literals(program)
+    return [(scope, d, known[d.type]) for scope, d in bare if d.type in known]
+
+
+def _literals(program: Program) -> dict[str, RecordLiteral]:
+    """A value of each built-in record that the program has: it tells the members."""
     literals = [d.value for _, d in _declarations(program) if d.value is not None]
     literals += [e for s in program.statements() for e in expressions_of(s) if isinstance(e, RecordLiteral)]
     known = {one.type: one for value in literals if (one := _element(value)) is not None}
-    return [(scope, d, known[_PARTS[d.type]]) for scope, d in bare if _PARTS[d.type] in known]
+    return {kind: known[name] for kind, name in _PARTS.items() if name in known}
 
 
 def _declarations(program: Program) -> Iterator[tuple[str, Declare]]:
@@ -423,6 +469,8 @@ def _gives(value: Expression, leaves: list[tuple[MemberPath, _Leaf]], routine: s
     """Whether a value has these members, each of which is copied."""
     paths = [path for path, _ in leaves]
     if isinstance(value, RecordLiteral):
+        if value.type in _PARTS.values():
+            return _has(value, paths)
         given = [_folded(leaf.path) for leaf in _leaves(value, ())]
         arrays = {_folded(path) for path, leaf in leaves if leaf.sizes and leaf.type != "string"}
         return bool(given) and arrays.isdisjoint(given) and set(given) <= set(map(_folded, paths))
@@ -449,9 +497,25 @@ def _fits(s: Call | CallValue, called: Routine, routine: str, found: _Records) -
     if len(s.arguments) != len(called.parameters) or any(p.optional or p.switch for p in called.parameters):
         return False
     return all(
-        (p.name in names) == bool(_under(argument, routine, found))
+        _is_like(argument, found.shapes[names[p.name]], routine, found)
+        if p.name in names
+        else not _under(argument, routine, found)
         for p, argument in zip(called.parameters, s.arguments, strict=True)
     )
+
+
+def _has(literal: RecordLiteral, paths: list[MemberPath]) -> bool:
+    """Whether a record has these members, and if it is one of the program's own no others."""
+    own = [leaf.path for leaf in _leaves(literal, ())]
+    return set(paths) <= set(own) if literal.type in _PARTS.values() else paths == own
+
+
+def _is_like(e: Expression, leaves: tuple[_Leaf, ...], routine: str, found: _Records) -> bool:
+    """Whether what is handed over has these members."""
+    paths = [leaf.path for leaf in leaves]
+    if isinstance(e, RecordLiteral):
+        return _has(e, paths)
+    return paths == [path for _, path, _ in _under(e, routine, found)]
 
 
 def _whole(s: Statement, routine: str, found: _Records, allowed: list[Expression]) -> set[str]:
@@ -534,10 +598,12 @@ def _under(e: Expression, routine: str, found: _Records) -> list[tuple[Expressio
 @dataclass(slots=True)
 class _Flat:
     found: _Records
+    own: dict[str, Routine] = field(init=False)
     _arrays: set[Expression] = field(init=False)  # variables of members that are arrays themselves
 
     def __post_init__(self) -> None:
         own = self.found
+        self.own = {r.name.casefold(): r for r in own.symbols.routines.values()}
         self._arrays = {
             Named(own.names[(*key, leaf.path)])
             for key, kind in own.variables.items()
@@ -639,9 +705,18 @@ class _Flat:
         )
 
     def _arguments(self, call: Call | CallValue, routine: str) -> tuple[Expression, ...]:
-        return tuple(one for a in call.arguments for one in self._argument(a, routine))
+        called = self.own.get(call.routine.casefold())
+        kinds = self.found.parameters.get(call.routine.casefold(), {})
+        names = [kinds.get(p.name, "") for p in called.parameters] if called is not None else []
+        return tuple(
+            one
+            for at, a in enumerate(call.arguments)
+            for one in self._argument(a, routine, names[at] if at < len(names) else "")
+        )
 
-    def _argument(self, e: Expression, routine: str) -> list[Expression]:
+    def _argument(self, e: Expression, routine: str, kind: str = "") -> list[Expression]:
+        if kind and isinstance(e, RecordLiteral):
+            return [part for leaf in self.found.shapes[kind] if (part := _part(e, leaf.path)) is not None]
         leaves = _under(e, routine, self.found)
         return [self._named(base, leaf, routine) for base, _, leaf in leaves] or [e]
 

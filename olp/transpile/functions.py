@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from olp.ir.expressions import (
     Unknown,
 )
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
-from olp.ir.transformer import calls_nothing, changed_by, mapped
+from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose, angles_from_rotation, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
@@ -538,8 +538,6 @@ def _is_filled(parameters: tuple[Parameter, ...]) -> bool:
 
 
 def _by_name(program: Program) -> bool:
-    from olp.ir.transformer import expressions_of
-
     return any(
         type(e) is NamedArgument
         for s in program.statements()
@@ -569,7 +567,7 @@ _GIVEN: Final = "given"
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """A routine's parameters and their flags: name, case folded -> the flag's name; a switch's is its own."""
+    """A routine's parameters and their flags: name, case folded -> the flag's name; a switch's is its own, "": none."""
 
     parameters: tuple[Parameter, ...]
     flags: Mapping[str, str] = field(default_factory=dict)
@@ -586,22 +584,36 @@ def optional_parameters(program: Program, work: TranslationContext) -> Program:
 
 
 def _is_optional(p: Parameter) -> bool:
-    return p.switch or (p.optional and p.default is None)
+    return p.switch or (p.optional and (p.default is None or _is_system(p)))
+
+
+def _is_system(p: Parameter) -> bool:
+    """A frame that is the base where none is given: moves that it is handed on to need not know whether it is."""
+    return isinstance(p.default, FrameRef)
 
 
 def _is_plain(routine: Routine) -> bool:
     options = [p for p in routine.parameters if _is_optional(p)]
     return bool(options) and all(
-        p.switch or (p.type in _UNREAD and not p.by_reference and "{" not in p.native) for p in options
+        p.switch or _is_system(p) or (p.type in _UNREAD and not p.by_reference and "{" not in p.native)
+        for p in options
     )
 
 
 def _head(routine: Routine, work: TranslationContext) -> _Head:
-    flags = {
-        p.name.casefold(): p.name if p.switch else work.fresh(f"{p.name}_given")
-        for p in routine.parameters
-        if _is_optional(p)
+    asked = {
+        e.arguments[0].name.casefold()
+        for s in routine.body
+        if not calls_nothing(s)
+        for e in expressions_of(s)
+        if isinstance(e, Function) and e.name == _GIVEN and isinstance(e.arguments[0], Named)
     }
+    flags = {}
+    for p in routine.parameters:
+        key = p.name.casefold()
+        if _is_optional(p):
+            plain = _is_system(p) and key not in asked
+            flags[key] = "" if plain else p.name if p.switch else work.fresh(f"{p.name}_given")
     return _Head(routine.parameters, flags)
 
 
@@ -614,7 +626,7 @@ def _routine(routine: Routine, heads: Mapping[str, _Head]) -> Routine:
             return replace(e, arguments=_arguments(e.arguments, heads[e.routine.casefold()], own))
         if type(e) is Function and e.name == _GIVEN and type(e.arguments[0]) is Named:
             asked = e.arguments[0].name.casefold()
-            if asked in own.flags:
+            if own.flags.get(asked):
                 return Named(own.flags[asked])
             return SignalState(True) if asked in names else e
         return e
@@ -631,9 +643,9 @@ def _routine(routine: Routine, heads: Mapping[str, _Head]) -> Routine:
         if flag is None:
             parameters.append(p)
             continue
-        parameters.append(Parameter(flag, "boolean"))
+        parameters += [Parameter(flag, "boolean")] if flag else []
         if not p.switch:
-            parameters.append(replace(p, optional=False))
+            parameters.append(replace(p, optional=False, default=None))
     return replace(routine, body=tuple(map(row, routine.body)), parameters=tuple(parameters))
 
 
@@ -649,10 +661,98 @@ def _arguments(given: tuple[Expression, ...], head: _Head, caller: _Head) -> tup
             continue
         named, passed = by_name.get(key), by_name.get(key + _PASSED_ON)
         if passed is not None and type(passed.value) is Named:
-            flag: Expression = Named(caller.flags.get(passed.value.name.casefold(), passed.value.name))
+            flag: Expression = Named(caller.flags.get(passed.value.name.casefold()) or passed.value.name)
             value: Expression = passed.value
         else:
             flag = SignalState(named is not None)
-            value = _UNREAD.get(p.type, flag) if named is None or named.value is None else named.value
-        found += [flag] if p.switch else [flag, value]
+            usual = p.default if p.default is not None else _UNREAD.get(p.type, flag)
+            value = usual if named is None or named.value is None else named.value
+        found += [flag] if p.switch else [flag, value] if head.flags[key] else [value]
     return tuple(found)
+
+
+# --- Tools and frames that are handed over ---
+# Where tools and frames have numbers and no names, a routine that gets one is written once for each that it gets.
+
+_SYSTEMS: Final = frozenset({"tool", "frame"})
+_MOST_COPIES: Final = 8  # of one routine
+
+
+def handed_systems(program: Program, work: TranslationContext) -> Program:
+    """Routines without tools and frames among their parameters, one for each combination that calls hand over."""
+    if work.limits.named_frames:
+        return program
+    for _ in range(_MOST_COPIES):  # routines that hand on what they got come after their callers
+        ready = next((r for r in program.routines if _handed_to(r, program) is not None), None)
+        if ready is None:
+            return program
+        program = _one_for_each(ready, program, work)
+    return program
+
+
+def _places(routine: Routine) -> list[int]:
+    return [at for at, p in enumerate(routine.parameters) if p.type in _SYSTEMS]
+
+
+def _calls_of(routine: Routine, program: Program) -> list[tuple[Routine, Call | CallValue]]:
+    name = routine.name.casefold()
+    return [
+        (r, call)
+        for r in program.routines
+        for s in r.body
+        if not calls_nothing(s)
+        for call in (s, *expressions_of(s))
+        if isinstance(call, (Call, CallValue)) and call.routine.casefold() == name
+    ]
+
+
+def _handed_to(routine: Routine, program: Program) -> list[tuple[Expression, ...]] | None:
+    """The combinations of tools and frames that calls hand over; None where one is not that of the whole program."""
+    places = _places(routine)
+    if not places or any(p.optional or p.switch for p in routine.parameters):
+        return None
+    names = {routine.parameters[at].name for at in places}
+    if any(
+        isinstance(s, Assign) and {e.name for e in expressions_of(s.target) if isinstance(e, Named)} & names
+        for s in routine.body
+    ):
+        return None
+    shared = {d.name for d in program.data}
+    found: list[tuple[Expression, ...]] = []
+    for _, call in _calls_of(routine, program):
+        if len(call.arguments) != len(routine.parameters):
+            return None
+        given = tuple(call.arguments[at] for at in places)
+        if not all(isinstance(e, FrameRef) or (isinstance(e, Named) and e.name in shared) for e in given):
+            return None
+        found += [] if given in found else [given]
+    return found if 0 < len(found) <= _MOST_COPIES else None
+
+
+def _one_for_each(routine: Routine, program: Program, work: TranslationContext) -> Program:
+    combinations = _handed_to(routine, program) or []
+    places = _places(routine)
+    names = [routine.name, *(work.fresh(f"{routine.name}_{n}") for n in range(2, len(combinations) + 1))]
+    copies: list[Routine] = []
+    for name, given in zip(names, combinations, strict=True):
+        values = {routine.parameters[at].name: e for at, e in zip(places, given, strict=True)}
+
+        def change(e: Expression, values: dict[str, Expression] = values) -> Expression:
+            return values.get(e.name, e) if type(e) is Named else e
+
+        parameters = tuple(p for at, p in enumerate(routine.parameters) if at not in places)
+        body = tuple(mapped(s, change) for s in routine.body)
+        copies.append(replace(routine, name=name, parameters=parameters, body=body))
+
+    def called(e: Expression | Statement) -> Any:
+        if not isinstance(e, (Call, CallValue)) or e.routine.casefold() != routine.name.casefold():
+            return e
+        given = tuple(e.arguments[at] for at in places)
+        kept = tuple(a for at, a in enumerate(e.arguments) if at not in places)
+        return replace(e, routine=names[combinations.index(given)], arguments=kept)
+
+    routines: list[Routine] = []
+    for r in program.routines:
+        for one in copies if r is routine else [r]:
+            routines.append(replace(one, body=tuple(called(mapped(s, called)) for s in one.body)))
+    return replace(program, routines=tuple(routines))

@@ -46,7 +46,7 @@ from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import begun, begun_anew, first_values, lasting
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
-from olp.transpile.functions import arguments, functions, optional_parameters
+from olp.transpile.functions import arguments, functions, handed_systems, optional_parameters
 from olp.transpile.handlers import handlers
 from olp.transpile.helper_routines import helper_routines
 from olp.transpile.implicit_declarations import undeclared
@@ -205,6 +205,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         held_systems,
         signal_variables,
         optional_parameters,
+        handed_systems,
         array_sizes,
         flat_records,
         enumerations,

@@ -65,7 +65,9 @@ from olp.languages.vendor import (
     ENDS_CYCLE,
     ENDS_PROGRAM,
     ON_THE_WAY,
+    ONCE,
     SHOWN,
+    WATCH,
     MoveOptions,
     find_vendor,
     language_of,
@@ -114,16 +116,19 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     routines = []
     for routine in program.routines:
         unresolved = _read_records(routine) if resolved else set[str]()
+        halts = words.halts(routine)
         rows: list[Statement] = []
         for s in vendor.without_editor_comments(routine.body) if vendor else routine.body:
             s = words.without_arm(s)
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
+            elif isinstance(s, Process) and s.line in halts:
+                rows += words.halted(s)
             elif isinstance(s, Process) and s.name.casefold() in ENDS_PROGRAM:
                 rows += words.program_end(s, routine)
             elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
-        routines.append(replace(routine, body=tuple(rows)))
+        routines.append(replace(routine, body=tuple(words.switched_off(routine, rows))))
     kept = [d for d in program.data if not (words.axes_stand and d.name in words.held)]
     return set_elsewhere(replace(program, routines=tuple(routines), data=tuple(kept)), words.lost, work)
 
@@ -142,6 +147,7 @@ class _ForeignWords:
     settings: Mapping[int, str]  # lines that set what moves nothing, and what that is
     axes_stand: bool  # whether no position of the program says anything of an axis beside the arm
     held: Set[str]  # variables that hold where axes beside the arm stand
+    watched: Mapping[int, tuple[CallValue, bool]]  # by number: what a condition calls, and whether once only
     lost: list[Statement] = field(default_factory=list)
 
     @classmethod
@@ -160,6 +166,7 @@ class _ForeignWords:
             _idle_settings(program, work),
             stands and not any(_sets_axes(s, held) for s in program.statements()),
             held,
+            dict(_watched(program)),
         )
 
     @property
@@ -264,7 +271,9 @@ class _ForeignWords:
         return [While(s.line, SignalState(True)), Pause(s.line, comment=s.comment), EndWhile(s.line)]
 
     def _process(self, s: Process) -> list[Statement] | None:
-        """Of an instruction that leaves nothing behind; None for any other."""
+        """Of an instruction that leaves nothing behind, or that the target has, too; None for any other."""
+        if self.work.limits.watches and (how := dict(s.arguments).get(WATCH)) is not None:
+            return self._watched(s, how)
         if s.name == self.work.conventions.window_process and not any(
             tag == "blocking" for tag, _ in s.arguments
         ):
@@ -291,6 +300,47 @@ class _ForeignWords:
             says = f"{silent} means nothing to another controller: it is left out"
             self.work.lose(s, Fate.EXACT, "statement", says)
         return [Comment(s.line, s.comment)] if s.comment else []
+
+    def _watched(self, s: Process, how: Expression) -> list[Statement]:
+        """What says that a routine runs as soon as a condition comes true."""
+        call = dict(s.arguments).get("call")
+        if isinstance(call, CallValue):
+            target = language_of(self.work.target)
+            says = (
+                f"{target} calls {call.routine} between its instructions, and no run here lets it happen: "
+                "see that it does what it should"
+            )
+            self.work.lose(s, Fate.APPROXIMATED, "order", says)
+            self.work.ask("see that what a signal starts at any time does what it should", call.routine)
+        if how == Text("named"):
+            return [Comment(s.line, s.comment)] if s.comment else []
+        return [s]
+
+    def halts(self, routine: Routine) -> set[int]:
+        """Lines that stop the arm and let it go on within a routine that a condition calls, where the target can."""
+        known, watched = self.work.conventions, {call.routine.casefold() for call, _ in self.watched.values()}
+        if not self.work.limits.watches or routine.name.casefold() not in watched:
+            return set()
+        words = (known.halting_process, known.starting_process)
+        found = [s for s in routine.body if isinstance(s, Process) and s.name.casefold() in words]
+        pairs = [s.name.casefold() for s in found] == list(words)
+        return {s.line for s in found} if pairs else set()
+
+    def halted(self, s: Process) -> list[Statement]:
+        if s.name.casefold() == self.work.conventions.halting_process:
+            return [Process(s.line, "BRAKE", (), s.comment)]
+        says = f"{language_of(self.work.target)} lets the arm go on where the routine ends"
+        self.work.lose(s, Fate.APPROXIMATED, "order", says)
+        return [Comment(s.line, s.comment)] if s.comment else []
+
+    def switched_off(self, routine: Routine, rows: list[Statement]) -> list[Statement]:
+        """A routine that a condition calls once only, behind what switches that off."""
+        for number, (call, once) in self.watched.items() if self.work.limits.watches else ():
+            if once and call.routine.casefold() == routine.name.casefold():
+                off = (("", Text("")), (WATCH, Text("off")), ("number", Number(number)))
+                at = next((n for n, s in enumerate(rows) if not isinstance(s, (Begin, Declare))), len(rows))
+                return [*rows[:at], Process(0, "interrupt", off), *rows[at:]]
+        return rows
 
     def _manner_setting(self, s: Assign) -> str | None:
         """What a system variable says of how moves are made; None for another one, or where they end elsewhere."""
@@ -532,6 +582,14 @@ def _may_name_arm(s: Statement) -> bool:
     if isinstance(s, Move):
         return any(type(e) is Function for e in (*s.targets, s.via))
     return isinstance(s, (Assign, Call, Return))
+
+
+def _watched(program: Program) -> Iterator[tuple[int, tuple[CallValue, bool]]]:
+    for s in program.statements():
+        given = dict(s.arguments) if isinstance(s, Process) else {}
+        call, number = given.get("call"), given.get("number")
+        if WATCH in given and isinstance(call, CallValue) and isinstance(number, Number):
+            yield int(number.value), (call, given.get(ONCE) == SignalState(True))
 
 
 def _all_declared(program: Program) -> Iterator[Declare]:

@@ -152,7 +152,7 @@ class Krl(Vendor):
             with_channel_calls,
             with_kept_settings,
             with_own_layouts,
-            with_text_comparisons,
+            with_plain_functions,
         )
         from olp.languages.vendors.krl.library import (
             with_cyclic_flags,
@@ -163,7 +163,7 @@ class Krl(Vendor):
         )
 
         program = with_record_messages(with_given_parameters(program))
-        program = with_text_comparisons(with_status_members(with_cyclic_flags(program)))
+        program = with_plain_functions(with_status_members(with_cyclic_flags(program)))
         return without_unknown_types(with_own_layouts(with_kept_settings(with_channel_calls(program))))
 
     def sniff(self, source: Source) -> bool:

@@ -19,6 +19,7 @@ from olp.ir.expressions import (
     CallValue,
     Compare,
     Expression,
+    Function,
     Item,
     Member,
     Named,
@@ -26,6 +27,7 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
     Text,
+    Unary,
 )
 from olp.ir.program import Program
 from olp.ir.statements import (
@@ -299,10 +301,12 @@ def with_channel_calls(program: Program) -> Program:
     return replace(program, routines=tuple(routines), data=_without(program.data, unread))
 
 
-def with_text_comparisons(program: Program) -> Program:
-    """The program with comparisons in the place of `StrComp(A[],B[],#CASE_SENS)`."""
+def with_plain_functions(program: Program) -> Program:
+    """The program with comparisons in the place of `StrComp(A[],B[],#CASE_SENS)`, and `B_NOT N` as -N - 1."""
 
     def change(e: Expression) -> Expression:
+        if type(e) is Function and e.name == "bit-not":
+            return Binary("-", Unary("-", e.arguments[0]), Number(1))
         if type(e) is CallValue and e.routine.casefold() == "strcomp" and len(e.arguments) == 3:
             one, other, how = e.arguments
             if how == Text("#CASE_SENS"):
@@ -312,8 +316,6 @@ def with_text_comparisons(program: Program) -> Program:
     def row(s: Statement) -> Statement:
         return mapped(s, change) if _is_read(s) else s
 
-    if not any(type(e) is CallValue for s in _reading(program) for e in expressions_of(s)):
-        return program
     return replace(
         program, routines=tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
     )

@@ -9,14 +9,15 @@ the move and all routines up to the one that declared the interrupt.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Final
 
 from lark.exceptions import UnexpectedInput
 
-from olp.ir.expressions import CallValue, Expression, Number, Text
+from olp.ir.expressions import CallValue, Expression, Number, SignalState, Text
 from olp.ir.statements import Assign, Call, Process
 from olp.languages.lark_host import BrokenLineError
-from olp.languages.vendor import WATCH
+from olp.languages.vendor import BEGINS, WATCH
 from olp.languages.vendors.krl.scope import Scope
 
 NAME: Final = "interrupt"
@@ -58,3 +59,18 @@ def read_interrupt(code: str, scope: Scope) -> Process:
         ("call", CallValue(call.routine, call.arguments)),
     )
     return Process(0, NAME, (*plain, *more))
+
+
+def written(s: Process, value: Callable[[Expression], str]) -> list[str]:
+    """The statements that declare or switch what another language watches; none for anything else."""
+    given = dict(s.arguments)
+    how, number = given.get(WATCH), given.get("number")
+    if not isinstance(how, Text) or not isinstance(number, Number):
+        return []
+    when, call = given.get("when"), given.get("call")
+    if when is not None and isinstance(call, CallValue):
+        begins = [f"INTERRUPT ON {number.value}"] if given.get(BEGINS) == SignalState(True) else []
+        return [f"GLOBAL INTERRUPT DECL {number.value} WHEN {value(when)} DO {call.routine} ( )", *begins]
+    if number.value:
+        return [f"INTERRUPT {how.value.upper()} {number.value}"]
+    return [f"INTERRUPT {'ENABLE' if how.value == 'on' else 'DISABLE'}"]

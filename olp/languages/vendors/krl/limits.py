@@ -76,6 +76,7 @@ LIMITS: Final = Limits(
     first_signal=1,
     declared_groups=True,
     has_xor=True,
+    watches=True,
     position_read_in="move",
     integer_type="INT",
     has_integers=True,

@@ -396,6 +396,8 @@ class KrlMoves(KrlValues):
                 tool=s.tool and self._plain(s.tool),
                 frame=s.frame and self._plain(s.frame),
             )
+        elif isinstance(s, st.Call):
+            s = replace(s, arguments=tuple(map(self._plain, s.arguments)))
         else:
             name = {st.Assign: "value", st.Return: "value", st.SetTool: "tool", st.SetFrame: "frame"}[type(s)]
             s = replace(s, **{name: self._plain(getattr(s, name))})

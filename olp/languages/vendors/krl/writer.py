@@ -18,7 +18,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import expressions_of
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, as_text
-from olp.languages.vendors.krl import texts
+from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.body import FORGETS
 from olp.languages.vendors.krl.forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
 from olp.languages.vendors.krl.forms import HEADER as HEADER_OF_FORMS
@@ -274,9 +274,10 @@ class KrlWriter(KrlMoves):
         return [*before, f"RETURN {self.value(s.value)}"]
 
     def write_call(self, s: st.Call) -> Lines:
+        before, s = self.computed(s)
         text = f"{s.routine} ({self.arguments(s.arguments)})"
         line = text if s.result is None else f"{self.target(s.result)}={text}"
-        return [line, "RETURN"] if s.jump else line
+        return [*before, line, *(["RETURN"] if s.jump else [])]
 
     def write_while(self, s: st.While) -> Lines:
         line = "LOOP" if s.condition == ex.SignalState(True) else f"WHILE {self.condition(s.condition)}"
@@ -289,7 +290,9 @@ class KrlWriter(KrlMoves):
     # --- the language's own -----------------------------------------------------------------------------
 
     def write_process(self, s: st.Process) -> Lines:
-        if not self.own and s.name != "continue":
+        if not self.own and (watched := interrupts.written(s, self.value)):
+            return watched
+        if not self.own and s.name not in ("continue", "BRAKE"):
             raise CannotSayError(f"the process instruction {s.name}")
         if s.name == "ENDSPLINE":
             return self.end_block()

@@ -86,6 +86,8 @@ class Rapid(Vendor):
             **dict.fromkeys(("testsigndefine", "testsignreset"), "measuring a signal of the drives"),
         },
         standing_processes=frozenset({"waitrob"}),
+        halting_process="stopmove",
+        starting_process="startmove",
         manner_processes={
             "singarea": "how the arm passes singularities",
             "cirpathmode": "how the tool turns on arcs",
@@ -158,7 +160,9 @@ class Rapid(Vendor):
         return any(_HEADER.match(line) for line in head[:5]) and any("VERSION" in line for line in head[:6])
 
     def as_called(self, program: Program) -> Program:
-        return with_outside_calls(program)
+        from olp.languages.vendors.rapid.interrupts import with_watches
+
+        return with_watches(with_outside_calls(program))
 
     def read(self, source: Source) -> Program:
         from olp.languages.vendors.rapid.reader import read_program

@@ -36,6 +36,7 @@ from olp.languages.vendors.rapid.predefined_data import (
     CONSTANTS,
     FASTEST,
     FUNCTIONS,
+    LEAST_ARGUMENTS,
     SIGNAL_TYPES,
     SIGNAL_USERS,
     as_number,
@@ -273,6 +274,10 @@ class RapidExpressionRules(Transformer[Token, Any]):
             key = key[:-4]
         if key in FUNCTIONS:
             kinds = ("robtarget",) if key == "offs" else ("pose", "pose") if key[:4] == "pose" else ()
+            least = LEAST_ARGUMENTS.get(key, 1)
+            if len(given) < least:
+                says = f"{name} with {len(given)} argument{'s' * (len(given) != 1)}"
+                raise BrokenLineError(says, word=name, wanted=f"{least} of them")
             return Function(FUNCTIONS[key], self.plain_arguments(given, kinds))
         if key in SIGNAL_USERS:
             return self._signal_value(key, given)
@@ -309,6 +314,8 @@ class RapidExpressionRules(Transformer[Token, Any]):
 
     def _handed(self, value: Expression | RapidAggregate, kind: str) -> Expression:
         """What a parameter of a type gets: a signal itself where the type is one."""
+        if isinstance(value, Named) and (usual := _USUAL_SYSTEMS.get(value.name.lower())) is not None:
+            return usual
         bus = SIGNAL_TYPES.get(self.names.resolved(kind))
         if bus is not None and isinstance(value, (Named, Signal)):
             return self.signal(value, bus)
@@ -372,6 +379,7 @@ _USUAL: Final[Mapping[tuple[str, str], Expression]] = {
     ("tool", "tool0"): FrameRef("tool", Number(0)),
     ("wobj", "wobj0"): FrameRef("base"),
 }
+_USUAL_SYSTEMS: Final = {name: value for (_, name), value in _USUAL.items()}
 _EULER: Final = ("x", "y", "z")
 _HERE: Final = frozenset({"tool", "wobj"})
 MODES: Final = {"op_man_prog": "manual-reduced", "op_man_test": "manual-full"}  # what OpMode() gives

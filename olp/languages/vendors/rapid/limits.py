@@ -86,6 +86,7 @@ LIMITS = Limits(
     array_literals=True,
     has_power=True,
     program_end="EXIT",
+    lacks=frozenset({"and", "or", "xor"}),  # BitAnd, BitOr and BitXOr take bytes
     traps=TrapWords(
         data_type="intnum",
         connect="CONNECT",

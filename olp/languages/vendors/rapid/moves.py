@@ -229,7 +229,7 @@ class _Arguments:
                     continue
                 if (role, key) == ("z", "z") and "inpos" not in self._options("z"):
                     continue
-                if key == "wobj" and option.value is not None:
+                if key in ("wobj", "wobj?") and option.value is not None:
                     frame = frame_of(self._named_or(option.value, "wobjdata"))
                 else:
                     kept.append((f"{role}{OWN}{option.name}", _switch(self.rules, option)))

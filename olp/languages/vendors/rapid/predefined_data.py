@@ -133,6 +133,10 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "poseinv": "pose-inverse", "offs": "pose-offset",
 }  # fmt: skip
 
+LEAST_ARGUMENTS: Final[Mapping[str, int]] = {
+    "atan2": 2, "pow": 2, "max": 2, "min": 2, "strpart": 3, "posemult": 2, "offs": 4,
+}  # fmt: skip
+
 # Instructions without a neutral meaning; everything else that is no routine of the file is called as one.
 _PROCESS: Final = """
     accset actevbuffer actunit add aliasio bitclear bitset bookerrno brakecheck calldata cancelload checkprogref

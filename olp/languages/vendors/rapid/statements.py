@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import CallValue, Expression, Function, Member, Named, Text
+from olp.ir.expressions import CallValue, Expression, FrameRef, Function, Member, Named, Text
 from olp.ir.program import (
     Assign,
     Call,
@@ -39,7 +39,7 @@ from olp.ir.program import (
 )
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import ENDS_CYCLE
-from olp.languages.vendors.rapid import literals
+from olp.languages.vendors.rapid import interrupts, literals
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
 from olp.languages.vendors.rapid.instructions import BESIDE, RULES
 from olp.languages.vendors.rapid.known_routines import CALLED, REPLACEABLE
@@ -158,14 +158,16 @@ class ClauseRules(RapidExpressionRules):
         passing = next((token.upper() for token in tokens if token.type == "PASSING"), "")
         kind, name = words[0], words[1]
         stars = kinds.count("STAR")
+        optional = "BACKSLASH" in kinds
+        usual = FrameRef("base") if optional and kind.lower() == "wobjdata" and not stars else None
         native = f"{passing} {kind}".strip() + ("{" + ",".join("*" * stars) + "}" if stars else "")
         return Parameter(
             self.names.spelled(name),
             TYPES.get(self.names.resolved(kind.lower()), kind.lower()),
             passing in ("INOUT", "VAR", "PERS", "REF"),
-            "BACKSLASH" in kinds,
+            optional,
             kind.lower() == "switch",
-            None,
+            usual,  # \WObj?WObj hands on wobj0 where it is not given
             native,
         )
 
@@ -300,7 +302,7 @@ class ClauseRules(RapidExpressionRules):
                     return kept
                 return [ObeyFlags(0, on is not None), kept]
             if key in INTERRUPTS:
-                return Process(0, "interrupt", (("", Text(f"{name} {raw}".strip())),))
+                return interrupts.ordered(f"{name} {raw}".strip(), key, given)
             if key in PROCESS:
                 process = self._process(name, raw)
                 if key not in REPLACEABLE:
@@ -354,7 +356,11 @@ class ClauseRules(RapidExpressionRules):
         return Process(0, "TRYNEXT")
 
     def connect(self, children: list[Any]) -> Process:
-        return self._word("CONNECT", "interrupt")
+        kept = self._word("CONNECT", interrupts.NAME)
+        (name, postfixes), trap = children[0], children[-1]
+        text = kept.arguments[0][1]
+        assert isinstance(text, Text)
+        return kept if postfixes else interrupts.connected(text.value, name, str(trap))
 
     def _word(self, word: str, name: str = "") -> Process:
         """An instruction kept as written from its word on."""
