@@ -12,12 +12,12 @@ from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import olp
+from olp.core.documented_names import todays_name
 from olp.languages.vendor import maker_of, vendor_names
 
 ROOT = Path(olp.__file__).resolve().parent.parent
@@ -130,25 +130,37 @@ def test_files_that_comments_and_pages_name_exist() -> None:
     assert wrong == []
 
 
-_DOTTED = re.compile(r"\bolp(?:\.[A-Za-z_]\w*){2,}")
+_DOTTED = re.compile(r"\bolp(?:\.[A-Za-z]\w*){2,}")
+
+
+@cache
+def named_in(module: str) -> set[str]:
+    """What a module defines or imports, wherever in it."""
+    nodes = ast.walk(trees()[module])
+    return {
+        word
+        for node in nodes
+        for word in (getattr(node, at, None) for at in ("id", "name", "attr", "asname"))
+        if word
+    }
 
 
 def is_there(dotted: str) -> bool:
-    """Whether a dotted name is a module, or something in one.
+    """Whether a dotted name is a module, or something in one; `olp.Plan` is in olp.
 
     >>> is_there("olp.core.units.mm"), is_there("olp.core.units.miles")
     (True, False)
     """
-    whole = dotted.split(".")
-    for count in range(len(whole), 0, -1):
-        try:
-            found: object = import_module(".".join(whole[:count]))
-        except ModuleNotFoundError:
-            continue
-        for name in whole[count:]:
-            found = getattr(found, name, None)
-        return found is not None
-    return False
+    dotted = todays_name(dotted) or dotted
+    module = next(m for m in (dotted, *prefixes(dotted)) if m in trees())
+    return set(dotted.removeprefix(module).split(".")[1:]) <= named_in(module) | set(olp.__all__)
+
+
+def prefixes(dotted: str) -> Iterator[str]:
+    """a.b.c: a.b, a"""
+    while "." in dotted:
+        dotted = dotted.rpartition(".")[0]
+        yield dotted
 
 
 def test_modules_and_functions_that_comments_and_pages_name_exist() -> None:
