@@ -66,7 +66,7 @@ def test_an_acceleration_that_is_computed_is_set_before_its_move():
         "PTP {A1 30,A2 -90,A3 90,A4 0,A5 20,A6 0}",
     )
     text = krl("DECL INT N", *rows)
-    assert translated(text, "krl", "rapid").count("AccSet ") == 2
+    assert translated(text, "krl", "rapid").count("AccSet joint_acceleration,100;") == 2
     one, other = read(text, "krl").plan(robot=ROBOT), run_elsewhere(text, "krl", "rapid")
     assert one.moves.acceleration.tolist() == pytest.approx(other.moves.acceleration.tolist())
 

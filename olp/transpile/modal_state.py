@@ -95,6 +95,14 @@ _RATES: Final[Mapping[bool, tuple[Key, Key]]] = {
 }
 
 
+def _name_of(key: Key) -> str:
+    """What a variable for a setting is called."""
+    words = [part for part in key if isinstance(part, str)]
+    if key[0] == _RATE:
+        words = ["joint" if key[1] else "path", "acceleration"]
+    return "_".join(words)
+
+
 @dataclass(slots=True)
 class _Modal:
     """`definitions`: what each definition sets its key to, in order of finding."""
@@ -209,7 +217,7 @@ class _Modal:
     def _variable(self, key: Key, found: Values, unset: object) -> object:
         name = self.variables.get(key)
         if name is None:
-            name = self.variables[key] = Named(self.work.helper("_".join(str(part) for part in key)))
+            name = self.variables[key] = Named(self.work.helper(_name_of(key)))
             frame = key in (_TOOL, _FRAME)
             value: Any = unset if frame else Number(0.0)
             kind = str(key[0]) if frame else "real"
