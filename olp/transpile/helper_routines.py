@@ -23,9 +23,10 @@ from olp.ir.program import (
     Statement,
     While,
 )
-from olp.ir.transformer import calls_nothing, mapped
+from olp.ir.transformer import mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.occurrences import changed_rare
 
 _BITS: Final = ("and", "or", "xor")
 
@@ -35,9 +36,11 @@ def helper_routines(program: Program, work: TranslationContext) -> Program:
     if not work.limits.lacks:
         return program
     own = _Helpers(work)
-    routines = []
-    for r in program.routines:
-        routines.append(replace(r, body=tuple([own.statement(s) for s in r.body])))
+    routines = [
+        changed_rare(r, look, own.statement) if any(map(own.asks, look.expressions)) else r
+        for r in program.routines
+        for look in (work.look(r),)
+    ]
     if not own.made:
         return program
     return replace(program, routines=(*routines, *own.made.values()))
@@ -48,8 +51,12 @@ class _Helpers:
     work: TranslationContext
     made: dict[str, Routine] = field(default_factory=dict)  # by the function's name
 
+    def asks(self, e: Expression) -> bool:
+        name = e.operator if isinstance(e, Binary) else e.name if isinstance(e, Function) else ""
+        return name in self.work.limits.lacks
+
     def statement(self, s: Statement) -> Statement:
-        return s if calls_nothing(s) else mapped(s, lambda e: self._change(e, s))
+        return mapped(s, lambda e: self._change(e, s))
 
     def _change(self, e: Expression, s: Statement) -> Expression:
         language = language_of(self.work.target)

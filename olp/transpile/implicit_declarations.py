@@ -226,9 +226,8 @@ def _told_of(s: Statement, name: str, work: TranslationContext) -> str:
     """How a routine gives back its value, and what it may do with the variables of a call and cannot in the target."""
     calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (Call, CallValue)) and e.routine == name]
     if work.limits.numbered and any(isinstance(call, CallValue) for call in calls):
-        return (
-            f", which puts its value into the variable whose number is its last argument{_kept(calls, work)}"
-        )
+        kept = _kept(calls, work).replace(", which", ", and which")
+        return f", which puts its value into the variable whose number is its last argument{kept}"
     return _kept(calls, work)
 
 

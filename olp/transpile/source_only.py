@@ -489,6 +489,13 @@ def plain_texts(program: Program, work: TranslationContext) -> Program:
     quote = work.limits.text_quote
     if not quote:
         return program
+    odd = any(
+        isinstance(e, Text) and _is_odd(e.value, quote)
+        for r in program.routines
+        for e in work.look(r).expressions
+    ) or any(isinstance(e, Text) and _is_odd(e.value, quote) for d in program.data for e in expressions_of(d))
+    if not odd and not any(r.data for r in program.routines):
+        return program
     asked: set[str] = set()
     for s in program.statements():
         for e in () if calls_nothing(s) else expressions_of(s):

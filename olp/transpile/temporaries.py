@@ -708,18 +708,25 @@ def texts_by_statement(program: Program, work: TranslationContext) -> Program:
     """For KRL: texts that are put together within a statement are put together before it, in variables."""
     if not work.limits.texts_by_statement:
         return program
+    with_texts = [any(map(_is_put_together, work.look(r).expressions)) for r in program.routines]
+    if not any(with_texts):
+        return program
     own = _TextHoist(work, symbols_of(program))
-    routines = tuple(own.routine_of(r) if any(map(_has_text, r.body)) else r for r in program.routines)
+    routines = tuple(
+        own.routine_of(r) if has else r for r, has in zip(program.routines, with_texts, strict=True)
+    )
     return replace(program, routines=routines, data=(*program.data, *own.texts.declared))
 
 
 _PUT_TOGETHER: Final = frozenset({"joined-text", "text-of-value", "part-of-text", "match-in-text"})
 
 
+def _is_put_together(e: Expression) -> bool:
+    return type(e) is Function and e.name in _PUT_TOGETHER
+
+
 def _has_text(s: Statement) -> bool:
-    return not calls_nothing(s) and any(
-        type(e) is Function and e.name in _PUT_TOGETHER for e in expressions_of(s)
-    )
+    return not calls_nothing(s) and any(map(_is_put_together, expressions_of(s)))
 
 
 @dataclass(slots=True)
