@@ -164,7 +164,6 @@ class Limits:
     has_break: bool = True
     has_continue: bool = False
     has_switch: bool = True
-    has_functions: bool = True  # routines that return a value within an expression
     has_parameters: bool = True
     nested_expressions: bool = True  # more than one operator in an expression
     one_routine_per_file: bool = False

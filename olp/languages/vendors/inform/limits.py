@@ -37,7 +37,6 @@ LIMITS: Final = Limits(
     },
     has_repeat=False,
     has_break=False,
-    has_functions=False,
     has_parameters=False,
     one_routine_per_file=True,
     external_axes=6,

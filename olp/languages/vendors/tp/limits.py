@@ -44,7 +44,6 @@ LIMITS: Final = Limits(
     has_for=True,
     has_break=False,
     has_switch=False,
-    has_functions=False,
     has_parameters=True,
     nested_expressions=True,
     one_routine_per_file=True,

@@ -33,7 +33,6 @@ LIMITS: Final = Limits(
     tool_and_frame="move",
     has_repeat=False,
     has_switch=False,
-    has_functions=False,
     has_parameters=False,
     external_axes=0,
     has_override=False,
