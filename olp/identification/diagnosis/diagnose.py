@@ -289,8 +289,6 @@ def _held_out(model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Fo
 # --- Locate ---
 # Where simulation and recording differ: move by move, significant or not, and in which phase.
 
-_FALSE_DISCOVERIES = 0.05  # of the moves that are called significant
-
 
 def mismatch_of(case: MeasuredMoves, sigma: float, model: DurationModel, late: NDArray[np.bool_]) -> Mismatch:
     """Residuals of all moves against the judged simulation."""
@@ -315,7 +313,7 @@ def significant(residual: Floats, sigma: float) -> NDArray[np.bool_]:
     """(n,) beyond the noise, at most 5 % false ones (Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57, 1995)."""
     tail = np.array([math.erfc(abs(r) / sigma / math.sqrt(2.0)) for r in residual.tolist()])
     order = np.argsort(tail)
-    passed = tail[order] <= _FALSE_DISCOVERIES * np.arange(1, len(tail) + 1) / len(tail)
+    passed = tail[order] <= evidence.FALSE_DISCOVERIES * np.arange(1, len(tail) + 1) / len(tail)
     count = int(np.nonzero(passed)[0].max()) + 1 if passed.any() else 0
     chosen = np.zeros(len(tail), dtype=bool)
     chosen[order[:count]] = True
@@ -506,7 +504,6 @@ def no_case() -> MeasuredMoves:
 
 _BESIDE = 2  # names that are tried beside a plainer form
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
-_ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 
 
 class ReportedFindings(NamedTuple):
@@ -614,7 +611,7 @@ def _finding(
     best = named.fit
     members = [best.model.parts[k] for k in parts]
     share = np.sum([shares[k] for k in parts], axis=0)
-    acts = np.abs(share) > _ACTS * best.scale
+    acts = np.abs(share) > evidence.ACTS * best.scale
     rest = best
     for k in sorted(parts, reverse=True):
         rest = ModelFit(rest.model.without(k), rest.loss, rest.scale, rest.bic)

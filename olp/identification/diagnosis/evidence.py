@@ -28,7 +28,7 @@ from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
-FALSE_DISCOVERIES = 0.05  # of the names
+FALSE_DISCOVERIES = 0.05  # of the names, and of the moves that are called significant
 SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
 _WITHIN = 1.5  # times the scatter: the root mean square of moves of which none is far off (Student's t: 1.2)
 _CLEARLY = 1.25  # times the scatter that a set leaves: a smaller set that leaves more has lost something
@@ -42,7 +42,7 @@ _APART = range(
 _TRIES, _STEPS = 3, 25  # sets of each size that are fitted to the end
 _FEWEST = 3  # moves in which a term acts, in the training part of each fold
 _CLIP = 6.0  # times the scatter: what is farther off counts as that
-_ACTS = 0.5  # of the scatter
+ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 _SURE_DRIFT = 3.0  # standard errors
 NOTICED = 1.05  # times the error with a name: without it, it is more
 CUT = 2.0  # times the mean square beyond the noise: a name takes away as much of it as it leaves, at least
@@ -204,7 +204,7 @@ def _together(seconds: Floats, case: MeasuredMoves) -> tuple[float, float]:
 def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]:
     """(n,) moves that a part changes by more than half of the scatter."""
     whole = fitted.model.seconds(case)
-    return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > _ACTS * fitted.scale)
+    return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > ACTS * fitted.scale)
 
 
 def confirmed(
