@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from olp.core.version import __version__
+from olp.identification.timing_job import TimingJob
 from olp.languages.vendor import find_vendor
-from olp.reports.batch import Job
 from olp.servers.language.service import settings_of
 
 HOST = Path(__file__).parent.parent / "hosts" / "vscode"
@@ -43,7 +43,7 @@ def test_the_settings_of_the_editor_are_taken_by_the_server() -> None:
     assert declared - {"command"} == set(given)
     taken = settings_of({"olp": given})
     assert taken.diagnostics == ()
-    plain = {field.name: getattr(Job(), field.name) for field in fields(Job)}
+    plain = {field.name: getattr(TimingJob(), field.name) for field in fields(TimingJob)}
     assert {name for name in plain if getattr(taken.job, name) != plain[name]} == set(given)
 
 
