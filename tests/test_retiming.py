@@ -220,3 +220,12 @@ def test_places_that_do_not_increase_are_refused(place):
     with pytest.raises(OlpError) as caught:
         SampledPath.through(place, np.zeros((len(place), 2)))
     assert caught.value.diagnostics[0].code == "L001"
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_axis_that_moves_by_less_than_any_number_counts_stands():
+    """Rounding leaves ways of 1e-310 in real programs: their reciprocals are no numbers."""
+    places = np.linspace(0.0, 1.0, 9)
+    ways = [np.stack((places, still * np.sin(9.0 * places)), axis=1) for still in (0.0, 1e-310)]
+    times = [retime(SampledPath.through(places, way, 200), [1.0, 1.0], [2.0, 2.0]).duration for way in ways]
+    assert times[1] == times[0]

@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 
 _SAVING = 2e-6  # [s] per sample that compiled code saves, measured by bench/retiming.py
 _AT_ONCE = 20_000  # samples at a time: their arrays stay in the cache
+_NOTHING = (
+    1e-150  # of a derivative of an axis along the path: it bounds no motion, and its reciprocal is no number
+)
 
 
 class LimitKind(StrEnum):
@@ -134,7 +137,7 @@ def _limits(
     further: Further | None,
 ) -> _Limits:
     shape = (-1, *path.first.shape[-2:])
-    first, second = path.first.reshape(shape), path.second.reshape(shape)
+    first, second = (np.where(np.abs(d) < _NOTHING, 0.0, d).reshape(shape) for d in (path.first, path.second))
     try:
         v, a = (
             np.broadcast_to(np.asarray(x, dtype=np.float64), path.first.shape) for x in (speed, acceleration)
