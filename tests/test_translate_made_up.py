@@ -234,3 +234,10 @@ def test_a_first_move_to_where_the_arm_stands_and_long_messages_are_no_differenc
     rows += ['$LOOP_MSG[]="a text that needs two lines on the pendant"', '$LOOP_MSG[]="b"', "WAIT SEC 1"]
     found = receipt(krl("$BASE=$NULLFRAME", "$TOOL=$NULLFRAME", *rows), "tp", vendor="krl")
     assert differences(found) == []
+
+
+def test_what_goes_wrong_for_an_argument_that_nobody_passes_is_a_warning():
+    text = (
+        "MODULE M\nVAR num list{3}:=[1,2,3];\nPROC main(num at)\nWaitTime list{at+5};\nENDPROC\nENDMODULE\n"
+    )
+    assert [d.severity.value for d in run(read(text, "rapid")).diagnostics if d.code == "I223"] == ["warning"]

@@ -422,6 +422,7 @@ def uncalled_argument(m: Machine, number: int, type_: str) -> Value | None:
     )  # a type is mostly a number's
     if usual is not None:
         m.assume(f"argument {number} of the main routine, which nothing here calls, is taken as {usual!r}")
+        m.unsure = True  # what goes wrong from here on may do so for that
     return usual
 
 
