@@ -92,7 +92,8 @@ def main() -> int:
 
 def make(place: Path, count: int) -> None:
     """Writes `place`/LANGUAGE/PROGRAM/… for all samples and `count` random programs; prints what was refused."""
-    from translate_programs import VENDORS, Maker
+    from translate_programs import Maker
+    from translated_texts import VENDORS
 
     import olp
     from olp.core.diagnostic import OlpError

@@ -18,7 +18,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from translate_programs import VENDORS, round_trip, written  # noqa: E402
+from translate_programs import round_trip, written  # noqa: E402
+from translated_texts import VENDORS  # noqa: E402
 
 import olp  # noqa: E402
 from olp.core.diagnostic import OlpError  # noqa: E402

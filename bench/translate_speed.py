@@ -21,7 +21,8 @@ ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "bench"), str(ROOT / "tests")]
 
 from translate import ROBOT, _long_job  # noqa: E402
-from translate_programs import VENDORS, written  # noqa: E402
+from translate_programs import written  # noqa: E402
+from translated_texts import VENDORS  # noqa: E402
 
 import olp  # noqa: E402
 from olp.robots.robot import Robot, load_robot  # noqa: E402
