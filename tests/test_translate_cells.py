@@ -109,3 +109,15 @@ def test_folders_beside_the_program_are_parts_of_a_cell(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["convert", "krc", "--to", "rapid", "-o", "out"]) == 0
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["cell.mod"]
+
+
+def test_two_programs_of_one_name_that_share_nothing_are_told_apart_by_folders(tmp_path, capsys):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.mod").write_text(
+            f"MODULE M{name}\nPROC main()\nWaitTime {ord(name)};\nENDPROC\nENDMODULE\n"
+        )
+    assert main(["convert", str(tmp_path), "--to", "tp", "-o", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert "error[C008]: two programs that share nothing make the file main.ls" in told
+    assert "each into a folder of its own" in told
+    assert not (tmp_path / "out").exists()

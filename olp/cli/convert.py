@@ -102,7 +102,9 @@ def run(args: Namespace) -> int:
         told += [d.at(job) for d in part.program.diagnostics if not d.is_error]
         for name, data in found.items():
             if files.setdefault(name, data) != data:
-                told.append(error("C008", f"two programs make the file {name}", file=job))
+                says = f"two programs that share nothing make the file {name}"
+                help = "translate them one by one, each into a folder of its own"
+                told.append(error("C008", says, file=job, help=help))
         receipts.append(receipt)
     others = len(alone) < len(parts)
     told += [replace(one, severity=Severity.WARNING) if others else one for one in alone]
