@@ -221,3 +221,13 @@ def test_the_move_before_a_stop_of_the_program_ends_exactly(vendor, target):
     }[vendor]
     assert run(read(text, vendor), ROBOT).moves.blend_code[1] == BlendCode.EXACT
     assert run_elsewhere(text, vendor, target).moves.blend_code[1] == BlendCode.EXACT
+
+
+@pytest.mark.parametrize("made_up", [False, True], ids=["plain", "made up"])
+def test_a_loop_without_end_that_only_the_translation_has_is_a_difference(made_up):
+    """What one run alone never comes to is not excused by the other's being stopped."""
+    first = "WaitTime 1;" if not made_up else "IF count>3 SetDO do5,1;"
+    source = module(first, "SetDO do3,1;", "SetDO do4,1;", "WaitTime 2;", data=["PERS num count:=1;"])
+    assert proof(source, "krl").verdict.agrees
+    looped = proof(source, "krl", ("$OUT[4]=TRUE", "LOOP\n$OUT[4]=TRUE\nENDLOOP"))
+    assert "difference" in {one.kind for one in looped.verdict.objections}

@@ -146,7 +146,7 @@ def compare_plans(
     joint moves and sizes of blends were converted, which are then not compared; nor is what only one of two runs
     comes to that were stopped.
     """
-    cut_short = any(d.code in CUT_SHORT for plan in (one, other) for d in plan.diagnostics)
+    cut_short = other_lengths and all(any(d.code in CUT_SHORT for d in p.diagnostics) for p in (one, other))
     rules = _Rules(
         tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed, other_lengths, cut_short
     )
