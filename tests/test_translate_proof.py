@@ -231,3 +231,11 @@ def test_a_loop_without_end_that_only_the_translation_has_is_a_difference(made_u
     assert proof(source, "krl").verdict.agrees
     looped = proof(source, "krl", ("$OUT[4]=TRUE", "LOOP\n$OUT[4]=TRUE\nENDLOOP"))
     assert "difference" in {one.kind for one in looped.verdict.objections}
+
+
+def test_a_statement_that_fails_for_an_argument_that_nobody_passes_is_not_proven():
+    """Both runs leave it out: they agree about nothing."""
+    source = module("WaitTime list{at+5};", "WaitTime 1;", data=["VAR num list{3}:=[1,2,3];"])
+    found = proof(source.replace("main()", "main(num at)"), "krl")
+    assert {one.kind for one in found.verdict.objections} == {"uncompared"}
+    assert "outside of the array" in found.verdict.objections[0].says
