@@ -239,10 +239,6 @@ def receipt_of(
     tolerances: Tolerances = WRITTEN,
 ) -> Receipt:
     """`runs`: of the source and of the files read again."""
-    one, other = runs.source[0], runs.target[0]
-    comparison: Comparison | None = None
-    again: list[Comparison] = []
-    times: tuple[tuple[int, float, int, float], ...] = ()
     left_out = {loss.line for loss in translated.losses if loss.part == "statement"}
     compared = partial(
         compare_plans,
@@ -254,18 +250,8 @@ def receipt_of(
             part: {loss.line for loss in translated.losses if loss.part == part} for part in ("wait", "order")
         },
     )
-    starts: dict[str, Comparison] = {}
-    labels = runs.starts or ("",) * len(runs.source)
-    for before, after, start in zip(runs.source, runs.target, labels, strict=False):
-        if before is None or after is None:
-            continue
-        if before is one:
-            comparison = compared(before, after, seconds=(_seconds(before), _seconds(after)))
-            times = tuple(comparison.times)
-        elif start:
-            starts[start] = compared(before, after)
-        else:
-            again.append(compared(before, after))
+    comparison, again, starts = _compared_runs(runs, compared)
+    times = () if comparison is None else tuple(comparison.times)
     known = {
         (row.line, row.part)
         for past in (comparison, *again, *starts.values())
@@ -302,7 +288,7 @@ def receipt_of(
         {line: linked.place(line) for line in lines},
         comparison,
         times,
-        before_it_runs(linked, translated, target, other, checked),
+        before_it_runs(linked, translated, target, runs.target[0], checked),
         remarks,
         "" if comparison is None else places(map(linked.place, comparison.unknown)),
         data_only,
@@ -312,6 +298,26 @@ def receipt_of(
         starts,
         "" if data_only else places(map(linked.place, _unreached(program, sources, left_out))),
     )
+
+
+def _compared_runs(
+    runs: PlanRuns, compared: Callable[..., Comparison]
+) -> tuple[Comparison | None, list[Comparison], dict[str, Comparison]]:
+    """Of the plain runs, of those with the inputs on, and of those from further routines."""
+    plain: Comparison | None = None
+    again: list[Comparison] = []
+    starts: dict[str, Comparison] = {}
+    labels = runs.starts or ("",) * len(runs.source)
+    for place, (before, after, start) in enumerate(zip(runs.source, runs.target, labels, strict=False)):
+        if before is None or after is None:
+            continue
+        if place == 0:
+            plain = compared(before, after, seconds=(_seconds(before), _seconds(after)))
+        elif start:
+            starts[start] = compared(before, after)
+        else:
+            again.append(compared(before, after))
+    return plain, again, starts
 
 
 def _with_made_up(
