@@ -1,7 +1,7 @@
-"""Which accelerations the moves of a plan get: those of the law that the user chose, else constant ones.
+"""Accelerations of a plan's moves: those of the law that the user chose, else constant ones.
 
-A line keeps its linear acceleration wherever the law allows more: a law tells what the axes can do, the linear
-acceleration what the controller asks of them.
+A line keeps its linear acceleration wherever the law allows more: the law limits the axes, the linear acceleration
+is what the controller uses.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _STEEP = (
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Accelerations and speeds to use. `report` is called with what had to be assumed. `law` None: constant."""
+    """Accelerations and speeds to use. `report` is called with each assumption. `law` None: constant accelerations."""
 
     linear_acceleration: float | None  # [m/s²]
     report: Callable[[str], None]
@@ -45,7 +45,9 @@ class MotionLimits:
 
 
 def constant_axes(robot: Robot, limits: MotionLimits) -> Floats:
-    """(k,) [rad/s² | m/s²] of the robot file, or what arms of its class need to rated speed (reported)."""
+    """Constant accelerations of the axes (k,) [rad/s² | m/s²]: from the robot file, or typical of arms of its class
+    (reported as an assumption).
+    """
     given = robot.accelerations
     unknown = np.isnan(given)
     if not unknown.any():
@@ -66,7 +68,9 @@ def constant_axes(robot: Robot, limits: MotionLimits) -> Floats:
 def of_axes(
     plan: Plan, robot: Robot, rows: Rows, fraction: Floats, limits: MotionLimits
 ) -> tuple[Floats, Floats]:
-    """Up and down [rad/s² | m/s²] of each axis, (n, k) or (k,), for joint moves at `fraction` (n,) of rated speed."""
+    """Acceleration and deceleration of each axis [rad/s² | m/s²], (n, k) or (k,), in joint moves at `fraction` (n,)
+    of rated speed.
+    """
     if not _usable(robot, limits):
         constant = constant_axes(robot, limits)
         return constant, constant
@@ -89,7 +93,9 @@ def of_axes(
 def _by_torque(
     robot: Robot, start: Floats, target: Floats, fraction: Floats, limits: MotionLimits
 ) -> tuple[Floats, Floats]:
-    """All axes at once and at speed; nan where the move cannot be made with these torques, or is none."""
+    """Acceleration and deceleration with all axes moving at once; nan where the torques cannot make the move or
+    nothing moves.
+    """
     from olp.timing.acceleration.torque import of_moves
 
     change = np.abs(target - start)
@@ -114,7 +120,7 @@ def _by_torque(
 
 
 def of_lines(plan: Plan, rows: Rows, speed: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
-    """Up and down [m/s²] (n,) along lines, arcs and splines at `speed` (n,) [m/s]."""
+    """Acceleration and deceleration [m/s²] (n,) along lines, arcs and splines at `speed` (n,) [m/s]."""
     acceleration = limits.linear_acceleration
     if acceleration is None:
         usual = line_acceleration(plan.robot)
@@ -145,7 +151,7 @@ def _assumed(usual: LineAcceleration, robot: Robot | None) -> str:
 
 
 def filter_time(plan: Plan, limits: MotionLimits) -> float:
-    """[s] of the acceleration filter that the chosen law counts itself, 0 with laws that know none."""
+    """Time [s] of the acceleration filter that the chosen law already includes; 0 with laws that include none."""
     law, robot = limits.law, plan.robot
     if law is None or robot is None or law.name != "time_constant" or not law.knows(robot):
         return 0.0
@@ -158,7 +164,9 @@ def _seconds(law: AccelerationLaw, robot: Robot) -> float:
 
 
 def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: MotionLimits) -> tuple[Floats, Floats]:
-    """What the axes allow at both ends of each row [m/s²] (n,); inf where it cannot be told."""
+    """Acceleration at the start and deceleration at the end of each row that the axes allow [m/s²] (n,); inf where
+    unknown.
+    """
     from olp.timing.retiming.along import measure, sample
 
     up, down = np.full(len(rows), np.inf), np.full(len(rows), np.inf)
@@ -189,7 +197,7 @@ def _by_slope(plan: Plan, robot: Robot, rows: Rows, limits: MotionLimits) -> tup
 
 
 def _usable(robot: Robot, limits: MotionLimits) -> bool:
-    """Whether the chosen law has this robot's numbers; told where it has not."""
+    """Whether the chosen law has this robot's numbers; reports an assumption if it has not."""
     if limits.law is None or limits.law.name == "constant":
         return False
     if limits.law.knows(robot):

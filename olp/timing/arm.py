@@ -49,7 +49,7 @@ _LEAST = 1e-9  # [rad | m] an axis that turns less stands
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMotions:
-    """n joint moves of k axes, from rest to rest where `ramps` and `stop` are 1. Unknown payloads are nan."""
+    """n joint moves of k axes; from rest to rest where `ramps` and `stop` are 1. Unknown payloads are nan."""
 
     turned: Floats  # (n, k) [rad | m] how far each axis goes, not negative
     posture: Floats  # (n, POSTURE) [1] functions of the posture in the middle of the move
@@ -70,7 +70,9 @@ class JointMotions:
 
 
 class LawParameter(NamedTuple):
-    """One number of the law: `mean` and `sd` of its logarithm where `logarithmic`; `source` says where it is from."""
+    """One parameter of the law: `mean` and `sd`, of its logarithm if `logarithmic`; `source` says where the number
+    is from.
+    """
 
     name: str
     unit: str
@@ -86,9 +88,10 @@ class LawParameter(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmTiming:
-    """The law with its numbers, each with a spread and a source: a prior, or what moves made of it.
+    """Parameters of the law, each with a spread and a source: prior knowledge, or fitted to recorded moves.
 
-    `mean` (p,) in the order of `names_of`; `covariance` (p, p) of it. `scatter` [1]: of repeated moves, relative.
+    `mean` (p,) in the order of `names_of`, `covariance` (p, p). `scatter` [1]: relative standard deviation of
+    repeated moves.
     """
 
     axes: tuple[str, ...]
@@ -103,7 +106,7 @@ class ArmTiming:
 
     @property
     def sd(self) -> Floats:
-        """(p,)"""
+        """Standard deviations of the parameters (p,)."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
@@ -116,35 +119,39 @@ class ArmTiming:
 
     @property
     def speeds(self) -> Floats:
-        """(k,) [rad/s | m/s] rated."""
+        """Rated speeds of the axes (k,) [rad/s | m/s]."""
         return np.exp(self.mean[: len(self.axes)])
 
     @property
     def times_to_speed(self) -> Floats:
-        """(k,) [s] from rest to rated speed, stretched and with the rated load."""
+        """Time of each axis from rest to rated speed (k,) [s], with the arm stretched and the rated load."""
         return np.exp(self.mean[len(self.axes) : 2 * len(self.axes)])
 
     @property
     def stop(self) -> float:
-        """[s] what a stop costs at any speed."""
+        """Time [s] that a stop costs at any speed."""
         return float(self.mean[2 * len(self.axes)])
 
     def durations(self, motions: JointMotions) -> Floats:
-        """(n,) [s]; 0 where no axis moves, nan where something is not known."""
+        """Durations of the moves (n,) [s]; 0 where no axis moves, nan where an input is unknown."""
         return solve(self.mean, motions).duration
 
     def axis_times(self, motions: JointMotions) -> Floats:
-        """(n, k) [s] of each axis alone."""
+        """Duration that each axis would need alone (n, k) [s]."""
         return solve(self.mean, motions).axis_times
 
     def spread(self, motions: JointMotions) -> Floats:
-        """(n,) [1] sd of ln(duration): what is not known of the numbers, and the scatter of moves."""
+        """Standard deviation of ln(duration) of each move (n,) [1]: uncertainty of the parameters and scatter of
+        repeats.
+        """
         jacobian = gradient(self.mean, motions)
         known = np.sum((jacobian @ self.covariance) * jacobian, axis=1)
         return np.asarray(np.sqrt(known + self.scatter**2))
 
     def doubts(self, motions: JointMotions) -> tuple[tuple[str, float], ...]:
-        """(name, share [s]) of what makes most of the doubt in the sum of these moves, the largest first."""
+        """Parameters by their share [s] in the uncertainty of the sum of these moves, as (name, share), the largest
+        first.
+        """
         share = np.abs(self.durations(motions) @ np.nan_to_num(gradient(self.mean, motions))) * self.sd
         order = np.argsort(-share)
         return tuple((self.names[i], float(share[i])) for i in order.tolist())
@@ -154,7 +161,7 @@ class ArmTiming:
 
 
 class JointSolution(NamedTuple):
-    """What `solve` found: see ArmTiming."""
+    """Result of `solve`: durations (n,) [s], and for each axis its terms of the law and their derivatives."""
 
     duration: Floats  # (n,) [s]
     cruise: Floats  # (n, k) [s] of each axis at its speed, D/V
@@ -165,14 +172,14 @@ class JointSolution(NamedTuple):
 
     @property
     def axis_times(self) -> Floats:
-        """(n, k) [s] of each axis alone."""
+        """Duration that each axis would need alone (n, k) [s]."""
         reached = self.work < self.cruise**2
         ramps = self.work / np.where(reached, self.cruise, 1.0)
         return np.where(reached, self.cruise + ramps, 2.0 * np.sqrt(self.work))
 
 
 def names_of(axes: Sequence[str]) -> tuple[str, ...]:
-    """The parameters in their order."""
+    """Names of the law's parameters, in their order, for an arm with these axes."""
     wrist = [name for name in axes[:MAIN] for _ in range(POSTURE)]
     return (
         *(f"speed {a}" for a in axes),
@@ -197,7 +204,7 @@ _STOP, _PERCENT, _OVERRIDE, _SHARING, _ROTOR, _LOAD, _WRIST_ROTOR, _WRIST_LOAD, 
 
 
 def _shares(mean: Floats, m: JointMotions) -> tuple[Floats, Floats]:
-    """(k,) rotor share and (n, k) load share of each axis; log odds are in `mean`."""
+    """Rotor share (k,) and load share (n, k) of each axis; `mean` holds their log odds."""
     axes = m.turned.shape[1]
     rest = mean[2 * axes :]
     main = np.arange(axes) < MAIN
@@ -207,7 +214,7 @@ def _shares(mean: Floats, m: JointMotions) -> tuple[Floats, Floats]:
 
 
 def solve(mean: Floats, m: JointMotions) -> JointSolution:
-    """The law for the numbers `mean`, see the head of this file."""
+    """Evaluates the law of this module for the parameters `mean`."""
     axes = m.turned.shape[1]
     main = min(MAIN, axes)
     speed, ramp, rest = np.exp(mean[:axes]), np.exp(mean[axes : 2 * axes]), mean[2 * axes :]
@@ -243,13 +250,15 @@ def solve(mean: Floats, m: JointMotions) -> JointSolution:
 
 
 def _taken(rotor: Floats, loaded: Floats, m: JointMotions) -> Floats:
-    """(n, k, 2) [rad | m] of each drive at both ends, before the absolute value."""
+    """Drive use D_J (see the module), signed, at both ends of each move (n, k, 2) [rad | m]."""
     mixed = (1.0 - loaded[:, :, None]) * m.arm + loaded[:, :, None] * m.load
     return np.asarray(rotor[:, None] * m.turned[:, :, None] + (1.0 - rotor[:, None]) * mixed)
 
 
 def _joined(values: Floats, power: float) -> tuple[Floats, Floats]:
-    """(n,) about the largest of each row, more where others are near it, and (n, k) what each does to its logarithm."""
+    """Soft maximum of each row (n,), larger where other values come near the largest, and its logarithmic
+    derivatives (n, k).
+    """
     largest = np.max(values, axis=1, initial=0.0)
     share = (values / np.where(largest > 0, largest, 1.0)[:, None]) ** power
     total = np.sum(share, axis=1)
@@ -257,7 +266,7 @@ def _joined(values: Floats, power: float) -> tuple[Floats, Floats]:
 
 
 def gradient(mean: Floats, m: JointMotions) -> Floats:
-    """(n, p) of ln(duration) by the numbers."""
+    """Derivatives of ln(duration) by the parameters (n, p)."""
     axes = m.turned.shape[1]
     main = min(MAIN, axes)
     found = solve(mean, m)
@@ -292,14 +301,16 @@ def gradient(mean: Floats, m: JointMotions) -> Floats:
 
 
 def _spread(shares: Floats) -> Floats:
-    """(n,) what `sharing` does by parts that are shared out like this."""
+    """Derivative of the soft maximum by the parameter `sharing` (n,), for contributions `shares` (n, k)."""
     total = np.sum(shares, axis=1, keepdims=True)
     part = shares / np.where(total > 0, total, 1.0)
     return np.asarray(-np.sum(shares * np.log(np.where(part > 0, part, 1.0)), axis=1))
 
 
 def posture_functions(joints: Floats) -> Floats:
-    """(n, POSTURE) of joints (n, k) [rad]: sine and cosine of the second axis, and of second plus and minus third."""
+    """Posture features (n, POSTURE) of joints (n, k) [rad]: sine and cosine of axis 2, of axes 2 + 3 and of axes 2
+    - 3.
+    """
     if joints.shape[1] < 3:
         return np.zeros((len(joints), POSTURE))
     second, third = joints[:, 1], joints[:, 2]

@@ -1,6 +1,4 @@
-"""Joint moves as an arm's law and what is learnt beside it see them, whether they come from a recording or a
-plan.
-"""
+"""Joint moves as the arm's law and the learnt corrections need them, whether they come from a recording or a plan."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ Rows = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointMoves:
-    """n joint moves: the law's view of them, and the joints at both ends (n, k) [rad | m]."""
+    """n joint moves: the inputs of the law, and the joints at both ends (n, k) [rad | m]."""
 
     motions: JointMotions
     start: Floats
@@ -33,7 +31,7 @@ class JointMoves:
         return len(self.start)
 
     def at_ends(self, ramps: Floats, stop: Floats) -> JointMoves:
-        """The same moves with these shares of their ramps and stops, (n,) [1] each."""
+        """The same moves with these shares of their ramps and stops at rest, (n,) [1] each."""
         return replace(self, motions=replace(self.motions, ramps=ramps, stop=stop))
 
     def take(self, rows: Rows | Mask) -> JointMoves:
@@ -41,7 +39,7 @@ class JointMoves:
 
 
 class JointTimes(NamedTuple):
-    """(n,) [s] each; nan where nothing can be said."""
+    """Durations of joint moves and their intervals, (n,) [s] each; nan where unknown."""
 
     duration: Floats
     low: Floats
@@ -58,7 +56,10 @@ def joint_moves(
     payload: Floats | None = None,
     inertia: Floats | None = None,
 ) -> JointMoves:
-    """From joints (n, k) [rad | m] at both ends; shares (n,) [1]; `payload` (n,) [kg] and its `inertia` [kg m²]."""
+    """Joint moves from the joints at both ends (n, k) [rad | m].
+
+    `fraction`, `acceleration`, `override` (n,) [1]; `payload` (n,) [kg] and its `inertia` (n,) [kg m²].
+    """
     turned = np.abs(end - start)
     taken = Taken(*np.repeat(turned[None, :, :, None], 2, axis=0))
     if robot is not None:
@@ -79,20 +80,20 @@ def joint_moves(
 
 
 class JointLaw(Protocol):
-    """What times joint moves: the arm's law as it is known, or with what was learnt beside it."""
+    """A law that times joint moves: the prior law of an arm, or one with corrections learnt from recordings."""
 
     @property
     def timing(self) -> ArmTiming: ...
 
     @property
     def quantile(self) -> float:
-        """[spreads] of a 95 % interval."""
+        """Half-width of a 95 % interval in standard deviations."""
 
     def predict(self, moves: JointMoves) -> JointTimes: ...
 
 
 class PriorArm(NamedTuple):
-    """The law alone, with what is known of an arm without any recorded move."""
+    """The law with prior knowledge only: no recorded move of the arm."""
 
     timing: ArmTiming
     quantile: float = 1.96
@@ -104,9 +105,9 @@ class PriorArm(NamedTuple):
 
 
 def total_half(law: JointLaw, moves: JointMoves, often: Floats) -> float:
-    """[s] half-width of the 95 % interval of a sum; `often` (n,): how many times each move runs.
+    """Half-width [s] of the 95 % interval of the total time; `often` (n,): how many times each move runs.
 
-    What is not known of the law's numbers is the same in all moves; the scatter of a move is its own.
+    Errors of the law's parameters are common to all moves; the scatter of each move is independent.
     """
     timing = law.timing
     seconds = timing.durations(moves.motions) * often
@@ -141,11 +142,11 @@ _USUAL_PAYLOAD: Final = 10.0  # [kg] where neither robot nor recording tells one
 
 
 class Taken(NamedTuple):
-    """(n, k, 2) each, [rad | m]: what `arm` alone and the `load` take of the drives at both ends of moves.
+    """Drive use at both ends of moves (n, k, 2) [rad | m], by the `arm` alone and by the `load`.
 
-    Torque per acceleration along the move, in the direction in which the axis turns, over the largest inertia of the
-    arm and of the rated load about this axis: the turn that would take as much of the drive were it alone and the arm
-    stretched. Axes that turn together take more or less than each alone.
+    Torque per acceleration along the move, signed in the direction in which the axis turns, divided by the largest
+    inertia of the arm and of the rated load about this axis: the turn that would use as much of the drive if the
+    axis moved alone with the arm stretched. Axes that turn together use more or less than each alone.
     """
 
     arm: Floats
@@ -155,9 +156,10 @@ class Taken(NamedTuple):
 def taken_of_drives(
     robot: Robot, start: Floats, end: Floats, payload: Floats | None = None, inertia: Floats | None = None
 ) -> Taken:
-    """Of moves from `start` to `end` (n, k) [rad | m]; `payload` (n,) [kg] and its own `inertia` (n,) [kg m²].
+    """Drive use of moves from `start` to `end` (n, k) [rad | m]; `payload` (n,) [kg] and its own `inertia` (n,) [kg
+    m²].
 
-    A payload of None or nan is half of the rated one.
+    A payload of None or nan stands for half of the rated one.
     """
     count, axes = start.shape
     turn = end - start
@@ -180,13 +182,15 @@ def taken_of_drives(
 
 
 def _told(inertia: Floats) -> Mask:
-    """(k,) axes of whose inertia the point masses say something."""
+    """Axes (k,) about which the arm's masses have a known inertia."""
     return np.asarray(inertia > _NOTHING * inertia.max(initial=0.0))
 
 
 @lru_cache(maxsize=64)
 def load_balance(robot: Robot) -> Floats:
-    """(k,) ln of the rated load's inertia at full reach over that of the stretched arm; a usual wrist's if not told."""
+    """Logarithm of the rated load's inertia at full reach over that of the stretched arm (k,); the usual value of a
+    wrist where the arm's inertia is unknown.
+    """
     if robot.geometry is None:
         return np.zeros(len(robot.axes))
     most = _most(robot)
@@ -200,7 +204,7 @@ def _known(share: Floats) -> Floats:
 
 
 class _Bodies(NamedTuple):
-    """(n, k) each, per acceleration along a move: torque of the arm, of a load per mass, and of its own inertia."""
+    """Torques per acceleration along a move, (n, k) each: of the arm, of a load per mass, and of a load per inertia."""
 
     arm: Floats  # [kg m²]
     lever: Floats  # [m²]
@@ -209,7 +213,7 @@ class _Bodies(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _most(robot: Robot) -> _Bodies:
-    """(k,) the largest inertia of the arm about each axis, and the largest squared lever of the load."""
+    """Largest inertia of the arm about each axis (k,), and the largest squared lever of the load."""
     axes = len(robot.axes)
     grid = np.zeros((_GRID * _GRID, axes))
     ranges = [
@@ -223,7 +227,7 @@ def _most(robot: Robot) -> _Bodies:
 
 
 def _bodies(robot: Robot, joints: Floats, turn: Floats) -> _Bodies:
-    """At poses `joints` (n, k) of moves by `turn` (n, k)."""
+    """Torques per acceleration at the poses `joints` (n, k) of moves by `turn` (n, k)."""
     from olp.robots.kinematics.configuration import geometry_of, sweep
 
     geometry = geometry_of(robot)
@@ -250,7 +254,7 @@ def _bodies(robot: Robot, joints: Floats, turn: Floats) -> _Bodies:
 def _add(
     torques: Floats, point: Floats, mass: float, swept: Sweep, numbers: list[int], turns: list[Floats]
 ) -> None:
-    """Adds what a point mass (3, n) takes of the axes `numbers` that carry it."""
+    """Adds the torque that a point mass (3, n) needs from each of the axes `numbers` that carry it."""
     ways = []
     moved = np.zeros_like(point)
     for direction, origin, turn in zip(swept.axes, swept.origins, turns[: len(numbers)], strict=False):
@@ -263,7 +267,7 @@ def _add(
 
 
 def _points(robot: Robot, origins: list[Floats], reach: float) -> list[tuple[Floats, float, int]]:
-    """Point masses: place (3, n) [m], mass [kg] and the last joint that carries it."""
+    """Point masses of the arm: position (3, n) [m], mass [kg] and the last joint that carries the mass."""
     if len(origins) < 5:
         return []
     mass = _MASS * ((robot.payload or _USUAL_PAYLOAD) / 3.0) ** _BY_PAYLOAD * (reach / 0.54) ** _BY_REACH

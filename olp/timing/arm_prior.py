@@ -1,13 +1,13 @@
-"""What is known of an arm's moves before any of them was recorded: each number with its source and its spread.
+"""Prior knowledge of an arm's moves, without any recording: each number with its source and its spread.
 
-Joint moves: rated speeds of the robot file, times to speed that are published or learnt over arms of the same class,
-what is known of the controller's generation. Of an arm without a name: the arms of the library.
+Joint moves: rated speeds of the robot file, times to speed that are published or learnt over arms of the same
+class, known effects of the controller's generation. For an arm without a name: the arms of the library.
 
-Lines and arcs: how fast the tool gains speed is a setting of the controller rather than an ability of the arm. Where
-neither the robot file nor the controller's generation tells it, it is learnt over the arms of which it is known
-(`line_accelerations.csv`): the logarithm is a mean of all, what a maker adds, what a controller adds and what an arm
-adds, normal, with spreads over which the answer is averaged. `python bench/priors.py` tells each arm by the others, and
-by other laws: of payload, or a share of what the axes could do, which were farther off.
+Lines and arcs: how fast the tool gains speed is a setting of the controller rather than an ability of the arm.
+Where neither the robot file nor the controller's generation gives it, it is learnt over the arms for which it is
+known (`line_accelerations.csv`): its logarithm is a common mean plus normal effects of the maker, the controller
+and the arm; the answer is averaged over their spreads. `python bench/priors.py` predicts each arm from the others,
+also by other laws (payload, a share of what the axes could do), which were farther off.
 """
 
 from __future__ import annotations
@@ -64,21 +64,24 @@ _SCATTER: Final = 0.04  # [1] what a law of few numbers leaves on arms that it w
 
 
 def inferred_arm(robot: Robot) -> bool:
-    """Whether nobody has published the accelerations of the main axes of this arm."""
+    """Whether the accelerations of the main axes of this arm are unpublished."""
     return robot.kind == "arm" and bool(np.isnan(robot.accelerations[:MAIN]).any())
 
 
 @lru_cache(maxsize=64)
 def unlearnt_law(robot: Robot, controller: str = "") -> PriorArm | None:
-    """What times the joint moves of a robot of which none was learnt; None: constant accelerations, as published.
+    """Prior law for the joint moves of a robot without a recording; None if its constant accelerations are
+    published.
 
-    `controller`: a text that may name its generation.
+    `controller`: a text that may name the controller's generation.
     """
     return PriorArm(arm_prior(robot, generations_in(controller))) if inferred_arm(robot) else None
 
 
 def arm_prior(robot: Robot | None, controllers: Sequence[str] = (), axes: Sequence[str] = ()) -> ArmTiming:
-    """Of a robot, else of an unknown arm with the named `axes`. `controllers`: instead of the robot's."""
+    """Prior parameters for `robot`, or for an unknown arm with the named `axes`. `controllers` replace those of the
+    robot.
+    """
     names = robot.axis_names if robot is not None else tuple(axes)
     speed, speed_spread, speed_source = _speeds(robot, len(names))
     known = generation_of(controllers or (robot.controllers if robot is not None else ()))
@@ -116,7 +119,7 @@ def _exponent(known: KnownEffect | None, guess: tuple[float, float]) -> tuple[tu
 
 
 def _speeds(robot: Robot | None, count: int) -> tuple[Floats, Floats, list[str]]:
-    """Logarithms (k,), their covariance (k, k), sources."""
+    """Logarithms of the rated speeds (k,), their covariance (k, k) and sources."""
     if robot is not None:
         source = robot.sources.get("speed", "robot file")
         return np.log(robot.speeds), np.eye(count) * _RATED_DOUBT**2, [source] * count
@@ -140,7 +143,7 @@ def _library_speeds() -> tuple[Floats, Floats]:
 
 @cache
 def fastest_speed() -> float:
-    """[rad/s] the highest rated speed of any turning axis of an arm of the library."""
+    """The highest rated speed [rad/s] of any rotary axis of an arm of the library."""
     from olp.robots.robot import load_robot, robot_names
 
     arms = [robot for robot in map(load_robot, robot_names()) if robot.kind == "arm"]
@@ -150,7 +153,7 @@ def fastest_speed() -> float:
 def _times(
     robot: Robot | None, speeds: Floats, program: KnownEffect | None
 ) -> tuple[Floats, Floats, list[str]]:
-    """Logarithms (k,) of the times to rated speed, their covariance, sources."""
+    """Logarithms of the times to rated speed (k,), their covariance (k, k) and sources."""
     count = len(speeds)
     if robot is None:
         median, doubt = np.full(count, _UNKNOWN_TIME[0]), np.full(count, _UNKNOWN_TIME[1])
@@ -183,7 +186,7 @@ _ANYTHING: Final = 10.0  # of the logarithm of the mean of all arms: so wide tha
 
 
 class LineAcceleration(NamedTuple):
-    """What lines and arcs accelerate with that program nothing; `published`: of this arm or of its controller."""
+    """Acceleration [m/s²] of lines and arcs whose program sets none; `published` for this arm or its controller."""
 
     value: float  # [m/s²]
     doubt: float  # standard deviation of its logarithm
@@ -204,7 +207,7 @@ class KnownLines(NamedTuple):
 
 @cache
 def known_lines() -> tuple[KnownLines, ...]:
-    """The table, in its order."""
+    """The rows of `line_accelerations.csv`, in their order."""
     with _LINE_TABLE.open(encoding="utf-8", newline="") as file:
         return tuple(
             KnownLines(
@@ -221,9 +224,9 @@ def known_lines() -> tuple[KnownLines, ...]:
 
 @lru_cache(maxsize=64)
 def line_acceleration(robot: Robot | None, controller: str = "") -> LineAcceleration:
-    """Of a robot, else of any arm. `controller`: a text that may name its generation.
+    """Acceleration of lines of `robot`, or of any arm if None. `controller`: a text that may name its generation.
 
-    A row of the table takes no part in what is said of its own arm, so that its recording can judge it.
+    The row of the robot itself in the table is not used, so that its recording can judge the answer.
     """
     if robot is not None and robot.linear_acceleration is not None:
         source = robot.sources.get("linear_acceleration", "robot file")
@@ -246,9 +249,9 @@ def line_class(
     arms: Sequence[KnownLines],
     levels: tuple[bool, bool] = (True, True),
 ) -> tuple[float, float]:
-    """Mean and standard deviation of the logarithm of an arm's acceleration [m/s²], told by `arms`.
+    """Mean and standard deviation of the logarithm of an arm's acceleration [m/s²], learnt from `arms`.
 
-    `levels`: whether makers and whether controllers have something of their own.
+    `levels`: whether the model has an effect of the maker and one of the controller.
     """
     logs = np.log([arm.acceleration for arm in arms])
     makers = np.array([arm.maker for arm in arms])

@@ -1,8 +1,8 @@
-"""Where the time of a program goes: each second of each step has one cause.
+"""Causes of a program's time: each second of each step has one cause.
 
-speed: the arm moves evenly, at the speed that is programmed or at the highest that it can. acceleration: it gains
-or loses speed. exact stop: what passing a point at speed would save, half of each ramp from or to rest there, and
-the settling. wait and I/O: nothing moves.
+speed: the arm moves evenly, at the programmed speed or at its highest. acceleration: it gains or loses speed. exact
+stop: what passing the point at speed would save, that is half of each ramp from or to rest there, and the settling.
+wait and I/O: nothing moves.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _SPEED, _RAMP, _STOP, _WAIT, _IO = range(len(CAUSES))
 
 
 def seconds_by_cause(timing: Timing) -> Floats:
-    """(n, 5) [s] of each step by CAUSES; the rows sum to its duration. A step without a time has none."""
+    """Time of each step by CAUSES (n, 5) [s]; each row sums to the step's duration. Steps without a time are 0."""
     plan = timing.plan
     found = np.zeros((len(plan), len(CAUSES)))
     seconds = np.nan_to_num(timing.duration_s)
@@ -34,7 +34,7 @@ def seconds_by_cause(timing: Timing) -> Floats:
 
 
 def _of_moves(timing: Timing, rows: NDArray[np.int32], seconds: Floats) -> Floats:
-    """`seconds_by_cause` of moves; `rows` of their leading mechanisms."""
+    """`seconds_by_cause` of moves; `rows`: the row of each move's leading mechanism."""
     clock, profile = timing.rows, timing.rows.profile.take(rows.astype(np.intp))
     lasting = np.nan_to_num(profile.durations)
     even = ((profile.accelerations == 0) & (profile.jerks == 0)) * lasting

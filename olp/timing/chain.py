@@ -1,20 +1,22 @@
 """How neighbouring moves join: where the arm stops, how fast it passes a corner, what the overlap saves.
 
 Corners with a position level follow olp/timing/blending/yaskawa.py: z before the point the next move begins, its
-speed ramping up over the next z/V while the first still runs at V. The corner saves z/(2V), with z = the level's zone,
-but at most half of the shorter neighbour; dense points save less, and so do points too near for the arm to change its
-speed between them. Corner radii, and the zones of other laws, replace the ends of both moves. Either way a row is a
-body between its corners, and the pieces in its corners, where one row fades out while the next one fades in.
+speed ramping up over the next z/V while the first still runs at V. The corner saves z/(2V), with z = the level's
+zone, but at most half of the shorter neighbour; dense points save less, and so do points too near for the arm to
+change its speed between them. Corner radii, and the zones of other laws, replace the ends of both moves. Either way
+a row consists of a body between its corners, and of pieces in its corners, where one row fades out while the next
+one fades in.
 
-Through a corner both rows move the tool at once and their displacements add. Of each corner two functions of time say
-all: how far the row before still gets (`fall`) and how far the row after has got (`rise`). The one begins with the
-speed at which its row enters the corner and ends at rest, the other one begins at rest and ends with the speed at
-which its row goes on: so position and speed have no jump, whatever the rows are (lines, arcs, joint moves).
+Through a corner both rows move the tool at once and their displacements add. Two functions of time describe each
+corner: the remaining travel of the row before (`fall`) and the travel so far of the row after (`rise`). `fall`
+begins at the speed at which its row enters the corner and ends at rest; `rise` begins at rest and ends at the speed
+at which its row continues: so position and speed have no jump, whatever the rows are (lines, arcs, joint moves).
 
-Two kinds. *Faded*, as measured on position levels and on moves without any (olp/timing/blending/yaskawa.py,
-acceleration_filter.py): speed falls and rises evenly, the middle of the rise `shift` before that of the fall, which
-is what the corner saves. The ramps last as long as the acceleration needs; where the moves leave no room for that,
-first the shift shrinks and then the speed. *Replaced*, all other laws: the law's own shape.
+There are two kinds. *Faded*, as measured on position levels and on moves without any
+(olp/timing/blending/yaskawa.py, acceleration_filter.py): speed falls and rises evenly, the middle of the rise
+`shift` before that of the fall, which is what the corner saves. The ramps last as long as the acceleration needs;
+where the moves leave no room for that, first the shift shrinks and then the speed. *Replaced*, all other laws: the
+law's own shape.
 """
 
 from __future__ import annotations
@@ -48,16 +50,17 @@ _ROUNDING = 1e-12  # [s]
 
 
 class Speeds(NamedTuple):
-    """[m/s] (n,) at which corners are entered and left; along the row before, and along the row after."""
+    """Speeds [m/s] (n,) at the corners: `entry` along the row before, `exit` along the row after."""
 
     entry: Floats
     exit: Floats
 
 
 class _CornerRoom(NamedTuple):
-    """What there is for corners (n,): room [m] on both rows, their limits [m/s^2], `change` [s per m/s] in between.
+    """Room for the corners (n,): length [m] on both rows, their acceleration limits [m/s²], `change` [s per m/s]
+    between them.
 
-    `apart`: the middles of their ramps do not coincide; `mixed`: limits of axes and of the tool.
+    `apart`: the middles of their ramps do not coincide; `mixed`: one limit is of the axes, the other of the tool.
     """
 
     before: Floats
@@ -72,7 +75,7 @@ class _CornerRoom(NamedTuple):
         return _CornerRoom._make(column[rows] for column in self)
 
     def ramp(self, entry: Floats, leave: Floats) -> Floats:
-        """[s] How long speeds change: ramps that do not coincide have nothing to cancel against."""
+        """Duration [s] of the speed change; ramps whose middles do not coincide cannot cancel each other."""
         limit = np.minimum(self.fall_limit, self.rise_limit)
         together = np.abs(entry - leave) / limit + np.minimum(entry, leave) * self.change
         alone = np.maximum(entry / self.fall_limit, leave / self.rise_limit)
@@ -80,16 +83,16 @@ class _CornerRoom(NamedTuple):
         return np.where(self.mixed, alone, np.where(self.apart, np.maximum(alone, together), together))
 
     def for_shift(self, entry: Floats, leave: Floats) -> Floats:
-        """[s] How much shift there is room for."""
+        """The largest shift [s] that the moves have room for."""
         last = self.ramp(entry, leave)
         room = np.minimum(self.before / entry, self.after / leave) - last / 2
         return np.asarray(np.minimum(room, self.before / (2 * entry)))
 
 
 def _raised(both: Floats, most: Floats, fits: Callable[[Rows], Callable[[Floats], Mask]]) -> Floats:
-    """How far one of both rows may be above `both`, at most `most` [m/s] (n,), by halving.
+    """The largest speed from `both` to `most` [m/s] (n,) for one of the two rows, found by bisection.
 
-    `fits` of rows says of their speeds whether they do: no higher speed does where one does not.
+    `fits(rows)` returns a test of speeds for these rows; where one speed fails every higher one does.
     """
     found = np.maximum(both, most)
     at = np.flatnonzero(most > both)
@@ -108,9 +111,9 @@ def _raised(both: Floats, most: Floats, fits: Callable[[Rows], Callable[[Floats]
 def fade(
     plan: Plan, wanted: Demand, before: Rows, after: Rows, faded: Mask, shift: Floats, speeds: Speeds
 ) -> tuple[Speeds, CornerPieces]:
-    """The corners between rows `before` and `after` (n,) where `faded`: speeds that they allow, and their pieces.
+    """Faded corners between rows `before` and `after` (n,), where `faded`: their feasible speeds and their pieces.
 
-    `shift` (n,) [s] is asked for; `speeds` are the most at which they are entered and left.
+    `shift` (n,) [s] is the requested one; `speeds` are upper bounds.
     """
     pieces = CornerPieces.none(len(plan.moves))
     at = np.flatnonzero(faded & (speeds.entry > 0) & (speeds.exit > 0))
@@ -163,9 +166,9 @@ def fade(
 def replace_ends(
     plan: Plan, wanted: Demand, before: Rows, after: Rows, replaced: Mask, speeds: Speeds
 ) -> tuple[Speeds, CornerPieces]:
-    """The corners of other laws where `replaced` (n,): speeds that they allow, at most `speeds`, and their pieces.
+    """Corners of other laws where `replaced` (n,): their feasible speeds, at most `speeds`, and their pieces.
 
-    Where the law leaves a stop they are 0.
+    The speeds are 0 where the law leaves a stop.
     """
     pieces = CornerPieces.none(len(plan.moves))
     lowered = Speeds(speeds.entry.copy(), speeds.exit.copy())
@@ -201,7 +204,9 @@ def replace_ends(
 
 
 def _change_per_speed(plan: Plan, wanted: Demand, before: Rows, after: Rows) -> Floats:
-    """(n,) [s per m/s] that turning the speed of one row into that of the next takes at the acceleration of both."""
+    """Time per speed (n,) [s per m/s] to turn the velocity of one row into that of the next at the acceleration of
+    both.
+    """
     lowest = np.minimum(wanted.deceleration[before], wanted.acceleration[after])
     joint = plan.moves.path == _JOINT
     change = 1 / lowest
@@ -233,7 +238,7 @@ def _change_per_speed(plan: Plan, wanted: Demand, before: Rows, after: Rows) -> 
 
 
 def _axis_rates(plan: Plan, wanted: Demand, rows: Rows, speeds: Floats) -> Floats:
-    """(n, k) [1/m] shares of the rated speeds by which the axes turn per length of the row."""
+    """Axis motion per length of the row, as shares of the rated speeds (n, k) [s/m]."""
     axes = plan.positions.axes[:, : len(speeds)]
     with np.errstate(divide="ignore", invalid="ignore"):
         rates: Floats = (axes[plan.moves.target[rows]] - axes[plan.moves.start[rows]]) / (
@@ -243,7 +248,7 @@ def _axis_rates(plan: Plan, wanted: Demand, rows: Rows, speeds: Floats) -> Float
 
 
 def _turn_rate(plan: Plan, wanted: Demand, rows: Rows) -> Floats:
-    """(n, 3) [rad/m] by which the tool turns about the axes of the base, per length of the row."""
+    """Rotation of the tool about the axes of the base per length of the row (n, 3) [rad/m]."""
     turned = plan.positions.quaternion
     start, target = turned[plan.moves.start[rows]], turned[plan.moves.target[rows]]
     w, v, x, u = start[:, :1], start[:, 1:], target[:, :1], target[:, 1:]
@@ -257,7 +262,7 @@ def _turn_rate(plan: Plan, wanted: Demand, rows: Rows) -> Floats:
 
 
 def _turns(plan: Plan, before: Rows, after: Rows) -> Floats:
-    """(n,) [rad] between the end of one row and the begin of the next."""
+    """Angle between the end direction of one row and the start direction of the next (n,) [rad]."""
     first, second = _direction(plan, before, at_end=True), _direction(plan, after, at_end=False)
     # Of unit vectors; exact for small turns too, where arccos loses half of the digits.
     turn: Floats = np.nan_to_num(2.0 * np.arctan2(_chord(first, second), _chord(first, -second)))
@@ -265,7 +270,7 @@ def _turns(plan: Plan, before: Rows, after: Rows) -> Floats:
 
 
 def _chord(first: Floats, second: Floats) -> Floats:
-    """(n,) between unit vectors."""
+    """Distance between unit vectors (n,)."""
     chord: Floats = np.linalg.norm(first - second, axis=1)
     return chord
 
@@ -293,12 +298,13 @@ _SAME_SPEED = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """Per row of Moves.
+    """How each row of Moves joins its neighbours.
 
     `start_speed`, `end_speed` [m/s] at its corners. `saving` [s]: what the corner at its end saves over passing the
-    point at that speed; a corner that replaces the ends of its moves has its time here, as a saving below zero.
-    `exact_stop`: whether it ends in one. `trim` [m]: how much of it is in corners; of that, `cornering` [s] passes at
-    the corners' speed. `corners`: the motion there; `previous`: the row whose corner it begins in, -1 if in none.
+    point at that speed; a corner that replaces the ends of its moves has its time here, as a negative saving.
+    `exact_stop`: whether the row ends in one. `trim` [m]: the part of the row in corners; of that, `cornering` [s]
+    passes at the corners' speed. `corners`: the motion in the corners; `previous`: the row whose corner this row
+    begins in, -1 if none.
     """
 
     start_speed: Floats
@@ -312,14 +318,14 @@ class Chain:
 
 
 class Caps(NamedTuple):
-    """[m/s] (m,) the most with which rows of Moves may begin and end: what a motion model can do of them."""
+    """Highest speeds [m/s] (m,) at which rows of Moves may begin and end, as the motion model can do."""
 
     start: Floats
     end: Floats
 
 
 def chain(plan: Plan, wanted: Demand, caps: Caps | None = None) -> Chain:
-    """Joins the rows of each mechanism, at no more than the speeds `caps` where given."""
+    """Join the rows of each mechanism, at no more than the speeds `caps` if given."""
     moves = plan.moves
     count = len(moves)
     exact = moves.blend_code == BlendCode.EXACT
@@ -336,7 +342,7 @@ def chain(plan: Plan, wanted: Demand, caps: Caps | None = None) -> Chain:
 
 
 def _eras(plan: Plan, stopped: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Number of halts before each row: waits that take time, and exact stops at moves that go nowhere."""
+    """Number of halts before each row: waits that take time, and exact stops at moves without motion."""
     is_move = plan.kind == StepKind.MOVE
     halts = np.zeros(len(plan), dtype=np.intp)
     waits = plan.kind == StepKind.WAIT
@@ -402,13 +408,15 @@ def _join(
 
 
 def _trims(pieces: CornerPieces, rows: NDArray[np.intp]) -> Floats:
-    """[m] of each row (n,) in the corners at its end and, with the row before it, at its begin."""
+    """Length [m] of each row (n,) inside the corners at its start and its end."""
     trims: Floats = pieces.before[rows] + np.append(0.0, pieces.after[rows[:-1]])
     return trims
 
 
 def _shifts(plan: Plan, wanted: Demand, rows: NDArray[np.intp], zoned: NDArray[np.bool_]) -> Floats:
-    """(n - 1,) [s] by which the corners between `rows` (n,) are passed earlier, those `zoned` by position levels."""
+    """Time (n - 1,) [s] by which the corners between `rows` (n,) are passed earlier, where `zoned` by position
+    levels.
+    """
     before, after = rows[:-1], rows[1:]
     if not zoned.any():
         return np.zeros(len(before))
@@ -426,9 +434,11 @@ def _shifts(plan: Plan, wanted: Demand, rows: NDArray[np.intp], zoned: NDArray[n
 def _reachable(
     speeds: Speeds, length: Floats, wanted: Demand, rows: NDArray[np.intp], coupled: NDArray[np.bool_]
 ) -> Speeds:
-    """Corner speeds (n - 1,) lowered until every row can brake and accelerate between its corners; else the same ones.
+    """Corner speeds (n - 1,), lowered until every row can accelerate and brake between its corners; `speeds` itself
+    if nothing changes.
 
-    `length` (n,) [m] of the rows between their corners. Where `coupled` a corner is left as fast as it is entered.
+    `length` (n,) [m] of the rows between their corners. Where `coupled`, the speed at the corner's exit equals that
+    at its entry.
     """
     up, down = wanted.acceleration[rows], wanted.deceleration[rows]
     start, end = np.append(0.0, speeds.exit), np.append(speeds.entry, 0.0)

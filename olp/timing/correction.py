@@ -1,6 +1,6 @@
-"""What was learnt of a robot's times, as `time_plan` asks it; the classes of this module have learnt nothing.
+"""Interface through which `time_plan` asks for learnt times; the classes of this module have learnt nothing.
 
-`olp.identification.signature.correction` has those of a timing signature.
+`olp.identification.signature.correction` implements it for a timing signature.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class PlanCorrection:
-    """What was learnt of the moves of one plan: nothing, but what the law of such arms says of their joint moves.
+    """Learnt corrections for the moves of one plan; this base class has only the prior law's times of joint moves.
 
-    Rows are rows of the plan's Moves, k of them. `rows` (m,): those whose acceleration was learnt. `timed`: joint moves
+    Rows are rows of the plan's Moves, k in all. `rows` (m,): rows with a learnt acceleration. `timed`: joint moves
     that the law of the arm timed.
     """
 
@@ -39,19 +39,19 @@ class PlanCorrection:
     rows: Rows = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
     def corners(self, joined: Chain) -> Chain:
-        """Corners as learnt."""
+        """The chain with learnt corners."""
         return joined
 
     def follow(self, wanted: Demand, joined: Chain, overrides: Floats, report: Report) -> PlanCorrection:
-        """The correction with the moves whose whole time is known once their corners are. Raises OlpError.
+        """This correction completed with the moves whose whole time depends on their corners. Raises OlpError.
 
-        `overrides` (k,) [1].
+        `overrides` (k,) [1]: speed override of each row.
         """
         return self
 
     @property
     def knows_stops(self) -> Mask:
-        """(k,) Moves whose stops need no assumption."""
+        """Moves whose stops need no assumption (k,)."""
         result = np.zeros(len(self.plan.moves), dtype=bool)
         if self.timed is not None:
             result[self.timed.rows] = True
@@ -59,22 +59,22 @@ class PlanCorrection:
 
     @property
     def measured_stops(self) -> Mask:
-        """(k,) Moves whose learnt times hold all that the controller adds to a stop already."""
+        """Moves whose learnt times include all that the controller adds to a stop (k,)."""
         return np.zeros(len(self.plan.moves), dtype=bool)
 
     def settled(self, exact: Mask, settling: float) -> Floats:
-        """(k,) [s] that the stops `exact` (k,) take; `settling` [s] where nothing is known."""
+        """Time of the stops `exact` (k,) of each row (k,) [s]; `settling` [s] where nothing was learnt."""
         result = np.where(exact, settling, 0.0)
         if self.timed is not None:
             result[self.timed.rows] = np.where(exact[self.timed.rows], self.timed.stop, 0.0)
         return result
 
     def with_whole_times(self, durations: Floats) -> Floats:
-        """(k,) [s] with the moves whose whole time was learnt."""
+        """`durations` (k,) [s] with the learnt times of moves whose whole time was learnt."""
         return durations
 
     def doubts(self) -> list[str]:
-        """How sure the times of joint moves are that nobody recorded."""
+        """Sentences on the uncertainty of joint moves that were never recorded."""
         return [] if self.timed is None else doubt_of(self.plan, self.timed)
 
     def with_interval(
@@ -86,9 +86,9 @@ class PlanCorrection:
         lines: LineAcceleration,
         report: Report,
     ) -> Timing:
-        """The timing with its 95 % interval. `times`: how long moves last and their stops, (k,) [s] each.
+        """The timing with its 95 % interval. `times`: duration of the moves and of their stops, (k,) [s] each.
 
-        `lines`: what lines accelerate with that program nothing.
+        `lines`: acceleration of linear moves whose program sets none.
         """
         ends = expected_total(self.plan, wanted, times[0], timing.total_s, self.timed, lines.doubt)
         if not lines.published:
@@ -98,24 +98,25 @@ class PlanCorrection:
 
 
 class Correction:
-    """What was learnt of a robot: nothing."""
+    """Learnt corrections of a robot; this base class corrects nothing."""
 
     @property
     def axis_scale(self) -> float:
-        """[1] By which the axes of the arm take longer to reach their speed than olp's model says."""
+        """Factor [1] on the time that the arm's axes need to reach their speed in olp's model."""
         return 1.0
 
     @property
     def knows_joint_moves(self) -> bool:
-        """Whether nothing has to be assumed of the arm's axes."""
+        """Whether joint moves need no assumption about the arm's axes."""
         return False
 
     def of_plan(
         self, plan: Plan, wanted: Demand, overrides: Floats, by_axes: bool, report: Report
     ) -> PlanCorrection:
-        """What it says of a plan; puts its accelerations into `wanted`. `overrides` (k,) [1]. Raises OlpError.
+        """The corrections for one plan; writes learnt accelerations into `wanted`. `overrides` (k,) [1]. Raises
+        OlpError.
 
-        `by_axes`: the law of such arms may time joint moves that nobody recorded.
+        `by_axes`: the prior law of the arm may time joint moves that were never recorded.
         """
         law = unlearnt_law(plan.robot) if by_axes and plan.robot is not None else None
         return PlanCorrection(plan, timed_by(law, plan, wanted, overrides, None))
@@ -124,7 +125,7 @@ class Correction:
 def timed_by(
     law: JointLaw | None, plan: Plan, wanted: Demand, overrides: Floats, payload: float | None
 ) -> TimedJoints | None:
-    """The plan's joint moves by the law of the arm, where there is one; see `time_joints`."""
+    """The plan's joint moves timed by `law`, None without a law; see `time_joints`."""
     return None if law is None else time_joints(plan, wanted, law, overrides, payload)
 
 

@@ -1,7 +1,8 @@
-"""Which limit sets the duration of each move taken alone: the tool's travel, its reorientation, or the slowest axis.
+"""The limit that decides the duration of each move taken alone: the tool's travel, its reorientation, or the
+slowest axis.
 
-Each move becomes one length with one speed and one acceleration: in metres of the tool's path if the tool travels, so
-that moves of different kinds can be blended.
+Each move becomes one length with one speed and one acceleration: in metres of the tool's path if the tool travels,
+so that moves of different kinds can be blended.
 """
 
 from __future__ import annotations
@@ -30,10 +31,11 @@ _NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
 
 @dataclass(slots=True)
 class Demand:
-    """One row per row of Moves. `metric`: the length is metres of tool path (else radians of the leading axis).
+    """Requirements of each row of Moves. `metric`: the length is metres of tool path (else radians of the leading
+    axis).
 
-    `rule`: index into `names`, what would rule the move at its programmed speed. `unknown`: cannot be timed.
-    `slowed`: a line or curve that an axis lets be no faster; `diagnostics`: what was found along the paths.
+    `rule`: index into `names` of the limit that decides at the programmed speed. `unknown`: cannot be timed.
+    `slowed`: a line or curve that an axis makes slower; `diagnostics`: findings along the paths.
     """
 
     length: Floats
@@ -49,7 +51,7 @@ class Demand:
 
 
 def demand(plan: Plan, limits: MotionLimits) -> Demand:
-    """What each row of `plan.moves` asks for."""
+    """Length, speed, acceleration and deciding limit of each row of `plan.moves`."""
     moves = plan.moves
     count = len(moves)
     names = ["", "orientation"]
@@ -129,7 +131,7 @@ def _axes(
     out: Demand,
     names: list[str],
 ) -> None:
-    """Joint moves: all axes start and stop together, the slowest decides."""
+    """Joint moves: all axes start and stop together; the slowest decides."""
     robot = plan.robots[mechanism]
     name = plan.mechanisms[mechanism]
     if robot is None:
@@ -168,7 +170,9 @@ def _axes(
 
 
 def fractions(moves: Moves, rows: NDArray[np.intp], distance: Floats, robot: Robot) -> Floats:
-    """(n,) of rated speed: as written, or what the tool's or the leading axis' programmed speed asks of the axes."""
+    """Fraction of rated speed (n,): as written, or as needed for the programmed speed of the tool or of the leading
+    axis.
+    """
     fraction = moves.fraction[rows].copy()
     other = np.isnan(fraction)
     if not other.any():
@@ -188,7 +192,7 @@ def fractions(moves: Moves, rows: NDArray[np.intp], distance: Floats, robot: Rob
 def _rest_to_rest(
     distance: Floats, speed: Floats, up: Floats | float, down: Floats | float | None = None
 ) -> Floats:
-    """[s] from rest to rest at constant acceleration; only to find out which of several demands is the slowest."""
+    """Time [s] from rest to rest at constant acceleration; only used to find the slowest of several demands."""
     with np.errstate(divide="ignore", invalid="ignore"):
         # Of two rates the one that takes both their times, 2/a = 1/up + 1/down, gives the same duration.
         acceleration = up if down is None else 2.0 / (1.0 / up + 1.0 / down)
@@ -205,9 +209,10 @@ def _rest_to_rest(
 
 
 def slow_down(plan: Plan, limits: MotionLimits, out: Demand, names: list[str]) -> tuple[Diagnostic, ...]:
-    """Lowers the speeds of rows and names the axis; what is to be told of singularities, reach and soft limits.
+    """Lower the speeds of rows that an axis limits and name that axis; diagnostics on singularities, reach and soft
+    limits.
 
-    A row keeps one speed: the mean one of a run that slows down only where the axis asks for it.
+    A row keeps one speed: the mean speed of a run that slows down only where the axis needs it.
     """
     from olp.timing.retiming.along import along_path
 

@@ -1,4 +1,6 @@
-"""The arm's law in a plan: what each joint move takes, and the speed and acceleration of a profile that takes it."""
+"""The arm's law applied to a plan: the time of each joint move, and the speed and acceleration of a profile that
+takes as long.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ _CRUISE = 0.9  # of a move faster than its rated speeds that it runs at constant
 
 
 class TimedJoints(NamedTuple):
-    """`rows` (m,) of Moves that `law` timed from rest to rest; `stop` (m,) [s]: the part of `times` for the stop."""
+    """`rows` (m,) of Moves that `law` timed from rest to rest; `stop` (m,) [s]: the part of `times` that the stop
+    costs.
+    """
 
     rows: Rows
     moves: JointMoves
@@ -40,10 +44,11 @@ class TimedJoints(NamedTuple):
 def time_joints(
     plan: Plan, wanted: Demand, law: JointLaw, overrides: Floats, payload: float | None
 ) -> TimedJoints:
-    """The arm's joint moves; those that program an acceleration or a time of their own keep it.
+    """Times the arm's joint moves by `law`; those that program an acceleration or a time of their own keep it.
 
-    `overrides` (m,) [1] of the rows of Moves. `payload` [kg] where the plan tells none, None: not known. Puts speeds
-    and accelerations into `wanted`, with which a profile of constant acceleration takes what the law says but the stop.
+    `overrides` (m,) [1] of the rows of Moves. `payload` [kg]: used where the plan sets none; None: unknown. Writes
+    speeds and accelerations into `wanted` such that a profile of constant acceleration takes the time of the law
+    without its stop.
     """
     robot, moves = plan.robot, plan.moves
     if robot is None or len(robot.axes) != len(law.timing.axes):
@@ -85,7 +90,7 @@ def _moves(plan: Plan, robot: Robot, rows: Rows, override: Floats, payload: floa
 
 
 def _demand(wanted: Demand, rows: Rows, seconds: Floats) -> None:
-    """Speed and acceleration of a profile that takes `seconds` from rest to rest."""
+    """Write the speed and acceleration of a profile that takes `seconds` from rest to rest into `wanted`."""
     length = wanted.length[rows]
     speed = np.maximum(wanted.speed[rows], length / (_CRUISE * seconds))
     cruise = length / speed
@@ -97,7 +102,7 @@ def _demand(wanted: Demand, rows: Rows, seconds: Floats) -> None:
 
 
 def _name(wanted: Demand, rows: Rows, robot: Robot, axis_times: Floats) -> None:
-    """The slowest axis by the law is the one that rules."""
+    """Name the slowest axis by the law as the deciding limit."""
     places = {name: place for place, name in enumerate(wanted.names)}
     code = np.array([places.get(f"axis {axis}", -1) for axis in robot.axis_names])
     found = code[np.argmax(axis_times, axis=1)]
@@ -107,11 +112,11 @@ def _name(wanted: Demand, rows: Rows, robot: Robot, axis_times: Floats) -> None:
 def expected_total(
     plan: Plan, wanted: Demand, rows: Floats, total: float, timed: TimedJoints | None, line_doubt: float
 ) -> tuple[float, float]:
-    """[s] Both ends of a 95 % interval of `total` by what is known of such arms.
+    """Ends [s] of a 95 % interval of `total` by prior knowledge of such arms.
 
-    `rows` (k,) [s] per row of Moves; `line_doubt` of the logarithm of the acceleration of lines that program none. Of
-    what is not timed by the law of the arm the time beyond length over speed is doubted: errors of all rows are one;
-    and each move scatters.
+    `rows` (k,) [s]: duration of each row of Moves; `line_doubt`: standard deviation of the logarithm of the
+    acceleration of lines whose program sets none. For rows that the arm's law does not time, the time beyond length
+    over speed is uncertain: with an error common to all rows, and an independent scatter of each move.
     """
     half = 0.0 if timed is None else _half(plan, timed)
     half = float(np.hypot(half, _scatter(plan, rows, timed)))
@@ -120,7 +125,7 @@ def expected_total(
 
 
 def _scatter(plan: Plan, rows: Floats, timed: TimedJoints | None) -> float:
-    """[s] of what the law of the arm does not time; repeats of a move have one error, many times."""
+    """Scatter [s] of the rows that the arm's law does not time; repeats of a move share one error."""
     moves, lasting = plan.moves, np.nan_to_num(rows)
     if timed is not None:
         lasting[timed.rows] = 0.0
@@ -132,7 +137,7 @@ def _scatter(plan: Plan, rows: Floats, timed: TimedJoints | None) -> float:
 def _lines_doubt(
     plan: Plan, wanted: Demand, rows: Floats, timed: TimedJoints | None, line_doubt: float
 ) -> tuple[Floats, Floats]:
-    """(k,) [s] each, below and above, of what the law of the arm does not time."""
+    """Uncertainty below and above (k,) [s] each of the rows that the arm's law does not time."""
     with np.errstate(divide="ignore", invalid="ignore"):
         cruise = np.nan_to_num(wanted.length / wanted.speed, posinf=0.0)
     ramps = np.nan_to_num(np.maximum(rows - cruise, 0.0), posinf=0.0)
@@ -142,16 +147,17 @@ def _lines_doubt(
 
 
 def _told(plan: Plan) -> Mask:
-    """(k,) rows of Moves that are no lines, or whose acceleration or time is programmed."""
+    """Rows of Moves (k,) that are joint moves, or whose acceleration or time is programmed."""
     moves = plan.moves
     return np.asarray((moves.path == _JOINT) | np.isfinite(moves.rate) | np.isfinite(moves.duration))
 
 
 def ramp_doubt(ramps: Floats, cruise: Floats, doubt: Floats) -> tuple[Floats, Floats]:
-    """(n,) [s] each, below and above: 95 % of what moves take beyond `cruise` [s], their way at full speed.
+    """Uncertainty below and above (n,) [s] each, at 95 %, of the time of moves beyond `cruise` [s], their length at
+    full speed.
 
-    `ramps` [s] are those of a constant acceleration, `doubt` of its logarithm: at a lower one a short move no longer
-    reaches its speed, and takes longer by the root alone.
+    `ramps` [s]: this time at constant acceleration; `doubt`: standard deviation of its logarithm. At a lower
+    acceleration a short move no longer reaches its speed, and its time grows with the square root only.
     """
     wide = np.exp(_NORMAL * doubt)
     even = np.maximum(cruise, 1e-12)
@@ -165,7 +171,7 @@ def ramp_doubt(ramps: Floats, cruise: Floats, doubt: Floats) -> tuple[Floats, Fl
 
 
 def _half(plan: Plan, timed: TimedJoints) -> float:
-    """[s] of the sum of these moves; repeats of a move have one error, many times."""
+    """Half-width [s] of the 95 % interval of the sum of the timed joint moves; repeats of a move share one error."""
     if not len(timed.rows):
         return 0.0
     moves, runs = _distinct(plan, timed)
@@ -173,7 +179,7 @@ def _half(plan: Plan, timed: TimedJoints) -> float:
 
 
 def _distinct(plan: Plan, timed: TimedJoints) -> tuple[JointMoves, Floats]:
-    """The moves without repeats, and how often each runs."""
+    """The moves without repeats, and how often each of them runs."""
     keys = np.stack([plan.moves.start[timed.rows], plan.moves.target[timed.rows]], axis=1)
     _, first, often = np.unique(keys, axis=0, return_index=True, return_counts=True)
     return timed.moves.take(first), often.astype(np.float64)
@@ -182,7 +188,9 @@ def _distinct(plan: Plan, timed: TimedJoints) -> tuple[JointMoves, Floats]:
 def line_doubt_of(
     plan: Plan, wanted: Demand, rows: Floats, timed: TimedJoints | None, line_doubt: float
 ) -> list[str]:
-    """What an unpublished acceleration of lines makes of the time of this plan, and what would narrow it."""
+    """Sentences on the uncertainty that an unpublished acceleration of lines adds to this plan, and how to narrow
+    it.
+    """
     own = ~_told(plan)
     below, above = (float(ends[own].sum()) for ends in _lines_doubt(plan, wanted, rows, timed, line_doubt))
     if above < _SHOWN:
@@ -195,7 +203,7 @@ def line_doubt_of(
 
 
 def doubt_of(plan: Plan, timed: TimedJoints) -> list[str]:
-    """How sure the time of these moves is, what makes most of that, and what would narrow it."""
+    """Sentences on the uncertainty of these moves, its main contributions, and how to narrow it."""
     if not len(timed.rows) or plan.robot is None:
         return []
     moves, half = _distinct(plan, timed)[0], _half(plan, timed)

@@ -45,7 +45,7 @@ _LEAST: Final = 0.2  # of L/u: corners of a convention take no more than that of
 
 
 class PathNumber(NamedTuple):
-    """A number of the law: what is known of any arm, its spread, and whether both are of its logarithm."""
+    """A parameter of the law: prior mean and spread for any arm, of its logarithm if `logarithmic`."""
 
     name: str
     unit: str
@@ -75,7 +75,7 @@ NUMBERS: Final = (
 
 
 def prior_numbers(lines: LineAcceleration) -> tuple[Floats, Floats]:
-    """(p,) means and standard deviations of NUMBERS for an arm whose lines accelerate with `lines`."""
+    """Means and standard deviations of NUMBERS (p,) for an arm whose lines accelerate with `lines`."""
     own = np.array([np.isnan(number.mean) for number in NUMBERS])
     mean = np.where(own, np.log(lines.value), [number.mean for number in NUMBERS])
     return mean, np.where(own, lines.doubt, [number.sd for number in NUMBERS])
@@ -88,7 +88,7 @@ SCATTER: Final = 0.03  # [1] what the law leaves of a piece, before any was reco
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathPieces:
-    """n pieces of paths, in their order; ends in corners are told by zone and turns there, 0 at stops."""
+    """n pieces of paths, in their order; `zone`, `turn` … describe their ends in corners and are 0 at stops."""
 
     length: Floats  # (n,) [m] along the path
     speed: Floats  # (n,) [m/s] programmed
@@ -112,7 +112,7 @@ class PathPieces:
 
 
 def path_durations(numbers: Floats, pieces: PathPieces) -> Floats:
-    """(n,) [s] for the numbers in the order of NUMBERS, logarithms where they are `logarithmic`."""
+    """Durations (n,) [s] for `numbers` in the order of NUMBERS, logarithms where `logarithmic`."""
     usual, slow, across, zone, highest, programmed = np.exp(numbers[[0, 3, 4, 5, 7, 11]]).tolist()
     arc, stop, convention, override, axis, first = numbers[[1, 2, 6, 8, 9, 10]].tolist()
     push = np.where(pieces.acceleration > 0, programmed * pieces.acceleration, usual) * pieces.share

@@ -31,7 +31,9 @@ COLUMNS: tuple[str, ...] = (
 
 
 class CorrectionInterval(NamedTuple):
-    """95 %: `low`, `high` (n,) [s] per step, nan where nothing is known; of the whole program [s]."""
+    """95 % interval: `low`, `high` (n,) [s] per step, nan where unknown; `total_low`, `total_high` [s] of the whole
+    program.
+    """
 
     low: Floats
     high: Floats
@@ -51,9 +53,10 @@ class LawCorners(NamedTuple):
 class CornerPieces:
     """The corner at the end of each row of Moves, (m,) each, 0 where there is none.
 
-    `span` [s] from its begin to its end; `lead` [s] of it counts for the row before; `before`, `after` [m] of the row
-    before and of the one after are travelled in it, entered at `entry` and left at `exit` [m/s]. Of faded ones:
-    `fall` and `rise` [s], how long the ramps last, `shift` [s] from the middle of the rise to that of the fall.
+    `span` [s]: its duration; `lead` [s]: the part that counts for the row before. `before`, `after` [m]: lengths of
+    the row before and of the row after inside the corner, which is entered at `entry` and left at `exit` [m/s].
+    Faded corners only: `fall` and `rise` [s], durations of the ramps, `shift` [s] from the middle of the rise to
+    that of the fall.
     """
 
     span: Floats
@@ -73,25 +76,29 @@ class CornerPieces:
         return cls(*np.zeros((9, count)))
 
     def add(self, other: CornerPieces) -> None:
-        """Takes in the corners of `other`, which are at other rows."""
+        """Add the corners of `other`, which are at other rows."""
         for name in ("span", "lead", "before", "after", "entry", "exit", "fall", "rise", "shift"):
             getattr(self, name)[:] += getattr(other, name)
         self.shapes.extend(other.shapes)
 
     def falling(self, rows: Rows, time: Floats) -> Floats:
-        """[m] that `rows` (n,) travel in the corners at their ends until `time` (n,) [s] since those began."""
+        """Length [m] (n,) that `rows` (n,) travel in the corners at their ends, `time` (n,) [s] after the corners
+        begin.
+        """
         middle = self.lead[rows] + self.shift[rows]
         even = np.minimum(time, middle) + _ramp(time - middle, self.fall[rows], late=True)
         return self._shaped(rows, time, 0, self.entry[rows] * even)
 
     def rising(self, rows: Rows, time: Floats) -> Floats:
-        """[m] that the rows after `rows` (n,) travel in the corners between them until `time` (n,) [s]."""
+        """Length [m] (n,) that the rows after `rows` (n,) travel in the corners between them, `time` (n,) [s] after
+        the corners begin.
+        """
         since = time - self.lead[rows]
         even = np.maximum(since, 0.0) + _ramp(since, self.rise[rows])
         return self._shaped(rows, time, 1, self.exit[rows] * even)
 
     def _shaped(self, rows: Rows, time: Floats, part: int, even: Floats) -> Floats:
-        """`even` with the corners of other laws in their places; `part`: 0 the row before, 1 the row after."""
+        """`even` with the values of other laws at their corners; `part`: 0 the row before, 1 the row after."""
         for law, corners, own in self.shapes:
             if not len(own):
                 continue
@@ -106,9 +113,10 @@ class CornerPieces:
 
 
 def _ramp(since: Floats, width: Floats, late: bool = False) -> Floats:
-    """[s] (n,) by which a speed that changes evenly over `width` [s] is ahead of one that steps in its middle.
+    """Lead [s] (n,) of a speed that changes evenly over `width` [s] ahead of one that steps in its middle.
 
-    `since` [s] the middle. A rise has begun before; a fall (`late`) too, and is behind by the same.
+    `since` [s]: time since the middle. A rise has begun before it; a fall (`late`) too, and lags by the same
+    amount.
     """
     u = np.maximum(width / 2 - np.abs(since), 0.0)
     ahead: Floats = np.divide(u * u, 2 * width, out=np.zeros_like(u), where=width > 0)
@@ -117,12 +125,12 @@ def _ramp(since: Floats, width: Floats, late: bool = False) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class RowTimes:
-    """When each row of the plan's moves runs, (m,) each; what `olp track` and plots need.
+    """When each row of the plan's moves runs, (m,) each; used by `olp track` and plots.
 
-    A row is its body, which follows `profile`, between the pieces of it that lie in its corners: on its own clock it
-    begins with the corner at the end of row `previous` (-1: from rest), and ends with that at its own end. The clock
-    starts at `start` and runs at `rate`, below one for a mechanism that waits for a slower one. So each row begins and
-    ends at rest, without a jump, and where rows run at once their displacements add.
+    A row is its body, which follows `profile`, between its pieces in the corners: on its own clock it begins with
+    the corner at the end of row `previous` (-1: from rest), and ends with the corner at its own end. The clock
+    starts at `start` and runs at `rate`, which is below one for a mechanism that waits for a slower one. So each
+    row begins and ends at rest, without a jump, and where rows run at once their displacements add.
     """
 
     profile: Profile  # of the body
@@ -134,12 +142,12 @@ class RowTimes:
 
     @property
     def entry(self) -> Floats:
-        """[s] on each row's clock until its body begins."""
+        """Time [s] on each row's clock at which its body begins."""
         spans: Floats = np.where(self.previous >= 0, self.corners.span[self.previous], 0.0)
         return spans
 
     def fraction(self, rows: NDArray[np.intp], time: Floats) -> Floats:
-        """(n,) 0 to 1: how much of its path each of `rows` (n,) has behind it at `time` (n,) [s]."""
+        """Covered share of the path, 0 to 1, of each of `rows` (n,) at `time` (n,) [s]."""
         u = np.maximum((time - self.start[rows]) * self.rate[rows], 0.0)
         entry, body = self.entry[rows], self.profile.duration[rows]
         done = np.where(u > entry, self.profile.take(rows).position(np.maximum(u - entry, 0.0)), 0.0)
@@ -165,11 +173,11 @@ class RowTimes:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """One entry per step of the plan; nan where a number does not apply or is not known.
+    """One entry per step of the plan; nan where a number does not apply or is unknown.
 
-    `duration_s`, `end_s` [s]; `stop_s` [s] of a duration: what the stop at its end costs beyond the motion;
-    `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s]; `accel_mm_s2` used [mm/s²]; `speed_pct`
-    programmed joint speed [%], `speed_deg_s` of reorientation [deg/s]; `angle_deg` reorientation [deg].
+    `duration_s`, `end_s` [s]; `stop_s` [s]: the part of a duration that the stop at its end costs beyond the
+    motion; `distance_mm` [mm]; `speed_mm_s` programmed, `reached_mm_s` highest [mm/s]; `accel_mm_s2` used [mm/s²];
+    `speed_pct` programmed joint speed [%], `speed_deg_s` of reorientation [deg/s]; `angle_deg` reorientation [deg].
     """
 
     plan: Plan
@@ -196,37 +204,37 @@ class Timing:
 
     @property
     def low_s(self) -> float | None:
-        """[s] The lower end of the 95 % interval of the total; None without a signature."""
+        """Lower end [s] of the total's 95 % interval; None without a signature."""
         return None if self.interval is None else self.interval.total_low
 
     @property
     def high_s(self) -> float | None:
-        """[s] The upper end."""
+        """Upper end [s] of the total's 95 % interval; None without a signature."""
         return None if self.interval is None else self.interval.total_high
 
     @property
     def expected_low_s(self) -> float | None:
-        """[s] The lower end of the interval by what is known of such arms; None with a signature."""
+        """Lower end [s] of the total's interval by prior knowledge of such arms; None with a signature."""
         return None if self.expected is None else self.expected[0]
 
     @property
     def expected_high_s(self) -> float | None:
-        """[s] The upper end."""
+        """Upper end [s] of the total's interval by prior knowledge of such arms; None with a signature."""
         return None if self.expected is None else self.expected[1]
 
     @property
     def total_ends(self) -> tuple[float, float] | None:
-        """[s] The 95 % interval of the total: by the signature, else by what is known of such arms."""
+        """95 % interval [s] of the total: from the signature, else from prior knowledge of such arms."""
         return self.expected if self.interval is None else (self.interval.total_low, self.interval.total_high)
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """COLUMNS, and with a signature the ends of each segment's interval."""
+        """Names of the columns: COLUMNS, and with a signature the ends of each segment's interval."""
         return COLUMNS if self.interval is None else (*COLUMNS, "low_s", "high_s")
 
     @property
     def end_s(self) -> Floats:
-        """Running total; a step that cannot be timed adds nothing (and has a diagnostic)."""
+        """Running total [s]; a step that cannot be timed adds nothing (and has a diagnostic)."""
         ends: Floats = np.cumsum(np.nan_to_num(self.duration_s))
         return ends
 
@@ -251,12 +259,14 @@ class Timing:
 
     @property
     def untimed(self) -> int:
-        """Number of steps that cannot be timed: the totals leave them out."""
+        """Number of steps that cannot be timed: the totals do not include them."""
         return int(np.count_nonzero(np.isnan(self.duration_s)))
 
     @property
     def left_open(self) -> tuple[Diagnostic, ...]:
-        """What the total leaves out or had to assume where no file says it: who compares totals must not rely on it."""
+        """Diagnostics for what the total leaves out, or assumes without a file that says it: do not compare such
+        totals.
+        """
         return tuple(filter(leaves_open, self.diagnostics))
 
     @property

@@ -1,4 +1,4 @@
-"""A plan and a motion model give seconds per step."""
+"""Times a plan with a motion model: seconds per step."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ def time_plan(
 ) -> Timing:
     """Times every step of `plan`.
 
-    `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` beat olp.toml,
-    which beats the robot; `parameters` go to the motion model (SI). Steps that cannot be timed are nan and have a
-    diagnostic. Raises OlpError for an unknown model, law or parameter, and for an override that no controller has.
-    `learnt`: corrects straight moves and what else it learnt, settling included, and gives an interval.
-    It holds for constant acceleration only (H013).
+    `model`, `acceleration` [m/s²] of linear moves, the speed `override` [1] and the `acceleration_law` take
+    precedence over olp.toml, and olp.toml over the robot; `parameters` go to the motion model (SI). `learnt`
+    corrects straight moves and everything else that was learnt, including settling, and gives an interval; it needs
+    constant acceleration (H013). Steps that cannot be timed are nan and have a diagnostic. Raises OlpError for an
+    unknown model, law or parameter, and for an override that no controller has.
     """
     chosen = _model(plan, model, learnt)
     learnt = learnt or NOTHING_LEARNT
@@ -102,7 +102,7 @@ def time_plan(
 
 
 def _model(plan: Plan, name: str | None, learnt: Correction | None) -> MotionModel:
-    """The motion model that is asked for. Raises OlpError: H013 one that what was `learnt` does not hold for."""
+    """The requested motion model. Raises OlpError: H013 a model for which `learnt` does not hold."""
     if learnt is None:
         return load_model(name or str(plan.settings.get("model", DEFAULT_MODEL)))
     if name not in (None, DEFAULT_MODEL):
@@ -118,7 +118,9 @@ def _limits(
     learnt: Correction,
     assumed: dict[str, Assumption],
 ) -> MotionLimits:
-    """What is asked for, else what olp.toml says. `assumed` gets what is reported, each sentence once."""
+    """Limits from the arguments, else from olp.toml. `assumed` collects the reported assumptions, each sentence
+    once.
+    """
     settings = plan.settings
     if acceleration is None and "accel_mm_s2" in settings:
         acceleration = float(settings["accel_mm_s2"]) * mm
@@ -132,7 +134,7 @@ def _limits(
 
 
 def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dict[str, float]) -> Profile:
-    """Speed over time of every row of Moves; those that cannot be timed go nowhere."""
+    """Speed over time of every row of Moves; rows that cannot be timed get length 0."""
     return chosen.profile(
         np.where(wanted.unknown, 0.0, _left(wanted.length - joined.trim)),
         np.where(wanted.unknown, 1.0, wanted.speed),
@@ -145,7 +147,9 @@ def _profile(chosen: MotionModel, wanted: Demand, joined: Chain, parameters: dic
 
 
 def _turning(wanted: Demand, learnt: NDArray[np.intp], up: Floats, down: Floats) -> Demand:
-    """The demand of corners: a learnt acceleration holds what stops cost, so the `learnt` rows turn at `up`, `down`."""
+    """The demand at corners: the `learnt` rows use at least `up` and `down`, because a learnt acceleration includes
+    the cost of stops.
+    """
     faster, braking = wanted.acceleration.copy(), wanted.deceleration.copy()
     faster[learnt], braking[learnt] = np.maximum(faster, up)[learnt], np.maximum(braking, down)[learnt]
     return replace(wanted, acceleration=faster, deceleration=braking)
@@ -154,7 +158,8 @@ def _turning(wanted: Demand, learnt: NDArray[np.intp], up: Floats, down: Floats)
 def _feasible(
     plan: Plan, chosen: MotionModel, wanted: Demand, turning: Demand, parameters: dict[str, float]
 ) -> Chain:
-    """The chain with corners so slow that `chosen` can change its speed between them: jerk takes more way than none.
+    """The chain, with corners so slow that `chosen` can change its speed between them: limited jerk needs longer
+    distances.
 
     `turning`: the demand with the accelerations of corners.
     """
@@ -182,12 +187,16 @@ _MOST_SWEEPS = (
 
 
 def _programmed(told: Floats, durations: Floats, least: Floats) -> Floats:
-    """Durations with programmed times in their place [s]: they include the ramps, and no arm is faster than `least`."""
+    """Durations [s] replaced by programmed times `told`, which include the ramps; at least `least`, the arm's
+    fastest.
+    """
     return np.where(np.isnan(told) | np.isnan(durations), durations, np.maximum(told, least))
 
 
 def _at_limits(plan: Plan, wanted: Demand) -> Demand:
-    """The demand with the speed of timed moves at the most that olp grants any line: their least duration."""
+    """The demand with moves of a programmed time at the highest speed that olp allows any line: their shortest
+    duration.
+    """
     timed = ~np.isnan(plan.moves.duration)
     return replace(wanted, speed=np.where(timed, np.maximum(wanted.speed, _FASTEST), wanted.speed))
 
@@ -196,7 +205,9 @@ _FASTEST = 10.0  # [m/s] no arm's tool is faster; for the least time of moves wh
 
 
 def _left(length: Floats) -> Floats:
-    """What corners leave of a move [m]: two that meet in its middle leave nothing, and not less by a rounding."""
+    """Length [m] of a move between its corners; rounding errors are set to zero where two corners meet in its
+    middle.
+    """
     return np.where(np.abs(length) < _ROUNDING, 0.0, length)
 
 
@@ -204,7 +215,9 @@ _ROUNDING = 1e-12  # [m]
 
 
 def _at_override(plan: Plan, override: Floats) -> Plan:
-    """The plan with its programmed speeds as overrides (m,) [1] of its rows make them; VJ ends at rated speed."""
+    """The plan with its programmed speeds scaled by the overrides (m,) [1] of its rows; VJ is limited to rated
+    speed.
+    """
     if np.all(override == 1.0):
         return plan
     moves = plan.moves
@@ -221,7 +234,7 @@ def _at_override(plan: Plan, override: Floats) -> Plan:
 
 
 def _stretch(plan: Plan, wanted: Demand, overrides: Floats) -> None:
-    """Ramps as the controllers' overrides make them: a stretched time axis lowers accelerations by their square."""
+    """Scale the ramps by the controllers' overrides: a stretched time axis lowers accelerations by the square."""
     for index, robot in enumerate(plan.robots):
         known = generation_of(robot.controllers if robot is not None else ()).override_exponent
         if known is not None:
@@ -234,7 +247,7 @@ def _stretch(plan: Plan, wanted: Demand, overrides: Floats) -> None:
 def _settling(
     plan: Plan, joined: Chain, limits: MotionLimits, effects: Effects, correction: PlanCorrection
 ) -> Floats:
-    """[s] per row of Moves that its stop takes beyond the motion."""
+    """Time [s] that the stop of each row of Moves takes beyond the motion."""
     settling, assumed = settling_of(effects, plan.robot)
     if assumed and (joined.exact_stop & ~correction.knows_stops).any():
         limits.report(assumed)
@@ -245,7 +258,7 @@ def _settling(
 def _unknown_stops(
     plan: Plan, joined: Chain, effects: Effects, correction: PlanCorrection
 ) -> NDArray[np.bool_]:
-    """(k,) exact stops that are taken to cost nothing as nobody knows what they do."""
+    """Exact stops (k,) that count as free because their settling time is unknown."""
     value, assumed = settling_of(effects, plan.robot)
     return joined.exact_stop & ~correction.knows_stops & bool(assumed and not value)
 
@@ -261,7 +274,9 @@ def _gather(
     effects: Effects,
     correction: PlanCorrection,
 ) -> Timing:
-    """From rows of Moves to steps: a move lasts as long as its slowest mechanism, and is told by its leading one."""
+    """Combine rows of Moves to steps: a move lasts as long as its slowest mechanism, and is described by its
+    leading one.
+    """
     count = len(plan)
     is_move = plan.kind == StepKind.MOVE
     first = plan.row[is_move]
@@ -309,7 +324,7 @@ def _gather(
 
 
 def _limited_by(plan: Plan, rules: list[str], rows: Floats) -> tuple[str, ...]:
-    """Per step: the rule of its slowest mechanism, named where that is not the leading one."""
+    """Limit of each step: that of its slowest mechanism, which is named if it is not the leading one."""
     limited = [""] * len(plan)
     steps = np.nonzero(plan.kind == StepKind.MOVE)[0].tolist()
     first = plan.row[steps].tolist()
@@ -336,7 +351,7 @@ def _row_times(
     joined: Chain,
     settling: Floats,
 ) -> RowTimes:
-    """Each row's own clock: see RowTimes."""
+    """Clock of each row: see RowTimes."""
     is_move = plan.kind == StepKind.MOVE
     per_step = np.diff(np.append(plan.row[is_move], len(plan.moves)))
     ends = np.cumsum(np.nan_to_num(duration + added.total))
@@ -355,7 +370,7 @@ def _row_times(
 
 
 def _moving(profile: Profile, joined: Chain) -> Floats:
-    """[s] per row of Moves that its motion takes: its body and its corners."""
+    """Time [s] of the motion of each row of Moves: its body and its corners."""
     moving: Floats = profile.duration + joined.cornering - joined.saving
     return moving
 
@@ -364,7 +379,7 @@ _SAME_RATE = 1e-9  # [1] a clock that differs by less runs at one second per sec
 
 
 def _rules(wanted: Demand, profile: Profile) -> list[str]:
-    """Per row: what a faster move would need more of."""
+    """Limit of each row that a faster move would have to raise."""
     reached = profile.reached
     words = []
     for rule in wanted.names:
@@ -376,7 +391,7 @@ def _rules(wanted: Demand, profile: Profile) -> list[str]:
 
 
 def _problems(plan: Plan, wanted: Demand, rows: Floats) -> list[Diagnostic]:
-    """One diagnostic per file and reason why statements cannot be timed, at the first of them."""
+    """One diagnostic per file and reason why statements cannot be timed, at the first of these statements."""
     bad = np.nonzero(~np.isfinite(rows))[0]
     if not len(bad):
         return []
@@ -424,7 +439,7 @@ _OF_CORNERS = {"blend_zones": "zones of the position levels"}
 
 
 def report_inferred(plan: Plan, moving: NDArray[np.bool_], report: Callable[[str], None]) -> None:
-    """Calls `report` with one sentence per robot whose inferred numbers were used; `moving` (m,): rows that move."""
+    """Calls `report` with one sentence per robot whose inferred numbers were used; `moving` (m,): rows with motion."""
     moves = plan.moves
     joint = moves.path == PATHS.index(Path.JOINT)
     told: dict[str, dict[str, None]] = {}
@@ -451,7 +466,7 @@ _ADDITIONS_ROUNDING = 1e-9  # of a cycle: a motion that ends this little after a
 
 
 class Additions(NamedTuple):
-    """[s] per step of the plan (n,)."""
+    """Controller effects added before and after each step of the plan (n,) [s]."""
 
     before: Floats
     after: Floats
@@ -468,9 +483,10 @@ def additions(
     effects: Effects,
     measured: NDArray[np.bool_] | None = None,
 ) -> Additions:
-    """`end_speed` [m/s] per row of Moves; `duration` [s] per step, of the motion, the wait or the signal itself.
+    """Times that the controller adds to each step: dispatch, servo lag, whole cycles.
 
-    `measured`, per row of Moves: moves whose time was learnt from stop to stop, with all that is added here in it.
+    `end_speed` [m/s] per row of Moves; `duration` [s] per step, of the motion, the wait or the signal itself.
+    `measured`, per row of Moves: moves whose learnt time, from stop to stop, already includes these additions.
     """
     count = len(plan)
     before, after = np.zeros(count), np.zeros(count)
@@ -494,7 +510,7 @@ def additions(
 
 
 def _standing_before(moves: NDArray[np.bool_], stops: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether the last motion before each step ended in a stop; the arm stands at first."""
+    """Whether the last motion before each step ended in a stop; the first step starts at rest."""
     last = np.maximum.accumulate(np.where(moves, np.arange(len(moves)), -1))
     earlier = np.concatenate(([-1], last[:-1]))
     standing: NDArray[np.bool_] = (earlier < 0) | stops[earlier]
@@ -502,7 +518,7 @@ def _standing_before(moves: NDArray[np.bool_], stops: NDArray[np.bool_]) -> NDAr
 
 
 def _to_whole_cycles(motion: Floats, stops: NDArray[np.bool_], cycle: float) -> Floats:
-    """What each stop waits for its cycle to end [s]."""
+    """Time [s] that each stop waits for the end of its interpolation cycle."""
     stretch = np.concatenate(([0], np.cumsum(stops)[:-1]))
     sums = np.bincount(stretch, weights=motion)
     missing = np.ceil(sums / cycle - _ADDITIONS_ROUNDING) * cycle - sums
@@ -519,7 +535,7 @@ _NOTHING = 1e-9  # [m] or [rad]: below this nothing moves
 
 
 def _oddities(plan: Plan, wanted: Demand) -> list[Diagnostic]:
-    """T102 moves to where the arm stands, T103 circular moves that are lines, T104 zones longer than a move."""
+    """T102 moves to the current position, T103 circular moves that are lines, T104 zones longer than a move."""
     return [*_nowhere(plan, wanted), *_no_circle(plan), *_long_zones(plan, wanted)]
 
 
@@ -556,7 +572,7 @@ def _no_circle(plan: Plan) -> Iterator[Diagnostic]:
 
 
 def _long_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
-    """A zone is cut to half of the shorter neighbour, as controllers do; one longer than a whole move is told."""
+    """T104 for zones longer than a whole move; a zone is cut to half of the shorter neighbour, as controllers do."""
     moves = plan.moves
     zoned = np.flatnonzero(moves.blend_code == BlendCode.ZONE)
     if not len(zoned) or load_corners(plan.zone_law).share_zones:
@@ -582,7 +598,7 @@ def _long_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
 
 
 def _overlapping_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
-    """Where the robot skips the point of a zone that meets its neighbour's: told wherever two zones touch."""
+    """T104 where two zones touch, for robots that then skip the point."""
     moves = plan.moves
     zone = np.where(moves.blend_code == BlendCode.ZONE, moves.blend, 0.0)
     after = _following(moves.mechanism)
@@ -603,13 +619,13 @@ def _overlapping_zones(plan: Plan, wanted: Demand) -> Iterator[Diagnostic]:
 
 
 def _travels(wanted: Demand) -> NDArray[np.bool_]:
-    """(m,): rows whose length is known, is metres, and is one."""
+    """Rows (m,) with a known length in metres above zero."""
     travels: NDArray[np.bool_] = wanted.metric & ~wanted.unknown & (wanted.length > _NOTHING)
     return travels
 
 
 def _following(mechanism: NDArray[np.int16]) -> NDArray[np.intp]:
-    """(m,): the next row of the same mechanism, -1 for its last."""
+    """The next row of the same mechanism (m,), -1 for its last row."""
     result = np.full(len(mechanism), -1, dtype=np.intp)
     for index in distinct(mechanism):
         rows = np.flatnonzero(mechanism == index)

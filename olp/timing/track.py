@@ -1,7 +1,7 @@
-"""Where the robot is at each instant (Apostolovic's thesis, section 4.4, with corners).
+"""Position of the robot at each instant (Apostolovic's thesis, section 4.4, with corners).
 
-Every move adds its displacement; at a corner that is blended two moves run at once and their displacements add, which
-is how the measured controller rounds it. Positions add in space, orientations as successive turns, axes as angles.
+Every move adds its displacement; at a blended corner two moves run at once and their displacements add, as measured
+on the controller. Positions add in space, orientations as successive turns, axes as angles.
 """
 
 from __future__ import annotations
@@ -43,8 +43,9 @@ _BEYOND = 2  # a move overlaps at most its two neighbours, because a zone reache
 @dataclass(frozen=True, slots=True)
 class Track:
     """The leading robot at n instants: `time` (n,) [s], `line` (n,), `position` (n, 3) [m], `rotation` (n, 3, 3),
-    `axes` (n, k) [rad or m]; nan where unknown. `segment` (n,): of `Plan.time`, from 0. `tool_changes` (n,): how often
-    another tool was taken so far: there the tool's point is another one, and nothing has moved."""
+    `axes` (n, k) [rad or m]; nan where unknown. `segment` (n,): index into `Plan.time`. `tool_changes` (n,): number
+    of tool changes so far: at a change the tool point jumps although nothing moves.
+    """
 
     time: Floats
     line: NDArray[np.int32]
@@ -123,7 +124,8 @@ def _check(timing: Timing, dt: float) -> None:
 def states(timing: Timing, times: Floats) -> tuple[Floats, Floats, Floats]:
     """Position (n, 3) [m], rotation (n, 3, 3) and axes (n, k) of the leading mechanism at ascending `times` [s].
 
-    Axes along lines are continued from the first of `times` in each move; the nearer to its start, the safer.
+    Axes along lines are continued from the first of `times` in each move: the nearer this is to the move's start,
+    the safer.
     """
     rows = _leading_rows(timing.plan)
     position, quaternion, axes, here = _poses(timing, rows, times)
@@ -132,12 +134,12 @@ def states(timing: Timing, times: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def tool_position(timing: Timing, times: Floats) -> Floats:
-    """(n, 3) [m]: the position of `states`, without the axes, which take most of its time."""
+    """Position (n, 3) [m] as in `states`, without the axes, which take most of its computing time."""
     return _poses(timing, _leading_rows(timing.plan), times)[0]
 
 
 def tool_speed(timing: Timing, times: Floats) -> Floats:
-    """(n,) [m/s]: how fast the tool's point of the leading mechanism travels at `times` [s], corners included."""
+    """Speed (n,) [m/s] of the leading mechanism's tool point at `times` [s], corners included."""
     rows = _leading_rows(timing.plan)
     ends = np.stack((times - _INSTANT, times + _INSTANT), axis=1).ravel()
     ends = np.clip(ends, 0.0, timing.total_s)
@@ -184,7 +186,7 @@ def _poses(
 
 
 def _tool_change(plan: Plan, rows: NDArray[np.intp], index: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """What the tool's point jumps by (n, 3) [m] and (n, 4) when a row uses another tool than the row before."""
+    """Jump of the tool point, (n, 3) [m] and quaternion (n, 4), where a row uses another tool than the row before."""
     moves, positions = plan.moves, plan.positions
     before, after = moves.target[rows[np.maximum(index - 1, 0)]], moves.start[rows[index]]
     twist = _multiply(_conjugate(positions.quaternion[before]), positions.quaternion[after])
@@ -192,7 +194,7 @@ def _tool_change(plan: Plan, rows: NDArray[np.intp], index: NDArray[np.intp]) ->
 
 
 def _tool_changes(timing: Timing, times: Floats) -> NDArray[np.intp]:
-    """(n,) how many moves that begin with another tool than the one before have begun at `times`."""
+    """Number of moves (n,) begun at `times` with another tool than the move before."""
     rows = _leading_rows(timing.plan)
     jump, twist = _tool_change(timing.plan, rows, np.arange(len(rows)))
     turned = 2 * np.linalg.norm(twist[:, 1:], axis=1)
@@ -205,7 +207,7 @@ def _tool_changes(timing: Timing, times: Floats) -> NDArray[np.intp]:
 def _axes_along_paths(
     plan: Plan, rows: NDArray[np.intp], position: Floats, rotation: Floats, axes: Floats
 ) -> Floats:
-    """Axes (n, k): as driven in joint moves; along lines and curves whatever the tool's pose asks for."""
+    """Axes (n, k): as driven in joint moves; from the tool's pose along lines and curves."""
     robot = plan.robot
     if robot is None or robot.geometry is None:
         return axes
@@ -236,7 +238,7 @@ def _axes_along_paths(
 
 
 def _runs(values: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Where each run of equal `values` (n,) begins, and the number of the run that each belongs to (n,)."""
+    """Start of each run of equal `values` (n,), and the number of the run that each value belongs to (n,)."""
     begins = np.flatnonzero(np.diff(values, prepend=-1))
     return begins, np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(values))))
 
@@ -245,7 +247,7 @@ _AT_ONCE = 100_000  # samples whose axes are worked out together: more would tak
 
 
 def _tools(plan: Plan, start: NDArray[np.int32], axes: Floats) -> tuple[Floats, Floats]:
-    """The tool (n, 3) [m], (n, 3, 3) at positions `start`: whatever the pose has beyond the flange."""
+    """Tools (n, 3) [m], (n, 3, 3) at positions `start`: the transform from the flange to the pose."""
     from olp.robots.kinematics.configuration import forward
 
     assert plan.robot is not None
@@ -256,7 +258,7 @@ def _tools(plan: Plan, start: NDArray[np.int32], axes: Floats) -> tuple[Floats, 
 
 
 def _displacement(plan: Plan, rows: NDArray[np.intp], fraction: Floats) -> tuple[Floats, Floats, Floats]:
-    """What each row has added at `fraction` of its path: shift (n, 3) [m], turn as quaternion (n, 4), axes (n, k)."""
+    """Displacement of each row at `fraction` of its path: shift (n, 3) [m], turn as quaternion (n, 4), axes (n, k)."""
     moves, positions = plan.moves, plan.positions
     start, target = moves.start[rows], moves.target[rows]
     a, b = positions.position[start], positions.position[target]
@@ -280,7 +282,7 @@ def _displacement(plan: Plan, rows: NDArray[np.intp], fraction: Floats) -> tuple
 
 
 def _joint_displacement(plan: Plan, rows: NDArray[np.intp], driven: Floats) -> tuple[Floats, Floats]:
-    """A joint move takes the tool along a curve: forward kinematics of the axes on the way."""
+    """Tool displacement of a joint move, which is a curve: forward kinematics of the intermediate axes."""
     from olp.robots.kinematics.configuration import forward
 
     assert plan.robot is not None

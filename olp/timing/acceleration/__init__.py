@@ -1,4 +1,6 @@
-"""The acceleration a controller really uses. One file per law; its name is the law's."""
+"""Acceleration laws: the acceleration that a controller really uses. One file per law; the file's name is the law's
+name.
+"""
 
 from olp.timing.acceleration.law import AccelerationLaw, law_names, load_law
 

@@ -49,7 +49,7 @@ class ByPoseLaw(AccelerationLaw):
 
 
 def swing_limit(numbers: Swing, links: Links, lean: Floats, lift: Floats) -> Floats:
-    """Axis S [rad/s²], (n,), at axes L and U [rad]."""
+    """Acceleration limit of axis S [rad/s²], (n,), at the angles of axes L (`lean`) and U (`lift`) [rad]."""
     elevation = lift - lean
     elbow = links.a1 + links.a2 * np.sin(lean)
     forearm = elbow + numbers.ahead * np.cos(elevation) - numbers.above * np.sin(elevation)
@@ -59,7 +59,9 @@ def swing_limit(numbers: Swing, links: Links, lean: Floats, lift: Floats) -> Flo
 
 
 def lean_limit(numbers: Lean, lean: Floats, lift: Floats, direction: Floats) -> Floats:
-    """Axis L [rad/s²], (n,), at axes L and U [rad]; `direction` +1 leans forward."""
+    """Acceleration limit of axis L [rad/s²], (n,), at the angles of axes L and U [rad]; `direction` +1 leans
+    forward.
+    """
     elevation = lift - lean
     inertia = numbers.fixed + numbers.cosine * np.cos(lift) + numbers.sine * np.sin(lift)
     parts = np.stack([np.sin(lean), np.cos(lean), np.cos(elevation), np.sin(elevation)], axis=-1)
@@ -69,7 +71,9 @@ def lean_limit(numbers: Lean, lean: Floats, lift: Floats, direction: Floats) -> 
 
 
 def lift_limit(numbers: Lift, lean: Floats, lift: Floats, direction: Floats) -> Floats:
-    """Axis U [rad/s²], (n,), at axes L and U [rad]; `direction` +1 lifts the forearm."""
+    """Acceleration limit of axis U [rad/s²], (n,), at the angles of axes L and U [rad]; `direction` +1 lifts the
+    forearm.
+    """
     lever = np.cos(lift - lean + numbers.offset)
     step = 1.0 / (1.0 + np.exp((numbers.start - np.abs(lever)) / numbers.width))
     tilt = (numbers.lever - step * numbers.eased) * lever
@@ -83,11 +87,11 @@ def lift_limit(numbers: Lift, lean: Floats, lift: Floats, direction: Floats) -> 
 
 
 class Swing(NamedTuple):
-    """Axis S. 1/a = fixed + elbow e² + forearm f², a at most `cap`: inertia over torque, and what the
-    controller allows.
+    """Parameters of axis S. 1/a = fixed + elbow e² + forearm f², with a at most `cap`: inertia over torque, and the
+    controller's own limit.
 
-    e: horizontal distance of the elbow from axis S [m]; f: of the point `ahead`, `above` [m] in the forearm's
-    frame.
+    e: horizontal distance of the elbow from axis S [m]; f: horizontal distance of the point (`ahead`, `above`) [m]
+    of the forearm's frame.
     """
 
     fixed: float  # [s²/rad]
@@ -99,12 +103,12 @@ class Swing(NamedTuple):
 
 
 class Lean(NamedTuple):
-    """Axis L. a = (1 + both ± gravity) / inertia, over the torque; + for leaning forward.
+    """Parameters of axis L. a = (1 + both ± gravity) / inertia, divided by the torque; + for leaning forward.
 
-    inertia = fixed + cosine cos U + sine sin U [s²/rad]: the forearm is nearer or further with U alone. gravity
-    and `both` are sums of parts along (sin L, cos L, cos E, sin E), E = U - L the forearm's elevation: the
-    lever of the upper arm and of the forearm, and what slows both directions alike (balancer, friction under
-    load).
+    inertia = fixed + cosine cos U + sine sin U [s²/rad]: axis U alone moves the forearm nearer or further.
+    `gravity` and `both` are sums of parts along (sin L, cos L, cos E, sin E), with the forearm's elevation E = U -
+    L: the levers of the upper arm and of the forearm, and what slows both directions alike (balancer, friction
+    under load).
     """
 
     fixed: float
@@ -115,8 +119,8 @@ class Lean(NamedTuple):
 
 
 class Lift(NamedTuple):
-    """Axis U. a = high - s drop ∓ (lever - s eased) g, g = cos(E + offset) the forearm's horizontal lever; -
-    for lifting.
+    """Parameters of axis U. a = high - s drop ∓ (lever - s eased) g, with the forearm's horizontal lever g = cos(E
+    + offset); - for lifting.
 
     s = 1 / (1 + exp((start - |g|) / width)) steps to 1 where |g| passes `start`: two levels of acceleration.
     """
@@ -131,7 +135,9 @@ class Lift(NamedTuple):
 
 
 class ByPose(NamedTuple):
-    """The first three axes; `ranges`: lowest and highest measured [rad/s²], kept outside the measured poses too."""
+    """Parameters of the first three axes. `ranges`: lowest and highest measured acceleration [rad/s²]; they also
+    bound the result outside the measured poses.
+    """
 
     swing: Swing
     lean: Lean

@@ -1,4 +1,4 @@
-"""The base of all acceleration laws, and the list of them, which is the listing of this folder."""
+"""Base class of all acceleration laws; the files of this folder are the list of laws."""
 
 from __future__ import annotations
 
@@ -23,22 +23,23 @@ class AccelerationLaw(ABC):
 
     @property
     def name(self) -> str:
-        """The name of the file the law lives in."""
+        """Name of the law: that of its file."""
         return type(self).__module__.rpartition(".")[2]
 
     @abstractmethod
     def knows(self, robot: Robot) -> bool:
-        """Whether the law has this robot's numbers; without them it says nan, never a guess."""
+        """Whether the law has numbers for this robot; without them its accelerations are nan, never a guess."""
 
     @abstractmethod
     def limits(self, robot: Robot, joints: Floats, directions: Floats) -> Floats:
-        """See `accelerations`; both arrays are (n, k)."""
+        """Implements `accelerations` for checked input; both arrays are (n, k)."""
 
     @final
     def accelerations(self, robot: Robot, joints: ArrayLike, directions: ArrayLike) -> Floats:
-        """(n, k) [rad/s² | m/s²], positive, nan where not known, in poses `joints` (n, k) [rad | m].
+        """Accelerations of each axis (n, k) [rad/s² | m/s²], positive, nan where unknown, in poses `joints` (n, k)
+        [rad | m].
 
-        `directions` (n, k): the sign of the wanted acceleration of each axis; 0 asks for the lower of both.
+        `directions` (n, k): the sign of the wanted acceleration of each axis; 0 gives the lower one of both signs.
         Raises OlpError: T022 wrong number of axes.
         """
         places = np.atleast_2d(np.asarray(joints, dtype=np.float64))
@@ -54,11 +55,11 @@ class AccelerationLaw(ABC):
     def along_path(
         self, robot: Robot, joints: ArrayLike, rates: ArrayLike
     ) -> tuple[Floats, NDArray[np.intp]]:
-        """The highest acceleration along a path [m/s²] (n,), and the axis that sets it (n,).
+        """The highest acceleration along a path [m/s²] (n,), and the axis that limits it (n,).
 
-        `rates` (n, k) [rad/m | 1]: how far each axis turns per metre of path, signed as the path is
-        accelerated; the path's own curvature is not in it. Axes that are not known set no limit. Raises
-        OlpError: T022.
+        `rates` (n, k) [rad/m | 1]: how far each axis turns per metre of path, signed in the direction of the
+        acceleration; the path's own curvature is not included. Axes with an unknown acceleration set no limit.
+        Raises OlpError: T022.
         """
         turned = np.atleast_2d(np.asarray(rates, dtype=np.float64))
         limits = self.accelerations(robot, joints, turned)
@@ -69,10 +70,10 @@ class AccelerationLaw(ABC):
 
 
 def law_names() -> tuple[str, ...]:
-    """The acceleration laws there are: the files of this folder, without loading them."""
+    """Names of all acceleration laws (the files of this folder), without loading them."""
     return file_names(AccelerationLaw)
 
 
 def load_law(name: str) -> AccelerationLaw:
-    """The acceleration law of that name; raises OlpError (T021), listing those there are."""
+    """Load the acceleration law called `name`. Raises OlpError (T021) with the known names if there is none."""
     return load_from(AccelerationLaw, name, "acceleration law", "T021")

@@ -27,7 +27,7 @@ SOURCES = MappingProxyType(
 class TimeConstant(AccelerationLaw):
     """Commanded speed passes a moving average over the time T: a step becomes a ramp of T, so a = V/T.
 
-    `accelerations` are those to rated speed. Of moves along a path see `equivalent`.
+    `accelerations` are those to rated speed. For moves along a path see `equivalent`.
     """
 
     summary = "one time for every change of speed (acceleration filter)"
@@ -44,8 +44,9 @@ class TimeConstant(AccelerationLaw):
 def equivalent(length: ArrayLike, speed: ArrayLike, seconds: ArrayLike) -> tuple[Floats, Floats]:
     """Speed [m/s] and acceleration [m/s²] of the trapezoid that the filter makes of a move from rest to rest.
 
-    `length` [m], `speed` [m/s] programmed, `seconds` T of the filter. A move shorter than V T never reaches V:
-    the average of a pulse of V over L/V is a trapezoid of height L/T. The move takes L/V + T in both cases.
+    `length` [m], programmed `speed` [m/s], time constant T of the filter `seconds` [s]. A move shorter than V T
+    never reaches V: the average of a pulse of V over L/V is a trapezoid of height L/T. The move takes L/V + T in
+    both cases.
     """
     way, programmed, time = (np.asarray(a, dtype=np.float64) for a in (length, speed, seconds))
     return np.minimum(programmed, way / time), programmed / time

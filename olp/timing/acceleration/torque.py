@@ -28,8 +28,8 @@ Floats = NDArray[np.float64]
 class Torque(AccelerationLaw):
     """One axis at a time, from rest: the largest a with |M a + g + friction| within every axis' torque limit.
 
-    The other axes have to hold still meanwhile, so theirs count too. 0 where the robot cannot hold the pose. Of whole
-    moves, with all axes at once and at speed, see `of_moves`; M and g are those of olp.robots.dynamics.
+    The other axes have to hold still meanwhile, so their limits count too. 0 where the robot cannot hold the pose.
+    For whole moves, with all axes at once and at speed, see `of_moves`; M and g are those of olp.robots.dynamics.
     """
 
     payload: Body | None = None  # in the flange frame
@@ -63,7 +63,9 @@ class Torque(AccelerationLaw):
 
 
 class MoveRates(NamedTuple):
-    """Rates of joint moves as shares of the move: times |end - start| of an axis they are its acceleration."""
+    """Accelerations of joint moves relative to their length [1/s²]: multiplied by |end - start| of an axis they are
+    its acceleration.
+    """
 
     acceleration: Floats  # (n,) [1/s²] nan where nothing is known
     deceleration: Floats  # (n,) [1/s²]
@@ -78,11 +80,12 @@ def of_moves(
     payload: Body | None = None,
     mounting: Mounting | Vector = "floor",
 ) -> MoveRates:
-    """How hard n joint moves with axes in step may start and stop; `start`, `end` (n, k) [rad | m], `speed` [1/s].
+    """Acceleration and deceleration limits of n joint moves with synchronised axes; `start`, `end` (n, k) [rad |
+    m], `speed` [1/s].
 
-    By torque limits (see `olp.robots.dynamics.move_acceleration`) where the robot has masses and limits; otherwise
-    the constant accelerations of the file, and the assumptions say so. Raises OlpError: K002, K007 wrong shapes,
-    K008 a speed that is not positive.
+    They follow from the torque limits (see `olp.robots.dynamics.move_acceleration`) where the robot has masses and
+    limits; otherwise from the constant accelerations of the file, which `assumptions` then states. Raises OlpError:
+    K002, K007 wrong shapes, K008 a speed that is not positive.
     """
     if Torque().knows(robot):
         model = dynamic_model(robot, mounting)

@@ -1,5 +1,5 @@
-"""How two moves join where the program does not stop: what the corner saves, how fast and how near it is
-passed.
+"""How two moves join where the program does not stop: the time that the corner saves, its speed, and its distance
+from the corner point.
 
 One file per controller family; its name is the law's.
 """

@@ -21,9 +21,10 @@ _LAGS = 6.0  # after six time constants 0.25 % of a lag is left
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """(n,) each, time from the corner's begin. The move before falls to zero from `drop` on, the move after
-    begins at `start`, its command rising over `ramp`; `fall` and `rise` are their filters, `lag` that of the
-    servo."""
+    """Timing of n overlapping corners, (n,) each [s] from the start of the corner. The speed of the move before
+    falls to zero from `drop` on; the move after begins at `start` and its command rises over `ramp`; `fall` and
+    `rise` are their filter times, `lag` that of the servo.
+    """
 
     speed_before: Floats  # [m/s]
     drop: Floats  # [s]
@@ -36,21 +37,21 @@ class Overlap:
 
     @property
     def span(self) -> Floats:
-        """[s] until both moves have settled."""
+        """Time [s] until both moves have settled."""
         last: Floats = (
             np.maximum(self.drop + self.fall, self.start + self.ramp + self.rise) + _LAGS * self.lag
         )
         return last
 
     def position(self, time: Floats) -> Floats:
-        """x and y [m], (n, m, 2)."""
+        """Position (x, y) [m], (n, m, 2), at `time` (n, m) [s]."""
         u = time - self.drop[:, None]
         steady = u - (self.fall / 2 + self.lag)[:, None]
         x = self.speed_before[:, None] * (steady - response(1, u, self.fall, self.lag))
         return np.stack([x, self._after(1, time)], axis=-1)
 
     def velocity(self, time: Floats) -> Floats:
-        """Rates of x and y [m/s], (n, m, 2)."""
+        """Velocity (x, y) [m/s], (n, m, 2), at `time` (n, m) [s]."""
         u = time - self.drop[:, None]
         x = self.speed_before[:, None] * (1.0 - response(0, u, self.fall, self.lag))
         return np.stack([x, self._after(0, time)], axis=-1)
@@ -69,14 +70,16 @@ class Overlap:
 
 
 def response(order: int, time: Floats, window: Floats, lag: float) -> Floats:
-    """(n, m): what moving average `window` (n,) and lag make of t^order / order! for t > 0."""
+    """Response (n, m) of the moving average `window` (n,) and the lag to t^order / order! for t > 0."""
     w = window[:, None]
     result: Floats = (_lagged(order + 1, time, lag) - _lagged(order + 1, time - w, lag)) / w
     return result
 
 
 def _lagged(order: int, time: Floats, lag: float) -> Floats:
-    """A lag's answer y to the command t^order / order!: lag y' + y = command, and y' is the answer one order lower."""
+    """Response y of a first-order lag to t^order / order!: lag y' + y = command, and y' is the response one order
+    lower.
+    """
     t = np.maximum(time, 0.0)
     if lag == 0.0:
         return _power(order, t)
@@ -98,7 +101,7 @@ def _power(order: int, t: Floats) -> Floats:
 
 
 class OverlappingLaw(BlendingLaw):
-    """A law that says how the two moves overlap; where the tool is follows from that."""
+    """A law that says when the two moves overlap; the position of the tool follows from that."""
 
     @abstractmethod
     def _overlap(self, corners: Corners) -> Overlap:

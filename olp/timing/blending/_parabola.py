@@ -23,7 +23,7 @@ _STRAIGHT = 1e-6  # [rad] a turn below this is what rounding leaves of none
 
 @dataclass(frozen=True, slots=True)
 class Parabola:
-    """(n,) each."""
+    """n parabolic corners, (n,) each."""
 
     zone: Floats  # [m]
     cosine: Floats  # of half the turn
@@ -35,11 +35,13 @@ class Parabola:
 
     @property
     def length(self) -> Floats:
-        """[m] of the curve."""
+        """Length of the curve [m]."""
         return 2 * self.zone * _arc(np.ones_like(self.zone), self.cosine, self.sine)
 
     def parameter(self, time: Floats) -> Floats:
-        """u (n, m) at `time` (n, m) [s]; speeds that differ at the ends change evenly."""
+        """Curve parameter u (n, m) at `time` (n, m) [s]; between different speeds at the ends the speed changes
+        evenly.
+        """
         total = self.speed_in + self.speed_out
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(self.duration[:, None] > 0, time / self.duration[:, None], 0.0)
@@ -50,7 +52,9 @@ class Parabola:
         return thrown * share + (1 - thrown) * self._even(share)
 
     def _even(self, share: Floats) -> Floats:
-        """u at which this share of the curve's length is behind: halving, then Newton, as it has no closed form."""
+        """Parameter u at which this share of the curve's length is covered: bisection, then Newton, as there is no
+        closed form.
+        """
         cosine, sine = self.cosine[:, None], self.sine[:, None]
         wanted = share * _arc(np.ones_like(share), cosine, sine)
         low, high = np.zeros_like(share), np.ones_like(share)
@@ -66,14 +70,14 @@ class Parabola:
 
 
 class ParabolicLaw(BlendingLaw):
-    """What the laws with a parabola share: only how far their zone reaches is their own."""
+    """Common part of the laws with a parabola; each law defines only its zone."""
 
     def zone(self, corners: Corners) -> Floats:
-        """Where the parabola begins and ends, from the corner point [m], before the half-segment cap, (n,)."""
+        """Distance of the parabola's ends from the corner point [m], (n,), before the half-segment cap."""
         return corners.amount
 
     def curve(self, corners: Corners) -> Parabola:
-        """The parabolas with their speeds."""
+        """The parabolas of the corners with their speeds."""
         zone = np.minimum(self.zone(corners), corners.half)
         sine, cosine = np.sin(corners.turn / 2), np.cos(corners.turn / 2)
         limit = np.minimum(corners.deceleration, corners.acceleration)
@@ -132,7 +136,7 @@ class ParabolicLaw(BlendingLaw):
 
 
 def _matched(first: Floats, last: Floats, zone: Floats, corners: Corners) -> tuple[Floats, Floats]:
-    """Speeds at both ends that the acceleration can change into each other within the zone."""
+    """Speeds at both ends such that the acceleration can change one into the other within the zone."""
     with np.errstate(invalid="ignore"):
         gain = np.sqrt(first**2 + np.where(zone > 0, 4 * corners.acceleration * zone, 0.0))
         loss = np.sqrt(last**2 + np.where(zone > 0, 4 * corners.deceleration * zone, 0.0))

@@ -48,7 +48,9 @@ ZONES = MappingProxyType(
 
 
 def zone(name: str) -> PredefinedZone:
-    """The predefined zone of that name, in any case of letters. Raises OlpError (T014), listing those there are."""
+    """The predefined zone called `name`, in any case of letters. Raises OlpError (T014) with the known names if
+    there is none.
+    """
     found = ZONES.get(name.lower())
     if found is None:
         raise OlpError(error("T014", f"there is no zone {name!r}", help=f"predefined: {', '.join(ZONES)}"))

@@ -1,8 +1,8 @@
-"""The base of all blending laws, and the list of them, which is the listing of this folder.
+"""Base class of all blending laws; the files of this folder are the list of laws.
 
-A corner is where one move ends and the next begins without a stop. Places near it are told along the two moves:
-`x` along the direction of the move before, up to 0 at the corner point, and `y` along that of the move after,
-from 0 on, so that the tool is at corner point + x d1 + y d2. That holds for every angle and in space.
+A corner is where one move ends and the next begins without a stop. Positions near it have two coordinates along the
+two moves: `x` along the direction of the move before, up to 0 at the corner point, and `y` along that of the move
+after, from 0 on, so that the tool is at corner point + x d1 + y d2. That holds for every angle and in space.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _BLOCK = 4096  # corners looked at together, so that the samples of a block stay
 
 @dataclass(frozen=True, slots=True)
 class Corners:
-    """What is asked of a law, one row per corner; every array has shape (n,)."""
+    """Input of a blending law, one row per corner; every array has shape (n,)."""
 
     before: Floats  # length of the move before [m]
     after: Floats  # length of the move after [m]
@@ -51,7 +51,9 @@ class Corners:
         deceleration: ArrayLike = np.inf,
         acceleration: ArrayLike = np.inf,
     ) -> Corners:
-        """Corners from numbers or arrays that fit each other. Raises OlpError (T011) for numbers without sense."""
+        """Corners from numbers or arrays that broadcast to one shape. Raises OlpError (T011) for invalid numbers,
+        such as negative lengths.
+        """
         given = [before, after, speed_before, speed_after, turn, amount, deceleration, acceleration]
         arrays = [np.asarray(value, dtype=np.float64) for value in given]
         names = [field.name for field in fields(cls)]
@@ -68,7 +70,7 @@ class Corners:
         return shorter
 
     def take(self, rows: slice | NDArray[np.intp]) -> Corners:
-        """These corners only."""
+        """The corners of these rows."""
         return Corners(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     def __len__(self) -> int:
@@ -79,9 +81,9 @@ class Corners:
 class Passage:
     """How the corners are passed, (n,) each.
 
-    The move before is cut by `trim_before` and the move after by `trim_after`; instead comes the corner of
-    `duration`, entered at `speed_in` and left at `speed_out`. `capped`: the program asked for more than its
-    moves have room for.
+    The move before is cut by `trim_before` and the move after by `trim_after`; the corner replaces them: it takes
+    `duration`, is entered at `speed_in` and left at `speed_out`. `capped`: the moves are too short for the corner
+    that the program requests.
     """
 
     trim_before: Floats  # [m]
@@ -93,7 +95,9 @@ class Passage:
 
     @property
     def saving(self) -> Floats:
-        """[s] less than with `speed_in` up to the corner point and `speed_out` from there on; a loss is negative."""
+        """Time saved [s] compared with `speed_in` up to the corner point and `speed_out` from there on; negative
+        for a loss.
+        """
         saved = _ratio(self.trim_before, self.speed_in) + _ratio(self.trim_after, self.speed_out)
         result: Floats = saved - self.duration
         return result
@@ -107,7 +111,7 @@ class SpeedRange(NamedTuple):
 
 
 class BlendingLaw(ABC):
-    """What one controller family does at a corner. `amount` says what the number in the program is, and its unit."""
+    """Behaviour of one controller family at a corner. `amount`: meaning and unit of the number in the program."""
 
     summary: ClassVar[str]
     source: ClassVar[str]
@@ -123,7 +127,7 @@ class BlendingLaw(ABC):
     parameters: ClassVar[tuple[ModelParameter, ...]] = ()
 
     def __init__(self, **values: float) -> None:
-        """The law with its parameters (SI). Raises OlpError: T012 no such parameter, T011 not a positive number."""
+        """The law with its parameters (SI). Raises OlpError: T012 unknown parameter, T011 not a positive number."""
         known = {p.name: p.default for p in self.parameters}
         problems = []
         for name, value in values.items():
@@ -139,7 +143,7 @@ class BlendingLaw(ABC):
 
     @property
     def name(self) -> str:
-        """The name of the file the law lives in."""
+        """Name of the law: that of its file."""
         return type(self).__module__.rpartition(".")[2]
 
     def _value(self, name: str) -> float:
@@ -153,24 +157,26 @@ class BlendingLaw(ABC):
 
     @abstractmethod
     def span(self, corners: Corners) -> Floats:
-        """For how long [s] each corner's shape lasts, (n,): the times that `position` and `velocity` know."""
+        """Duration [s] of each corner's curve, (n,): the range of times that `position` and `velocity` accept."""
 
     @abstractmethod
     def position(self, corners: Corners, time: Floats) -> Floats:
-        """x and y [m] (see the module), (n, m, 2), at `time` (n, m) [s] since the corner began."""
+        """Position (x, y) [m] (see the module), (n, m, 2), at `time` (n, m) [s] since the corner began."""
 
     @abstractmethod
     def velocity(self, corners: Corners, time: Floats) -> Floats:
-        """Rates of x and y [m/s], (n, m, 2), at `time` (n, m) [s] since the corner began."""
+        """Velocity (x, y) [m/s], (n, m, 2), at `time` (n, m) [s] since the corner began."""
 
     @final
     def distance(self, corners: Corners) -> Floats:
-        """How near the tool comes to the corner point [m], (n,); from 257 instants, the nearest one refined."""
+        """Smallest distance of the tool from the corner point [m], (n,); sampled at 257 instants, the nearest one
+        refined.
+        """
         return self._over_blocks(corners, self._distance)
 
     @final
     def speed_range(self, corners: Corners) -> SpeedRange:
-        """Lowest and highest speed within each corner, from 257 instants."""
+        """Lowest and highest speed within each corner, sampled at 257 instants."""
         squares = self._over_blocks(corners, self._speeds)
         return SpeedRange(squares[:, 0], squares[:, 1])
 
@@ -208,7 +214,7 @@ def _square(along: Floats, turn: Floats) -> Floats:
 
 
 def _ratio(length: Floats, speed: Floats) -> Floats:
-    """[s]; nothing where there is no length."""
+    """Time [s] for a length at a speed; 0 where the length is 0."""
     return np.divide(length, speed, out=np.zeros_like(length), where=length > 0)
 
 
@@ -227,10 +233,12 @@ def _senseless(name: str, array: Floats) -> list[Diagnostic]:
 
 
 def law_names() -> tuple[str, ...]:
-    """The blending laws there are: the files of this folder, without loading them."""
+    """Names of all blending laws (the files of this folder), without loading them."""
     return file_names(BlendingLaw)
 
 
 def load_law(name: str, **values: float) -> BlendingLaw:
-    """The blending law of that name; raises OlpError (T013), listing those there are, and see BlendingLaw."""
+    """Load the blending law called `name`, with parameters `values` (SI). Raises OlpError (T013) with the known
+    names if there is none; T011 and T012 see BlendingLaw.
+    """
     return load_from(BlendingLaw, name, "blending law", "T013", values=values)

@@ -15,9 +15,9 @@ class CornerRadius(BlendingLaw):
     """Geometry alone: the arc touches both moves at R tan(turn/2) from the corner point and passes it at R
     (1/cos(turn/2) - 1).
 
-    The tool keeps the lower of both speeds, at most sqrt(a R), its acceleration towards the centre. R shrinks
-    where it would touch a move further away than its half. Straight on there is nothing to round, straight back
-    no arc: a stop.
+    The tool keeps the lower of both speeds, at most sqrt(a R), its acceleration towards the centre. R shrinks where
+    it would touch a move beyond its half. A straight continuation has no corner to round; a reversal has no arc and
+    is a stop.
     """
 
     summary = "an arc of given radius that touches both moves, at constant speed"

@@ -10,8 +10,8 @@ class BlendRadius(ParabolicLaw):
     behind.
 
     The script manual states the radius, not the curve. Users report that the tool's speed inside is not the
-    programmed one at low speeds, and that blends start late; both are outside this law. A waypoint whose blend
-    overlaps another's is skipped by the robot, which warns; here it is cut to half of the move and told (T104).
+    programmed one at low speeds, and that blends start late; this law models neither. The robot skips a waypoint
+    whose blend overlaps another's, and warns; here the blend is cut to half of the move and reported (T104).
     """
 
     summary = "UR blend radius r: leaves the path at r before the waypoint, joins the next at r behind it"

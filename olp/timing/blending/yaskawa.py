@@ -57,7 +57,7 @@ class PositionLevels(OverlappingLaw):
 
     @property
     def alone(self) -> float:
-        """[s] for which each move runs without its neighbours, at least."""
+        """Minimum time [s] for which each move runs without its neighbours."""
         return self._value("stop_time") / 2
 
     def passage(self, corners: Corners) -> Passage:
@@ -90,10 +90,10 @@ class PositionLevels(OverlappingLaw):
 def intervals(
     length: Floats, speed: Floats, zone_in: Floats, zone_out: Floats, speed_before: Floats, alone: float
 ) -> Floats:
-    """[s] (n,) from the begin of each move of a chain to that of the next; of the last, to its end.
+    """Time [s] (n,) from the start of each move of a chain to that of the next; of the last, to its end.
 
-    A move speeds up over zone_in/speed_before [m], [m/s] and hands over where `zone_out` [m] of its `length` is
-    left, later where it has not run `alone` [s] yet (see `delays`).
+    A move speeds up over `zone_in` [m] at `speed_before` [m/s], and the next one starts where `zone_out` [m] of its
+    `length` is left, or later if it has not run `alone` [s] yet (see `delays`).
     """
     ramp = np.divide(zone_in, speed_before, out=np.zeros_like(zone_in), where=zone_in > 0)
     return (
@@ -102,10 +102,10 @@ def intervals(
 
 
 def delays(cruise: Floats, ramp: Floats, overlap: Floats, alone: float) -> Floats:
-    """[s] (n,) by which each move of a chain hands over late, for it to run `alone` [s].
+    """Delay [s] (n,) at the end of each move of a chain that lets it run for `alone` [s] without its neighbours.
 
     `cruise`: length over speed; `ramp`: how long the move before still runs; `overlap`: how long the next one would
-    run too [s]. A delay is at most what the overlap saves, as more has not been measured.
+    run at the same time [s]. A delay is at most what the overlap saves, as more has not been measured.
     """
     lacking = np.where((ramp > 0) & (overlap > 0), alone + overlap + ramp / 2 - cruise, 0.0)
     if not (lacking > 0).any():
@@ -119,7 +119,9 @@ def delays(cruise: Floats, ramp: Floats, overlap: Floats, alone: float) -> Float
 
 
 def filter_times(corners: Corners, shortest: float) -> Floats:
-    """[s] (n,): the acceleration time, longer where the acceleration limits ask for it. Both moves share one filter."""
+    """Acceleration time [s] (n,), at least `shortest`, longer where the acceleration limits require it. Both moves
+    share one filter.
+    """
     needed = np.maximum(
         corners.speed_before / corners.deceleration, corners.speed_after / corners.acceleration
     )

@@ -1,4 +1,6 @@
-"""How long a move takes and how fast it is when. One file per motion model; its name is the model's."""
+"""Motion models: duration of a move and its speed over time. One file per model; the file's name is the model's
+name.
+"""
 
 from olp.timing.motion._durations import durations
 from olp.timing.motion._profile import Problem, Profile, RequestedMoves

@@ -1,4 +1,4 @@
-"""Only the durations of many synchronised moves from rest to rest, of limited jerk, without their profiles."""
+"""Durations of many synchronised moves from rest to rest with limited jerk, without their profiles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SAVING = 1.2e-7  # [s] per axis and move that compiled code saves, measured by 
 
 
 class Law(NamedTuple):
-    """T(L) of one axis from rest to rest, piece by piece; see `durations`. Numbers, or one per move."""
+    """Coefficients of T(L) of one axis from rest to rest, piece by piece; see `durations`. Numbers, or one per move."""
 
     cruises: Floats  # L [m] from which the programmed speed is reached
     holds: Floats  # L [m] from which the acceleration limit is reached
@@ -78,7 +78,7 @@ def durations(
 
 
 def _columns(limits: tuple[Floats, ...], part: slice, axis: int) -> list[Floats]:
-    """One axis of (n, k) limits; those that are one array stay one."""
+    """Limits of one axis from (n, k) limits; k1 and k2 stay one array if they are the same array."""
     columns = [np.ascontiguousarray(limit[part, axis]) for limit in limits[:3]]
     same = limits[2] is limits[3]
     return [*columns, columns[2] if same else np.ascontiguousarray(limits[3][part, axis])]
@@ -121,7 +121,7 @@ def _law(v: Floats, a: Floats, k1: Floats, k2: Floats) -> Law:
 
 
 def _symmetric_law(v: Floats, a: Floats, k: Floats) -> Law:
-    """`_law` for k1 = k2, where most of it is nothing."""
+    """`_law` for k1 = k2, where most terms vanish."""
     p = 1 / k
     b = np.sqrt(v * k)  # acceleration at which v is reached without holding it
     held = np.minimum(a, b)
@@ -131,7 +131,7 @@ def _symmetric_law(v: Floats, a: Floats, k: Floats) -> Law:
 
 
 def _time(length: Floats, law: Law) -> Floats:
-    """[s] of moves (n,) of one axis."""
+    """Duration [s] of moves (n,) of one axis."""
     time: Floats = np.sqrt(np.maximum(length * law.slow + law.offset, 0.0))
     time += law.ramp
     short = np.flatnonzero(length < law.holds)

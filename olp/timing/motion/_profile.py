@@ -1,4 +1,4 @@
-"""What a motion model answers: for every move, phases of constant jerk, ready to be asked where the robot is.
+"""Answer of a motion model: for every move, phases of constant jerk, which can be evaluated at any time.
 
 All quantities are SI: lengths [m] (or [rad] for an axis), speeds [m/s], accelerations [m/s²], jerks [m/s³].
 """
@@ -20,7 +20,7 @@ ROUNDING = 1e-10  # a length missing by less than this fraction is rounding, not
 
 
 class Problem(IntEnum):
-    """Why a move could not be made as asked. The profile then holds the nearest motion that is possible."""
+    """Why a move could not be made as requested. The profile then holds the nearest motion that is possible."""
 
     NONE = 0
     NO_SPEED = 1  # a positive length without speed or acceleration: the move never ends, its duration is inf
@@ -43,7 +43,7 @@ _SAYS = {
 
 @dataclass(frozen=True, slots=True)
 class RequestedMoves:
-    """What is asked of a model, one row per move; every array has shape (n,)."""
+    """Input of a motion model, one row per move; every array has shape (n,)."""
 
     length: Floats  # [m]
     speed: Floats  # programmed speed [m/s]
@@ -57,8 +57,8 @@ class RequestedMoves:
 class Profile:
     """Speed over time of n moves, each made of p phases of constant jerk.
 
-    Evaluating functions take times of shape (n,) (one instant per move) or (n, m) (m instants per move) and
-    answer in the same shape. Before its start and after its end a move stays in its first and last state.
+    Evaluating functions take times of shape (n,) (one instant per move) or (n, m) (m instants per move) and return
+    the same shape. Before its start and after its end a move stays in its first and last state.
     """
 
     moves: RequestedMoves  # what was asked
@@ -119,12 +119,12 @@ class Profile:
 
     @property
     def end_speed(self) -> Floats:
-        """Speed at the end [m/s], (n,): the one asked for unless `problem` says otherwise."""
+        """Speed at the end [m/s], (n,): the requested one unless `problem` says otherwise."""
         return self.speeds[:, -1]
 
     @property
     def feasible(self) -> Bools:
-        """True where the move is made exactly as asked, (n,)."""
+        """True where the move is made exactly as requested, (n,)."""
         feasible: Bools = self.problem == Problem.NONE
         return feasible
 
@@ -162,10 +162,10 @@ class Profile:
         return answer[:, 0] if flat else answer
 
     def defects(self, tolerance: float = 1e-9) -> Bools:
-        """True where a move misses its target or breaks a limit, (n,): the check every answer has to pass.
+        """True where a move misses its target or breaks a limit, (n,): the check that every answer has to pass.
 
-        Inside a phase the acceleration is a straight line that does not change sign, so the phases' ends are
-        the extremes of acceleration and speed, and looking at them is looking everywhere.
+        Inside a phase the acceleration is linear and does not change sign, so acceleration and speed have their
+        extremes at the phases' ends: checking these checks everything.
         """
         m, p = self.moves, self.problem
         step = np.where(np.isfinite(self.durations), self.durations, 0.0)
@@ -186,7 +186,7 @@ class Profile:
         return bad | turns.any(axis=1) | np.isnan(self.durations).any(axis=1)
 
     def _rows(self, values: ArrayLike) -> tuple[Floats, bool]:
-        """Values as (n, m), and whether they came as one per move."""
+        """Values as (n, m), and whether they were given as one per move."""
         array = np.asarray(values, dtype=np.float64)
         flat = array.ndim < 2
         n = len(self.durations)

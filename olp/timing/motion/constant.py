@@ -57,7 +57,7 @@ def _time(length: Floats, speeds: Floats) -> Floats:
 
 
 def _end_speeds(moves: RequestedMoves) -> tuple[Floats, NDArray[np.int8]]:
-    """The end speeds [m/s] that can be had, (n,), and where they differ from those asked for, (n,)."""
+    """The end speeds [m/s] that are possible, (n,), and the Problem where they differ from the requested ones, (n,)."""
     v0 = moves.start_speed
     v1 = np.minimum(moves.end_speed, moves.speed)
     problem = np.where(v1 < moves.end_speed, np.int8(Problem.CANNOT_REACH), np.int8(Problem.NONE))

@@ -19,7 +19,7 @@ _MOST_STEPS = 60  # of Newton; ten are usual
 
 
 class Ramp(NamedTuple):
-    """A change of speed from a lower to a higher one: acceleration rises, holds and falls; all (n,)."""
+    """A change from a lower to a higher speed: acceleration rises, holds and falls; all (n,)."""
 
     peak: Floats  # highest acceleration [m/s²]
     rise: Floats  # [s]
@@ -29,7 +29,9 @@ class Ramp(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """The two changes of speed of each move; all (n,). Sizes are kept beside speeds because they are exact."""
+    """The two changes of speed of each move; all (n,). Sizes of changes are stored beside the speeds because they
+    are exact.
+    """
 
     first: Floats  # size of the first change [m/s]
     last: Floats  # size of the second one, to the end speed [m/s]
@@ -120,7 +122,7 @@ def _ramps(moves: RequestedMoves, changes: Changes, k1: Floats, k2: Floats) -> t
 
 
 def _changes(moves: RequestedMoves, k1: Floats, k2: Floats) -> Changes:
-    """Speeds between and at the ends of each move, nearest to those asked for."""
+    """Speeds between and at the ends of each move, nearest to the requested ones."""
     v0, v1 = moves.start_speed, np.minimum(moves.end_speed, moves.speed)
     problem = np.where(v1 < moves.end_speed, np.int8(Problem.CANNOT_REACH), np.int8(Problem.NONE))
     falls = v1 < v0
@@ -147,7 +149,7 @@ def _changes(moves: RequestedMoves, k1: Floats, k2: Floats) -> Changes:
 def _end_speeds(
     moves: RequestedMoves, v1: Floats, falls: Bools, k1: Floats, k2: Floats
 ) -> tuple[Floats, Floats, Bools]:
-    """End speeds that can be had and their distances from the start speeds [m/s], and where a move is too short."""
+    """End speeds that are possible and their distances from the start speeds [m/s], and where a move is too short."""
     v0, gap = moves.start_speed, np.abs(v1 - moves.start_speed)
     limit = np.where(falls, moves.deceleration, moves.acceleration)
 
@@ -164,7 +166,7 @@ def _end_speeds(
 
 
 def _rise(moves: RequestedMoves, ends: Changes, room: Floats, k1: Floats, k2: Floats) -> Floats:
-    """How far above the faster end each move gets [m/s], (n,), at most `room`."""
+    """How far the peak speed of each move lies above its faster end [m/s], (n,), at most `room`."""
     v0, v1, a, d = moves.start_speed, ends.end, moves.acceleration, moves.deceleration
     rise = np.where(moves.length > 0, room, 0.0)
     simple = (v0 == 0) & (v1 == 0) & (a == d)
@@ -188,7 +190,7 @@ def _newton(
     v0: Floats, first: Floats, a: Floats, v1: Floats, last: Floats, d: Floats,
     k1: Floats, k2: Floats, length: Floats, room: Floats,
 ) -> Floats:  # fmt: skip
-    """The rise [m/s] with which two changes, larger by it than `first` and `last`, cover `length`; < room."""
+    """The rise [m/s], below `room`, with which the changes `first` + rise and `last` + rise together cover `length`."""
     slowness = 1 / k1 + 1 / k2
     limit = np.minimum(a, d)
     # Each of these alone would already cover the length: no change covers less than a third of its time at its top.
@@ -210,13 +212,15 @@ def _newton(
 
 
 def _slope(lower: Floats, change: Ramp) -> Floats:
-    """Length [m] that a change of speed gains per size [m/s]."""
+    """Length [m] that a change of speed gains per size of the change [m/s]."""
     slope: Floats = lower / change.peak + change.rise / 2 + change.hold + change.fall
     return slope
 
 
 def _brake_first(moves: RequestedMoves, changes: Changes, early: Bools, k1: Floats, k2: Floats) -> Changes:
-    """Moves that start too fast brake to the programmed speed first, or towards it as far as the length allows."""
+    """Moves that start faster than the programmed speed brake to it first, or towards it as far as the length
+    allows.
+    """
     v0, rates = moves.start_speed[early], (k1[early], k2[early])
     whole, d = changes.last[early], moves.deceleration[early]
 
@@ -253,9 +257,9 @@ def _rest_to_rest(length: Floats, a: Floats, k1: Floats, k2: Floats) -> Floats:
 
 
 def _halve(fits: Callable[[Floats], Bools], most: Floats) -> Floats:
-    """The largest found size in 0..most that fits, (n,), to the last bit.
+    """The largest size in 0..most that fits, (n,), exact to the last bit.
 
-    Halves the numbers between as the machine counts them, so that tiny answers are as exact as large ones.
+    Bisects over the bit patterns of the numbers, so that tiny answers are as exact as large ones.
     """
     good, bad = np.zeros(len(most), dtype=np.int64), most.view(np.int64).copy()
     for _ in range(64):

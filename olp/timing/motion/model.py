@@ -1,4 +1,4 @@
-"""The base of all motion models, and the list of them, which is the listing of this folder."""
+"""Base class of all motion models; the files of this folder are the list of models."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Values = Mapping[str, Floats | None]  # a model's parameters by name, shape (n,)
 
 @dataclass(frozen=True, slots=True)
 class ModelParameter:
-    """One thing a model needs besides speeds and accelerations."""
+    """A parameter that a model needs besides speeds and accelerations."""
 
     name: str
     unit: str
@@ -36,12 +36,12 @@ class MotionModel(ABC):
 
     @property
     def name(self) -> str:
-        """The name of the file the model lives in."""
+        """Name of the model: that of its file."""
         return type(self).__module__.rpartition(".")[2]
 
     @abstractmethod
     def solve(self, moves: RequestedMoves, values: Values) -> Profile:
-        """Profiles for moves that are sound: lengths >= 0, limits > 0; a length of 0 takes no time."""
+        """Profiles of valid moves (lengths >= 0, limits > 0); a length of 0 takes no time."""
 
     @final
     def profile(
@@ -56,9 +56,9 @@ class MotionModel(ABC):
     ) -> Profile:
         """Profiles of n moves: each argument has shape () or (n,), in m (or rad), m/s, m/s², m/s³, s.
 
-        `deceleration` is the `acceleration` when left out. What cannot be done as asked is told per move in
-        `Profile.problem`. Raises OlpError for negative or non-finite numbers and for unknown parameters,
-        and for a profile that, integrated, misses its target: nothing is accepted unchecked.
+        `deceleration` equals `acceleration` if omitted. `Profile.problem` tells for each move what could not be
+        done as requested. Raises OlpError for negative or non-finite numbers, for unknown parameters, and for a
+        profile that, integrated, misses its target: every answer is checked.
         """
         braking = acceleration if deceleration is None else deceleration
         moves, values = self._moves(
@@ -121,7 +121,7 @@ def _stuck(moves: RequestedMoves) -> Bools:
 
 
 def _sound(moves: RequestedMoves, stuck: Bools) -> RequestedMoves:
-    """The same moves with placeholders where a limit is zero, so that models never divide by one."""
+    """The same moves with placeholders where a limit is zero, so that models never divide by zero."""
 
     def positive(a: Floats) -> Floats:
         return np.where(a > 0, a, 1.0)
@@ -145,10 +145,10 @@ def _never_ending(profile: Profile, stuck: Bools) -> Profile:
 
 
 def model_names() -> tuple[str, ...]:
-    """The motion models there are: the files of this folder, without loading them."""
+    """Names of all motion models (the files of this folder), without loading them."""
     return file_names(MotionModel)
 
 
 def load_model(name: str) -> MotionModel:
-    """The motion model of that name; raises OlpError (T004), listing those there are."""
+    """Load the motion model called `name`. Raises OlpError (T004) with the known names if there is none."""
     return load_from(MotionModel, name, "motion model", "T004")

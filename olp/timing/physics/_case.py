@@ -1,4 +1,6 @@
-"""What the terms of moves see: the judged simulation's motion, and all of a move that a cause could hang on."""
+"""Input of the terms of moves: the judged simulation's motion, and every property of a move that a cause may depend
+on.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +23,10 @@ _DIGITS = 1e-3  # [s] that the digits of simulated times may hide
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rates:
-    """How fast k axes turn per unit of way, from kinematics (or from joint points alone, then the same all along).
+    """Turn of k axes per unit of path length, from kinematics (or from joint points alone, then constant along the
+    move).
 
-    `path`: at m places spread evenly over the way, signed; rows of waits and of moves whose axes are not known are 0.
+    `path`: signed, at m places spread evenly along the path; 0 for waits and for moves whose axes are unknown.
     """
 
     path: Floats  # (n, m, k) [rad/m | rad/rad | m/m]
@@ -36,21 +39,21 @@ class Rates:
 
     @property
     def start(self) -> Floats:
-        """(n, k)"""
+        """Rates at the start of each move (n, k)."""
         return np.asarray(self.path[:, 0, :])
 
     @property
     def end(self) -> Floats:
-        """(n, k)"""
+        """Rates at the end of each move (n, k)."""
         return np.asarray(self.path[:, -1, :])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredMoves:
-    """n executed moves with a measured duration, in order of execution. Columns that nobody wrote are nan.
+    """n executed moves with a measured duration, in order of execution. Columns that were not recorded are nan.
 
-    `base`: the motion that the judged simulation seems to have used; `simulated` is what it said, and a model's
-    prediction is `simulated` plus the difference that terms make to `base`.
+    `base`: the motion that the judged simulation seems to have used; `simulated`: its durations. The prediction of
+    a model is `simulated` plus the change that its terms make to `base`.
     """
 
     move: NDArray[np.int64]  # the recording's own numbers
@@ -97,20 +100,21 @@ class MeasuredMoves:
 
     @property
     def residual(self) -> Floats:
-        """(n,) [s] measured less simulated."""
+        """Measured minus simulated duration (n,) [s]."""
         return self.measured - self.simulated
 
     @property
     def follows(self) -> Mask:
-        """(n,) moves that were executed right after the one in the row before."""
+        """Moves that were executed directly after the move in the row before (n,)."""
         if len(self.place) != len(self):
             return np.arange(len(self)) > 0
         return np.concatenate([[False], np.diff(self.place) == 1])
 
     @property
     def leading(self) -> tuple[str, ...]:
-        """(n,) the axis that takes longest at rated speeds in each move, or turns farthest where these are not known;
-        "" where that is not known either."""
+        """Leading axis of each move (n,): the one that takes longest at rated speeds, or turns farthest where these
+        are unknown; "" where the axes are unknown.
+        """
         rates = self.rates
         if rates is None:
             return ("",) * len(self)
@@ -121,7 +125,7 @@ class MeasuredMoves:
         )
 
     def led(self, axis: int) -> Mask:
-        """(n,) moves in which the axis, from 0, is `leading`; none where axes are not known."""
+        """Moves (n,) whose `leading` axis is number `axis` (from 0); none where axes are unknown."""
         if self.rates is None:
             return np.zeros(len(self), dtype=bool)
         name = self.rates.names[axis]
@@ -130,7 +134,7 @@ class MeasuredMoves:
 
     @property
     def leaders(self) -> tuple[tuple[int, str], ...]:
-        """Number and name of the axes that lead enough joint moves, and not all of them, to have a number each."""
+        """Number and name of each axis that leads enough joint moves, but not all, for a parameter of its own."""
         if self.rates is None:
             return ()
         turned = self.joint & self.moving
@@ -139,32 +143,34 @@ class MeasuredMoves:
 
     @property
     def length(self) -> Floats:
-        """(n,) [m] straight from start to end, nan without points."""
+        """Distance from start to end (n,) [m], nan without points."""
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
     @property
     def rise(self) -> Floats:
-        """(n,) sine of the incline, up is positive; 0 where it is not known."""
+        """Sine of the incline (n,), positive upwards; 0 where unknown."""
         length = self.length
         up = self.end[:, 2] - self.start[:, 2]
         return np.asarray(np.nan_to_num(up / np.where(length > 0, length, np.nan)))
 
     @property
     def bodies_known(self) -> bool:
-        """Whether elbow and wrist are known along every straight move."""
+        """Whether the positions of elbow and wrist are known along every straight move."""
         if self.rates is None or self.rates.bodies is None:
             return False
         return bool(np.isfinite(self.rates.bodies[self.moving & ~self.joint]).all())
 
     def once(self, name: str, make: Callable[[], Floats]) -> Floats:
-        """A column that a term works out from this case, kept for its next call."""
+        """A column derived from this case, computed by `make` on the first call and then kept under `name`."""
         if name not in self.derived:
             self.derived[name] = make()
         return self.derived[name]
 
     def idle(self, where: Mask) -> float:
-        """[s] by which the simulation of a move `where` (n,) takes longer than its motion, at most: nothing else of it
-        can be shorter by a fixed time. inf where accelerations were read off each duration, which hides it.
+        """Largest time [s] by which the simulated duration of moves `where` (n,) exceeds that of their motion: only
+        this part can get shorter by a fixed time.
+
+        inf where the accelerations were fitted to each duration, which hides this part.
         """
         if not where.any():
             return np.inf
@@ -175,7 +181,7 @@ class MeasuredMoves:
         return max(float(beyond[where].max()), _DIGITS)
 
     def number(self, name: str, make: Callable[[], float]) -> float:
-        """One number of all moves that a form refers to (a median, a least value).
+        """A number over all moves that a form refers to (a median, a minimum), computed by `make`.
 
         Moves of another program are predicted with the number of the moves that the model was fitted to, `numbers`.
         """
@@ -185,7 +191,7 @@ class MeasuredMoves:
 
     @property
     def numbers_used(self) -> dict[str, float]:
-        """Those that the terms have asked for so far."""
+        """The numbers that the terms have asked for so far, by name."""
         own = {
             key.removeprefix(_NUMBER): float(value[0])
             for key, value in self.derived.items()
@@ -195,19 +201,21 @@ class MeasuredMoves:
 
     @property
     def unit(self) -> str:
-        """ "m" of ways, "rad" when all moves are joint moves."""
+        """Unit of path lengths: "m", or "rad" when all moves are joint moves."""
         return "rad" if bool((self.joint | ~self.moving).all()) else "m"
 
     @property
     def ratio(self) -> Floats:
-        """(n,) what a number in `unit` is for each move: joint moves beside straight ones count by accelerations."""
+        """Factor (n,) that converts a number in `unit` for each move: joint moves beside straight ones are scaled
+        by accelerations.
+        """
         return self.once("ratio", self._ratio)
 
     def _ratio(self) -> Floats:
         return np.where(self.joint & self.moving, self.number("ratio", self._angular), 1.0)
 
     def _angular(self) -> float:
-        """[rad/m] of joint moves beside straight ones; 1 where all are of one kind."""
+        """Scale [rad/m] of joint moves beside straight ones; 1 where all are of one kind."""
         angular, straight = self.joint & self.moving, ~self.joint & self.moving
         if not angular.any() or not straight.any():
             return 1.0
@@ -216,12 +224,12 @@ class MeasuredMoves:
 
     @property
     def pace(self) -> float:
-        """[unit/s²] the middle of the simulation's accelerations."""
+        """Median [unit/s²] of the simulation's accelerations."""
         of = self.moving & np.isfinite(self.base.accelerate)
         return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
 
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
-        """Some of the moves; what the neighbours were stays as it was."""
+        """Some of the moves; the properties of their neighbours stay unchanged."""
         from dataclasses import replace
 
         columns = {

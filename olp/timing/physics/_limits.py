@@ -1,4 +1,4 @@
-"""Where a search for a limit begins: no slope leads from a limit that no move reaches to the right one."""
+"""Start values for the search of a limit: the gradient vanishes at a limit that no move reaches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _BELOW = 0.97  # of what the last of the moves asks: it is touched too
 
 
 def limits_reached(asked: Floats) -> Floats:
-    """(g,) limits that two, five, eleven … moves reach, of what each of (n,) moves asks."""
+    """Limits (g,) that two, five, eleven … of the moves reach; `asked` (n,): what each move needs."""
     asked = np.sort(asked[asked > 0])[::-1]
     if not len(asked):
         return np.zeros(0)

@@ -1,10 +1,11 @@
-"""The time law that all terms of moves act on: ramps at both ends, a speed between, and what is added.
+"""The time law that all terms of moves act on: ramps at both ends, a constant speed between, and added times.
 
 A ramp from rest to v with acceleration a and jerk j takes v/a + a/j (or 2 √(v/j) when a is not reached) and covers
-v/2 of that time; behind a moving average of length τ it takes v/a + τ. At a rounded corner the next ramp begins while
-the last one ends: what overlaps is saved, and a recorder books it on the move before the corner, on the one after, or
-on both. With ways that are too short, the peak speed is the one whose ramps cover the way (L. Biagiotti and C.
-Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008, sections 3.2 and 3.4).
+v/2 of that time; behind a moving average of length τ it takes v/a + τ. At a rounded corner the next ramp begins
+while the last one ends: the overlap is saved, and a recorder books it on the move before the corner, on the one
+after, or on both. On paths that are too short for the speed, the peak speed is the one whose ramps cover the path
+(L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer 2008, sections 3.2
+and 3.4).
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _MOST = 0.9  # of a move's own time that corners may save
 
 
 class MoveCorners(NamedTuple):
-    """What a move's corners hang on beside the move itself; each (n,)."""
+    """Properties of a move's corners that its neighbours decide; each (n,)."""
 
     way: Floats  # [m] of the move before
     speed: Floats  # [m/s] of the move before
@@ -39,13 +40,13 @@ class MoveCorners(NamedTuple):
     shorter_end: Floats  # [m] of this move or the next
 
     def take(self, rows: NDArray[np.intp]) -> MoveCorners:
-        """Of some of the moves."""
+        """The corners of these rows."""
         return MoveCorners(*(column[rows] for column in self))
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """n moves; units of a way are metres, or radians of the leading axis in joint moves."""
+    """Motion of n moves; path lengths are metres, or radians of the leading axis in joint moves."""
 
     way: Floats  # (n,) [m | rad]; 0 for waits
     speed: Floats  # (n,) [m/s | rad/s]
@@ -79,13 +80,13 @@ class Motion:
         return copy
 
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
-        """The rows of `other` in the moves of `mask` (n,), these rows in all others."""
+        """`other` in the moves of `mask` (n,), this motion in all others."""
         return self.with_(
             **{name: np.where(mask, getattr(other, name), getattr(self, name)) for name in _COLUMNS}
         )
 
     def duration(self) -> Floats:
-        """(n,) [s] before `rate` and `cycle`, which hold for whole durations."""
+        """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""
         travel, top = self._travel()
         whole = np.maximum(travel, self.least) + self.added
         if self.law == "stop" or not ((self.round_start > 0) | (self.round_end > 0)).any():
@@ -93,7 +94,7 @@ class Motion:
         return np.asarray(whole - np.minimum(self._saved(top), _MOST * travel))
 
     def _saved(self, top: Floats) -> Floats:
-        """(n,) [s] by both corners; `top` (n,) [m/s]: the highest speed of each move."""
+        """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
         corners = self.corners or MoveCorners(self.way, self.speed, np.ones(1), self.way, self.way)
         law = self.law.removesuffix(EACH)
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
@@ -109,7 +110,9 @@ class Motion:
         return saved + (1.0 - self.split) * self._saving(law, start, fast, slow)
 
     def _saving(self, law: str, rounding: Floats, fast: Floats, slow: Floats) -> Floats:
-        """(n,) [s] by one corner, for both of its moves; `fast` [m/s], `slow` [m/s²]: of the ramp that ends there."""
+        """Time (n,) [s] that one corner saves for both of its moves; `fast` [m/s] and `slow` [m/s²] of the ramp
+        that ends there.
+        """
         fast, ramp = np.maximum(fast, 1e-9), fast / slow
         reach = rounding if law == "share" else self.overlap * rounding
         if law == "full":
@@ -129,7 +132,7 @@ class Motion:
         return np.asarray(np.where(rounding > 0, saved, 0.0))
 
     def _travel(self) -> tuple[Floats, Floats]:
-        """(n,) [s] of the way alone, and (n,) [m/s] the highest speed."""
+        """Time of the path alone (n,) [s], and the highest speed (n,) [m/s]."""
         jerked = bool(np.isfinite(self.jerk).any())
         speed, ramps = self.speed, self._ramps(self.speed, jerked)
         short = np.nonzero((speed * ramps > self.way) & (self.way > 0))[0]
@@ -141,7 +144,9 @@ class Motion:
         return np.where(moving, self.way / np.where(moving, speed, 1.0) + ramps, 0.0), speed
 
     def _ramps(self, speed: Floats, jerked: bool) -> Floats:
-        """(n,) [s] half the ramps' time: what they cost beyond the way at full speed; `jerked`: some build up."""
+        """Time (n,) [s] that the ramps add to the path at full speed, half of their duration; `jerked`: some have a
+        finite jerk.
+        """
         if jerked:
             both = _ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk)
         else:
@@ -149,7 +154,9 @@ class Motion:
         return np.asarray(0.5 * both + self.filtered)
 
     def _peak(self) -> Floats:
-        """(n,) [m/s] whose ramps cover the way exactly: closed where both ends reach their acceleration, or neither."""
+        """Speed (n,) [m/s] whose ramps cover the path exactly; in closed form where both ends reach their
+        acceleration, or neither does.
+        """
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         if not np.isfinite(self.jerk).any():
             root = np.sqrt(self.filtered**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
@@ -169,7 +176,7 @@ class Motion:
         return np.minimum(peak, self.speed)
 
     def _bisected(self) -> Floats:
-        """(n,) [m/s] the same, by halving."""
+        """Speed (n,) [m/s] whose ramps cover the path exactly, by bisection."""
         low, high = np.zeros_like(self.speed), self.speed.copy()
         for _ in range(_STEPS):
             middle = 0.5 * (low + high)
@@ -178,7 +185,7 @@ class Motion:
         return 0.5 * (low + high)
 
     def top(self) -> Floats:
-        """(n,) [m/s] that is reached without jerk: the programmed speed, or less on short ways."""
+        """Highest speed without jerk (n,) [m/s]: the programmed speed, or less on short paths."""
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         return np.asarray(np.minimum(self.speed, np.sqrt(np.maximum(self.way, 1e-9) / slow)))
 
@@ -188,7 +195,7 @@ class Motion:
         return some if self.corners is None else some.with_(corners=self.corners.take(rows))
 
     def _some(self, rows: NDArray[np.intp], columns: tuple[str, ...] = ()) -> Motion:
-        """Some of the moves, as if each were between its like; `columns`: those that are needed, () all."""
+        """Some of the moves, each as if its neighbours were equal to it; `columns`: those that are needed, () all."""
         own = vars(self)
         return self.with_(corners=None, **{name: own[name][rows] for name in columns or _COLUMNS})
 
@@ -202,7 +209,7 @@ _TRAVEL = ("way", "speed", "accelerate", "decelerate", "jerk", "filtered")  # wh
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """(n,) [s] from rest to a speed."""
+    """Duration (n,) [s] of a ramp from rest to a speed."""
     plain = speed / acceleration
     if not np.isfinite(jerk).any():
         return plain

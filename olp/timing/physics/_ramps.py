@@ -1,4 +1,4 @@
-"""What something along the way is over the ramps of the judged simulation."""
+"""Averages over the ramps of the judged simulation of quantities that vary along the path."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from olp.timing.physics._motion import Motion
 
 
 def ramp_weights(case: MeasuredMoves, places: int, end: int) -> Floats:
-    """(n, m) weights, summing to 1, of places along the way in the ramp at the start (0) or end (1).
+    """Weights (n, m), summing to 1, of places along the path in the ramp at the start (`end` 0) or at the end (1).
 
-    While speed grows from rest, the time spent at a place is one over the square root of the way behind it, and the
-    speed gained there is the same: so places count by what they add to the speed.
+    During a ramp from rest, the time spent at a place and the speed gained there are proportional to one over the
+    square root of the distance covered: places count by what they add to the speed.
     """
 
     def work_out() -> Floats:
@@ -30,7 +30,7 @@ def ramp_weights(case: MeasuredMoves, places: int, end: int) -> Floats:
 
 
 def over_ramp(case: MeasuredMoves, values: Floats, end: int) -> Floats:
-    """(n, …) mean over the ramp of values (n, m, …) along the way."""
+    """Mean (n, …) over the ramp at one end of values (n, m, …) along the path."""
     weight = ramp_weights(case, values.shape[1], end)
     return np.asarray(np.einsum("nm,nm...->n...", weight, values))
 
@@ -40,7 +40,9 @@ PASSED = (np.arange(10) + 0.5) / 10
 
 
 def where_passed(case: MeasuredMoves, values: Floats, end: int) -> Floats:
-    """(n, k) of values (n, m) along the way, where the simulation's ramp at one end passes the speeds of `PASSED`."""
+    """Values (n, k) where the simulation's ramp at one end passes the speeds of `PASSED`, from values (n, m) along
+    the path.
+    """
     slow = case.base.decelerate if end else case.base.accelerate
     way = np.maximum(case.base.way, 1e-9)[:, None]
     share = (PASSED * case.base.top()[:, None]) ** 2 / (2.0 * slow[:, None]) / way
@@ -51,24 +53,25 @@ _WEIGHTS = (1.0 - PASSED) * (2.0 / len(PASSED))
 
 
 def longer(force: Floats) -> Floats:
-    """(n,) by how much a ramp costs more time when only `force` (n, k) of its acceleration is there at `PASSED`.
+    """Factor (n,) on the time of a ramp when only the share `force` (n, k) of its acceleration is available at
+    `PASSED`.
 
-    Its time less its way at full speed, ∫ (1 - v/V) dv / a(v), over V/2a.
+    It compares the time beyond the ramp's length at full speed, ∫ (1 - v/V) dv / a(v), with V/2a.
     """
     return slower(1.0 / force)
 
 
 def slower(over: Floats) -> Floats:
-    """(n,) the same where the acceleration that is there is one over `over` (n, k)."""
+    """The same factor as `longer` (n,), where the acceleration is divided by `over` (n, k)."""
     return np.asarray(over @ _WEIGHTS)
 
 
 def pulled(motion: Motion, pull: Floats, least: float) -> Motion:
-    """The motion where a `pull` (n, m) along the way, as a share of the acceleration, takes from the ramp at the start
-    and gives to the one at the end; `least` of either remains.
+    """The motion where a `pull` (n, m) along the path, as a share of the acceleration, weakens the ramp at the
+    start and strengthens the one at the end; at least the share `least` of either remains.
 
-    How fast a short move gets, and where a ramp passes a speed, depend on what is left of the ramps: both are worked
-    out anew from a first result.
+    The peak speed of a short move, and the places where a ramp passes a speed, depend on the weakened ramps: a
+    second pass computes both from the result of the first.
     """
     # Both ramps in one go, one below the other: the search asks for this more often than for anything else.
     force = np.maximum(1.0 + np.concatenate([-pull, pull[:, ::-1]]), least)
@@ -86,14 +89,15 @@ def _with_force(motion: Motion, top: Floats, force: Floats) -> Motion:
 
 
 def _passing(force: Floats, ramp: Floats) -> Floats:
-    """(n, k) of `force` (n, m) from the ramp's rest on, where it passes the speeds of `PASSED`; `ramp` (n, 1): twice
-    the ramp's share of the way with the whole force (E. Picard's iteration, one step)."""
+    """Values (n, k) of `force` (n, m), given from the ramp's rest on, where the ramp passes the speeds of `PASSED`;
+    `ramp` (n, 1): twice the ramp's share of the path at full force (one step of E. Picard's iteration).
+    """
     steps = ramp * (PASSED / len(PASSED)) / _at(force, 0.5 * ramp * PASSED**2)
     return _at(force, np.cumsum(steps, axis=1) - 0.5 * steps)
 
 
 def _at(values: Floats, share: Floats) -> Floats:
-    """(n, k) of values (n, m) along the way, at shares (n, k) of it."""
+    """Values (n, k) at shares (n, k) of the path, interpolated from values (n, m) along it."""
     rows, places = values.shape
     place = np.clip(share * (places - 1), 0.0, places - 1)
     low = np.minimum(place.astype(np.int64), places - 2)

@@ -53,7 +53,7 @@ class AccelerationTerm(MoveTerm):
 
 
 def _of_axes(case: MeasuredMoves) -> tuple[Form, ...]:
-    """One factor per axis, of joint moves in which it turns farthest; where several axes lead."""
+    """One factor per leading axis of joint moves, if several axes lead."""
     forms = []
     for axis, name in case.leaders:
         of = f"scale_{name.lower().replace(' ', '_')}"

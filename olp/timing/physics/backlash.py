@@ -28,10 +28,10 @@ class Backlash(LogTerm):
 
 
 def play(motor: Floats, width: float) -> Floats:
-    """(n,) where the axis is less where the motor is, both [rad | m], for a dead band `width` wide.
+    """Lag (n,) of the axis behind its motor, both [rad | m], for a dead band of `width`.
 
-    Within a stretch of one direction the play operator is a running maximum (or minimum), so only stretches are
-    gone through one by one.
+    Within a stretch of one direction the play operator is a running maximum (or minimum), so the loop runs over
+    stretches only.
     """
     half = width / 2
     if half <= 0:

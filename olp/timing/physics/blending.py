@@ -90,19 +90,19 @@ class Blending(MoveTerm):
 
 
 def _law(form: Form) -> str:
-    """The law of a form, as `Motion` names it."""
+    """Name of a form's law in `Motion`."""
     return form.key.removesuffix(_CUT)
 
 
 def _cut(case: MeasuredMoves) -> int:
-    """How many corners have a rounding that a third of the shorter move could not hold."""
+    """Number of corners whose rounding exceeds a third of the shorter move."""
     corners, base = case.base.corners, case.base
     shorter = base.way if corners is None else corners.shorter_end
     return int(((base.round_end > shorter / 3.0) & case.moving).sum())
 
 
 def _amount(law: str) -> TermParameter:
-    """The number that says how much a corner saves."""
+    """The parameter for how much a corner saves."""
     if law == "fixed":
         return TermParameter("saving", "s", 0.0, 2.0, np.nan, False, "of every rounded corner")
     if law == "full":

@@ -1,4 +1,4 @@
-"""The recorder's time runs at another rate, begins elsewhere, or its channels are not of one instant."""
+"""The recorder's clock runs at another rate, has another origin, or its channels are not sampled at one instant."""
 
 from __future__ import annotations
 
@@ -50,6 +50,6 @@ class Clock(MoveTerm, LogTerm):
 
 
 def shift(omega: NDArray[np.float64], late: float) -> Complex:
-    """Shifted over unshifted, less 1, at `omega` (n,) [rad/s], for a signal that comes `late` [s]."""
+    """Transfer function of a delay of `late` [s], minus 1, at `omega` (n,) [rad/s]."""
     away: Complex = np.exp(-1j * omega * late) - 1
     return away

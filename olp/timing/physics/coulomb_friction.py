@@ -51,5 +51,7 @@ class CoulombFriction(MoveTerm, LogTerm):
 
 
 def coulomb(speed: Floats, soft: float) -> Floats:
-    """Torque (n,) per unit of the coefficient, a step `soft` [rad/s | m/s] wide: noise hides the direction there."""
+    """Torque (n,) per unit of the coefficient: a step smoothed over `soft` [rad/s | m/s], because noise hides the
+    direction near rest.
+    """
     return np.tanh(speed / soft) if soft > 0 else np.sign(speed)

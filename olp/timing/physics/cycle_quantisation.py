@@ -69,7 +69,8 @@ def _found(case: MeasuredMoves) -> Floats:
 
 
 def _lattices(case: MeasuredMoves) -> Floats:
-    """(c,) [s] cycles that the durations may be multiples of, the likeliest first; none when none stands out.
+    """Candidate cycles (c,) [s] of which the durations may be multiples, the likeliest first; none if none stands
+    out.
 
     Durations that a recorder has rounded to r look the same at the frequencies f and 1/r - f: both are candidates.
     """
@@ -101,7 +102,7 @@ def _lattices(case: MeasuredMoves) -> Floats:
 
 
 def _peaks(frequency: Floats, strong: Floats, needed: float) -> list[float]:
-    """[1/s] the strongest ones, the fundamental instead of its multiples."""
+    """The strongest frequencies [1/s], the fundamental instead of its multiples."""
     left, found = strong.copy(), list[float]()
     while len(found) < _OTHERS:
         at = int(np.argmax(left))
@@ -121,7 +122,7 @@ def _peaks(frequency: Floats, strong: Floats, needed: float) -> list[float]:
 
 
 def _finest(times: Floats, frequency: float, step: float) -> float:
-    """[1/s] the best one near, with ever longer durations."""
+    """The best frequency [1/s] near a given one, refined with ever longer durations."""
     ordered = np.sort(times)
     count = min(_LOOKED_AT, len(ordered))
     while True:
@@ -136,8 +137,10 @@ def _finest(times: Floats, frequency: float, step: float) -> float:
 
 
 def _coherence(times: Floats, frequency: Floats) -> Floats:
-    """(f,) [1] at frequencies that are evenly apart: a turn is one of a coarse frequency and the rest of it, and their
-    products of all pairs are one product of matrices."""
+    """Coherence (f,) [1] of the durations at evenly spaced frequencies.
+
+    Each phase is a coarse frequency's phase times a remainder's, so that all pairs are one product of matrices.
+    """
     count = len(frequency)
     fine = max(1, math.isqrt(count))
     step = (frequency[-1] - frequency[0]) / max(1, count - 1)

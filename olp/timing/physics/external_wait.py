@@ -18,7 +18,7 @@ class ExternalWait(MoveTerm):
     stage = Stage.ADDS
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
-        """None to search for: the waits are what remains, see olp/identification/diagnosis/waits.py."""
+        """No forms: the waits are found in the residuals, see olp/identification/diagnosis/waits.py."""
         return ()
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:

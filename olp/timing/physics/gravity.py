@@ -158,7 +158,7 @@ class Gravity(MoveTerm):
 
 
 def _apart() -> tuple[TermParameter, TermParameter]:
-    """One number for moves that go up, one for those that go down: whatever sign a controller's table has."""
+    """One parameter for moves that go up, one for those that go down, with either sign: controllers' tables differ."""
     up, down = (
         TermParameter(name, "1", -0.9, 0.9, 0.0, False, f"acceleration lost straight {name}")
         for name in ("up", "down")
@@ -167,7 +167,7 @@ def _apart() -> tuple[TermParameter, TermParameter]:
 
 
 def _lifts(case: MeasuredMoves) -> Floats:
-    """(n, m, 2) how much wrist and elbow rise per way, along it; 0 for joint moves."""
+    """Rise of wrist and elbow per path length, along the path (n, m, 2); 0 for joint moves."""
     assert case.rates is not None
     assert case.rates.bodies is not None
     height = case.rates.bodies[:, :, ::-1, 2]
@@ -178,9 +178,9 @@ def _lifts(case: MeasuredMoves) -> Floats:
 
 
 def _outside(case: MeasuredMoves) -> Floats:
-    """(n, 2) rise of the tool, and how much nearer to the first axis it comes, per way.
+    """Rise of the tool, and its approach to the first axis, per path length (n, 2).
 
-    What tool points alone tell of how an arm's bodies rise: the elbow goes up as the arm is drawn in.
+    From tool points alone these two describe how an arm's bodies rise: the elbow goes up as the arm is drawn in.
     """
     length = np.maximum(np.nan_to_num(case.length), 1e-9)
     near, far = (np.hypot(p[:, 0], p[:, 1]) for p in (case.start, case.end))
@@ -189,7 +189,9 @@ def _outside(case: MeasuredMoves) -> Floats:
 
 
 def _anywhere() -> Form:
-    """The work against gravity as a quadratic function of height and reach: any arm's, near enough, in one posture."""
+    """The work against gravity as a quadratic function of height and reach, which approximates any arm in one
+    posture.
+    """
     parameters = (
         TermParameter("up", "1", 0.0, 1.5, 0.0, False, "acceleration lost to going up in the middle"),
         TermParameter("inward", "1", -1.0, 1.0, 0.0, False, "acceleration lost to drawing the arm in"),
@@ -205,9 +207,9 @@ def _anywhere() -> Form:
 
 
 def _works(case: MeasuredMoves) -> Floats:
-    """(n, m, 5) what each number of `any arm` adds to the pull along the way.
+    """Contribution of each parameter of `any arm` to the pull along the path (n, m, 5).
 
-    zeta and rho: height and reach from the middle of all moves' ends, in units of how far they spread.
+    zeta and rho: height and reach from the mean of all moves' ends, in units of their spread.
     """
     linear = case.moving & ~case.joint
     places = np.linspace(0.0, 1.0, _PLACES)[None, :, None]

@@ -70,17 +70,17 @@ class JointAccelerationLimit(MoveTerm):
 
 
 def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
-    """(n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`."""
+    """Rates (n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`."""
     return case.once(f"ramp {axis} {end}", lambda: where_passed(case, _rates(case, axis), end))
 
 
 def _longer(asked: Floats, limit: float) -> Floats:
-    """(n,) by how much a ramp costs more that asks (n, k) [rad/s²] of an axis."""
+    """Factor (n,) on the time of a ramp that needs `asked` (n, k) [rad/s²] of an axis with this limit."""
     return slower(np.maximum(1.0, asked / limit))
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:
-    """(n, m) of an axis per unit of way; for ALL the largest share of a rated acceleration."""
+    """Turn (n, m) of an axis per unit of path length; for ALL the largest share of a rated acceleration."""
     assert case.rates is not None
     if axis != ALL:
         return np.abs(case.rates.path[:, :, axis])
@@ -91,6 +91,6 @@ def _rates(case: MeasuredMoves, axis: int) -> Floats:
 
 
 def _asked(case: MeasuredMoves, axis: int) -> Floats:
-    """(n,) [rad/s²] of the axis in the simulation's ramps, at most."""
+    """Highest acceleration (n,) [rad/s²] of the axis in the simulation's ramps."""
     start, end = (_passed(case, axis, k).max(axis=1) for k in (0, 1))
     return np.asarray(np.maximum(start * case.base.accelerate, end * case.base.decelerate))

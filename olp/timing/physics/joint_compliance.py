@@ -30,7 +30,7 @@ class JointCompliance(LogTerm):
 
 
 def swing(omega: NDArray[np.float64], frequency: float, damping: float) -> Complex:
-    """Axis over motor, less 1, at `omega` (n,) [rad/s]; `frequency` [rad/s], `damping` [1]."""
+    """Transfer function from motor to axis, minus 1, at `omega` (n,) [rad/s]; `frequency` [rad/s], `damping` [1]."""
     below = frequency**2 + 2j * damping * frequency * omega
     away: Complex = omega**2 / (below - omega**2)
     return away

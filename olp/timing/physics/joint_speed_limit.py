@@ -80,7 +80,7 @@ class JointSpeedLimit(MoveTerm):
 def _form(
     case: MeasuredMoves, axis: int, key: str, name: str, unit: str, least: float, meaning: str
 ) -> list[Form]:
-    """The form of an axis that some moves ask more of than `least`."""
+    """The form of an axis, if some moves need more of it than `least`; else none."""
     asked = _asked(case, axis)
     if (asked > 0).sum() < _FEWEST:
         return []
@@ -94,7 +94,7 @@ def _form(
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:
-    """(n, m) of an axis per unit of way; for ALL the largest share of a rated speed."""
+    """Turn (n, m) of an axis per unit of path length; for ALL the largest share of a rated speed."""
     rates = case.rates
     assert rates is not None
 
@@ -112,10 +112,12 @@ def _rates(case: MeasuredMoves, axis: int) -> Floats:
 
 
 def _beyond(case: MeasuredMoves, axis: int, rows: NDArray[np.intp], least: Floats) -> Floats:
-    """(r,) [rad/m] by how much the axis' rate is above `least` (r,) in the moves `rows`, the mean over the way."""
+    """Mean excess (r,) [rad/m] over the path of the axis' rate above `least` (r,), in the moves `rows`."""
 
     def sorted_() -> Floats:
-        """(3, n, m + 1) rates, the highest first, and sums of their shares of the way, and of both."""
+        """Rates, the highest first, and cumulative sums of their shares of the path, and of both multiplied (3, n,
+        m + 1).
+        """
         rate = _rates(case, axis)
         share = np.full(rate.shape, 1.0 / (rate.shape[1] - 1))
         share[:, [0, -1]] *= 0.5
@@ -130,10 +132,10 @@ def _beyond(case: MeasuredMoves, axis: int, rows: NDArray[np.intp], least: Float
 
 
 def _swept(motion: Motion, most: Floats) -> Floats:
-    """(n,) [s] along the way, at no more than `most` (m, n) [m/s] and with no more than the ramps' accelerations.
+    """Time (n,) [s] along the path at no more than `most` (m, n) [m/s] and within the ramps' accelerations.
 
-    Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for constant
-    acceleration between two places.
+    Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for
+    constant acceleration between two places.
     """
     square = most**2
     step = motion.way / (len(most) - 1)
@@ -149,20 +151,20 @@ def _swept(motion: Motion, most: Floats) -> Floats:
 
 
 def _alone(motion: Motion, places: int) -> Floats:
-    """(n,) [s] the same at no more than the programmed speed, in closed form."""
+    """Time (n,) [s] along the path at no more than the programmed speed, in closed form."""
     step, at = motion.way / (places - 1), np.arange(places)[:, None]
     ramps = np.minimum(2.0 * motion.accelerate * step * at, 2.0 * motion.decelerate * step * at[::-1])
     return _along(step, np.minimum(motion.speed**2, ramps))
 
 
 def _along(step: Floats, square: Floats) -> Floats:
-    """(n,) [s] with squares of the speed (m, n) at places `step` (n,) [m] apart."""
+    """Time (n,) [s] from squared speeds (m, n) at places `step` (n,) [m] apart."""
     speed = np.sqrt(square)
     return np.asarray(step * (2.0 / np.maximum(speed[1:] + speed[:-1], 1e-9)).sum(axis=0))
 
 
 def _profile(motion: Motion, places: int) -> Floats:
-    """(n, m) [m/s] speed along the way, without jerk."""
+    """Speed (n, m) [m/s] along the path, without jerk."""
     share = np.linspace(0.0, 1.0, places)[None, :]
     way = motion.way[:, None]
     rising = np.sqrt(2.0 * motion.accelerate[:, None] * share * way)
@@ -171,7 +173,7 @@ def _profile(motion: Motion, places: int) -> Floats:
 
 
 def _asked(case: MeasuredMoves, axis: int) -> Floats:
-    """(n,) [rad/s] the fastest that the axis turns in the simulation."""
+    """Highest speed (n,) [rad/s] of the axis in the simulation."""
 
     def work_out() -> Floats:
         rate = _rates(case, axis)

@@ -61,5 +61,5 @@ class OrientationLimit(MoveTerm):
 
 
 def _turns(case: MeasuredMoves) -> Floats:
-    """(n,) [rad] of straight moves, 0 where it is not known."""
+    """Reorientation (n,) [rad] of straight moves, 0 where unknown."""
     return case.once("turn", lambda: np.where(case.moving & ~case.joint, np.nan_to_num(case.turn), 0.0))

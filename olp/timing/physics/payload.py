@@ -97,7 +97,7 @@ class Payload(MoveTerm):
 
 
 def _carried(case: MeasuredMoves) -> Floats:
-    """(k,) [kg] the loads that moves carry, none left out where they are few."""
+    """Loads (k,) [kg] that the moves carry: the distinct ones, or quantiles if there are too many."""
     loads = case.payload[case.moving & np.isfinite(case.payload)]
     each = np.unique(loads)
     return (
@@ -108,7 +108,7 @@ def _carried(case: MeasuredMoves) -> Floats:
 
 
 def _told(case: MeasuredMoves) -> bool:
-    """Whether the simulation was told another load than the robot carries."""
+    """Whether the simulation used another load than the robot carries."""
     if len(case.sim_payload) != len(case):
         return False
     off = np.abs(case.payload - case.sim_payload)[case.moving]

@@ -85,7 +85,7 @@ class PayloadInertia(MoveTerm):
 
 
 def _told(case: MeasuredMoves) -> bool:
-    """Whether the simulation was told another inertia of the load than the robot's in moves that turn the wrist."""
+    """Whether the simulation used another inertia of the load than the robot's in moves that turn the wrist."""
     if len(case.sim_payload_inertia) != len(case) or not np.isfinite(case.payload_inertia).any():
         return False
     off = np.abs(case.payload_inertia - case.sim_payload_inertia)
@@ -97,12 +97,12 @@ def _told(case: MeasuredMoves) -> bool:
 
 
 def _heaviest(case: MeasuredMoves) -> float:
-    """[kg m²] the largest inertia, of the robot or of the simulation."""
+    """The largest inertia of the load [kg m²], of the robot or of the simulation."""
     return float(np.nanmax(np.concatenate([case.payload_inertia, case.sim_payload_inertia])))
 
 
 def _ratios(case: MeasuredMoves) -> tuple[Form, ...]:
-    """Of the whole wrist, and of each of its axes by itself."""
+    """One form for the whole wrist, and one for each of its axes."""
     equation = r"a = a_{sim} (1 + k I_{sim} w) / (1 + k I w)"
     growth = TermParameter(
         "growth", "1/(kg m^2)", 0.0, 200.0 / _heaviest(case), 0.0, False, "of the wrist's inertia"
@@ -119,9 +119,10 @@ def _ratios(case: MeasuredMoves) -> tuple[Form, ...]:
 
 
 def _led(case: MeasuredMoves, axis: int) -> Floats:
-    """(n,) share of the turning that the wrist does; of one `axis`: 1 in the moves that it leads.
+    """The wrist's share of the turning (n,); for a single `axis`: 1 in the moves that it leads.
 
-    Beside joint moves none of straight ones: there the program says the acceleration, and the axes follow.
+    With joint moves in the case, straight moves are 0: there the program sets the acceleration, and the axes
+    follow.
     """
     if axis < 0:
         share = case.once("wrist", lambda: _wrist(case))
@@ -131,7 +132,7 @@ def _led(case: MeasuredMoves, axis: int) -> Floats:
 
 
 def _wrist(case: MeasuredMoves) -> Floats:
-    """(n,) share of the turning that the wrist does: its fastest axis over the fastest of all."""
+    """The wrist's share of the turning (n,): its fastest axis over the fastest of all."""
     rates = case.rates
     if rates is None or rates.path.shape[2] <= _FIRST_OF_WRIST:
         return np.zeros(len(case))
@@ -143,12 +144,14 @@ def _wrist(case: MeasuredMoves) -> Floats:
 
 
 def _limited(slow: Floats, limit: Floats, less: Floats) -> Floats:
-    """(n,) an acceleration under a limit that is `less` times smaller; the whole limit is simulated already."""
+    """Acceleration (n,) under a limit divided by `less`; the simulation already has the undivided limit."""
     return np.asarray(slow * np.minimum(slow, np.maximum(limit / less, 1e-6)) / np.minimum(slow, limit))
 
 
 def _limits(case: MeasuredMoves, end: int) -> Floats:
-    """(n,) of the path by the wrist's rated accelerations over one ramp, inf where the wrist does not turn."""
+    """Limit (n,) of the path's acceleration from the wrist's rated accelerations over one ramp, inf where the wrist
+    does not turn.
+    """
     rates = case.rates
     assert rates is not None
     assert rates.rated_acceleration is not None

@@ -110,12 +110,12 @@ class ReachInertia(MoveTerm):
 
 
 def _reaches(case: MeasuredMoves) -> tuple[Floats, Floats]:
-    """(n,), (n,) [m] from the first axis at start and end."""
+    """Distance from the first axis at start and at end, (n,) [m] each."""
     return np.hypot(case.start[:, 0], case.start[:, 1]), np.hypot(case.end[:, 0], case.end[:, 1])
 
 
 def _weight(case: MeasuredMoves, key: str, end: int) -> Floats:
-    """(n,) [m², m] by which the inertia grows; 0 for joint moves and waits, whose points need not be known."""
+    """Growth (n,) [m² or m] of the inertia; 0 for joint moves and waits, whose points need not be known."""
     reach = _reaches(case)[end]
     if key == "middle":
         # A controller may ask once per move.
@@ -129,25 +129,29 @@ def _weight(case: MeasuredMoves, key: str, end: int) -> Floats:
 
 
 def _known(case: MeasuredMoves) -> Mask:
-    """(n,) moves whose points are known, whatever axis leads them."""
+    """Moves (n,) whose points are known, whatever axis leads them."""
     return np.asarray(case.moving & np.isfinite(np.add(*_reaches(case))))
 
 
 def _swings(case: MeasuredMoves) -> Mask:
-    """(n,) moves whose ramps the first axis' load may stretch: straight ones, and joint moves that it leads."""
+    """Moves (n,) whose ramps the first axis' load may stretch: straight ones, and joint moves that this axis leads."""
     first = case.rates.names[0] if case.rates is not None else ""
     led = np.array([name == first != "" for name in case.leading], dtype=bool)
     return np.asarray(case.moving & (~case.joint | led))
 
 
 def _limited(case: MeasuredMoves) -> bool:
-    """Whether the acceleration of each axis is known, so that joint moves are slowed as far as the first one is."""
+    """Whether the acceleration of each axis is known, so that joint moves are slowed only as far as the first axis
+    is.
+    """
     return case.rates is not None and case.rates.rated_acceleration is not None
 
 
 def _of_first_axis(case: MeasuredMoves, heavy: Floats) -> Floats:
-    """(n,) by which ramps are longer where the first axis' inertia is `heavy` (n,) [1] times the simulated one: in
-    joint moves as far as that axis then is the slowest."""
+    """Factor (n,) on the ramps where the first axis' inertia is `heavy` (n,) [1] times the simulated one.
+
+    In joint moves it counts only as far as this axis then is the slowest.
+    """
 
     def room(axes: slice) -> Floats:
         assert case.rates is not None
@@ -161,7 +165,7 @@ def _of_first_axis(case: MeasuredMoves, heavy: Floats) -> Floats:
 
 
 def _across(case: MeasuredMoves, end: int) -> Floats:
-    """(n,) share of the way that turns the first axis."""
+    """Share (n,) of the path that turns the first axis, per reach."""
     place = case.end if end else case.start
     way = case.end - case.start
     unit = way / np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
@@ -170,7 +174,7 @@ def _across(case: MeasuredMoves, end: int) -> Floats:
 
 
 def _squares(case: MeasuredMoves, end: int) -> Floats:
-    """(n, 2) [m²] squared distances of wrist and elbow from the first axis, over the ramp at one end."""
+    """Squared distances of wrist and elbow from the first axis (n, 2) [m²], averaged over the ramp at one end."""
     assert case.rates is not None
     assert case.rates.bodies is not None
     square = (case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)

@@ -34,6 +34,6 @@ class ServoLag(LogTerm):
 
 
 def lag(omega: NDArray[np.float64], constant: float) -> Complex:
-    """Axis over command, less 1, at `omega` (n,) [rad/s], for a time `constant` [s]."""
+    """Transfer function from command to axis, minus 1, at `omega` (n,) [rad/s], for a time `constant` [s]."""
     away: Complex = -1j * omega * constant / (1 + 1j * omega * constant)
     return away

@@ -48,7 +48,6 @@ class Settling(MoveTerm):
 
 
 def _stopping(case: MeasuredMoves, key: str) -> Mask:
-    """(n,) moves that end in an exact stop: also those that could not round into anything, or only those that are
-    written so."""
+    """Moves that end in an exact stop (n,); with a `key` only those whose exact stop is programmed."""
     stopping = case.moving & case.stop_end
     return np.asarray(stopping & (case.blend == 0) if key else stopping)

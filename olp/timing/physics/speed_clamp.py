@@ -52,5 +52,5 @@ def _speeds(case: MeasuredMoves) -> Floats:
 
 
 def _wanted(case: MeasuredMoves) -> Mask:
-    """(n,) straight moves; where there are none, joint moves."""
+    """Straight moves (n,); joint moves if there are no straight ones."""
     return np.asarray(case.moving & (~case.joint if (case.moving & ~case.joint).any() else case.joint))

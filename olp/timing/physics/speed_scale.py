@@ -67,7 +67,7 @@ class SpeedScale(MoveTerm):
 
 
 def _of_axes(case: MeasuredMoves, scale: TermParameter) -> tuple[Form, ...]:
-    """One factor per axis, of joint moves in which it turns farthest; where several axes lead."""
+    """One factor per leading axis of joint moves, if several axes lead."""
     return tuple(
         Form(
             name,

@@ -1,8 +1,8 @@
-"""The shape of a term: one effect that a simulation may have left out, as a forward model. One file per term.
+"""Base classes of terms: one effect that a simulation may have left out, as a forward model. One file per term.
 
-The file's name is the term's name with _ for -; `olp/timing/physics/` is the list of them. A term of moves changes the
-`Motion` of all moves together, so that terms act jointly (a slower speed also needs a shorter ramp); a term of
-logs is told from time series, see `olp/identification/diagnosis/logs`. A term may be both.
+The file's name is the term's name with _ for -; the files of `olp/timing/physics/` are the list of terms. A term of
+moves changes the `Motion` of all moves together, so that terms act jointly (a slower speed also needs a shorter
+ramp); a term of logs is identified from time series, see `olp/identification/diagnosis/logs`. A term may be both.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 class Stage(IntEnum):
-    """In which order terms act on a motion; terms of one stage do not hinder each other."""
+    """Order in which terms act on a motion; terms of one stage can act in any order."""
 
     SCALES = 1  # factors on acceleration and speed
     LIMITS = 2  # the least of several limits
@@ -32,8 +32,9 @@ class Stage(IntEnum):
 
 
 class TermParameter(NamedTuple):
-    """One number of a term. `null`: the value at which the term does nothing (may be infinite); `listed`: it is one of
-    those that the term guesses, and nothing between them."""
+    """One parameter of a term. `null`: the value at which the term has no effect (may be infinite); `listed`: only
+    the values that the term guesses are possible, none between them.
+    """
 
     name: str
     unit: str  # SI, "1" for a ratio
@@ -46,7 +47,7 @@ class TermParameter(NamedTuple):
 
 
 class Form(NamedTuple):
-    """One way a term may act; `key` tells forms of one term apart ("" when there is only one)."""
+    """One way in which a term may act; `key` distinguishes the forms of one term ("" for a single one)."""
 
     key: str
     parameters: tuple[TermParameter, ...]
@@ -55,7 +56,7 @@ class Form(NamedTuple):
 
 
 class Term(ABC):
-    """What is known of one effect, in words and numbers."""
+    """One effect: its description, source, and the terms it may be confused with."""
 
     summary: ClassVar[str]  # what it means
     does: ClassVar[str]  # what it does to which moves: the trace it leaves
@@ -64,12 +65,12 @@ class Term(ABC):
 
     @property
     def name(self) -> str:
-        """The contract's name: the file's name with - for _."""
+        """Name of the term: that of its file with - for _."""
         return type(self).__module__.rpartition(".")[2].replace("_", "-")
 
 
 class MoveTerm(Term):
-    """A term that is seen in durations of moves."""
+    """A term that changes durations of moves."""
 
     stage: ClassVar[Stage]
     phase: ClassVar[str] = "whole"  # of olp.identification.diagnosis.result.PHASES: where in a move it acts
@@ -78,35 +79,35 @@ class MoveTerm(Term):
 
     @abstractmethod
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
-        """The forms that these moves can tell; () when they cannot tell the term at all."""
+        """The forms that these moves can identify; () if they cannot identify the term at all."""
 
     def lacks(self, case: MeasuredMoves) -> str:
-        """What would have to be recorded for this term to be told, "" when nothing is missing."""
+        """What has to be recorded to identify this term; "" when nothing is missing."""
         return ""
 
     @abstractmethod
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
-        """(g, p) starts for the search, in SI, inside the bounds."""
+        """Start values for the search (g, p), in SI, inside the bounds."""
 
     @abstractmethod
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        """The motion with the term in it."""
+        """The motion with the effect of the term."""
 
     def doubt(self, form: Form, values: Floats) -> float:
-        """What values that physics does not expect cost, in units of BIC: 0 for those it does."""
+        """Penalty, in units of BIC, for values that physics does not expect; 0 for expected ones."""
         return 0.0
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
-        """One clause with the numbers, for a person: "every exact stop takes 38 ms longer"."""
+        """One clause with the numbers for the user: "every exact stop takes 38 ms longer"."""
         return ", ".join(f"{p.name} {v:.4g} {p.unit}" for p, v in zip(form.parameters, values, strict=True))
 
 
 class LogTerm(Term):
-    """A term that is seen in time series; `olp/identification/diagnosis/logs` looks for each kind of trace."""
+    """A term that changes time series; `olp/identification/diagnosis/logs` looks for each kind of trace."""
 
     @abstractmethod
     def seen_in(self, columns: frozenset[str]) -> bool:
-        """Whether a log with these columns ("command", "speed", "torque", "current", "sim") can tell the term."""
+        """Whether a log with these columns ("command", "speed", "torque", "current", "sim") can identify the term."""
 
 
 def term_names() -> tuple[str, ...]:
@@ -115,5 +116,5 @@ def term_names() -> tuple[str, ...]:
 
 
 def load_term(name: str) -> Term:
-    """The term of a name. Raises OlpError N001."""
+    """Load the term called `name`. Raises OlpError (N001) if there is none."""
     return load_from(Term, name.replace("-", "_"), "term", "N001")

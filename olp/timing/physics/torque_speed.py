@@ -96,8 +96,9 @@ class TorqueSpeed(MoveTerm):
 
 
 def _force(share: Floats, knee: float, law: str) -> Floats:
-    """(n, k) of the acceleration that is left. `share`: what the axes' speed is, of the idle or base speed, at the full
-    speed of the path at the places where the ramp passes the speeds of `PASSED`."""
+    """Remaining share (n, k) of the acceleration. `share`: axis speed over its idle or base speed, at the full
+    speed of the path, at the places where the ramp passes the speeds of `PASSED`.
+    """
     share = share * PASSED
     if law == "power":
         return np.asarray(np.minimum(1.0, 1.0 / np.maximum(share, 1e-9)))
@@ -107,20 +108,20 @@ def _force(share: Floats, knee: float, law: str) -> Floats:
 def _on_short_ways(
     found: Motion, slower: Motion, ramps: list[tuple[Floats, Floats]], knee: float, law: str
 ) -> Motion:
-    """`found`, and where both ramps need more than the way, the acceleration that takes the time of those that do not.
+    """`found`, with an acceleration of the same total time where both ramps together are longer than the path.
 
-    The less force is left, the more way goes by at high speed: the speed that is reached is sought by halving.
-    `ramps`: (n, k) share of the idle or base speed per speed of the path, and (n,) the whole acceleration, of each.
+    The less force is left, the longer the path covered at high speed: bisection finds the peak speed. `ramps`: for
+    each ramp the share of the idle or base speed per speed of the path (n, k), and the whole acceleration (n,).
     """
 
     shares, slows = (np.stack(columns) for columns in zip(*ramps, strict=True))
 
     def over(peak: Floats) -> Floats:
-        """(2, r, k) by which each ramp's acceleration is less where it passes the speeds of `PASSED`."""
+        """Divisor (2, r, k) of each ramp's acceleration where the ramp passes the speeds of `PASSED`."""
         return np.asarray(1.0 / _force(shares * peak[:, None], knee, law))
 
     def covered(peak: Floats) -> Floats:
-        """(r,) [m] of both ramps."""
+        """Length (r,) [m] of both ramps."""
         return np.asarray(peak**2 * (over(peak) @ _WAYS / slows).sum(axis=0))
 
     rows = np.nonzero(slower.way > 0)[0]
@@ -153,18 +154,19 @@ def _unit(case: MeasuredMoves, key: str) -> str:
 
 
 def _speed(case: MeasuredMoves, key: str) -> Floats:
-    """(n,) that the simulation asks of the path, or of the fastest axis."""
+    """Speed (n,) of the path, or of the fastest axis, in the simulation."""
     return np.asarray(_per_speed(case, key) * case.base.top())
 
 
 def _per_speed(case: MeasuredMoves, key: str) -> Floats:
-    """(n,) the most that the path, or the fastest axis, has per speed of the path."""
+    """Highest speed (n,) of the path, or of the fastest axis, per speed of the path."""
     return case.once(f"fastest {key}", lambda: _fastest(case, key).max(axis=1))
 
 
 def _fastest(case: MeasuredMoves, key: str) -> Floats:
-    """(n, m) speed of the path, or of the fastest axis (as a share of rated speeds, where they are known), per speed of
-    the path, along the way."""
+    """Speed (n, m) of the path, or of the fastest axis (as a share of rated speeds, if known), per speed of the
+    path, along the path.
+    """
     rates = case.rates
     if key == "path" or rates is None:
         even = 1.0 / case.ratio if key == "path" else np.zeros(len(case))
@@ -174,6 +176,6 @@ def _fastest(case: MeasuredMoves, key: str) -> Floats:
 
 
 def _along(case: MeasuredMoves, key: str, end: int) -> Floats:
-    """(n, k) the same where the simulation's ramp at one end passes the speeds of `PASSED`."""
+    """`_fastest` (n, k) where the simulation's ramp at one end passes the speeds of `PASSED`."""
 
     return case.once(f"fastest {key} {end}", lambda: where_passed(case, _fastest(case, key), end))

@@ -65,5 +65,5 @@ def viscous(speed: Floats) -> Floats:
 
 
 def _shares(case: MeasuredMoves) -> Floats:
-    """(n,) [s] speed over acceleration of the simulation."""
+    """Speed over acceleration of the simulation (n,) [s]."""
     return np.asarray(case.base.top() / case.base.accelerate)

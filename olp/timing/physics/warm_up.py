@@ -58,6 +58,6 @@ class WarmUp(MoveTerm):
 
 
 def _time(case: MeasuredMoves) -> Floats:
-    """(n,) [s] since the recording began."""
+    """Time (n,) [s] since the recording began."""
     began = case.began if np.isfinite(case.began) else float(np.min(case.t_start))
     return case.once("running time", lambda: case.t_start - began)

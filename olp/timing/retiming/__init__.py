@@ -1,4 +1,4 @@
-"""How fast a path can be followed when every axis has limits, and which axis limits where."""
+"""Retiming: the highest speed along a path within the limits of every axis, and the limiting axis at each place."""
 
 from olp.timing.retiming.along import along_path
 from olp.timing.retiming.path import PathLimits, SampledPath, Singular, Spline, spline_through

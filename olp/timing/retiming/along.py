@@ -1,4 +1,5 @@
-"""What the axes allow along every line, arc and spline of a plan: how fast, which axis, where, and where not at all.
+"""Axis limits along every line, arc and spline of a plan: highest speed, limiting axis and place, and unreachable
+parts.
 
 The joints are sampled along many rows at once.
 """
@@ -37,8 +38,9 @@ MOST = 400_000  # samples of a plan: beyond, every row is looked at half as ofte
 class Samples(NamedTuple):
     """`rows` (r,) of a plan's Moves, their `place` (r, n) [m from the start] and `joints` (r, n, k) [rad].
 
-    Joints are continuous along each row from the axes of its start; nan where `reached` (r, n) is not, and from
-    `jump` (r,) on, the first sample at which the axes would have to jump (n: nowhere) by `leap` (r, k) [rad].
+    Joints are continuous along each row from the axes at its start. They are nan where `reached` (r, n) is False,
+    and from `jump` (r,) on: the first sample at which the axes would have to jump (n: nowhere), by `leap` (r, k)
+    [rad].
     """
 
     rows: Rows
@@ -50,7 +52,7 @@ class Samples(NamedTuple):
 
 
 def groups(plan: Plan, rows: Rows, joints: Floats) -> dict[int, Rows]:
-    """Rows by how often they have to be looked at; 2: the ends are enough. `joints` (r, k): change of the axes."""
+    """Rows grouped by their number of samples; 2: both ends suffice. `joints` (r, k): change of the axes."""
     moves = plan.moves
     turned = np.maximum(np.nan_to_num(moves.angle[rows]), np.abs(joints).max(axis=1, initial=0.0))
     wanted = np.maximum(moves.length[rows] / _TRAVEL, turned / _ANGLE)
@@ -89,7 +91,7 @@ def sample(plan: Plan, robot: Robot, rows: Rows, count: int) -> Samples:
 
 
 def coarse(samples: Samples) -> NDArray[np.bool_]:
-    """(r,): rows along which an axis moves much further between two samples than was wanted, and than elsewhere."""
+    """Rows (r,) along which an axis moves much further between two samples than wanted, and than between others."""
     steps = np.abs(np.diff(samples.joints, axis=1))
     most, mean = steps.max(axis=1), steps.mean(axis=1)
     uneven = (most > 1.5 * _ANGLE) & (most > 2.0 * mean)
@@ -98,13 +100,13 @@ def coarse(samples: Samples) -> NDArray[np.bool_]:
 
 
 def measure(plan: Plan) -> Floats:
-    """(m,): the length of each row [m], or where only the tool turns its angle [rad]."""
+    """Length of each row (m,) [m], or its angle [rad] where only the tool turns."""
     moves = plan.moves
     return np.where(moves.length > 1e-9, moves.length, np.nan_to_num(moves.angle))
 
 
 def _continued(joints: Floats, start: Floats) -> tuple[Floats, NDArray[np.intp], Floats]:
-    """Joints (r, n, k) by whole turns continuous from `start` (r, k), where they jump and how far: see Samples."""
+    """Joints (r, n, k) made continuous from `start` (r, k) by whole turns; where they jump and how far: see Samples."""
     steps = np.diff(joints, axis=1, prepend=start[:, None, :])
     turns = _TURN * np.rint(np.nan_to_num(steps) / _TURN)
     jumps = np.abs(steps - turns).max(axis=2) > 0.5 * np.pi
@@ -117,7 +119,7 @@ def _continued(joints: Floats, start: Floats) -> tuple[Floats, NDArray[np.intp],
 
 
 def _poses(plan: Plan, rows: Rows, fraction: Floats) -> tuple[Floats, Floats]:
-    """Tool centre points (n, 3) [m], (n, 3, 3) of the rows, each at its fraction of the path."""
+    """Tool centre points (n, 3) [m] and rotations (n, 3, 3) of the rows, each at its fraction of the path."""
     moves, positions = plan.moves, plan.positions
     start, target, via = moves.start[rows], moves.target[rows], moves.via[rows]
     a, b = positions.position[start], positions.position[target]
@@ -133,7 +135,7 @@ def _poses(plan: Plan, rows: Rows, fraction: Floats) -> tuple[Floats, Floats]:
 
 
 def _tools(plan: Plan, robot: Robot, start: NDArray[np.int32], axes: Floats) -> tuple[Floats, Floats]:
-    """The tools (n, 3) [m], (n, 3, 3): whatever the poses of the positions `start` have beyond the flange."""
+    """Tools (n, 3) [m], (n, 3, 3) at the positions `start`: the transform from the flange to the pose."""
     flange = invert(*forward(robot, axes))
     rotation = rotation_from_quaternion(plan.positions.quaternion[start])
     return compose(*flange, plan.positions.position[start], rotation)
@@ -153,9 +155,9 @@ def along_path(
 ) -> PathLimits:
     """Limits along all lines, arcs and splines of arms whose axes are known.
 
-    `programmed` [m/s] and `acceleration` [m/s²] of the tool, (m,): what each row would be run with, by default the
-    plan's own speed and no limit. Short rows are looked at at both ends, others every 20 mm and 2.5 deg of an axis
-    (more sparsely in a plan of more than 400,000 such places).
+    `programmed` [m/s] and `acceleration` [m/s²] of the tool, (m,), for each row; by default the plan's own speed
+    and no limit. Short rows are sampled at both ends, others every 20 mm and 2.5 deg of an axis (more sparsely in a
+    plan of more than 400,000 samples).
     """
     count = len(plan.moves)
     speeds = plan.moves.travel if programmed is None else programmed
@@ -206,7 +208,7 @@ def along_path(
 
 
 def _rows(plan: Plan, mechanism: int, width: int) -> Rows:
-    """Rows of one mechanism whose path and axes at both ends are known and that move at all."""
+    """Rows with motion of one mechanism whose path, and whose axes at both ends, are known."""
     moves = plan.moves
     rows = np.flatnonzero((moves.path != _JOINT) & (moves.mechanism == mechanism) & (measure(plan) > 1e-9))
     axes = plan.positions.axes[:, :width]
@@ -216,7 +218,7 @@ def _rows(plan: Plan, mechanism: int, width: int) -> Rows:
 
 
 def _change(plan: Plan, robot: Robot, rows: Rows) -> Floats:
-    """(r, k): what each axis changes by, the short way round."""
+    """Change of each axis (r, k), the short way round."""
     axes = plan.positions.axes[:, : len(robot.axes)]
     change = axes[plan.moves.target[rows]] - axes[plan.moves.start[rows]]
     turning = np.array([not axis.linear for axis in robot.axes])
@@ -225,7 +227,7 @@ def _change(plan: Plan, robot: Robot, rows: Rows) -> Floats:
 
 
 def _ends(plan: Plan, robot: Robot, rows: Rows, change: Floats, programmed: Floats, out: PathLimits) -> None:
-    """Short rows: mean change of the axes, and how the two ends stand."""
+    """Limits of short rows, from the mean change of the axes and the poses at both ends."""
     slope = np.abs(change) / measure(plan)[rows][:, None]
     _limit(robot, rows, slope[:, None, :], np.zeros((len(rows), 1)), out)
     out.outside[rows] = _outside_at_ends(plan, robot, rows)
@@ -240,7 +242,7 @@ def _ends(plan: Plan, robot: Robot, rows: Rows, change: Floats, programmed: Floa
 def _inside(
     plan: Plan, robot: Robot, samples: Samples, programmed: Floats, pushes: Floats, out: PathLimits
 ) -> None:
-    """Rows sampled along their way."""
+    """Limits of rows sampled along the path."""
     rows, joints = samples.rows, samples.joints
     # A closer look replaces what was found before.
     out.known[rows], out.paced[rows] = True, programmed[rows]
@@ -283,7 +285,7 @@ def _reach(plan: Plan, robot: Robot, samples: Samples, out: PathLimits) -> None:
 
 
 def _paths(place: Floats, joints: Floats) -> SampledPath:
-    """Derivatives over the place (r, n) of joints (r, n, k), from splines over the sample number."""
+    """Derivatives by `place` (r, n) of joints (r, n, k), from splines over the sample number."""
     number = np.arange(place.shape[1], dtype=np.float64)
     columns = np.concatenate((joints, place[:, :, None]), axis=2)
     _, first, second = spline_through(number, np.moveaxis(columns, 1, 0))(number)
@@ -294,7 +296,7 @@ def _paths(place: Floats, joints: Floats) -> SampledPath:
 
 
 def _limit(robot: Robot, rows: Rows, slope: Floats, place: Floats, out: PathLimits) -> None:
-    """Speed and acceleration of the path where |dq/ds| is `slope` (r, n, k) at `place` (r, n)."""
+    """Write speed and acceleration limits of the path, where |dq/ds| is `slope` (r, n, k) at `place` (r, n)."""
     steep = slope.max(axis=1)
     with np.errstate(divide="ignore"):
         by_axis = robot.speeds / steep
@@ -316,7 +318,7 @@ def _pace(
     pushes: Floats,
     out: PathLimits,
 ) -> None:
-    """Runs the rows with local slowing."""
+    """Mean speed of the rows with local slowing."""
     speed = np.minimum(programmed[rows], 1e3)
     part = SampledPath(path.place[at], path.first[at], path.second[at])
     wide = np.ones_like(part.place)
@@ -333,7 +335,7 @@ def _pace(
 
 
 def _approach(rows: Rows, clear: Floats, out: PathLimits) -> None:
-    """How near rows come to singularities, from clearances (r, n, 3); between two signs lies zero."""
+    """Smallest distance of rows from singularities, from clearances (r, n, 3); a change of sign contains a zero."""
     near = np.nan_to_num(np.abs(clear), nan=np.inf).min(axis=1)
     both = np.any(np.nan_to_num(clear) < 0, axis=1) & np.any(np.nan_to_num(clear) > 0, axis=1)
     both[:, Singular.ELBOW] = False  # its sign also changes halfway between stretched and folded
@@ -350,14 +352,14 @@ def _approach(rows: Rows, clear: Floats, out: PathLimits) -> None:
 
 
 def _positions(plan: Plan, rows: Rows) -> tuple[Rows, Rows, Rows]:
-    """The positions at which rows start and end, each once, and where start and target of each row stand there."""
+    """The positions at which rows start and end, each once, and the index of each row's start and target among them."""
     ends = np.concatenate((plan.moves.start[rows], plan.moves.target[rows]))
     used, where = np.unique(ends, return_inverse=True)
     return used.astype(np.intp), where[: len(rows)], where[len(rows) :]
 
 
 def _outside_at_ends(plan: Plan, robot: Robot, rows: Rows) -> NDArray[np.int8]:
-    """(r,): as `_outside`, at the start and the target of each row."""
+    """First axis (r,) outside its soft limits at the start or the target of each row, -1 if none."""
     used, start, target = _positions(plan, rows)
     found = _outside(robot, plan.positions.axes[used][:, None, : len(robot.axes)])
     either: NDArray[np.int8] = np.where(found[target] >= 0, found[target], found[start])
@@ -365,7 +367,7 @@ def _outside_at_ends(plan: Plan, robot: Robot, rows: Rows) -> NDArray[np.int8]:
 
 
 def _outside(robot: Robot, joints: Floats) -> NDArray[np.int8]:
-    """(r,): the first axis of joints (r, n, k) that leaves its soft limits, -1 where none does."""
+    """First axis (r,) of joints (r, n, k) that leaves its soft limits, -1 if none."""
     inside = within_limits(robot, joints.reshape(-1, joints.shape[2])).reshape(joints.shape)
     beyond = np.any(~inside & ~np.isnan(joints), axis=1)
     anywhere = np.any(beyond, axis=1)
@@ -380,7 +382,7 @@ _MANNERS = ("a straight wrist", "a stretched arm", "a wrist above axis S")
 
 
 def findings(plan: Plan, limits: PathLimits) -> tuple[Diagnostic, ...]:
-    """One warning per file and kind of trouble, at its first line, counting the others."""
+    """One warning per file and kind of problem, at its first line, with the number of further ones."""
     moves = plan.moves
 
     def lost(row: int) -> tuple[str, str]:
@@ -438,10 +440,10 @@ _FOUND: Final = (
 
 
 class RetimingCache:
-    """What is known of `rows` (r,) of a plan that are looked at `samples` times each, if anybody remembers.
+    """Cached results for `rows` (r,) of a plan with `samples` samples each, if the process keeps a memory cache.
 
-    A row is known where all numbers that decide about it are the same bit for bit. Rows come and go between others, so
-    those before the first and behind the last change are compared.
+    A result is reused where all its inputs are identical bit for bit. Edits insert and remove rows, so the rows
+    before the first change and after the last change are compared.
     """
 
     def __init__(
@@ -454,7 +456,7 @@ class RetimingCache:
             self._asked = _bits(_asked(plan, robot, rows, speeds, pushes))
 
     def fresh(self, result: PathLimits) -> Rows:
-        """The rows of which nothing is known; what is known of the others is put into `result`."""
+        """The rows without a cached result; cached results of the others are written into `result`."""
         before: Any = None if self._shelf is None else self._shelf.get(self._key)
         if before is None or before[0] is not self._robot or before[1].dtype != self._asked.dtype:
             return self._rows
@@ -471,14 +473,14 @@ class RetimingCache:
         return self._rows[head : len(self._rows) - tail]
 
     def keep(self, result: PathLimits) -> None:
-        """What was found is known from now on."""
+        """Store the results of the rows for the next plan."""
         if self._shelf is not None:
             found = np.stack([getattr(result, name)[self._rows] for name in _FOUND], axis=1)
             self._shelf.put(self._key, (self._robot, self._asked, found))
 
 
 def _asked(plan: Plan, robot: Robot, rows: Rows, speeds: Floats, pushes: Floats) -> Floats:
-    """(r, n): every number that what is found along a row depends on."""
+    """Every number (r, n) that decides the result of a row."""
     moves, positions = plan.moves, plan.positions
     via = moves.via[rows]
     third = np.where((via >= 0)[:, None], positions.position[via], np.nan)
@@ -493,13 +495,13 @@ def _asked(plan: Plan, robot: Robot, rows: Rows, speeds: Floats, pushes: Floats)
 
 
 def _bits(table: Floats) -> NDArray[np.void]:
-    """Each row of a table as one thing, so that nan is equal to itself."""
+    """Each row of a table as one opaque value, so that nan equals itself."""
     whole = np.ascontiguousarray(table)
     bits: NDArray[np.void] = whole.view(np.dtype((np.void, whole.itemsize * whole.shape[1])))[:, 0]
     return bits
 
 
 def _same(first: NDArray[np.void], second: NDArray[np.void]) -> int:
-    """How many rows are the same from the beginning on."""
+    """Number of equal elements before the first difference."""
     differ = np.flatnonzero(first != second)
     return int(differ[0]) if len(differ) else len(first)

@@ -1,4 +1,4 @@
-"""Paths as retiming sees them: joints and their derivatives over the path length, and the limits found on each row."""
+"""Data of retiming: joints and their derivatives over the path length, and the limits found on each row."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class SampledPath:
 
     @classmethod
     def through(cls, place: ArrayLike, joints: ArrayLike, pieces: int = 10) -> SampledPath:
-        """Through `joints` (n, k) or (b, n, k) at `place` (n,) on a cubic spline, `pieces` samples per span.
+        """Path through `joints` (n, k) or (b, n, k) at `place` (n,): a cubic spline with `pieces` samples per span.
 
         Raises OlpError (L001) when the places do not increase or the shapes do not fit.
         """
@@ -56,7 +56,7 @@ class Spline:
     bends: Floats  # second derivatives at the knots
 
     def __call__(self, s: ArrayLike) -> tuple[Floats, Floats, Floats]:
-        """Value, first and second derivative (m, ...) at `s` (m,); outside, the end pieces go on."""
+        """Value, first and second derivative (m, ...) at `s` (m,); beyond the ends the outer pieces continue."""
         at = np.asarray(s, dtype=np.float64)
         i = np.clip(np.searchsorted(self.knots, at, side="right") - 1, 0, len(self.knots) - 2)
         extra = (1,) * (self.values.ndim - 1)
@@ -70,7 +70,7 @@ class Spline:
 
 
 def spline_through(s: ArrayLike, points: ArrayLike) -> Spline:
-    """The spline through `points` (n, ...) at `s` (n,), whose two outer pieces on each side are one cubic.
+    """The cubic spline through `points` (n, ...) at `s` (n,), whose two outer pieces on each side are one cubic.
 
     (Not-a-knot ends: C. de Boor, "A Practical Guide to Splines", 1978, chapter IV.) Three points give a parabola,
     two a line. Raises OlpError (L001) when s does not increase or has fewer than two values.
@@ -90,7 +90,7 @@ def spline_through(s: ArrayLike, points: ArrayLike) -> Spline:
 
 
 def _solve(h: Floats, right: Floats, bends: Floats) -> None:
-    """Fills in the second derivatives: elimination in the tridiagonal system of the inner knots."""
+    """Writes the second derivatives into `bends`: elimination in the tridiagonal system of the inner knots."""
     below, above = h[:-1].copy(), h[1:].copy()
     main = 2.0 * (h[:-1] + h[1:])
     main[0] += h[0] + h[0] ** 2 / h[1]
@@ -122,18 +122,17 @@ class Singular(IntEnum):
 
 @dataclass(slots=True)
 class PathLimits:
-    """Per row of Moves, (m,); lengths are metres of tool path, or radians where only the tool turns.
+    """Limits per row of Moves, (m,); lengths are metres of tool path, or radians where only the tool turns.
 
-    `known`: the row's axes are known and it is a line, an arc or a spline; of others only `outside` is told.
-    `speed` [m/s]: the highest at which no axis exceeds its own anywhere on the row, inf where nothing moves;
-    `axis` (-1: none) would be the first to, `place` [m] from the start. `acceleration` [m/s²]: the highest from
-    standstill that no axis's acceleration forbids, inf where none is known.
-    `paced` [m/s]: mean speed of a run that enters and leaves the row at the programmed speed and slows down only
-    where an axis asks for it; the programmed speed where none does.
-    `singular`: a Singular; such a row has no trustworthy limits (nan), so `paced` is the programmed speed.
-    `nearness` [rad] (shoulder [m]): how near it comes. `lost`: [m] from the start where a pose is out of reach, nan
-    if none is; such a row has no limits (nan) either.
-    `outside` (-1: none): an axis that leaves its soft limits.
+    `known`: the row is a line, an arc or a spline with known axes; all other rows have only `outside`. `speed`
+    [m/s]: the highest at which no axis exceeds its own anywhere on the row, inf where nothing moves; `axis` (-1:
+    none) is the first that would exceed it, at `place` [m] from the start. `acceleration` [m/s²]: the highest from
+    standstill that all axes allow, inf where none is known. `paced` [m/s]: mean speed of a run that enters and
+    leaves the row at the programmed speed and slows down only where an axis needs it; otherwise the programmed
+    speed. `singular`: a Singular, -1 if none; such a row has no trustworthy limits (nan), and `paced` is the
+    programmed speed. `nearness` [rad] (shoulder [m]): the smallest distance from it. `lost`: distance [m] from the
+    start at which a pose is out of reach, nan if none; such a row has no limits (nan) either. `outside` (-1: none):
+    an axis that leaves its soft limits.
     """
 
     known: NDArray[np.bool_]
@@ -151,7 +150,7 @@ class PathLimits:
 
     @classmethod
     def nothing(cls, count: int, programmed: Floats) -> PathLimits:
-        """Rows of which nothing is known."""
+        """Rows without any known limit."""
         nan, none = np.full(count, np.nan), np.full(count, -1, dtype=np.int8)
         return cls(
             known=np.zeros(count, dtype=np.bool_),

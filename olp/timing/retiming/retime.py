@@ -1,4 +1,4 @@
-"""The fastest motion along a path within limits, and which limit rules where."""
+"""The fastest motion along a path within limits, and the deciding limit at each place."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NOTHING = (
 
 
 class LimitKind(StrEnum):
-    """What kind of limit rules."""
+    """Kind of a limit."""
 
     SPEED = "speed"
     ACCELERATION = "acceleration"
@@ -34,7 +34,7 @@ class LimitKind(StrEnum):
 
 
 class Limiter(NamedTuple):
-    """A limit by name: the number of its axis (or of the further limit), -1 for those of the path."""
+    """A limit: its kind, and the number of its axis (or of the further limit), -1 for those of the path."""
 
     axis: int
     kind: LimitKind
@@ -57,9 +57,9 @@ class Retimed:
     """The motion along n samples of a path, or of b paths with a leading axis.
 
     `place`, `speed` ds/dt, `time` [s] (..., n); `acceleration` d²s/dt² (..., n - 1), constant between samples.
-    `limiter` (..., n - 1): index into `names` of the limit that is used most; `usage` (..., n - 1): how much of
-    it [1]. `excess` (...): the largest share by which any limit is exceeded at a sample or halfway between two.
-    Where start or end speed is not possible, `speed` begins or ends with the largest one that is.
+    `limiter` (..., n - 1): index into `names` of the limit that is used most; `usage` (..., n - 1): the used share
+    of it [1]. `excess` (...): the largest share by which any limit is exceeded at a sample or halfway between two.
+    Where the start or end speed is not possible, `speed` begins or ends with the largest possible one.
     """
 
     place: Floats
@@ -73,12 +73,12 @@ class Retimed:
 
     @property
     def duration(self) -> Floats:
-        """[s] (...)"""
+        """Duration (...) [s]."""
         return self.time[..., -1]
 
 
 class _Limits(NamedTuple):
-    """Everything of b paths, (b, n, m) or (b, n)."""
+    """All limits of b paths, (b, n, m) or (b, n)."""
 
     names: tuple[Limiter, ...]  # of path speed, axis speeds, then of the m rows
     p: Floats
@@ -102,11 +102,11 @@ def retime(
 ) -> Retimed:
     """Retimes `path`: the fastest motion in which no limit is exceeded.
 
-    `speed` [rad/s], `acceleration` [rad/s²]: of the axes, (k,) or along the path (..., n, k). `path_speed` [m/s]
-    and `path_acceleration` [m/s²], numbers or (..., n), limit ds/dt and d²s/dt²: a controller's programmed speed
-    and acceleration. `start_speed`, `end_speed` [m/s], a number or one per path. `compiled`: as in
-    olp.core.compiled_loops.use. Raises OlpError: L002 for numbers that are not finite,
-    shapes that do not fit or limits not above zero; F001.
+    `speed` [rad/s], `acceleration` [rad/s²]: limits of the axes, (k,) or along the path (..., n, k). `path_speed`
+    [m/s] and `path_acceleration` [m/s²], numbers or (..., n), limit ds/dt and d²s/dt²: a controller's programmed
+    speed and acceleration. `start_speed`, `end_speed` [m/s], a number or one per path. `compiled`: as in
+    olp.core.compiled_loops.use. Raises OlpError: L002 for numbers that are not finite, shapes that do not fit or
+    limits not above zero; F001.
     """
     single = path.place.ndim == 1
     limits = _limits(path, speed, acceleration, path_speed, path_acceleration, further)
@@ -172,10 +172,10 @@ def _limits(
 
 
 def _cap(place: Floats, limits: _Limits) -> Floats:
-    """(b, n): largest ds/dt squared by the speeds of path and axes, also between the samples.
+    """Largest (ds/dt)² by the speeds of path and axes (b, n), also between the samples.
 
-    Between two samples q' of a spline is quadratic and x is a line; where their product would exceed an axis's speed
-    both ends give way by that share.
+    Between two samples q' of a spline is quadratic and x is linear; where their product would exceed an axis's
+    speed, both ends are lowered by that share.
     """
     cap: Floats = limits.speeds.min(axis=2) ** 2
     axes = slice(limits.rated.shape[2])
@@ -193,7 +193,7 @@ def _cap(place: Floats, limits: _Limits) -> Floats:
 
 
 def _swept(place: Floats, limits: _Limits, start: Floats, end: Floats, compiled: bool) -> Floats:
-    """(b, n): ds/dt squared."""
+    """Largest feasible (ds/dt)² at the samples (b, n)."""
     cap, step = _cap(place, limits), np.diff(place, axis=1)
     axes = limits.rated.shape[2]
     if not compiled:
@@ -227,14 +227,14 @@ def _told(place: Floats, limits: _Limits, squares: Floats) -> Retimed:
 
 
 def _used(limits: _Limits, part: slice, rate: Floats, squares: Floats) -> Floats:
-    """(b, n - 1, m): share of each limit that is used at the samples of `part`."""
+    """Used share of each limit (b, n - 1, m) at the samples of `part`."""
     value = limits.p[:, part] * rate[:, :, None] + limits.r[:, part] * squares[:, :, None]
     share: Floats = value / np.where(value < 0, limits.low[:, part], limits.high[:, part])
     return share
 
 
 def _halfway(limits: _Limits, rate: Floats, squares: Floats) -> Floats:
-    """(b,): largest share of any limit halfway between two samples, where all quantities are taken as linear."""
+    """Largest used share of any limit halfway between two samples (b,), with all quantities interpolated linearly."""
 
     def middle(values: Floats) -> Floats:
         return (values[:, 1:] + values[:, :-1]) / 2
@@ -247,7 +247,7 @@ def _halfway(limits: _Limits, rate: Floats, squares: Floats) -> Floats:
 
 
 def _joined(parts: list[Retimed], single: bool) -> Retimed:
-    """All paths in one, without the leading axis where there was none."""
+    """All paths as one result, without the leading axis for a single path."""
     columns = {
         name: np.concatenate([getattr(part, name) for part in parts])
         for name in Retimed.__dataclass_fields__
@@ -265,7 +265,7 @@ Line = tuple[float, float]  # x = a - b y
 def _limit(
     p: Floats, r: Floats, low: Floats, high: Floats, i: int, j: int, half: float
 ) -> tuple[float, float, float, float]:
-    """Factors of x and y, low and high of limit j of interval i: at its start, at its end, inside; sweep.intervals."""
+    """Factors of x and y, and bounds, of limit j in interval i: at its start, at its end or inside; see `intervals`."""
     m = p.shape[1]
     if j < m:
         change = p[i, j] * half
@@ -283,7 +283,7 @@ def _limit(
 def _solved(
     p: Floats, r: Floats, low: Floats, high: Floats, i: int, half: float, last: float, lines: Floats
 ) -> float:
-    """Fills `lines` (4, ...): a, b, lower a, lower b of interval i; gives the largest y that is possible at all."""
+    """Fill `lines` (4, ...) with a, b, lower a, lower b of interval i; return the largest possible y."""
     for j in range(lines.shape[1]):
         fx, fy, bottom, top = _limit(p, r, low, high, i, j, half)
         if fx == 0.0:
@@ -303,7 +303,7 @@ def _solved(
 def _bounds(
     p: Floats, r: Floats, low: Floats, high: Floats, axes: int, i: int, half: float, cap: float, y: float
 ) -> tuple[float, float, bool]:
-    """The largest x of interval i for y, how fast it falls with y, and whether there is an x for y at all."""
+    """The largest x of interval i for y, its slope in y, and whether any x is possible for y."""
     best, falls, least, possible = cap, 0.0, 0.0, True
     for j in range(2 * p.shape[1] + axes):
         fx, fy, bottom, top = _limit(p, r, low, high, i, j, half)
@@ -340,7 +340,7 @@ def _bottom(lines: Floats, y: float) -> Line:
 
 
 def _peak(lines: Floats, cap: float, y: float) -> float:
-    """The smallest y up to the given one where the largest x is largest: see sweep._peaks."""
+    """The smallest y, up to the given one, at which the largest x is greatest: see `_peaks`."""
     rise_a, rise_b = _top(lines, cap, 0.0)
     if rise_b >= 0.0:
         return 0.0
@@ -370,7 +370,7 @@ def sweep_one(
     p: Floats, r: Floats, low: Floats, high: Floats, cap: Floats, step: Floats, axes: int, start: float, end: float,
     x: Floats,
 ) -> None:  # fmt: skip
-    """Fills x (n,) of one path; p, r, low, high (n, m), cap (n,), step (n - 1,): see sweep.Strips."""
+    """Fill `x` (n,) of one path; p, r, low, high (n, m), cap (n,), step (n - 1,): see Strips."""
     n, m = p.shape
     lines = np.empty((4, 2 * m + axes))
     x[n - 1] = min(end, cap[n - 1])
@@ -429,7 +429,7 @@ class Strips(NamedTuple):
 
 
 class IntervalBounds(NamedTuple):
-    """Of every interval: x <= a - b y for all its lines, (n - 1, 2m + axes, b) each; `low_*`: x >= a - b y."""
+    """Bounds of every interval: x <= a - b y for all its lines, (n - 1, 2m + axes, b) each; `low_*`: x >= a - b y."""
 
     a: Floats
     b: Floats
@@ -457,8 +457,9 @@ def sweep(strips: Strips, start: Floats, end: Floats) -> Floats:
 
 
 def intervals(strips: Strips) -> tuple[Floats, Floats, Floats, Floats]:
-    """Factors of x and y, low and high, (n - 1, 2m + axes, b): each limit at the start, at the end and, for axes,
-    inside each interval."""
+    """Factors of x and y, and the bounds, (n - 1, 2m + axes, b), of each limit: at the start, at the end and, for
+    axes, inside each interval.
+    """
     p, r, axes = strips.p, strips.r, slice(strips.axes)
     half = 0.5 / strips.step[:, None, :]
     first, last = p[:-1] * half, p[1:] * half
@@ -474,7 +475,7 @@ def intervals(strips: Strips) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def _lines(x_part: Floats, y_part: Floats, low: Floats, high: Floats) -> IntervalBounds:
-    """Limits solved for x; where x does not occur they say nothing about it."""
+    """Limits solved for x; a limit without x gives no bound."""
     none = x_part == 0.0
     factor = 1.0 / np.where(none, 1.0, x_part)
     b = np.where(none, 0.0, y_part * factor)
@@ -485,7 +486,7 @@ def _lines(x_part: Floats, y_part: Floats, low: Floats, high: Floats) -> Interva
 
 
 def _last_y(x_part: Floats, y_part: Floats, low: Floats, high: Floats, cap: Floats) -> Floats:
-    """Largest y (n - 1, b) by its own cap and by the limits in which x does not occur."""
+    """Largest y (n - 1, b) by its own cap and by the limits without x."""
     alone = (x_part == 0.0) & (y_part != 0.0)
     last = cap[1:]
     if alone.any():
@@ -496,10 +497,10 @@ def _last_y(x_part: Floats, y_part: Floats, low: Floats, high: Floats, cap: Floa
 
 
 def _peaks(lines: IntervalBounds, cap: Floats, last: Floats) -> Floats:
-    """The smallest y (n - 1, b) where the largest x is largest, within 0..`last`.
+    """The smallest y (n - 1, b) at which the largest x is greatest, within 0..`last`.
 
-    Kelley's cutting planes: where the rising and the falling line found so far meet is the next place to look;
-    from places no x is possible at, the lines of both bounds lead back to the last one that is (Newton).
+    Kelley's cutting planes: the next y to evaluate is where the rising and the falling line found so far meet; from
+    a y without any possible x, the lines of both bounds lead back to the last y that has one (Newton).
     """
     shape = last.shape
     a, b, low_a, low_b = (part.transpose(0, 2, 1).reshape(-1, part.shape[1]) for part in lines)
