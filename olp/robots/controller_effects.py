@@ -1,6 +1,6 @@
-"""What a controller adds to the motion itself: its cycle, the time it thinks, the lag of its servos, its override.
+"""Controller effects: interpolation cycle, dispatch time, servo lag, override.
 
-A table per controller generation holds what is known, with its source. Everything else is zero.
+A table per controller generation holds the known values with their sources. Everything else is zero.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ HIGHEST_OVERRIDE: Final = 1.5  # [1] Yaskawa's playback speed override ends at 1
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """What is added to the motion; every default but the settling time is "nothing".
+    """Effects that add to the motion; every default but the settling time is "no effect".
 
-    `cycle` [s]: interpolation cycle; the motion from stop to stop lasts whole cycles (0: not counted). `dispatch` [s]:
-    per instruction that begins while the arm stands; behind a running move it is prepared ahead. `settling` [s]: per
-    exact stop (None: the robot's, else the controller generation's, else zero and reported). `servo_lag` [s]: time
-    constant of the servos; the arm trails its command by it, so that every stop comes later by it. `override` [1]:
+    `cycle` [s]: interpolation cycle; the motion from stop to stop lasts whole cycles (0: not counted). `dispatch`
+    [s]: per instruction that begins at a standstill; during a move the next one is prepared ahead. `settling` [s]:
+    per exact stop (None: the robot's, else the controller generation's, else zero and reported). `servo_lag` [s]:
+    time constant of the servos, by which the arm trails its command and every stop comes later. `override` [1]:
     factor on programmed speeds.
     """
 
@@ -38,7 +38,7 @@ class Effects:
 
     @property
     def told(self) -> list[str]:
-        """What differs from the defaults, in words: an answer that rests on it says so."""
+        """The settings that differ from the defaults, as sentences; results that depend on them report these."""
         words = []
         if self.override != 1.0:
             words.append(f"speed override {self.override / percent:g} %")
@@ -52,7 +52,9 @@ class Effects:
 
     @property
     def not_counted(self) -> str:
-        """Which effects are taken as nothing, in words ("": none); told to those who ask why a line takes its time."""
+        """Sentence on the effects that count as zero ("" for none); shown where a user asks why a line takes its
+        time.
+        """
         names = [
             words
             for value, words in (
@@ -74,7 +76,7 @@ class KnownEffect(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Generation:
-    """What is known of one controller generation; None where nobody has published it."""
+    """Known effects of one controller generation; None where unpublished."""
 
     cycle: KnownEffect | None = None
     dispatch: KnownEffect | None = None
@@ -152,7 +154,7 @@ SETTINGS: Final[Mapping[str, tuple[str, float]]] = MappingProxyType(
 
 
 def effects_of(settings: Mapping[str, str | float], override: float | None = None) -> Effects:
-    """The effects that [motion] of an olp.toml asks for; `override` [1] beats the file's.
+    """The effects that [motion] of an olp.toml sets; `override` [1] takes precedence over the file's.
 
     Raises OlpError (T006) for an override that no controller has.
     """
@@ -167,13 +169,13 @@ def effects_of(settings: Mapping[str, str | float], override: float | None = Non
 
 
 def generations_in(text: str) -> tuple[str, ...]:
-    """The controller generations that a text names ("KR C4, KSS 8.5"), the longest names that fit."""
+    """The controller generations that a text names ("KR C4, KSS 8.5"); of overlapping names the longest."""
     found = [name for name in GENERATIONS if name.lower() in text.lower()]
     return tuple(name for name in found if not any(name != other and name in other for other in found))
 
 
 def generation_of(controllers: Iterable[str]) -> Generation:
-    """What all generations among these names have in common; nothing where none is known."""
+    """The values that all known generations among these names share; empty where none is known."""
     known = [GENERATIONS[name] for name in controllers if name in GENERATIONS]
     if not known:
         return Generation()
@@ -186,7 +188,7 @@ def generation_of(controllers: Iterable[str]) -> Generation:
 
 
 def settling_of(effects: Effects, robot: Robot | None) -> tuple[float, str]:
-    """[s] per exact stop, and what had to be assumed about it ("": nothing)."""
+    """Time [s] per exact stop, and the assumption behind it as a sentence ("": none)."""
     if effects.settling is not None:
         return effects.settling, ""
     if robot is not None and robot.settling_time is not None:

@@ -1,6 +1,6 @@
-"""Where a written position is: pulses, joints or a pose in some frame become axes and a tool pose in the base.
+"""Resolves written positions: pulses, joints or a pose in some frame become axes and a tool pose in the base.
 
-A cell is what stands around a program: which robot each mechanism is, its tools and its user frames. Whatever is
+A cell is the environment of a program: the robot of each mechanism, its tools and its user frames. Whatever is
 missing is assumed in one documented way and reported once.
 """
 
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Mechanism:
-    """One control group: what it is called in the program (RB1, BS1, ST1) and which machine that is, if known."""
+    """One control group: its name in the program (RB1, BS1, ST1) and its machine, if known."""
 
     name: str
     robot: Robot | None = None
@@ -50,7 +50,7 @@ ROBOT_GAP = "robot "  # begins the key of a gap that a robot for the mechanism w
 
 
 class Gap(NamedTuple):
-    """Something that the cell did not know, and what was assumed instead. `key` tells repeats apart."""
+    """Missing data of the cell, and the assumption that replaced them. `key` identifies repeats."""
 
     key: str
     says: str
@@ -59,9 +59,9 @@ class Gap(NamedTuple):
 
 @dataclass(slots=True)
 class Cell:
-    """Mechanisms, tools and frames. `gaps` collects what was missing, once each.
+    """Mechanisms, tools and frames. `gaps` collects the missing data, once each.
 
-    `frame_files`: the controller's file that would tell the "tool" or the "user" frames.
+    `frame_files`: the controller's file that would define the "tool" or the "user" frames.
     """
 
     mechanisms: Sequence[Mechanism]
@@ -77,11 +77,11 @@ class Cell:
     def resolve(
         self, mechanism: int, state: PointState, values: Floats, seed: Floats | None = None
     ) -> Resolved:
-        """Positions written as `values` (n, w) under one state.
+        """Resolves positions written as `values` (n, w) under one state.
 
         Pulses and joints give axes and, for an arm whose geometry is known, the pose; poses give the tool pose and,
-        for such an arm, the axes of the branch that the configuration names (the nearest to `seed` (k,) without one).
-        Rows with absurd numbers are unknown.
+        for such an arm, the axes of the branch that the configuration names (the nearest to `seed` (k,) without
+        one). Rows with absurd numbers are unknown.
         """
         absurd = np.flatnonzero((np.abs(np.nan_to_num(values)) > _FARTHEST).any(axis=1))
         if not absurd.size:
@@ -104,7 +104,7 @@ class Cell:
         return self._resolve_axes(mechanism, state, values)
 
     def _without_external(self, state: PointState, values: Floats) -> Floats:
-        """The values without those of external axes."""
+        """The values without those of external axes; reports these if they are not zero."""
         if np.nan_to_num(values[:, state.own :]).any():
             self._gap("external axes", EXTERNAL_AXES)
         return values[:, : state.own]
@@ -144,7 +144,7 @@ class Cell:
         return f"{beside}no [{table}] in olp.toml"
 
     def _near(self, name: str, pose: Pose) -> Pose:
-        """The pose of a tool or frame; none where it is absurdly far (reported)."""
+        """The pose of a tool or frame; the identity if its distance is absurd (reported)."""
         if (np.abs(pose.position) <= _FARTHEST).all():
             return pose
         self._gap(name, f"{name} is farther than {_FARTHEST:g} m: it is left out")
@@ -222,7 +222,7 @@ class Cell:
         return Resolved(position, rotation, self._axes_of(mechanism, state, position, rotation, seed))
 
     def _in_base(self, state: PointState, values: Floats) -> tuple[Floats, Floats]:
-        """Positions (n, 3) and rotations (n, 3, 3) of written poses; nan in frames that move along."""
+        """Positions (n, 3) and rotations (n, 3, 3) in the base of written poses; nan in frames that move."""
         if values.shape[1] < 6:  # cut off: not known at all, rather than without its turn
             values = np.full((len(values), 6), np.nan)
         position, rotation = values[:, :3], rotation_from_angles(values[:, 3:6])
@@ -255,7 +255,7 @@ class Cell:
         return turned_into(robot, axes, state.sectors) if state.sectors else axes
 
     def pose(self, mechanism: int, state: PointState, values: Sequence[float]) -> Pose | None:
-        """One position as the tool's pose in the base, None where it cannot be known."""
+        """One position as the tool's pose in the base; None if unknown."""
         rows = np.asarray([values], dtype=np.float64)
         if state.kind is PointKind.POSE and self.mechanisms[mechanism].is_robot:
             position, rotation = self._in_base(
@@ -270,7 +270,7 @@ class Cell:
 
 
 def quaternions(resolved: Resolved) -> Floats:
-    """(n, 4) of the tool, nan where the rotation is unknown."""
+    """Quaternions (n, 4) of the tool, nan where the rotation is unknown."""
     known = ~np.isnan(resolved.rotation[:, 0, 0])
     result = np.full((len(known), 4), np.nan)
     if known.any():
@@ -279,12 +279,12 @@ def quaternions(resolved: Resolved) -> Floats:
 
 
 def in_frame(pose: Pose, frame: Pose) -> Pose:
-    """A base-frame pose as seen from `frame`."""
+    """A base-frame pose relative to `frame`."""
     return Pose(*compose(*invert(frame.position, frame.rotation), pose.position, pose.rotation))
 
 
 def _width(values: Floats, width: int) -> Floats:
-    """(n, width): cut, or filled with zeros where a row is short; empty fields count as zero."""
+    """Values (n, width): cut, or padded with zeros where a row is short; empty fields count as zero."""
     result = np.zeros((len(values), width))
     shared = min(width, values.shape[1])
     result[:, :shared] = np.nan_to_num(values[:, :shared])

@@ -32,19 +32,19 @@ class Pose:
 
     @classmethod
     def from_xyz_angles(cls, values: ArrayLike) -> Pose:
-        """From the six numbers x, y, z [m], Rx, Ry, Rz [rad]."""
+        """The pose of the six numbers x, y, z [m], Rx, Ry, Rz [rad]."""
         numbers = np.asarray(values, dtype=np.float64)
         return cls(numbers[:3].copy(), rotation_from_angles(numbers[3:6]))
 
     def xyz_angles(self) -> Array:
-        """(6,): x, y, z [m], Rx, Ry, Rz [rad]."""
+        """The pose as (6,): x, y, z [m], Rx, Ry, Rz [rad]."""
         return np.concatenate((self.position, angles_from_rotation(self.rotation)))
 
     def inverse(self) -> Pose:
         return Pose(*invert(self.position, self.rotation))
 
     def apply(self, points: ArrayLike) -> Array:
-        """Points (..., 3) [m] given in this frame, seen from the frame it stands in."""
+        """Points (..., 3) [m] of this frame, in the frame in which the pose is given."""
         moved: Array = np.asarray(points, dtype=np.float64) @ self.rotation.T + self.position
         return moved
 
@@ -62,7 +62,7 @@ class Pose:
 
 
 def rotation_from_angles(angles: ArrayLike) -> Array:
-    """(..., 3, 3) = Rz Ry Rx from angles (..., 3) = Rx, Ry, Rz [rad]."""
+    """Rotations (..., 3, 3) = Rz Ry Rx from angles (..., 3) = Rx, Ry, Rz [rad]."""
     values = np.asarray(angles, dtype=np.float64)
     cosine, sine = np.cos(values), np.sin(values)
     cx, cy, cz = (cosine[..., i] for i in range(3))
@@ -81,7 +81,7 @@ def rotation_from_angles(angles: ArrayLike) -> Array:
 
 
 def angles_from_rotation(rotation: ArrayLike) -> Array:
-    """(..., 3) = Rx, Ry, Rz [rad] of rotations (..., 3, 3).
+    """Angles (..., 3) = Rx, Ry, Rz [rad] of rotations (..., 3, 3).
 
     At Ry = ±90 deg only Rx ∓ Rz is defined; Rz is then 0. Rx, Rz in (-pi, pi], Ry in [-pi/2, pi/2].
     """
@@ -94,10 +94,10 @@ def angles_from_rotation(rotation: ArrayLike) -> Array:
 
 
 def quaternion_from_rotation(rotation: ArrayLike) -> Array:
-    """(..., 4), w >= 0, of rotations (..., 3, 3).
+    """Quaternions (..., 4), w >= 0, of rotations (..., 3, 3).
 
-    4 q qᵀ is linear in R; its row with the largest diagonal is q up to a factor and never cancels
-    (S. W. Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1(3), 1978).
+    4 q qᵀ is linear in R; its row with the largest diagonal is q up to a factor and never cancels (S. W. Shepperd,
+    "Quaternion from rotation matrix", J. Guidance and Control 1(3), 1978).
     """
     r = np.asarray(rotation, dtype=np.float64)
     outer = np.empty((*r.shape[:-2], 4, 4))
@@ -118,7 +118,7 @@ def quaternion_from_rotation(rotation: ArrayLike) -> Array:
 
 
 def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
-    """(..., 3, 3) of quaternions (..., 4), which need not have unit length; nan of one without a length."""
+    """Rotations (..., 3, 3) of quaternions (..., 4), which need not have unit length; nan for zero length."""
     q = np.asarray(quaternion, dtype=np.float64)
     with np.errstate(invalid="ignore"):
         q = q / np.linalg.norm(q, axis=-1, keepdims=True)
@@ -137,10 +137,10 @@ def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
 
 
 def slerp(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Array:
-    """(..., 4) between the quaternions `start` and `end` (..., 4) the short way, at constant angular rate.
+    """Quaternions (..., 4) between `start` and `end` (..., 4) the short way, at constant angular rate.
 
-    `fraction` (...) [1] is 0 at the start and 1 at the end; all three broadcast, so two quaternions and
-    a fraction of shape (n,) give (n, 4). (K. Shoemake, "Animating rotation with quaternion curves", 1985.)
+    `fraction` (...) [1] is 0 at the start and 1 at the end; all three broadcast, so two quaternions and a fraction
+    of shape (n,) give (n, 4). (K. Shoemake, "Animating rotation with quaternion curves", 1985.)
     """
     a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     u = np.asarray(fraction, dtype=np.float64)[..., None]
@@ -160,7 +160,7 @@ def slerp(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Array:
 
 
 def rotation_angle(first: ArrayLike, second: ArrayLike) -> Array:
-    """(...) [rad], 0..pi: the angle of the rotation that turns `first` into `second`, both (..., 3, 3)."""
+    """Angle (...) [rad], 0..pi, of the rotation that turns `first` into `second`, both (..., 3, 3)."""
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     relative = np.swapaxes(a, -1, -2) @ b
     x = relative[..., 2, 1] - relative[..., 1, 2]
@@ -174,7 +174,7 @@ def rotation_angle(first: ArrayLike, second: ArrayLike) -> Array:
 def compose(
     position: ArrayLike, rotation: ArrayLike, local_position: ArrayLike, local_rotation: ArrayLike
 ) -> tuple[Array, Array]:
-    """Poses B given in the frames A, seen from where A is given, as (..., 3) [m] and (..., 3, 3).
+    """Poses B, given in the frames A, transformed into the frame in which A is given: (..., 3) [m] and (..., 3, 3).
 
     Either side may be a single pose; leading axes broadcast.
     """

@@ -1,4 +1,4 @@
-"""What is known of one control group (an arm, a positioner, a track): frozen, SI, with sources."""
+"""Data of one control group (an arm, a positioner, a track): frozen, SI, with sources."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FLANGE_AT_ZERO: tuple[Vector, Vector, Vector] = ((0.0, 0.0, 1.0), (0.0, -1.0, 0.
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis. Units are radians, or metres when `linear`; None means not known."""
+    """One axis. Units are radians, or metres when `linear`; None means unknown."""
 
     name: str
     lower: float  # [rad | m] soft limit
@@ -35,16 +35,16 @@ class Axis:
 
 
 class Links(NamedTuple):
-    """Six axes with a spherical wrist. Lengths [m] in the standard stance: upper arm up, forearm forward.
+    """Six axes with a spherical wrist. Lengths [m] in the standard posture: upper arm up, forearm forward.
 
-    a1 from axis S to axis L (forward), a2 from L to U (up), a3 from U to the forearm's axis R (up),
-    d4 from U to the wrist centre (forward), d6 from there to the flange (forward). The standard angle of
-    an axis, which is 0 in that stance, is sign x reading + zero: shelf-mounted arms read L = 0 with the
-    upper arm forward, some small arms read B = 0 with the flange down.
+    a1 from axis S to axis L (forward), a2 from L to U (up), a3 from U to the forearm's axis R (up), d4 from U to
+    the wrist centre (forward), d6 from there to the flange (forward). The standard angle of an axis, which is 0 in
+    that posture, is sign x reading + zero: shelf-mounted arms read L = 0 with the upper arm forward, some small
+    arms read B = 0 with the flange down.
 
-    `height` [m] of axis L above the origin of the base frame in which the maker's controller gives poses: 0 where it
-    puts the origin there. `third_to_horizontal`: the controller reads axis U against the horizontal;
-    the limits of U are those of the joint all the same.
+    `height` [m] of axis L above the origin of the base frame in which the maker's controller gives poses: 0 where
+    the origin is at that height. `third_to_horizontal`: the controller reads axis U against the horizontal; the
+    limits of U are still those of the joint.
     """
 
     a1: float
@@ -103,27 +103,27 @@ class Robot:
 
     @property
     def lower(self) -> Array:
-        """(k,) [rad | m]"""
+        """Lower soft limits (k,) [rad | m]."""
         return np.array([axis.lower for axis in self.axes])
 
     @property
     def upper(self) -> Array:
-        """(k,) [rad | m]"""
+        """Upper soft limits (k,) [rad | m]."""
         return np.array([axis.upper for axis in self.axes])
 
     @property
     def speeds(self) -> Array:
-        """(k,) [rad/s | m/s]"""
+        """Rated speeds (k,) [rad/s | m/s]."""
         return np.array([axis.speed for axis in self.axes])
 
     @property
     def accelerations(self) -> Array:
-        """(k,) [rad/s² | m/s²], nan where not known"""
+        """Accelerations (k,) [rad/s² | m/s²], nan where unknown."""
         return _with_nan([axis.acceleration for axis in self.axes])
 
     @property
     def pulses_per_unit(self) -> Array:
-        """(k,) [pulses/rad | pulses/m], nan where not known"""
+        """Encoder pulses per unit (k,) [pulses/rad | pulses/m], nan where unknown."""
         return _with_nan([axis.pulses_per_unit for axis in self.axes])
 
     @property
@@ -168,7 +168,7 @@ NO_INERTIA: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Body(NamedTuple):
-    """A rigid body in some frame: of a link its own (see `Dynamics`), of a load the flange's."""
+    """A rigid body: of a link in the link's own frame (see `Dynamics`), of a load in the flange's."""
 
     mass: float  # [kg]
     centre: Vector = (0.0, 0.0, 0.0)  # [m] centre of mass
@@ -176,7 +176,7 @@ class Body(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What the drive of one axis adds, on the joint's side of the gear. Units of a sliding axis in second place."""
+    """Properties of one axis' drive, on the joint's side of the gear; for a sliding axis with the linear units."""
 
     limit: float | None = None  # [Nm | N] largest torque, None where not known
     rotor: float = 0.0  # [kg m² | kg] inertia of rotor and gear, times the ratio squared
@@ -188,8 +188,8 @@ class Drive(NamedTuple):
 class Dynamics:
     """Bodies and drives, both in the order of the robot's axes.
 
-    The body of an axis is what that axis moves and the next one does not. Its frame has its origin at the joint's
-    point of the chain and, with all axes at zero, the directions of the base frame; it turns with the link.
+    The body of an axis is the mass that this axis moves and the next one does not. Its frame has its origin at the
+    joint's point of the chain and, with all axes at zero, the directions of the base frame; it turns with the link.
     """
 
     bodies: tuple[Body, ...]

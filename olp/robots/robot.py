@@ -1,7 +1,7 @@
-"""Robots: their files, read and checked, and the library that ships with olp.
+"""Robot files, read and checked, and the library that ships with olp.
 
-A robot file (TOML in mm, degrees, pulses, ms) becomes a `Robot` (SI); units are converted here and nowhere else. The
-library finds a robot by its name or path, and those whose limits fit given pulses.
+A robot file (TOML in mm, degrees, pulses, ms) becomes a `Robot` (SI); units are converted here and nowhere else.
+The library finds a robot by its name or path, and robots whose limits fit given pulses.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def _axis(document: RobotDocument, row: Table, start: int) -> Axis:
 def _acceleration(
     document: RobotDocument, row: Table, start: int, speed: float, linear: bool
 ) -> float | None:
-    """[rad/s² | m/s²] from the one of three ways to state it; a time is that from rest to rated speed."""
+    """Acceleration [rad/s² | m/s²] from one of its three keys; a time is that from rest to rated speed."""
     ways = {"acceleration_mm_s2": mm} if linear else {"acceleration_deg_s2": deg, "acceleration_rad_s2": 1.0}
     given = [key for key in (*ways, "acceleration_time_ms") if key in row]
     if len(given) > 1:
@@ -391,7 +391,7 @@ def _not_negative(document: RobotDocument, row: Table, key: str, start: int) -> 
 
 
 def tensor(inertia: Inertia) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """(3, 3) [kg m²] of xx, yy, zz, xy, xz, yz."""
+    """Inertia tensor (3, 3) [kg m²] of xx, yy, zz, xy, xz, yz."""
     xx, yy, zz, xy, xz, yz = inertia
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -407,7 +407,7 @@ SOURCE_GROUPS: Final = (
 
 
 def number_groups(robot: Robot) -> tuple[str, ...]:
-    """The groups of numbers that `robot` holds, each of which needs an entry in its `sources`."""
+    """The groups of numbers in `robot`, each of which needs an entry in its `sources`."""
     geometry = robot.geometry
     bodies = robot.dynamics.bodies if robot.dynamics else ()
     drives = robot.dynamics.drives if robot.dynamics else ()
@@ -434,7 +434,7 @@ def number_groups(robot: Robot) -> tuple[str, ...]:
 
 
 def read_sources(document: RobotDocument) -> dict[str, str]:
-    """The table `[sources]` as it stands, its unknown keys reported (R003)."""
+    """The table `[sources]`; its unknown keys are reported (R003)."""
     table = document.subtable("sources") or {}
     start = document.table_start("sources")
     document.known_keys(table, SOURCE_GROUPS, "sources", start)
@@ -442,7 +442,7 @@ def read_sources(document: RobotDocument) -> dict[str, str]:
 
 
 def check_sources(document: RobotDocument, robot: Robot) -> None:
-    """Reports groups of numbers without a source (R006), and inferred groups that are not there (R005)."""
+    """Reports groups of numbers without a source (R006), and inferred groups that the robot lacks (R005)."""
     groups = number_groups(robot)
     missing = [group for group in groups if group not in robot.sources]
     if missing:
@@ -463,7 +463,7 @@ class RobotDocument:
     """The parsed file, its text, and the problems found so far."""
 
     def __init__(self, path: Path) -> None:
-        """Raises OlpError (R002) when the file cannot be read or is not TOML."""
+        """Parse the file. Raises OlpError (R002) when it cannot be read or is not TOML."""
         self.file = str(path)
         try:
             self.text = toml_text(path)
@@ -478,7 +478,7 @@ class RobotDocument:
         self.problems: list[Diagnostic] = []
 
     def report(self, code: str, message: str, key: str = "", after: int = 0, help: str = "") -> None:
-        """Notes a problem at the first place of `key` at or after character `after`."""
+        """Add a problem, located at the first occurrence of `key` at or after character `after`."""
         if is_told_enough(self.problems, code, self.file):
             return
         line, column, end = self._span(key, after)
@@ -486,14 +486,14 @@ class RobotDocument:
         self.problems.append(error(code, message, span, file=self.file, help=help, source_line=row))
 
     def table_start(self, key: str) -> int:
-        """Character where the table `[key]` or the value of `key` starts."""
+        """Character at which the table `[key]` or the value of `key` starts."""
         match = re.search(
             rf"^\s*(\[+\s*{re.escape(key)}\s*\]+|{re.escape(key)}\s*=)", self.text, re.MULTILINE
         )
         return match.start() if match else 0
 
     def item_start(self, key: str, index: int) -> int:
-        """Character where entry `index` (from 0) of the array of tables `key` starts."""
+        """Character at which entry `index` (from 0) of the array of tables `key` starts."""
         begin = self.table_start(key)
         starts = [
             m.start()
@@ -502,7 +502,7 @@ class RobotDocument:
         return begin + (starts[index] if index < len(starts) else 0)
 
     def known_keys(self, table: Table, known: Collection[str], what: str, after: int = 0) -> None:
-        """Reports keys of `table` that mean nothing (R003), with the closest that do."""
+        """Reports unknown keys of `table` (R003), with the closest known ones."""
         for key in table:
             if key not in known and not is_told_enough(self.problems, "R003", self.file):
                 close = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
@@ -510,7 +510,7 @@ class RobotDocument:
                 self.report("R003", f"{what} has no key {key!r}", key, after, advice)
 
     def number(self, table: Table, key: str, after: int = 0, above: float = -math.inf) -> float | None:
-        """The finite number under `key`, None when it is not there or not one (R005)."""
+        """The finite number under `key`; None when it is absent or not a number (R005)."""
         if key not in table:
             return None
         value = table[key]
@@ -523,7 +523,7 @@ class RobotDocument:
         return float(value)
 
     def numbers(self, table: Table, key: str, count: int, after: int = 0) -> tuple[float, ...] | None:
-        """`count` finite numbers under `key`, None when it is not there or not that (R005)."""
+        """`count` finite numbers under `key`; None when they are absent or not such numbers (R005)."""
         if key not in table:
             return None
         value = table[key]
@@ -534,7 +534,7 @@ class RobotDocument:
         return tuple(float(v) for v in value)
 
     def word(self, table: Table, key: str, after: int = 0) -> str | None:
-        """The text under `key`, None when it is not there or not text (R005)."""
+        """The text under `key`; None when it is absent or not text (R005)."""
         value = table.get(key)
         if value is None or (isinstance(value, str) and value.strip()):
             return value
@@ -597,7 +597,9 @@ def robot_names() -> tuple[str, ...]:
 
 
 def library_name(called: str) -> str:
-    """The library's name of what a controller calls its robot: the longest one that begins it, letters and digits."""
+    """The library's name for a controller's robot name: the longest model that it starts with (letters and digits);
+    "" if none.
+    """
     said = re.sub(r"[^a-z0-9]", "", called.lower())
     models = {name: re.sub(r"[^a-z0-9]", "", name.partition("/")[2]) for name in robot_names()}
     fitting = [name for name, model in models.items() if model and said.startswith(model)]
@@ -605,7 +607,7 @@ def library_name(called: str) -> str:
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
-    """The robot of that library name ("yaskawa/gp25", or "gp25" when only one maker has it) or file.
+    """The robot of a library name ("yaskawa/gp25", or "gp25" when only one maker has it) or of a file.
 
     Raises OlpError: R001 no such robot or file, R002 to R006 the file's problems, all at once.
 
@@ -621,7 +623,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
 
 def candidates_for_pulses(min_pulses: Sequence[float], max_pulses: Sequence[float]) -> list[PulseFit]:
-    """Library robots that could have been at all of the pulses, those that use most of their range first.
+    """Library robots whose limits include all of the pulses, those with the most used range first.
 
     `min_pulses` and `max_pulses` hold the smallest and largest pulse of each axis of one control group.
     """
@@ -640,7 +642,9 @@ def candidates_for_pulses(min_pulses: Sequence[float], max_pulses: Sequence[floa
 
 @cache
 def _with_pulses() -> tuple[str, ...]:
-    """Names of the robots whose files state pulses: reading all of them would cost a small job more than its run."""
+    """Names of the robots whose files state pulses; reading all robot files would cost a small job more than its
+    run.
+    """
     return tuple(name for name in robot_names() if b"pulses_per_" in (_FOLDER / f"{name}.toml").read_bytes())
 
 
@@ -681,7 +685,7 @@ def _unknown(text: str, wanted: str, names: Sequence[str]) -> Diagnostic:
 
 
 def _alike(model: str, names: Sequence[str]) -> list[str]:
-    """Robots of which a model's name is the beginning, else those with a similar one."""
+    """Robots whose model starts with `model`, else those with a similar name."""
     models = {name.split("/")[1]: name for name in names}
     longer = [name for it, name in models.items() if model and it.startswith(model)]
     return longer[:8] or [models[it] for it in difflib.get_close_matches(model, models, n=3, cutoff=0.5)]

@@ -1,10 +1,10 @@
-"""How long an arm's axes take to rated speed where nobody published it: learnt over the arms where it is known.
+"""Times of an arm's axes to rated speed where unpublished: learnt over the arms with known times.
 
-`acceleration_times.csv` holds what is public: ramp-up times of a maker's robot descriptions, computed for the worst
-pose with rated load, and acceleration times out of controller backups and manuals. The logarithm of an axis's time is
-linear in that of the payload, and a worst-case time is longer than a usual one by a factor of its own per axis:
-ridge regression, whose residual is the doubt. An arm that is in the table takes no part in its own regression and
-is told by its own row as well. `python bench/priors.py` prints how well each arm is told by the others.
+`acceleration_times.csv` holds the public ones: ramp-up times of a maker's robot descriptions, computed for the
+worst pose with rated load, and acceleration times from controller backups and manuals. The logarithm of an axis's
+time is linear in that of the payload, and a worst-case time is longer than a usual one by a factor per axis: ridge
+regression, whose residual is the uncertainty. An arm in the table takes no part in its own regression; its own row
+is used in addition. `python bench/priors.py` prints how well each arm is predicted from the others.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _OTHER_AXIS_DOUBT: Final = (
 
 @dataclass(frozen=True, slots=True)
 class KnownArm:
-    """A row of the table: times [s] from rest to rated speed, nan where not known."""
+    """A row of the table: times [s] from rest to rated speed, nan where unknown."""
 
     robot: str
     payload: float  # [kg]
@@ -56,7 +56,9 @@ class KnownArm:
 
 @dataclass(frozen=True, slots=True)
 class TimesToSpeed:
-    """Of k axes: median time [s] from rest to rated speed, standard deviation of its logarithm, source of each."""
+    """Times of k axes: median time [s] from rest to rated speed, standard deviation of its logarithm, source of
+    each.
+    """
 
     median: Floats
     doubt: Floats
@@ -65,7 +67,7 @@ class TimesToSpeed:
 
 @cache
 def known_arms() -> tuple[KnownArm, ...]:
-    """The table, in its order."""
+    """The rows of `acceleration_times.csv`, in their order."""
     with _TABLE.open(encoding="utf-8", newline="") as file:
         return tuple(
             KnownArm(
@@ -81,7 +83,7 @@ def known_arms() -> tuple[KnownArm, ...]:
 
 
 def times_to_speed(robot: Robot, arms: tuple[KnownArm, ...] | None = None) -> TimesToSpeed:
-    """What is known and inferred of `robot`: its own row where `arms` has one, else its class (payload, reach).
+    """Times of `robot`, known and inferred: its own row if `arms` has one, else its class (payload, reach).
 
     `arms`: to learn from, all of `known_arms` if None.
     """
@@ -105,7 +107,7 @@ def times_to_speed(robot: Robot, arms: tuple[KnownArm, ...] | None = None) -> Ti
 def _of_axis(
     axis: int, payload: float, payload_doubt: float, others: list[KnownArm], own: list[KnownArm]
 ) -> tuple[float, float, str]:
-    """Mean and standard deviation of the logarithm of the time of `axis`, and where they are from."""
+    """Mean and standard deviation of the logarithm of the time of `axis`, and its source."""
     arms = [arm for arm in others if arm.times[axis] == arm.times[axis]]
     columns = [[1.0, np.log(arm.payload / _USUAL_PAYLOAD), float(arm.worst_case)] for arm in arms]
     x, y = np.array(columns), np.log([arm.times[axis] for arm in arms])
@@ -133,7 +135,9 @@ def _of_axis(
 
 
 def _payload(robot: Robot, own: list[KnownArm], arms: tuple[KnownArm, ...]) -> tuple[float, float]:
-    """[kg] and the standard deviation of its logarithm: stated, or from the reach of the arms in the table."""
+    """Rated payload [kg] and the standard deviation of its logarithm: stated, or inferred from the reach of the
+    arms in the table.
+    """
     stated = robot.payload or next((arm.payload for arm in own), None)
     if stated:
         return stated, 0.0
@@ -145,7 +149,7 @@ def _payload(robot: Robot, own: list[KnownArm], arms: tuple[KnownArm, ...]) -> t
 
 
 def reach_of(geometry: Geometry) -> float:
-    """[m] from axis 1 to the wrist's centre, arm stretched: the sum of the links, however they are given."""
+    """Distance [m] from axis 1 to the wrist's centre with the arm stretched: the sum of the links."""
     if geometry.links is not None:
         links = geometry.links
         return float(links.a1 + links.a2 + np.hypot(links.a3, links.d4))
@@ -161,7 +165,9 @@ _TURN_ACCELERATION: Final = _TURN_SPEED / 0.3  # [rad/s²] the middle of the wri
 
 
 def turn_limits(robot: Robot | None) -> tuple[float, float]:
-    """[rad/s], [rad/s²] for reorienting the tool: the slowest wrist axis, as every wrist axis may have to turn it."""
+    """Speed [rad/s] and acceleration [rad/s²] of reorienting the tool: those of the slowest wrist axis, as every
+    one may have to turn it.
+    """
     if robot is None or len(robot.axes) < 6:
         return _TURN_SPEED, _TURN_ACCELERATION
     wrist = robot.speeds[3:6]

@@ -35,7 +35,7 @@ PARAMETER_FILES: Final = ("RC.PRM", "SC.PRM", "ALL.PRM")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Backup:
-    """What the controller files of one folder say, in SI.
+    """Content of a controller's backup files in one folder, in SI.
 
     Compared by identity, so that it can be a cache's key.
     """
@@ -52,18 +52,18 @@ class Backup:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __bool__(self) -> bool:
-        """Whether any controller file was there."""
+        """Whether the folder has any controller file."""
         return bool(self.files)
 
     def path(self, name: str) -> str:
-        """Where the file properly called `name` (RC.PRM) stands, in the case that it is written in."""
+        """Path of the file called `name` (RC.PRM), with the upper and lower case of its name on disk."""
         return str(Path(self.folder, next((file for file in self.files if file.upper() == name), name)))
 
 
 def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
-    """The controller files that stand directly in `folder`, whatever the case of their names.
+    """Read the controller files directly in `folder`, whatever the case of their names.
 
-    Raises nothing: what is wrong is in `diagnostics`.
+    Raises nothing: problems are in `diagnostics`.
     """
     collected: list[Diagnostic] = []
     paths = _find(Path(folder), collected)
@@ -96,7 +96,7 @@ def read_backup(folder: str | Path, encoding: str = "cp1252") -> Backup:
 
 
 def _find(folder: Path, collected: list[Diagnostic]) -> dict[str, Path]:
-    """The controller files by their proper name. Only regular files: a pipe would never end."""
+    """The controller files by their standard name. Only regular files: reading a pipe would never end."""
     wanted = {*CONDITION_FILES, *PARAMETER_FILES}
     found: dict[str, Path] = {}
     try:
@@ -121,7 +121,7 @@ def _find(folder: Path, collected: list[Diagnostic]) -> dict[str, Path]:
 
 
 def _hint(system: SystemInfo | None) -> ParameterLayout | None:
-    """The layout that the controller's software number promises."""
+    """The parameter layout that belongs to the controller in SYSTEM.SYS; None if unknown."""
     if system is None or not system.controller:
         return None
     return next((lay for lay in LAYOUTS if system.controller in lay.controllers.split(", ")), None)
@@ -135,7 +135,9 @@ def _read_parameters(
     hint: ParameterLayout | None,
     before: ParameterFile,
 ) -> ParameterFile:
-    """A parameter file added to `before`, which wins where both hold a group; differences are reported."""
+    """A parameter file merged into `before`, which takes precedence where both have a group; differences are
+    reported.
+    """
     found = read_parameters(rows, name, hint, findings)
     for number, parameters in found.groups.items():
         known = before.groups.get(number)
@@ -169,7 +171,7 @@ def _numbers(parameters: GroupParameters) -> tuple[object, ...]:
 
 
 def read_macro_dat(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, str]:
-    """The job names by macro number, the n of `MACRO1 MJ#(n)`. Numbers without a job are left out."""
+    """Job names by macro number, the n of `MACRO1 MJ#(n)`; without the numbers that have no job."""
     jobs: dict[int, str] = {}
     for block in blocks(rows, "MACRO1", findings):
         named = [(row, rest) for row in block.rows for _, keyword, rest in [record(row)] if keyword == "JOB1"]

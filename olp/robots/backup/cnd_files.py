@@ -34,7 +34,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class ToolData:
-    """One tool, seen from the flange. Without load rows (older controllers) the last three are None."""
+    """One tool, relative to the flange. Without load rows (older controllers) the last three fields are None."""
 
     number: int
     name: str
@@ -46,14 +46,14 @@ class ToolData:
 
     @property
     def pose(self) -> tuple[float, float, float, float, float, float]:
-        """x, y, z [m], Rx, Ry, Rz [rad]."""
+        """Tool centre point as x, y, z [m], Rx, Ry, Rz [rad]."""
         return (*self.position, *self.angles)
 
 
 def read_tool_cnd(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, ToolData]:
     """The tools by number.
 
-    A tool with an unreadable row is left out, with an error finding for each such row.
+    A tool with an unreadable row is omitted, with an error finding for each such row.
     """
     tools: dict[int, ToolData] = {}
     for block in blocks(rows, "TOOL", findings):
@@ -116,7 +116,7 @@ _RESULT: Final = re.compile(r"////BUSER\s+")
 
 @dataclass(frozen=True, slots=True)
 class UserFrame:
-    """One user frame, seen from the base frame."""
+    """One user frame, relative to the base frame."""
 
     number: int
     name: str
@@ -128,7 +128,7 @@ class UserFrame:
 
 
 def read_uframe_cnd(rows: tuple[BackupLine, ...], findings: BackupFindings) -> dict[int, UserFrame]:
-    """The user frames by number. Frames that were never set, or whose result is unreadable, are left out."""
+    """The user frames by number, without those that were never set or whose result is unreadable."""
     frames: dict[int, UserFrame] = {}
     unset: list[int] = []
     for block in blocks(rows, "UFRAME", findings):
@@ -182,7 +182,7 @@ def _frame(block: BackupBlock, findings: BackupFindings) -> UserFrame | None:
 
 
 def _integers_after(row: BackupLine, findings: BackupFindings) -> tuple[int, ...] | None:
-    """The integers behind the keyword of a record."""
+    """The integers after the keyword of a record."""
     space = row.text.find(" ")
     return integers(row, findings, space + 1) if space >= 0 else None
 

@@ -31,7 +31,7 @@ class BackupLine(NamedTuple):
 
 
 class BackupBlock(NamedTuple):
-    """What follows `//KEYWORD number` up to the next `//` record."""
+    """The rows after `//KEYWORD number` up to the next `//` record."""
 
     number: int
     head: BackupLine
@@ -39,9 +39,9 @@ class BackupBlock(NamedTuple):
 
 
 class BackupFindings:
-    """Collects what is wrong with one file.
+    """Collects the problems of one file.
 
-    Beyond `MAX_FINDINGS` only counts, so that a hostile file stays cheap.
+    Beyond `MAX_FINDINGS` they are only counted, so that a hostile file stays cheap.
     """
 
     def __init__(self, file: str) -> None:
@@ -51,15 +51,15 @@ class BackupFindings:
         self._uncounted = 0
 
     def error(self, code: str, message: str, row: BackupLine | None = None, **more: object) -> None:
-        """`more`: start and end (0-based columns in the row's text), help."""
+        """Add an error. `more`: start and end (0-based columns in the row's text), help."""
         self._add(Severity.ERROR, code, message, row, more)
 
     def warning(self, code: str, message: str, row: BackupLine | None = None, **more: object) -> None:
-        """As `error`, for what can be worked with."""
+        """Add a warning: the file is still usable. Arguments as in `error`."""
         self._add(Severity.WARNING, code, message, row, more)
 
     def info(self, code: str, message: str, row: BackupLine | None = None, **more: object) -> None:
-        """As `error`, for an assumption that was made."""
+        """Add a note on an assumption. Arguments as in `error`."""
         self._add(Severity.INFO, code, message, row, more)
 
     def _add(
@@ -79,7 +79,7 @@ class BackupFindings:
         )
 
     def all(self) -> tuple[Diagnostic, ...]:
-        """Everything found, with a last line that counts what was not listed."""
+        """All findings; a last one counts those that were not listed."""
         if not self._uncounted:
             return tuple(self._found)
         severity = Severity.ERROR if self._uncounted_errors else Severity.WARNING
@@ -124,7 +124,7 @@ def read_rows(
 
 
 def _left_out(number: int, line: str, findings: BackupFindings) -> BackupLine:
-    """An empty row in place of one that no controller writes."""
+    """An empty row in place of one that is too long for a controller's file."""
     shown = BackupLine(number, line[:80] + "…")
     findings.error("B003", f"this row has {len(line)} characters and was left out", shown)
     return BackupLine(number, "")
@@ -133,7 +133,7 @@ def _left_out(number: int, line: str, findings: BackupFindings) -> BackupLine:
 def record(row: BackupLine) -> tuple[str, str, str]:
     """A row as (slashes, keyword, rest): `///NAME TORCH` is ("///", "NAME", "TORCH").
 
-    No record: ("", "", text).
+    A row that is not a record: ("", "", text).
     """
     text = row.text.strip()
     body = text.lstrip("/")
@@ -145,7 +145,7 @@ def record(row: BackupLine) -> tuple[str, str, str]:
 
 
 def blocks(rows: tuple[BackupLine, ...], keyword: str, findings: BackupFindings) -> Iterator[BackupBlock]:
-    """The blocks `//keyword number` of a file, in order; other blocks are passed over."""
+    """The blocks `//keyword number` of a file, in order; other blocks are skipped."""
     head: BackupLine | None = None
     number = -1
     inside: list[BackupLine] = []
@@ -187,7 +187,7 @@ def fields(row: BackupLine, start: int = 0) -> list[tuple[int, str]]:
 
 
 def integers(row: BackupLine, findings: BackupFindings, start: int = 0) -> tuple[int, ...] | None:
-    """The integers of a row; None with an error finding at the first part that is none."""
+    """The integers of a row; None, with an error finding, at the first part that is not an integer."""
     if not start and _INTEGER_ROW.fullmatch(row.text):
         return tuple(int(part) for part in row.text.split(",") if part.strip())
     values: list[int] = []
@@ -200,7 +200,7 @@ def integers(row: BackupLine, findings: BackupFindings, start: int = 0) -> tuple
 
 
 def numbers(row: BackupLine, findings: BackupFindings, start: int = 0) -> tuple[float, ...] | None:
-    """The decimal numbers of a row; None with an error finding at the first part that is none."""
+    """The decimal numbers of a row; None, with an error finding, at the first part that is not a number."""
     values: list[float] = []
     for column, part in fields(row, start):
         value = float(part) if _NUMBER.fullmatch(part) else float("nan")

@@ -1,7 +1,7 @@
-"""KUKA's machine data ($MACHINE.DAT, in KRC/R1/Mada of an archive): the robot file of the arm that they describe.
+"""Robot file of an arm from KUKA's machine data ($MACHINE.DAT, in KRC/R1/Mada of an archive).
 
-The controller's own chain: `$TIRORO` to axis 2, lengths A and B, `$TX3P3` to the wrist, whose three axes meet, `$TFLWP`
-to the flange; `$AXIS_DIR` says how each axis turns. Only that kind of arm is taken; any other is refused.
+The controller's own chain: `$TIRORO` to axis 2, lengths A and B, `$TX3P3` to the wrist, whose three axes meet,
+`$TFLWP` to the flange; `$AXIS_DIR` gives the direction of each axis. Other kinds of arms are rejected.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class MachineData:
 
 
 def find_machine_data(path: Path) -> Path | None:
-    """The machine data of an archive's folder, or of one within it, whatever the case of the names."""
+    """Path of the machine data in an archive's folder or below it, whatever the case of the names; None if absent."""
     if path.name.lower() == FILE:
         return path
     for folders in _FOLDERS:
@@ -63,7 +63,7 @@ def find_machine_data(path: Path) -> Path | None:
 
 
 def read_machine_data(path: Path) -> MachineData:
-    """The assignments of the file. Raises nothing: mistakes are added to `findings`."""
+    """The assignments of the file. Raises nothing: problems are added to `findings`."""
     findings = BackupFindings(str(path))
     rows: dict[str, tuple[BackupLine, str]] = {}
     for row in read_rows(path, findings, last="ENDDAT"):
@@ -151,7 +151,7 @@ def _tell_root(data: MachineData) -> None:
 
 
 def model_in(data: MachineData) -> str:
-    """The controller's name of its arm, "" where it has none."""
+    """The controller's name of its arm; "" if the file has none."""
     row = _row(data, "$TRAFONAME[]")
     return "" if row is None else _text(data, "$TRAFONAME[]")
 
@@ -188,7 +188,7 @@ def _axis(data: MachineData, n: int) -> str:
 
 
 def _parts(data: MachineData, key: str, wanted: Mapping[str, float | None]) -> dict[str, float]:
-    """The named numbers of a value in braces; a wrong one is added to the findings."""
+    """The named numbers of a value in braces; a wrong number is added to the findings."""
     row, text = data.rows.get(key, (None, ""))
     read = {part.upper(): _float(value) for part, value in _PART.findall(text)}
     found = {part: value for part, value in read.items() if isfinite(value)}
@@ -230,7 +230,7 @@ def _text(data: MachineData, key: str) -> str:
 
 
 def _within(folder: Path, name: str) -> Path | None:
-    """The folder, or the regular file, of that name in lower case."""
+    """The subfolder, or regular file, of `folder` whose name in lower case is `name`; None if absent."""
     try:
         named = sorted(entry for entry in folder.iterdir() if entry.name.lower() == name)
     except OSError:

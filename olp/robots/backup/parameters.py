@@ -1,13 +1,11 @@
-"""RC.PRM, SC.PRM and ALL.PRM: what a controller knows of each control group.
+"""RC.PRM, SC.PRM and ALL.PRM: the parameters of each control group; SYSTEM.SYS: the controller and its arms.
 
-A parameter file is a list of integers, ten a row, per section `///RC1G`, `///S1C1G` ..; ALL.PRM holds them
-all. Which slot means what is not published. The slots below were found by comparing published backups of
-six arms with their data sheets: the soft limits and rated speeds of all of them come out as round
-degrees.
+A parameter file is a list of integers, ten a row, per section `///RC1G`, `///S1C1G` ..; ALL.PRM holds all sections.
+The meaning of the slots is not published. The slots below were found by comparing published backups of six arms
+with their data sheets: with them the soft limits and rated speeds of all six are round degrees.
 
-SYSTEM.SYS says which controller and which arms. Layout, as seen in backups: `//SYSTEM NO : software`, `//APPLI : …`,
-and below `//ROBOT NAME` one or two entries a row, `R1 : 1-06VXH25-A1*(AR2010) STANDARD 0011_1111`: control group,
-model, the axes in use as bits.
+Layout of SYSTEM.SYS, as seen in backups: `//SYSTEM NO : software`, `//APPLI : …`, and below `//ROBOT NAME` one or
+two entries a row, `R1 : 1-06VXH25-A1*(AR2010) STANDARD 0011_1111`: control group, model, the axes in use as bits.
 """
 
 from __future__ import annotations
@@ -68,8 +66,8 @@ class GroupParameters:
 
     @property
     def pulses_per_degree(self) -> tuple[float, ...]:
-        """[pulses/deg], positive: job pulses are already in the sense of the joint, so the denominator's
-        sign, which is the motor's sense, is not applied again (confirmed on the AR2010's recorded poses).
+        """Pulses per degree of each axis, positive. Job pulses already count in the direction of the joint, so the
+        denominator's sign, the motor's direction, is not applied again (confirmed on the AR2010's recorded poses).
         """
         ratios = zip(self.numerators, self.denominators, strict=True)
         return tuple(
@@ -77,15 +75,13 @@ class GroupParameters:
         )
 
     def radians(self, pulses: Iterable[int]) -> tuple[float, ...]:
-        """Pulses of each axis (or pulses/s) as joint angles [rad] (or [rad/s]); nan for an axis without a
-        ratio.
-        """
+        """Joint angles [rad] of the pulses of each axis (or [rad/s] of pulses/s); nan for an axis without a ratio."""
         pairs = zip(pulses, self.pulses_per_degree, strict=True)
         return tuple(value / per_degree * deg if per_degree else float("nan") for value, per_degree in pairs)
 
 
 class ParameterFile(NamedTuple):
-    """What one parameter file holds."""
+    """Content of one parameter file."""
 
     groups: dict[int, GroupParameters]
     zones: dict[int, tuple[float, ...]]  # [m] for PL = 1..8
@@ -94,9 +90,10 @@ class ParameterFile(NamedTuple):
 def read_parameters(
     rows: tuple[BackupLine, ...], file: str, layout: ParameterLayout | None, findings: BackupFindings
 ) -> ParameterFile:
-    """The robot data and blend zones by group number. `layout` is what the controller's software number
-    says, used for a section whose size tells nothing; a section that stays unclear is left out with an
-    error finding.
+    """The robot data and blend zones by group number.
+
+    `layout`: the one of the controller's software number, used for a section whose size does not identify its
+    layout; a section that stays ambiguous is omitted, with an error finding.
     """
     groups: dict[int, GroupParameters] = {}
     zones: dict[int, tuple[float, ...]] = {}
@@ -116,7 +113,7 @@ def read_parameters(
 
 
 def _sections(rows: tuple[BackupLine, ...]) -> list[tuple[bool, int, BackupLine, list[BackupLine]]]:
-    """(is RC, group number, head, value rows) of the wanted sections."""
+    """The robot and station sections as (is RC, group number, head, value rows)."""
     sections: list[tuple[bool, int, BackupLine, list[BackupLine]]] = []
     body: list[BackupLine] = []
     for row in rows:
@@ -133,7 +130,7 @@ def _sections(rows: tuple[BackupLine, ...]) -> list[tuple[bool, int, BackupLine,
 
 
 def _values(body: list[BackupLine], findings: BackupFindings) -> list[int] | None:
-    """All values of a section; None when a row is unreadable, since every later slot would be in doubt."""
+    """All values of a section; None when a row is unreadable, since every later slot would be uncertain."""
     values: list[int] = []
     good = True
     for row in body:
@@ -203,7 +200,7 @@ def _group(
 def _zones(
     number: int, head: BackupLine, values: list[int], findings: BackupFindings
 ) -> tuple[float, ...] | None:
-    """[m] for PL = 1..8; None for a group that is not fitted (all zero)."""
+    """Zones [m] of PL = 1..8; None for a group that is not installed (all zero)."""
     first, end = ZONE_SLOTS
     zones = values[first:end]
     if len(zones) < end - first:
@@ -247,9 +244,7 @@ class BackupControlGroup:
 
 @dataclass(frozen=True, slots=True)
 class SystemInfo:
-    """What a controller says of itself. `groups` in the order of the parameter groups: robots, bases,
-    stations.
-    """
+    """Content of SYSTEM.SYS. `groups` in the order of the parameter groups: robots, bases, stations."""
 
     software: str
     controller: str
@@ -263,7 +258,7 @@ class SystemInfo:
 
 
 def read_system_sys(rows: tuple[BackupLine, ...], findings: BackupFindings) -> SystemInfo | None:
-    """What the file says; None when it names neither software nor groups."""
+    """The content of SYSTEM.SYS; None when it names neither software nor groups."""
     values: dict[str, str] = {}
     found: dict[tuple[int, int], BackupControlGroup] = {}
     inside = False
@@ -289,7 +284,7 @@ def read_system_sys(rows: tuple[BackupLine, ...], findings: BackupFindings) -> S
 
 
 def model_name(text: str) -> str:
-    """The model as catalogues write it: `1-06VXH25-A1*(AR2010)` is AR2010, `MA02010-A0*` is MA2010."""
+    """The model as in catalogues: `1-06VXH25-A1*(AR2010)` is AR2010, `MA02010-A0*` is MA2010."""
     inner = re.search(r"\(([A-Za-z0-9-]+)\)", text)
     if inner:
         return inner.group(1)

@@ -1,4 +1,4 @@
-"""A robot file (TOML) from a controller's backup, every number with the file and the slot it is from."""
+"""Robot file (TOML) from a controller's backup; every number names the file and the slot it is from."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Taught = list[tuple[UserFrame, Vector]]  # frames with the tip [m] of the tool t
 
 
 class Stance(NamedTuple):
-    """How an arm stands at zero pulses: the standard angle of an axis is sign x reading + zero [rad]."""
+    """Posture of an arm at zero pulses: the standard angle of an axis is sign x reading + zero [rad]."""
 
     signs: tuple[int, ...] = (1,) * 6
     zeros: tuple[float, ...] = (0.0,) * 6
@@ -53,7 +53,7 @@ STANCES: Final = (
 
 
 class FrameAgreement(NamedTuple):
-    """The largest differences over the frames that could be computed."""
+    """The largest differences between stored and computed frames, over the `frames` that could be computed."""
 
     frames: tuple[int, ...]  # their numbers
     distance: float  # [m]
@@ -66,17 +66,18 @@ class FrameAgreement(NamedTuple):
 
     @property
     def proves(self) -> bool:
-        """Whether poses may be trusted: the frames agree, and would not if any axis turned the other way."""
+        """Whether poses may be trusted: the frames agree, and would not agree if any axis turned the other way."""
         return self.close and not self.unseen
 
 
 def find_stance(
     parameters: GroupParameters, frames: dict[int, UserFrame], tools: dict[int, ToolData], name: str = ""
 ) -> tuple[Stance, FrameAgreement | None]:
-    """How the arm stands, and how well its user frames agree; None when none was taught with this arm alone.
+    """The arm's stance, and how well its user frames agree with it; None if no frame was taught with this arm
+    alone.
 
-    The library's robot `name`, when there is one, gives the stance unless the frames prove another.
-    `parameters` must be those of a six-axis arm with links.
+    The stance is that of the library's robot `name`, if there is one, unless the frames prove another. `parameters`
+    must be those of a six-axis arm with links.
     """
     taught = [
         (frame, tools[frame.tool].position)
@@ -118,7 +119,7 @@ def _agreement(parameters: GroupParameters, taught: Taught, stance: Stance) -> F
 def _compared(
     parameters: GroupParameters, taught: Taught, stance: Stance, turned: int | None = None
 ) -> FrameAgreement | None:
-    """The differences between computed and stored frames; `turned` is an axis taken in the other sense."""
+    """The differences between computed and stored frames; `turned`: an axis to be turned in the other direction."""
     import numpy as np
 
     from olp.robots.geometry import frame_from_points, rotation_angle, rotation_from_angles
@@ -170,10 +171,10 @@ def axis_name(group_name: str, axis: int) -> str:
 
 
 def shortest_degrees(pulses: int, pulses_per_degree: float) -> float:
-    """[deg] with as few decimals as name the same pulse.
+    """Angle [deg] with the fewest decimals that gives the same pulse.
 
-    Controllers round limits and speeds away from zero to whole pulses (180 deg is stored as 241,449 where
-    241,448.4 would do), so the number meant is the shortest one less than a pulse away.
+    Controllers round limits and speeds away from zero to whole pulses (180 deg is stored as 241,449 although
+    241,448.4 would be exact), so the intended number is the shortest one less than a pulse away.
     """
     exact = pulses / pulses_per_degree
     for decimals in range(7):
@@ -186,9 +187,7 @@ def shortest_degrees(pulses: int, pulses_per_degree: float) -> float:
 def implausible(
     parameters: GroupParameters, name: str, model: str = "", file: str = ""
 ) -> tuple[Diagnostic, ...]:
-    """All findings on the group called `name` (R1, S1): errors where no robot file can be made, else
-    warnings.
-    """
+    """All findings on the group called `name` (R1, S1): errors that prevent a robot file, else warnings."""
     section = f"///RC{parameters.group}G"
     if name.startswith("B") or "RECT" in model or "TRAVERSE" in model:
         says = "the millimetres per motor turn are not in the parameter files: write the track's file by hand"
@@ -243,7 +242,7 @@ def _axis_findings(parameters: GroupParameters, name: str) -> Iterator[tuple[str
 
 
 def _speed_findings(parameters: GroupParameters) -> Iterator[tuple[str, str, Severity, str]]:
-    """Users change soft limits but not rated speeds: one that is not round was read from the wrong slot."""
+    """Findings on rated speeds: users do not change them, so one that is not round was read from the wrong slot."""
     pairs = zip(parameters.speeds, parameters.pulses_per_degree, strict=True)
     speeds = [shortest_degrees(speed, per_degree) for speed, per_degree in pairs if per_degree]
     if any(abs(speed - round(speed, 1)) > 1e-9 for speed in speeds):
@@ -253,8 +252,8 @@ def _speed_findings(parameters: GroupParameters) -> Iterator[tuple[str, str, Sev
 
 
 def _link_findings(parameters: GroupParameters, name: str) -> Iterator[tuple[str, str, Severity, str]]:
-    """Without usable links a robot file has no geometry: joint moves can be timed, poses cannot be
-    computed.
+    """Findings on links: without usable ones a robot file has no geometry; joint moves can be timed, poses cannot
+    be computed.
     """
     if not name.startswith("R"):
         return
@@ -279,10 +278,10 @@ MAKER: Final = "Yaskawa"
 
 
 def check_import(backup: Backup, group: str = "R1", name: str = "") -> tuple[Diagnostic, ...]:
-    """Everything that stands against a robot file of control group `group`, errors first.
+    """All findings against a robot file of control group `group`, errors first.
 
-    Of the backup's own findings only those on parameter files and SYSTEM.SYS count: a broken tool harms no
-    robot file.
+    Of the backup's own findings only those on parameter files and SYSTEM.SYS count: a broken tool harms no robot
+    file.
     """
     used = ("SYSTEM.SYS", ".PRM")
     found = [d for d in backup.diagnostics if d.file.upper().endswith(used) or not backup.files]
@@ -308,7 +307,7 @@ def parameter_group(backup: Backup, group: str) -> int | None:
 
 
 def control_group(backup: Backup, group: str) -> BackupControlGroup | None:
-    """What SYSTEM.SYS says of the group."""
+    """The entry of SYSTEM.SYS for the group; None if there is none."""
     groups = backup.system.groups if backup.system else ()
     return next((g for g in groups if g.name == group), None)
 
@@ -320,7 +319,9 @@ def model_of(backup: Backup, group: str) -> str:
 
 
 def maker_and_model(backup: Backup, group: str, name: str) -> tuple[str, str]:
-    """For the robot file; together, in lower case, they are the robot's name. `name`: maker/model or ""."""
+    """Maker and model for the robot file; together, in lower case, they are the robot's name. `name`: maker/model
+    or "".
+    """
     if not name:
         return MAKER, model_of(backup, group)
     maker, model = name.split("/")
@@ -330,7 +331,9 @@ def maker_and_model(backup: Backup, group: str, name: str) -> tuple[str, str]:
 def stance_of(
     backup: Backup, group: str, parameters: GroupParameters, name: str
 ) -> tuple[Stance, FrameAgreement | None]:
-    """How the arm stands at zero and what its user frames say of it; upright and None for what is no arm."""
+    """The arm's stance at zero and how well its user frames agree; for a group that is not an arm the default
+    stance and None.
+    """
     if not group.startswith("R") or not has_links(parameters):
         return Stance(), None
     full = "/".join(maker_and_model(backup, group, name)).lower()
@@ -411,7 +414,7 @@ def _pose_findings(backup: Backup, group: str, parameters: GroupParameters, name
 def robot_toml(backup: Backup, group: str = "R1", name: str = "") -> str:
     """The robot file of one control group, called `name` (maker/model) or after SYSTEM.SYS.
 
-    Link lengths, pulses per degree, soft limits, rated speeds, blend zones and (marked as inferred)
+    It has link lengths, pulses per degree, soft limits, rated speeds, blend zones and (marked as inferred)
     acceleration times. Raises OlpError with all errors of `check_import`.
     """
     raise_errors(check_import(backup, group, name))
@@ -490,7 +493,7 @@ def _sources(
     stance: Stance,
     agreement: FrameAgreement | None,
 ) -> dict[str, str]:
-    """Where each group of numbers is from."""
+    """Source of each group of numbers."""
     layout, number = parameters.layout, parameters.group
     section = f"{parameters.file} ///RC{number}G"
     rounded = "to the shortest decimal within one pulse"

@@ -36,15 +36,13 @@ class PositionVariable:
 
     @property
     def frame(self) -> str:
-        """The frame the file names for Cartesian values; BASE where it only says RECTAN (an assumption,
-        B008).
-        """
+        """The frame that the file names for Cartesian values; BASE where it only says RECTAN (an assumption, B008)."""
         return self.kind if self.kind in _CARTESIAN[1:] else "BASE" if self.kind == "RECTAN" else ""
 
 
 @dataclass(frozen=True, slots=True)
 class Variables:
-    """The global variables by number. Positions that hold nothing are absent."""
+    """The global variables by number. Positions without a value are absent."""
 
     B: dict[int, int] = field(default_factory=dict)
     I: dict[int, int] = field(default_factory=dict)  # noqa: E741 the language's own name
@@ -57,7 +55,7 @@ class Variables:
 
 
 class _Used(NamedTuple):
-    """A row of ///P, ///BP or ///EX that holds something: its kind in words, and the numbers with their columns."""
+    """A row of ///P, ///BP or ///EX with a value: its quoted kind, and the numbers with their columns."""
 
     number: int
     row: BackupLine
@@ -66,7 +64,7 @@ class _Used(NamedTuple):
 
 
 def read_var_dat(rows: tuple[BackupLine, ...], findings: BackupFindings) -> Variables:
-    """The variables; values that cannot be read are left out, each with an error finding."""
+    """The variables; unreadable values are omitted, each with an error finding."""
     heads, sections = _sections(rows)
     share = _counts("SHARE", heads, findings)
     axes = _counts("PFNUM", heads, findings)
@@ -118,7 +116,7 @@ def _counts(keyword: str, heads: dict[str, BackupLine], findings: BackupFindings
 def _check_count(
     kind: str, head: BackupLine, rows: list[BackupLine], allowed: int | None, findings: BackupFindings
 ) -> None:
-    """A section that holds fewer variables than ///SHARE says was cut; one that holds more was edited."""
+    """Reports a section with fewer variables than ///SHARE states (it was cut) or with more (it was edited)."""
     if allowed is None:
         return
     given = (
@@ -162,7 +160,9 @@ def _real_table(rows: list[BackupLine], table: dict[int, float], findings: Backu
 def _position_table(
     kind: str, rows: list[BackupLine], axes: int, table: dict[int, PositionVariable], findings: BackupFindings
 ) -> None:
-    """`axes`: how many values ///PFNUM announces for this kind of variable; 0 when it does not say."""
+    """Fill `table` from the rows. `axes`: the number of values that ///PFNUM announces for this kind; 0 if it does
+    not.
+    """
     used: list[_Used] = []
     for number, row in enumerate(rows):
         parts = _split_kind(fields(row))
@@ -184,7 +184,7 @@ def _position_table(
 
 
 def _split_kind(parts: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """The row's fields with the quoted kind as one of its own: controllers write `"PULSE"0,0,1` without a comma."""
+    """The row's fields with the quoted kind as a field of its own: controllers write `"PULSE"0,0,1` without a comma."""
     column, first = parts[0]
     end = first.find('"', 1) + 1
     if not (first.startswith('"') and 0 < end < len(first)):
@@ -195,8 +195,8 @@ def _split_kind(parts: list[tuple[int, str]]) -> list[tuple[int, str]]:
 def _flag_count(kind: str, used: list[_Used], axes: int, findings: BackupFindings) -> int:
     """How many numbers between the kind and the values are flags.
 
-    Those before the first decimal point of a Cartesian row, else what ///PFNUM leaves over. No manual says it, so
-    what was assumed is reported.
+    In Cartesian rows those before the first decimal point, else the numbers in excess of ///PFNUM. No manual
+    documents this, so the assumption is reported.
     """
     if not used:
         return 0

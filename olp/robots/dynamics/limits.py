@@ -1,4 +1,4 @@
-"""How fast a path may be sped up or slowed down so that no joint needs more torque than it has."""
+"""Acceleration limits of a path from the torque limits of the joints."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class PathTorque(NamedTuple):
     constant: Array  # [Nm | N] gravity and Coulomb friction
 
     def at(self, speed: ArrayLike, acceleration: ArrayLike) -> Array:
-        """(n, k) [Nm | N] for s' [1/s] and s'' [1/s²], each () or (n,)."""
+        """Torques (n, k) [Nm | N] for s' [1/s] and s'' [1/s²], each () or (n,)."""
         v, a = (np.asarray(x, dtype=np.float64)[..., None] for x in (speed, acceleration))
         return self.inertia * a + self.squared * v**2 + self.linear * v + self.constant
 
 
 class AccelerationInterval(NamedTuple):
-    """Admissible s'' per sample, and the axes (indices) that end it; empty where `lower` > `upper`."""
+    """Admissible s'' per sample, and the indices of the axes that limit it; empty where `lower` > `upper`."""
 
     lower: Array  # (n,) [1/s²]
     upper: Array  # (n,) [1/s²]
@@ -44,13 +44,15 @@ class AccelerationInterval(NamedTuple):
 
     @property
     def feasible(self) -> NDArray[np.bool_]:
-        """(n,) where some acceleration holds the torque limits at this speed."""
+        """Samples (n,) where some acceleration keeps the torque limits at this speed."""
         return self.lower <= self.upper
 
 
 class MoveAcceleration(NamedTuple):
-    """Largest constant rates of joint moves that start and stop, as shares of the move: times |end - start| of an axis
-    they are that axis' acceleration. 0 where the robot cannot hold the pose, infinite without torque limits."""
+    """Largest constant accelerations of joint moves from rest to rest, relative to their length [1/s²]: multiplied
+    by |end - start| of an axis they are its acceleration. 0 where the robot cannot hold the pose, infinite without
+    torque limits.
+    """
 
     acceleration: Array  # (n,) [1/s²]
     deceleration: Array  # (n,) [1/s²]
@@ -64,8 +66,8 @@ def path_torque(
     """The torques along a path: `q`, `slope` dq/ds and `curvature` d²q/ds², each (n, k) [rad | m] (per s, s²).
 
     Linear in s'' and, without viscous friction, in s'² (Bobrow, Dubowsky, Gibson: Time-optimal control of robotic
-    manipulators along specified paths, 1985). Coulomb friction is that of motion in the sense of the path, also at
-    rest: who starts has to overcome it. Raises OlpError: K002, K007 wrong shapes.
+    manipulators along specified paths, 1985). Coulomb friction acts against the direction of the path, also at
+    rest: a start has to overcome it. Raises OlpError: K002, K007 wrong shapes.
     """
     positions, slopes, curvatures = same_shape(model.robot, q, slope, curvature)
     _, viscous, coulomb = drives_of(model)
@@ -78,7 +80,7 @@ def path_torque(
 
 
 def acceleration_interval(torque: PathTorque, speed: ArrayLike, limits: ArrayLike) -> AccelerationInterval:
-    """Which s'' keep every torque within `limits` (k,) [Nm | N] at speed s' [1/s], () or (n,)."""
+    """The interval of s'' that keeps every torque within `limits` (k,) [Nm | N] at speed s' [1/s], () or (n,)."""
     available = np.asarray(limits, dtype=np.float64)
     needed = torque.at(speed, 0.0)
     size = np.abs(torque.inertia)
@@ -111,12 +113,13 @@ def path_acceleration(
 def move_acceleration(
     model: DynamicModel, start: ArrayLike, end: ArrayLike, speed: ArrayLike, payload: Body | None = None
 ) -> MoveAcceleration:
-    """What n joint moves with axes in step can use of the drives: from rest, at a constant rate, to `speed`, to rest.
+    """Largest accelerations of n joint moves with synchronised axes: from rest, at a constant rate, to `speed`, and
+    to rest.
 
-    `start`, `end` (n, k) [rad | m]; `speed` s' > 0, () or (n,), as a share of the move. The torque limits hold at nine
-    samples of each ramp. A move too short for its speed meets its peak where both rates say; the smaller rate is
-    tested over the whole move, the other over its first (last) half. Raises OlpError: K002, K007 wrong
-    shapes, K008 a speed that is not positive.
+    `start`, `end` (n, k) [rad | m]; `speed` s' > 0, () or (n,), as a share of the move per second. The torque
+    limits hold at nine samples of each ramp. A move too short for its speed reaches its peak where the two ramps
+    meet; the smaller rate is tested over the whole move, the other one over its first (last) half. Raises OlpError:
+    K002, K007 wrong shapes, K008 a speed that is not positive.
     """
     begins, ends = same_shape(model.robot, start, end)
     top = positive_speed(speed, len(begins))
@@ -134,7 +137,7 @@ def move_acceleration(
 
 
 def positive_speed(speed: ArrayLike, count: int) -> Array:
-    """`speed` [1/s] as (count,). Raises OlpError (K008) when one is not finite and greater than 0."""
+    """`speed` [1/s] as (count,). Raises OlpError (K008) when an element is not finite and greater than 0."""
     top = np.broadcast_to(np.asarray(speed, dtype=np.float64), (count,))
     if not np.all(np.isfinite(top) & (top > 0.0)):
         raise OlpError(error("K008", "the speed of a move must be finite and greater than 0"))
@@ -142,7 +145,7 @@ def positive_speed(speed: ArrayLike, count: int) -> Array:
 
 
 class _Ramps(NamedTuple):
-    """Ramps from rest at `begin` towards `end`. A stop is one run backwards: then friction has the other `sense`."""
+    """Ramps from rest at `begin` towards `end`. A stop is a ramp run backwards: then friction has the other `sense`."""
 
     model: DynamicModel
     begin: Array  # (n, k)
@@ -153,7 +156,7 @@ class _Ramps(NamedTuple):
     payload: Body | None
 
     def largest(self) -> tuple[Array, Indices]:
-        """(n,) the largest rate [1/s²] that holds the limits, and the axis that is used most."""
+        """The largest rate (n,) [1/s²] within the limits, and the axis that is used most."""
         high = self._at_rest()
         free = np.isinf(high)
         high = np.where(free, 1.0, high)
@@ -171,13 +174,15 @@ class _Ramps(NamedTuple):
         return np.where(free, np.inf, best), np.where(best > 0.0, self._load(best)[1], axis)
 
     def _at_rest(self) -> Array:
-        """(n,) [1/s²] no ramp can be steeper than its first instant; 0 where the start cannot be held."""
+        """Upper bound (n,) [1/s²] of the rate from the first instant of the ramp; 0 where the start pose cannot be
+        held.
+        """
         torque = self._torque(self.begin)
         interval = acceleration_interval(torque, 0.0, self.model.torque_limits)
         return np.where((interval.lower <= 0.0) & (interval.upper > 0.0), interval.upper, 0.0)
 
     def _load(self, rate: Array) -> tuple[Array, Indices]:
-        """(n,) the largest share of a torque limit used on the way up at `rate`, and of which axis."""
+        """The largest used share (n,) of a torque limit on the ramp at `rate`, and the index of its axis."""
         # Speed grows with the square root of the way: v² = 2 a s.
         length = np.minimum(self.top**2 / np.maximum(2.0 * rate, 1e-300), self.longest)
         way = length[:, None] * np.linspace(0.0, 1.0, _RAMP_SAMPLES)

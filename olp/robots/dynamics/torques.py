@@ -1,10 +1,10 @@
 """Torques of motions and the parts of equation 5.1: t = M(q) q'' + h(q, q') + V q' + g(q).
 
-The robot is a chain of rigid bodies under gravity, prepared once: what each link weighs, without what its own joint
-cannot move. Sums and products treat constants apart: a constant 0 or 1 costs nothing. In a robot most components are
-zero for ever: joints turn about coordinate axes, offsets lie along them, the base stands still. Python floats are the
-constants, arrays are values of many samples; the recursion is written for the general case, and what is constant
-falls out of it by itself.
+The robot is a chain of rigid bodies under gravity. The masses of the links are prepared once, without the parts
+that their own joint cannot move. Sums and products treat constants separately: a constant 0 or 1 costs nothing. In
+a robot most components are always zero: joints turn about coordinate axes, offsets lie along them, the base does
+not move. Python floats are the constants, arrays are values of many samples; the recursion is written for the
+general case, and constant terms drop out.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ class DynamicModel:
 
     @property
     def torque_limits(self) -> NDArray[np.float64]:
-        """(k,) [Nm | N] infinite where not known."""
+        """Torque limits (k,) [Nm | N], infinite where unknown."""
         assert self.robot.dynamics is not None
         limits = [drive.limit for drive in self.robot.dynamics.drives]
         return np.array([math.inf if limit is None else limit for limit in limits])
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """What the robot's file does not know and the model takes instead, in words."""
+        """Sentences on the data that the robot's file lacks and the model's assumptions for them."""
         dynamics = self.robot.dynamics
         assert dynamics is not None
         points = ", ".join(dynamics.point_masses)
@@ -61,10 +61,11 @@ class DynamicModel:
 
 
 def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> DynamicModel:
-    """The model of `robot` on the floor, on a wall or under a ceiling, or under any gravity [m/s²] in its base frame.
+    """The model of `robot` on the floor, on a wall or under a ceiling, or under any gravity [m/s²] in its base
+    frame.
 
-    On a wall the base frame's x points down; turn the gravity vector for anything else. Raises OlpError: K001 no
-    geometry, K006 no masses (the one who asks then uses a model that needs none).
+    On a wall the base frame's x points down; for other mountings pass the gravity vector. Raises OlpError: K001 no
+    geometry, K006 no masses (the caller then uses a model without masses).
     """
     geometry_of(robot)
     if robot.dynamics is None:
@@ -76,14 +77,14 @@ def dynamic_model(robot: Robot, mounting: Mounting | Vector = "floor") -> Dynami
 
 
 def gravity_of(tilt: float) -> Vector:
-    """[m/s²] in the base frame of a robot that stands turned by `tilt` [rad] about its base frame's y axis."""
+    """Gravity [m/s²] in the base frame of a robot that is tilted by `tilt` [rad] about its base frame's y axis."""
     # Quarter turns have exact zeros, which the recursion skips.
     x, z = (round(value, 15) for value in (math.sin(tilt), -math.cos(tilt)))
     return STANDARD_GRAVITY * x, 0.0, STANDARD_GRAVITY * z
 
 
 def payload_of(tool: Tool) -> tuple[Body | None, tuple[str, ...]]:
-    """The load that a tool is, seen from the flange, and in words what of it was assumed; None without a mass."""
+    """The load of a tool relative to the flange, and sentences on its assumptions; None without a mass."""
     name = f"tool {tool.name}" if tool.name else "the tool"
     if tool.mass is None:
         return None, (f"the mass of {name} is not known: taken as nothing",)
@@ -113,10 +114,10 @@ class Link(NamedTuple):
 
 @lru_cache(maxsize=128)
 def links_of(robot: Robot, payload: Body | None) -> tuple[Link, ...]:
-    """From base to flange; the payload belongs to the last one. Needs geometry and dynamics of the robot.
+    """The links from base to flange; the payload belongs to the last one. Needs geometry and dynamics of the robot.
 
-    A mass on the axis of a turning joint moves as if it belonged to the link before, and the second moments of a
-    sliding link do. They are counted there, so the recursion has less to do (base parameters; Khalil and Dombre,
+    A mass on the axis of a turning joint moves as if it belonged to the link before; so do the second moments of a
+    sliding link. They count for that link, so the recursion has less to do (base parameters; Khalil and Dombre,
     Modeling, Identification and Control of Robots, 2002, section 9.4); the joint forces are the same.
     """
     assert robot.geometry is not None
@@ -143,7 +144,7 @@ def links_of(robot: Robot, payload: Body | None) -> tuple[Link, ...]:
 
 
 def _about_origin(body: Body, rotation: Array | None = None, offset: Array | None = None) -> Array:
-    """(4, 4) moments of a body about the origin of a link that it is turned and shifted in."""
+    """Moments (4, 4) of a body about the origin of the link in which it is rotated and shifted."""
     centre, inertia = np.array(body.centre), tensor(body.inertia)
     if rotation is not None and offset is not None:
         centre, inertia = offset + rotation @ centre, rotation @ inertia @ rotation.T
@@ -154,7 +155,7 @@ def _about_origin(body: Body, rotation: Array | None = None, offset: Array | Non
 
 
 def _unmoved(moments: Array, direction: Array, linear: bool) -> Array:
-    """(4, 4) the part that acts on the joint's own link as it would on the link before it."""
+    """The part (4, 4) of the moments that acts on the joint's own link exactly as on the link before it."""
     kept = np.zeros((4, 4))
     if linear:
         kept[:3, :3] = moments[:3, :3]
@@ -172,7 +173,7 @@ def _shifted(moments: Array, offset: Array) -> Array:
 
 
 def _plain(moments: NDArray[np.float64]) -> tuple[float, Vector, Rows]:
-    """Python floats: only they count as constants."""
+    """The moments as Python floats: only these count as constants."""
     rows = moments.tolist()
     first = (rows[0][3], rows[1][3], rows[2][3])
     second: Rows = (tuple(rows[0][:3]), tuple(rows[1][:3]), tuple(rows[2][:3]))
@@ -278,7 +279,7 @@ def inverse_dynamics(
 
 
 def bias_forces(model: DynamicModel, q: ArrayLike, qd: ArrayLike, payload: Body | None = None) -> Array:
-    """(n, k) [Nm | N]: centrifugal and Coriolis forces, friction and gravity; torques without acceleration."""
+    """Torques without acceleration (n, k) [Nm | N]: centrifugal and Coriolis forces, friction and gravity."""
     positions, speeds = same_shape(model.robot, q, qd)
     torques = _recursion(model, payload, model.gravity, positions, speeds, None)
     _, viscous, coulomb = drives_of(model)
@@ -286,14 +287,14 @@ def bias_forces(model: DynamicModel, q: ArrayLike, qd: ArrayLike, payload: Body 
 
 
 def gravity_torques(model: DynamicModel, q: ArrayLike, payload: Body | None = None) -> Array:
-    """(n, k) [Nm | N] that hold the robot still, without friction."""
+    """Torques (n, k) [Nm | N] that hold the robot still, without friction."""
     return _recursion(model, payload, model.gravity, as_joints(model.robot, q), None, None)
 
 
 def inertia_forces(
     model: DynamicModel, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike, payload: Body | None = None
 ) -> Array:
-    """(n, k) [Nm | N] without gravity and friction: M q'' + h, or M q'' alone when `qd` is None."""
+    """Inertia torques (n, k) [Nm | N] without gravity and friction: M q'' + h, or M q'' alone when `qd` is None."""
     rotors = drives_of(model)[0]
     positions, accelerations = same_shape(model.robot, q, qdd)
     speeds = None if qd is None else same_shape(model.robot, q, qd)[1]
@@ -302,7 +303,9 @@ def inertia_forces(
 
 
 def mass_matrix(model: DynamicModel, q: ArrayLike, payload: Body | None = None) -> Array:
-    """(n, k, k) [kg m² | kg m | kg], symmetric, rotors included: column j is what unit acceleration of axis j takes."""
+    """Mass matrix (n, k, k) [kg m² | kg m | kg], symmetric, rotors included: column j is the torque for unit
+    acceleration of axis j.
+    """
     positions = as_joints(model.robot, q)
     links = links_of(model.robot, payload)
     count = len(links)
@@ -333,7 +336,7 @@ def drives_of(model: DynamicModel) -> tuple[Array, Array, Array]:
 
 
 def same_shape(robot: Robot, *arrays: ArrayLike) -> list[Array]:
-    """Each as (n, k). Raises OlpError: K002 wrong number of axes, K007 numbers of rows differ."""
+    """Each array as (n, k). Raises OlpError: K002 wrong number of axes, K007 different numbers of rows."""
     values = [as_joints(robot, array) for array in arrays]
     counts = [len(value) for value in values]
     if len(set(counts)) > 1:
@@ -350,7 +353,7 @@ def _recursion(
     speeds: Array | None,
     accelerations: Array | None,
 ) -> Array:
-    """(n, k) joint forces; no speeds or accelerations are zeros that cost nothing."""
+    """Joint forces (n, k); None for speeds or accelerations stands for zeros and costs nothing."""
     links = links_of(model.robot, payload)
     result = np.empty_like(positions)
     for part, motion in _blocks(links, positions, speeds, accelerations):
@@ -363,7 +366,7 @@ def _recursion(
 def _blocks(
     links: Sequence[Link], positions: Array, speeds: Array | None, accelerations: Array | None
 ) -> Iterator[tuple[slice, AxisMotion]]:
-    """Slices of the samples and the motion in each."""
+    """Slices of the samples, each with its motion."""
     zeros = [0.0] * positions.shape[1]
     turning = [link.axis for link in links if not link.linear]
     for start in range(0, len(positions), BLOCK):
@@ -382,7 +385,7 @@ def _blocks(
 
 
 class AxisMotion(NamedTuple):
-    """Of the robot's axes, one term each; a constant applies to all samples and is cheaper than an array."""
+    """Motion of the robot's axes, one term each; a constant applies to all samples and is cheaper than an array."""
 
     sines: Sequence[Term]  # of the angles; not used for sliding axes
     cosines: Sequence[Term]
@@ -392,7 +395,7 @@ class AxisMotion(NamedTuple):
 
 
 class LinkState(NamedTuple):
-    """A link's motion in its own frame. `pull` p is the acceleration of the point p less that of the origin."""
+    """A link's motion in its own frame. `pull` p is the acceleration of the point p minus that of the origin."""
 
     turning: Triple  # [rad/s]
     turning_rate: Triple  # [rad/s²]
@@ -404,10 +407,10 @@ class LinkState(NamedTuple):
 def joint_forces(
     links: Sequence[Link], motion: AxisMotion, gravity: Vector, first: int = 0
 ) -> dict[int, Term]:
-    """[Nm | N] by index of the axis, of the joints from chain index `first` on to the flange.
+    """Forces [Nm | N] by index of the axis, of the joints from chain index `first` on to the flange.
 
-    Luh, Walker, Paul: On-line computational scheme for mechanical manipulators (1980), in link frames, with
-    the moments of each link about its joint: F = m a + U c, N = [J U]x + c × a, U = [w']x + [w]x[w]x.
+    Luh, Walker, Paul: On-line computational scheme for mechanical manipulators (1980), in link frames, with the
+    moments of each link about its joint: F = m a + U c, N = [J U]x + c × a, U = [w']x + [w]x[w]x.
     """
     states = _outward(links, motion, gravity)
     force: Triple = (0.0, 0.0, 0.0)
@@ -499,13 +502,13 @@ def _euler(link: Link, state: LinkState, wanted: Sequence[int]) -> Triple:
 
 
 def _outer(link: Link, motion: AxisMotion, vector: Triple) -> Triple:
-    """A vector of the frame before, seen from the link."""
+    """A vector of the frame before, in the frame of the link."""
     back = (-link.direction[0], -link.direction[1], -link.direction[2])
     return turn(vector, back, motion.sines[link.axis], motion.cosines[link.axis])
 
 
 def _inward(link: Link, motion: AxisMotion, vector: Triple) -> Triple:
-    """A vector of the link, seen from the frame before."""
+    """A vector of the link, in the frame before."""
     if link.linear:
         return vector
     return turn(vector, link.direction, motion.sines[link.axis], motion.cosines[link.axis])

@@ -1,7 +1,7 @@
-"""Joints to flange poses and back, for whole paths at once.
+"""Forward and inverse kinematics: joints to flange poses and back, for whole paths at once.
 
 Poses are those of the flange in the robot base frame: origin at the height of axes S and L, the floor height
-(`Geometry.base_height`) not added. A tool is put on or taken off by `with_tool` and `without_tool`.
+(`Geometry.base_height`) not added. `with_tool` and `without_tool` convert to the tool centre point and back.
 """
 
 from olp.robots.kinematics.configuration import (

@@ -31,7 +31,9 @@ BLOCK = 2048
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """A tool on the flange. `pose`: the tool centre point; `mass` [kg], `centre` of gravity [m] on the flange."""
+    """A tool on the flange. `pose`: the tool centre point; `mass` [kg], `centre` of gravity [m] relative to the
+    flange.
+    """
 
     pose: Pose
     name: str = ""
@@ -50,7 +52,7 @@ class Sweep(NamedTuple):
 
 
 def geometry_of(robot: Robot) -> Geometry:
-    """The robot's geometry. Raises OlpError (K001) when its file states none."""
+    """The robot's geometry. Raises OlpError (K001) when its file has none."""
     if robot.geometry is None:
         advice = "add [links] or [chain] to its robot file"
         raise OlpError(error("K001", f"the geometry of {robot.name} is not known", help=advice))
@@ -77,7 +79,9 @@ def forward(robot: Robot, joints: ArrayLike) -> tuple[Array, Array]:
 
 
 def jacobian(robot: Robot, joints: ArrayLike) -> Array:
-    """(n, 6, k): flange velocity [m/s] and angular velocity [rad/s] per unit joint speed, in the base frame."""
+    """Jacobians (n, 6, k): flange velocity [m/s] and angular velocity [rad/s] per unit joint speed, in the base
+    frame.
+    """
     geometry = geometry_of(robot)
     values = as_joints(robot, joints)
     swept = sweep(robot, geometry, values.T)
@@ -92,9 +96,10 @@ def jacobian(robot: Robot, joints: ArrayLike) -> Array:
 
 
 def joint_speeds(robot: Robot, joints: ArrayLike, twist: ArrayLike, damping: float) -> Array:
-    """(n, k): joint speeds with which the flange does `twist` (n, 6) [m/s, rad/s], as `jacobian` has it.
+    """Joint speeds (n, k) that give the flange the velocity `twist` (n, 6) [m/s, rad/s], in the order of
+    `jacobian`.
 
-    `damping` [m/s per rad/s]: near a singularity the speeds stay finite, and the twist is missed a little instead.
+    `damping` [m/s per rad/s]: near a singularity the speeds stay finite, and the twist is only approximated.
     """
     matrix = jacobian(robot, joints)
     turned = matrix.transpose(0, 2, 1)
@@ -112,7 +117,7 @@ def as_joints(robot: Robot, joints: ArrayLike) -> Array:
 
 
 def sweep(robot: Robot, geometry: Geometry, joints: Array) -> Sweep:
-    """All joints of the chain for `joints` (k, m) [rad | m]."""
+    """Positions and axes of all joints of the chain, and the flange, for `joints` (k, m) [rad | m]."""
     count = joints.shape[1]
     sines, cosines = np.sin(joints), np.cos(joints)
     columns = [np.repeat(np.eye(3)[:, i : i + 1], count, axis=1) for i in range(3)]
@@ -191,7 +196,7 @@ _TURN = 2.0 * math.pi
 
 
 class Singularity(NamedTuple):
-    """(n,) each: how near a pose is to the three places where a joint speed grows beyond all bounds."""
+    """Which poses are near each of the three singularities, (n,) each: there a joint speed grows without bound."""
 
     wrist: NDArray[np.bool_]  # B nearly 0: R and T turn about one line
     elbow: NDArray[np.bool_]  # arm nearly stretched or folded
@@ -199,7 +204,9 @@ class Singularity(NamedTuple):
 
 
 class Clearance(NamedTuple):
-    """(n,) each: how far poses are from the three singularities; 0 in them, of different sign on either side."""
+    """Distance of poses from each of the three singularities, (n,) each; 0 at a singularity, with opposite signs on
+    its two sides.
+    """
 
     wrist: Array  # [rad] -pi/2..pi/2, of axis B from its nearest straight or folded position
     elbow: Array  # [rad] of the forearm from the stretched arm (positive: upper elbow) or from the folded one
@@ -207,7 +214,7 @@ class Clearance(NamedTuple):
 
 
 def links_of(robot: Robot) -> Links:
-    """Raises OlpError (K001 no geometry, K004 no spherical wrist)."""
+    """The robot's links. Raises OlpError (K001 no geometry, K004 no spherical wrist)."""
     links = geometry_of(robot).links
     if links is None:
         message = f"{robot.name} has no spherical wrist with six axes: RCONF does not describe its poses"
@@ -218,7 +225,7 @@ def links_of(robot: Robot) -> Links:
 
 
 def configuration_of(robot: Robot, joints: ArrayLike) -> Flags:
-    """(n, 6) flags 0 or 1 of joints (n, 6) [rad]. Raises OlpError: K001, K002, K004."""
+    """Configuration flags (n, 6), 0 or 1, of joints (n, 6) [rad]. Raises OlpError: K001, K002, K004."""
     links = links_of(robot)
     values = as_joints(robot, joints)
     standard = to_standard(links, values)
@@ -244,7 +251,7 @@ def singularities(robot: Robot, joints: ArrayLike, angle: float = 0.01, length: 
 
 
 def clearance(robot: Robot, joints: ArrayLike) -> Clearance:
-    """How far joints (n, 6) [rad] are from singularities, nan where they are. Raises OlpError: K001, K002, K004."""
+    """Distance of joints (n, 6) [rad] from the singularities; nan for nan joints. Raises OlpError: K001, K002, K004."""
     links = links_of(robot)
     standard = to_standard(links, as_joints(robot, joints))
     bend = wrap(_stretched(links) - standard[:, 2])
@@ -256,7 +263,7 @@ def clearance(robot: Robot, joints: ArrayLike) -> Clearance:
 
 
 def within_limits(robot: Robot, joints: ArrayLike) -> NDArray[np.bool_]:
-    """(n, k): whether each of the joints (n, k) [rad | m] is inside the soft limits (nan is not)."""
+    """Whether each of the joints (n, k) [rad | m] is inside the soft limits (n, k); False for nan."""
     values = as_joints(robot, joints)
     inside: NDArray[np.bool_] = (values >= robot.lower - 1e-9) & (values <= robot.upper + 1e-9)
     return inside
@@ -275,10 +282,10 @@ def from_standard(links: Links, standard: Array) -> Array:
 
 
 def turn_centres(robot: Robot) -> Array:
-    """(6,) [rad]: readings are wrapped to within half a turn of these.
+    """Centres (6,) [rad] about which readings are wrapped to within half a turn.
 
-    Flags tell the turn of S, R and T, so these centre on 0; no flag tells it for L, U and B, whose limits
-    (U reaches beyond 180 deg on many arms) must.
+    Flags give the turn of S, R and T, so these centre on 0; no flag gives it for L, U and B, which centre on the
+    middle of their limits (U reaches beyond 180 deg on many arms).
     """
     centres = (robot.lower + robot.upper) / 2.0
     centres[list(TURN_AXES)] = 0.0
@@ -286,9 +293,9 @@ def turn_centres(robot: Robot) -> Array:
 
 
 def apply_turns(readings: Array, configuration: Flags) -> Array:
-    """Readings (n, 6) [rad] with S, R, T a turn further where flags 4 to 6 of (n, 6) or (6,) say so.
+    """Readings (n, 6) [rad] with S, R, T one turn further where flags 4 to 6 of (n, 6) or (6,) are set.
 
-    A flag that is neither 0 nor 1 counts turns with their sign.
+    A flag that is neither 0 nor 1 is a signed number of turns.
     """
     turned = readings.copy()
     flags = np.broadcast_to(configuration, readings.shape)
@@ -302,18 +309,18 @@ def apply_turns(readings: Array, configuration: Flags) -> Array:
 
 
 def wrap(angle: Array, centre: float | Array = 0.0) -> Array:
-    """`angle` [rad] by whole turns to within half a turn of `centre`."""
+    """`angle` [rad] shifted by whole turns to within half a turn of `centre`."""
     wrapped: Array = angle - _TURN * np.rint((angle - centre) / _TURN)
     return wrapped
 
 
 def _stretched(links: Links) -> float:
-    """[rad] Standard U where forearm and upper arm are in line: upper elbow below, lower elbow above it."""
+    """Standard angle U [rad] at which forearm and upper arm are in line: upper elbow below it, lower elbow above it."""
     return math.pi / 2.0 - math.atan2(links.a3, links.d4)
 
 
 def _radius(links: Links, standard: Array) -> Array:
-    """(n,) [m] of the wrist centre from axis S, negative behind it."""
+    """Distance (n,) [m] of the wrist centre from axis S, negative behind it."""
     pitch = standard[:, 1] - standard[:, 2]
     forearm = links.d4 * np.cos(pitch) + links.a3 * np.sin(pitch)
     return links.a1 + links.a2 * np.sin(standard[:, 1]) + forearm
@@ -330,7 +337,7 @@ _TURNS = (0, 1, -1, 2, -2)
 
 
 def turned_into(robot: Robot, joints: Array, sectors: Sectors) -> Array:
-    """Joints (n, 6) [rad] with axes whole turns further where their sector asks for it and the limits let them."""
+    """Joints (n, 6) [rad] with axes shifted by whole turns into their sector, if the limits allow."""
     turned = joints.copy()
     for axis, low, high in sectors:
         if axis not in TURN_AXES and not (math.isfinite(low) and math.isfinite(high)):
@@ -346,7 +353,9 @@ def turned_into(robot: Robot, joints: Array, sectors: Sectors) -> Array:
 
 
 def said_of(robot: Robot, joints: Array, flags: Flags, sectors: Sequence[Sectors]) -> Array:
-    """(n, 6) [rad] what a reader finds with the pose of `joints` (n, 6) [rad], `flags` (n, 6), sectors of each."""
+    """Joints (n, 6) [rad] that a reader computes from the pose of `joints` (n, 6) [rad] with `flags` (n, 6) and the
+    sectors of each row.
+    """
     said = apply_turns(wrap(joints, turn_centres(robot)), flags)
     for row in range(len(said)):
         said[row] = turned_into(robot, said[row : row + 1], sectors[row])[0]
@@ -354,9 +363,9 @@ def said_of(robot: Robot, joints: Array, flags: Flags, sectors: Sequence[Sectors
 
 
 def stands_in(joints: Array, sectors: Sectors) -> NDArray[np.bool_]:
-    """(n,) whether joints (n, 6) [rad] stand in all sectors that have two ends; unknown ones do not.
+    """Whether joints (n, 6) [rad] are in all sectors that have two ends (n,); False for unknown joints.
 
-    A sector with one end tells turns alone, counted as the maker's own arms turn.
+    A sector with one end only gives a number of turns, counted by the maker's convention, and is ignored.
     """
     inside = np.ones(len(joints), dtype=bool)
     for axis, low, high in sectors:
@@ -366,7 +375,7 @@ def stands_in(joints: Array, sectors: Sectors) -> NDArray[np.bool_]:
 
 
 def quarters_of(joints: Array) -> NDArray[np.int64]:
-    """(n, 3) the quarters of a turn in which S, R, T stand: 0 is 0 to 90 deg, -1 -90 to 0 deg. `joints` (n, 6)."""
+    """Quarter turn in which S, R, T are (n, 3): 0 is 0 to 90 deg, -1 is -90 to 0 deg. `joints` (n, 6) [rad]."""
     found: NDArray[np.int64] = np.floor(joints[:, (0, 3, 5)] / QUARTER + 1e-9).astype(np.int64)
     return found
 
@@ -376,7 +385,7 @@ def _in(values: Array, low: float, high: float) -> NDArray[np.bool_]:
 
 
 def joints_of_readings(robot: Robot, readings: Array) -> Array:
-    """Joints (n, k) [rad | m] of what the controller reads."""
+    """Joints (n, k) [rad | m] of the controller's readings."""
     links = _coupled(robot)
     if links is None:
         return readings
@@ -386,7 +395,7 @@ def joints_of_readings(robot: Robot, readings: Array) -> Array:
 
 
 def readings_of_joints(robot: Robot, joints: Array) -> Array:
-    """The way back of `joints_of_readings`."""
+    """The controller's readings of joints; inverse of `joints_of_readings`."""
     links = _coupled(robot)
     if links is None:
         return joints
@@ -396,10 +405,10 @@ def readings_of_joints(robot: Robot, joints: Array) -> Array:
 
 
 def same_posture(robot: Robot, other: Robot, joints: Array) -> Array | None:
-    """Joints (n, 6) [rad] with which `other` stands as `robot` does with `joints`: link beside link, front to front.
+    """Joints (n, 6) [rad] that give `other` the posture of `robot` at `joints`: parallel links, same front side.
 
-    None where one of them is no six-axis arm with a spherical wrist. L, U and B lie within the other's range; S, R
-    and T have the turns that they had, but where only other ones are within the other's limits.
+    None if either is not a six-axis arm with a spherical wrist. L, U and B lie within the other's range; S, R and T
+    keep their turns unless only other turns are within the other's limits.
     """
     one = None if robot.geometry is None else robot.geometry.links
     two = None if other.geometry is None else other.geometry.links
@@ -415,7 +424,7 @@ def same_posture(robot: Robot, other: Robot, joints: Array) -> Array | None:
 
 
 def turned_back(robot: Robot, other: Robot, joints: Array, found: Array) -> NDArray[np.bool_]:
-    """(n,) whether `found`, which `same_posture` made of `joints`, has S, R or T whole turns elsewhere."""
+    """Rows (n,) of `found`, the result of `same_posture` for `joints`, in which S, R or T differ by whole turns."""
     went_on = from_standard(links_of(other), to_standard(links_of(robot), joints))
     apart: Array = np.abs(found - went_on)[:, TURN_AXES]
     return np.asarray((apart > np.pi).any(axis=1))
@@ -431,17 +440,17 @@ def _coupled(robot: Robot) -> Links | None:
 
 
 def pulses_to_joints(robot: Robot, pulses: ArrayLike) -> Array:
-    """(n, k) [rad | m] from pulses (n, k). Raises OlpError: K002 number of axes, K003 ratios not known."""
+    """Joints (n, k) [rad | m] from pulses (n, k). Raises OlpError: K002 number of axes, K003 unknown ratios."""
     return as_joints(robot, pulses) / _ratios(robot)
 
 
 def joints_to_pulses(robot: Robot, joints: ArrayLike) -> NDArray[np.int64]:
-    """(n, k) whole pulses from joints (n, k) [rad | m]. Raises OlpError: K002 number of axes, K003 ratios."""
+    """Whole pulses (n, k) from joints (n, k) [rad | m]. Raises OlpError: K002 number of axes, K003 unknown ratios."""
     return np.rint(as_joints(robot, joints) * _ratios(robot)).astype(np.int64)
 
 
 def _ratios(robot: Robot) -> Array:
-    """(k,) [pulses/rad | pulses/m]"""
+    """Pulses per unit of each axis (k,) [pulses/rad | pulses/m]. Raises OlpError (K003)."""
     unknown = [axis.name for axis in robot.axes if axis.pulses_per_unit is None]
     if unknown:
         raise OlpError(

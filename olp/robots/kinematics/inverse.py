@@ -51,11 +51,11 @@ _TOGETHER = 64
 def solve_from(
     robot: Robot, position: Array, rotation: Array, start: ArrayLike
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Joints (n, k) [rad | m] near `start` (k,) or (n, k) for poses (n, 3) [m], (n, 3, 3), and (n,) solved.
+    """Joints (n, k) [rad | m] near `start` (k,) or (n, k) for poses (n, 3) [m], (n, 3, 3), and which (n,) were
+    solved.
 
-    Where the start leads nowhere, fixed pseudo-random starts inside the limits follow; nan if all fail.
-    Turning axes end within half a turn of the start.
-    Raises OlpError: K001 no geometry, K002 number of axes.
+    If the start does not converge, fixed pseudo-random starts inside the limits follow; nan if all fail. Turning
+    axes end within half a turn of the start. Raises OlpError: K001 no geometry, K002 number of axes.
     """
     seeds = np.broadcast_to(as_joints(robot, start), (len(position), len(robot.axes)))
     joints, solved = np.array(seeds, dtype=np.float64), np.zeros(len(position), dtype=bool)
@@ -80,7 +80,9 @@ def solve_from(
 def _from_all(
     robot: Robot, position: Array, rotation: Array, starts: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Every pose (n) from every start (s, k): the joints (n, k) that the first good start leads to, (n,) solved."""
+    """Solves every pose (n) from every start (s, k): the joints (n, k) of the first start that converges, and which
+    (n,) were solved.
+    """
     count, tries = len(position), len(starts)
     found, good = newton(
         robot,
@@ -94,7 +96,7 @@ def _from_all(
 
 
 def _reach(robot: Robot) -> float:
-    """[m] No pose stands further from the base: the stretched chain, its slides drawn out."""
+    """Upper bound [m] of a pose's distance from the base: the stretched chain with its slides extended."""
     geometry = geometry_of(robot)
     offsets = [joint.offset for joint in geometry.joints] + [geometry.flange_offset]
     slides = sum(max(abs(axis.lower), abs(axis.upper)) for axis in robot.axes if axis.linear)
@@ -132,7 +134,7 @@ def newton(robot: Robot, position: Array, rotation: Array, seeds: Array) -> tupl
 
 
 def _twist(position: Array, rotation: Array, goal_position: Array, goal_rotation: Array) -> Array:
-    """(n, 6): displacement [m] and rotation vector [rad] from the poses to the goals, in the base frame."""
+    """Displacement [m] and rotation vector [rad] from the poses to the goals (n, 6), in the base frame."""
     relative = goal_rotation @ rotation.transpose(0, 2, 1)
     vector = 0.5 * np.stack(
         (
@@ -156,13 +158,12 @@ def inverse(
     configuration: ArrayLike = (0, 0, 0, 0, 0, 0),
     seed: ArrayLike | None = None,
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Joints (n, k) [rad] of flange poses (n, 3) [m], (n, 3, 3), and which poses (n,) can be reached at all.
+    """Joints (n, k) [rad] of flange poses (n, 3) [m], (n, 3, 3), and which poses (n,) can be reached.
 
-    Spherical wrists: the branch and turns of `configuration`, RCONF's first six flags, (n, 6) or (6,); later
-    ones are not looked at, turn flags that an old controller does not write (ERC has five in all) are 0.
-    Other chains have no such flags: the solution near `seed` (k,) or (n, k) [rad], by default near mid-range; the
-    nearest of all where the arm has a closed form.
-    Joints out of reach are nan; soft limits are not looked at (`within_limits` does).
+    Spherical wrists: the branch and turns of `configuration`, RCONF's first six flags, (n, 6) or (6,); later flags
+    are ignored, and turn flags that an old controller does not write (ERC has five in all) are 0. Other chains have
+    no such flags: the solution near `seed` (k,) or (n, k) [rad], by default near mid-range; the nearest of all
+    where the arm has a closed form. Joints out of reach are nan; soft limits are not checked (use `within_limits`).
     Raises OlpError: K001 no geometry, K005 poses of wrong shape.
     """
     geometry = geometry_of(robot)
@@ -179,11 +180,11 @@ def inverse(
 
 
 def branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> Array:
-    """(n, 8, 6) [rad]: all solutions of flange poses (n, 3) [m], (n, 3, 3), nan where there is none.
+    """All solutions (n, 8, 6) [rad] of flange poses (n, 3) [m], (n, 3, 3), nan where a branch has none.
 
-    Branch number = 4 rear + 2 lower + no-flip, the first three flags of RCONF read backwards.
-    S, R, T lie in [-180, 180] deg; L, U, B within half a turn of the middle of their limits.
-    Raises OlpError: K001 no geometry, K004 no spherical wrist, K005 poses of wrong shape.
+    Branch number = 4 rear + 2 lower + no-flip, the first three flags of RCONF read backwards. S, R, T lie in [-180,
+    180] deg; L, U, B within half a turn of the middle of their limits. Raises OlpError: K001 no geometry, K004 no
+    spherical wrist, K005 poses of wrong shape.
     """
     links = links_of(robot)
     position, rotation = as_poses(positions, rotations)
@@ -221,7 +222,7 @@ def as_flags(configuration: ArrayLike, count: int) -> NDArray[np.int64]:
 
 
 def columns(position: Array, rotation: Array) -> tuple[Array, Array]:
-    """Poses (m, 3), (m, 3, 3) as (3, m), (3, 3, m), laid out so that every component is one run of memory."""
+    """Poses (m, 3), (m, 3, 3) as (3, m), (3, 3, m), so that every component is contiguous in memory."""
     return np.ascontiguousarray(position.T), np.ascontiguousarray(rotation.transpose(1, 2, 0))
 
 
@@ -242,7 +243,7 @@ def _by_flags(
 
 
 def _readings(links: Links, standard: Array, centres: Array) -> Array:
-    """(6, m) readings wrapped about `centres`, from standard angles (6, m)."""
+    """Readings (6, m) wrapped about `centres`, from standard angles (6, m)."""
     return wrap(from_standard(links, standard.T), centres).T
 
 
@@ -253,7 +254,8 @@ _TURN = 2.0 * math.pi
 
 
 def closest(robot: Robot, found: Array, start: Array) -> Array:
-    """The row (n, k) of `found` (n, m, k) [rad] nearest to `start` (n, k), by whole turns, too; nan where all are.
+    """The row (n, k) of `found` (n, m, k) [rad] nearest to `start` (n, k), shifted by whole turns where nearer; nan
+    if all are.
 
     Nearest is the smallest sum of squared angles; solutions inside the soft limits come first.
     """
@@ -269,7 +271,7 @@ def closest(robot: Robot, found: Array, start: Array) -> Array:
 
 
 def _towards(joints: Array, lower: Array, upper: Array) -> Array:
-    """`joints` by whole turns to inside the limits, where that can be."""
+    """`joints` shifted by whole turns into the limits, where possible."""
     up = _TURN * np.ceil((lower - 1e-9 - joints) / _TURN)
     raised = np.where(up > 0, joints + up, joints)
     down = _TURN * np.ceil((raised - upper - 1e-9) / _TURN)
@@ -286,8 +288,8 @@ def nearest(robot: Robot, positions: ArrayLike, rotations: ArrayLike, seed: Arra
     """Joints (n, k) [rad | m] of flange poses (n, 3) [m], (n, 3, 3) nearest to `seed`, (k,) or (n, k).
 
     Nearest is the smallest sum of squared angles; solutions inside the soft limits come first. nan out of reach.
-    Arms without a closed form: where Newton's steps from the seed lead.
-    Raises OlpError: K001 no geometry, K002 number of axes, K005 poses of wrong shape.
+    For arms without a closed form: the result of Newton's steps from the seed. Raises OlpError: K001 no geometry,
+    K002 number of axes, K005 poses of wrong shape.
     """
     position, rotation = as_poses(positions, rotations)
     links = geometry_of(robot).links
@@ -298,7 +300,7 @@ def nearest(robot: Robot, positions: ArrayLike, rotations: ArrayLike, seed: Arra
 
 
 def _held(links: Links, joints: Array, start: Array) -> Array:
-    """Where the wrist is straight, R stays as it is in `start` and T makes up for it. `joints` (n, 8, 6)."""
+    """`joints` (n, 8, 6) with R as in `start` where the wrist is straight; T compensates for it."""
     standard = to_standard(links, joints)
     straight = np.abs(np.sin(standard[..., 4])) < STRAIGHT_WRIST
     if not straight.any():
@@ -315,13 +317,13 @@ _FRONT = 4  # solutions that pass axis 1 on one side come first, then as many on
 
 
 def same_flange(robot: Robot, other: Robot, joints: Array, start: Array) -> Array:
-    """Joints (n, k) [rad] with which `other` has its flange where `robot` has it with `joints` (n, k); nan where none
-    is inside the limits.
+    """Joints (n, k) [rad] that put the flange of `other` where `robot` has it at `joints` (n, k); nan if none is
+    inside the limits.
 
-    Both are counted from their own base. Of several the one whose upper arm and forearm point most as those of
-    `robot`, or almost so, and of these the one nearest to where the row before leads, the first to `start` (k,); arms
-    with a spherical wrist have it before axis 1 where they can; where no such is inside the limits, any other.
-    Raises OlpError: K001 no geometry, K002 number of axes.
+    Both poses are relative to the robot's own base. Preferred are solutions whose upper arm and forearm point
+    (almost) as those of `robot`, and among them the nearest to the row before, the first to `start` (k,). An arm
+    with a spherical wrist keeps it in front of axis 1 if it can; if no such solution is inside the limits, any
+    other is used. Raises OlpError: K001 no geometry, K002 number of axes.
     """
     position, rotation = forward(robot, joints)
     here = as_joints(other, start)
@@ -338,7 +340,7 @@ def same_flange(robot: Robot, other: Robot, joints: Array, start: Array) -> Arra
 
 
 def _before(there: Array, row: int, start: Array) -> Array:
-    """(1, k): the last known of the rows (n, k) before `row`, else `start`."""
+    """The last known row (1, k) of `there` (n, k) before `row`, else `start`."""
     if row and not np.isnan(there[row - 1]).any():
         return there[row - 1 : row]
     known = np.flatnonzero(~np.isnan(there[:row]).any(axis=1))
@@ -346,7 +348,9 @@ def _before(there: Array, row: int, start: Array) -> Array:
 
 
 def _most_alike(robot: Robot, found: Array, wanted: Array) -> Array:
-    """`found` (n, m, k) without those whose links point less as `wanted` (n, 6) than others do."""
+    """`found` (n, m, k) with nan for solutions whose links point less in the directions `wanted` (n, 6) than the
+    best.
+    """
     each = [np.sum(_links_of(robot, found[:, i]) * wanted, axis=1) for i in range(found.shape[1])]
     likeness = np.nan_to_num(np.stack(each, axis=1), nan=-np.inf)
     best = likeness.max(axis=1, keepdims=True)
@@ -354,7 +358,7 @@ def _most_alike(robot: Robot, found: Array, wanted: Array) -> Array:
 
 
 def _all_of(robot: Robot, position: Array, rotation: Array, start: Array) -> Array:
-    """(n, m, k) [rad]: all solutions where there is a closed form, else the one that the start leads to."""
+    """All solutions (n, m, k) [rad] where there is a closed form, else the one found from `start`."""
     geometry = geometry_of(robot)
     if geometry.links is not None:
         return branches(robot, position, rotation)
@@ -365,7 +369,7 @@ def _all_of(robot: Robot, position: Array, rotation: Array, start: Array) -> Arr
 
 
 def _links_of(robot: Robot, joints: Array) -> Array:
-    """(n, 6): the directions of the upper arm, from axis 2 to 3, and of the forearm, from there to axis 5."""
+    """Directions (n, 6) of the upper arm, from axis 2 to 3, and of the forearm, from axis 3 to 5."""
     origins = sweep(robot, geometry_of(robot), joints.T).origins
     ways = [origins[2] - origins[1], origins[4] - origins[2]]
     return np.concatenate([(way / np.linalg.norm(way, axis=0)).T for way in ways], axis=1)

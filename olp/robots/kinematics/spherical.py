@@ -1,20 +1,21 @@
 """Closed-form inverse kinematics of six-axis arms, for all branches or chosen ones: spherical and offset wrists.
 
 After M. Brandstötter, A. Angerer, M. Hofbaur, "An analytical solution of the inverse kinematics problem of
-industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014), arranged so that
-sines and cosines come from lengths: per pose one arc tangent for the base, three per shoulder, three per
-elbow, and no sine or cosine at all. Angles here are standard angles (`olp.robots.model.Links`).
+industrial serial manipulators with an ortho-parallel basis and a spherical wrist" (2014), arranged so that sines
+and cosines come from lengths: per pose one arc tangent for the base, three per shoulder, three per elbow, and no
+sine or cosine at all. Angles here are standard angles (`olp.robots.model.Links`).
 
-A branch is three signs: `front` +1 wrist centre before axis S, -1 behind it; `elbow` -1 upper, +1 lower;
-`flip` +1 B positive, -1 B negative. Each may be a number or an array over the poses.
+A branch is three signs: `front` +1 wrist centre before axis S, -1 behind it; `elbow` -1 upper, +1 lower; `flip` +1
+B positive, -1 B negative. Each may be a number or an array over the poses.
 
 An offset wrist has axes 2, 3 and 4 parallel (Universal Robots).
 
-Axis 1 stands upright; axes 2, 3, 4 and, at zero, 6 lie along one direction h; axis 5 is square to it and meets 6. Then
+Axis 1 is vertical; axes 2, 3, 4 and, at zero, 6 lie along one direction h; axis 5 is perpendicular to h and meets
+axis 6. Then
 
-- the way of axes 5 and 6's crossing along h does not depend on axes 2 to 6: it gives axis 1, in two ways;
-- the angle between axis 6 and h gives axis 5, in two ways, and h as the flange sees it axis 6;
-- what is left is a turn about h, the sum of axes 2, 3 and 4, and two links in a plane: axis 3 in two ways.
+- the intersection of axes 5 and 6 has a position along h that axes 2 to 6 do not change: two solutions of axis 1;
+- the angle between axis 6 and h gives two solutions of axis 5, and the direction of h in the flange frame gives axis 6;
+- a turn about h remains, the sum of axes 2, 3 and 4, and two links in a plane: two solutions of axis 3.
 
 (K. Hawkins, "Analytic inverse kinematics for the Universal Robots UR-5/UR-10 arms", 2013, has the same steps.)
 """
@@ -58,7 +59,7 @@ class Plane(NamedTuple):
 
 
 class Shoulder(NamedTuple):
-    """What both elbows of one front/rear choice share."""
+    """Values that both elbows of one front/rear choice share."""
 
     along: Array  # [m] of the wrist centre from axis L, forward
     reach: Array  # [m²] squared distance from axis L to the wrist centre
@@ -79,7 +80,7 @@ class ElbowSolution(NamedTuple):
 
 
 def plane(links: Links, position: Array, rotation: Array) -> Plane:
-    """From flange poses: `position` (3, m) [m], `rotation` (3, 3, m)."""
+    """Values of flange poses that all branches share: `position` (3, m) [m], `rotation` (3, 3, m)."""
     (nx, ox, ax), (ny, oy, ay), (nz, oz, az) = rotation
     x, y = position[0] - links.d6 * ax, position[1] - links.d6 * ay
     radius = np.sqrt(x * x + y * y)
@@ -116,7 +117,7 @@ def shoulder(links: Links, p: Plane, front: Signs) -> Shoulder:
 
 
 def arm(links: Links, p: Plane, s: Shoulder, elbow: Signs) -> ElbowSolution:
-    """L, U and the forearm's pitch."""
+    """L, U and the forearm's pitch of one shoulder and elbow choice."""
     a2, forearm = links.a2, math.hypot(links.a3, links.d4)
     rise = math.atan2(links.a3, links.d4)
     across, ahead = elbow * forearm * s.sine, a2 + forearm * s.cosine
@@ -211,7 +212,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class OffsetWrist(NamedTuple):
-    """The numbers of such an arm [m], seen along e, f, h: f is the direction of axis 5, e = f x h."""
+    """Dimensions [m] of an arm with an offset wrist, along e, f, h: f is the direction of axis 5, e = f x h."""
 
     frame: Array  # (3, 3) rows e, f, h in the base frame, at zero
     foot: Array  # (3,) of axis 1
@@ -224,7 +225,7 @@ class OffsetWrist(NamedTuple):
 
 @lru_cache(maxsize=64)
 def offset_wrist_of(geometry: Geometry) -> OffsetWrist | None:
-    """The numbers of an arm of this kind, None for all others."""
+    """The dimensions of an arm with an offset wrist, None for all others."""
     joints = geometry.joints
     if len(joints) != 6 or [joint.axis for joint in joints] != list(range(6)):
         return None
@@ -253,10 +254,11 @@ def offset_wrist_of(geometry: Geometry) -> OffsetWrist | None:
 
 
 def solutions(arm: OffsetWrist, position: Array, rotation: Array, sixth: Array) -> Array:
-    """(n, 8, 6) [rad] of flange poses (n, 3) [m], (n, 3, 3), each angle in [-180, 180] deg; nan where there is none.
+    """All solutions (n, 8, 6) [rad] of flange poses (n, 3) [m], (n, 3, 3), each angle in [-180, 180] deg; nan for
+    none.
 
-    Numbered 4 by the side on which the arm passes axis 1, 2 by the sign of axis 5, 1 by that of the elbow. Where
-    axes 4 and 6 are parallel, axis 6 is `sixth` (n,).
+    Index = 4 (side on which the arm passes axis 1) + 2 (sign of axis 5) + 1 (sign of the elbow). Where axes 4 and 6
+    are parallel, axis 6 is `sixth` (n,).
     """
     turned = rotation @ arm.turned
     crossing = position - arm.flange * (turned @ arm.frame[2]) - arm.foot
@@ -271,7 +273,7 @@ def solutions(arm: OffsetWrist, position: Array, rotation: Array, sixth: Array) 
 def _solution(
     arm: OffsetWrist, crossing: Array, turned: Array, sixth: Array, signs: tuple[float, float, float]
 ) -> Array:
-    """(n, 6) of one branch."""
+    """The solution (n, 6) of one branch."""
     side, flip, elbow = signs
     first = _first(arm, crossing, side)
     cosine, sine = np.cos(first), np.sin(first)
@@ -290,7 +292,7 @@ def _solution(
 
 
 def _first(arm: OffsetWrist, crossing: Array, side: float) -> Array:
-    """Axis 1: about it the crossing keeps its distance from the plane through it across h."""
+    """Axis 1: turning about it, the crossing of axes 5 and 6 keeps its distance from the arm's plane."""
     across = arm.shoulder[2] + arm.wrist[2]
     x, y, _ = arm.frame[2]
     away = np.hypot(crossing[:, 0], crossing[:, 1])
@@ -300,14 +302,14 @@ def _first(arm: OffsetWrist, crossing: Array, side: float) -> Array:
 
 
 def _about_up(frame: Array, cosine: Array, sine: Array) -> Array:
-    """(n, 3, 3) rows of `frame`, each turned about the upright."""
+    """Rows of `frame`, each turned about the vertical (n, 3, 3)."""
     x, y, z = (np.broadcast_to(frame[:, i], (len(cosine), 3)) for i in range(3))
     c, s = cosine[:, None], sine[:, None]
     return np.stack((c * x - s * y, s * x + c * y, z), axis=2)
 
 
 def _sum_of_middle(within: Array, last: Array) -> Array:
-    """Axes 2 + 3 + 4: where the direction of axis 5, f, has been turned to about h."""
+    """Axes 2 + 3 + 4: the angle about h by which the direction f of axis 5 has turned."""
     fifth = within[:, :, 0] * np.sin(last)[:, None] + within[:, :, 1] * np.cos(last)[:, None]
     total: Array = np.arctan2(-fifth[:, 0], fifth[:, 1])
     return total

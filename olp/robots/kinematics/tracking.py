@@ -38,8 +38,8 @@ _NEAR = 0.2
 def track(robot: Robot, positions: ArrayLike, rotations: ArrayLike, start_joints: ArrayLike) -> Array:
     """Joints (n, k) [rad] along flange poses (n, 3) [m], (n, 3, 3), beginning nearest to `start_joints` (k,).
 
-    Continuous: no turn or half turn is lost between samples. nan where a pose is out of reach.
-    Raises OlpError: K001 no geometry, K002 number of axes, K005 poses of wrong shape.
+    They are continuous: no turn or half turn is lost between samples. nan where a pose is out of reach. Raises
+    OlpError: K001 no geometry, K002 number of axes, K005 poses of wrong shape.
     """
     position, rotation = as_poses(positions, rotations)
     start = as_joints(robot, start_joints)[0]
@@ -67,7 +67,7 @@ def track_paths(
     start_joints: ArrayLike,
     begins: NDArray[np.intp],
 ) -> Array:
-    """As `track` for p paths that stand one behind the other, all at once: (n, k) [rad].
+    """`track` for p concatenated paths at once: (n, k) [rad].
 
     Path i has the poses from row `begins[i]` up to the next one's, and starts near `start_joints[i]`, (p, k).
     """
@@ -86,10 +86,10 @@ def track_paths(
 
 
 def track_branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> Array:
-    """(n, 8, 6) [rad]: each of the eight branches continuous along flange poses (n, 3) [m], (n, 3, 3).
+    """The eight branches (n, 8, 6) [rad], each continuous along flange poses (n, 3) [m], (n, 3, 3).
 
-    Branches are numbered as in `branches` by what they are at the first sample; nan where out of reach.
-    Raises OlpError: K001 no geometry, K004 no spherical wrist, K005 poses of wrong shape.
+    They are numbered as in `branches` by the flags at the first sample; nan where out of reach. Raises OlpError:
+    K001 no geometry, K004 no spherical wrist, K005 poses of wrong shape.
     """
     links = links_of(robot)
     position, rotation = as_poses(positions, rotations)
@@ -107,9 +107,10 @@ def _track_without_events(
     starts: Array,
     begins: NDArray[np.intp],
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """As `track_paths`, each path from its start's own branch; (p,) false where another could be nearer somewhere.
+    """`track_paths` with each path in the branch of its start; (p,) False where another branch could be nearer
+    somewhere.
 
-    Most paths are such, and one branch costs a third of eight.
+    Most paths stay in their branch, and one branch costs a third of eight.
     """
     flags = configuration_of(robot, starts)
     flags[:, 3:] = 0
@@ -131,7 +132,7 @@ def _track_without_events(
 def _follow(
     robot: Robot, links: Links, position: Array, rotation: Array, start: Array | None
 ) -> Iterator[tuple[slice, Array]]:
-    """Block by block the eight continuous branches (8, 6, m) [rad]; the array is reused."""
+    """The eight continuous branches (8, 6, m) [rad] block by block; the array is reused."""
     state = _Branches(robot, links, start)
     for begin in range(0, len(position), BLOCK):
         part = slice(begin, begin + BLOCK)
@@ -140,7 +141,7 @@ def _follow(
 
 
 class _Branches:
-    """What has to be remembered from block to block. Arms are [front/rear, upper/lower], wrist with B >= 0."""
+    """State that continues the branches from block to block. Arms are [front/rear, upper/lower], wrist with B >= 0."""
 
     def __init__(self, robot: Robot, links: Links, start: Array | None) -> None:
         self.signs = np.array(links.signs, dtype=np.float64)
@@ -178,7 +179,7 @@ class _Branches:
         return result.reshape(8, 6, -1)
 
     def _begin(self, first: Array) -> None:
-        """Offsets that put the first sample (2, 2, 6) where `branches` puts it."""
+        """Set the offsets so that the first sample (2, 2, 6) equals that of `branches`."""
         self.begun = True
         for axis in (3, 5):
             self.offsets[:, :, 1, axis] = flipped(first[:, :, axis]) - first[:, :, axis]
@@ -199,7 +200,7 @@ class _Branches:
             out[flip] += shift[:, None]
 
     def _with_events(self, i: int, j: int, arm: Array, steps: Array, out: Array) -> None:
-        """As above, with offsets that change inside the block; `steps` (4, m) of S, L, R, T."""
+        """Continue one arm with offsets that change inside the block; `steps` (4, m) of S, L, R, T."""
         changes = np.zeros((6, arm.shape[-1]))
         changes[:2] = -_TURN * np.rint(np.nan_to_num(steps[:2]) / _TURN)
         wrist_changes, switches = _wrist_events(steps[2], steps[3], arm[4], self.last[i, j, 4])
@@ -219,7 +220,7 @@ class _Branches:
         return self.signs.copy(), (self.offsets[i, j, flip] - self.zeros) * self.signs
 
     def _through_the_shoulder(self, arms: Array) -> Array:
-        """`arms` with front and rear exchanged as long as a path over axis S has made that the nearer pair."""
+        """`arms` with front and rear exchanged while a path over axis S has made the exchanged pair the nearer one."""
         joined = np.concatenate((self.last_raw[:, 0, :3, None], arms[:, 0, :3]), axis=-1)
         self.last_raw = arms[..., -1].copy()
         turn = wrap(np.diff(joined[0, 0]))
