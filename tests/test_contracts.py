@@ -24,11 +24,12 @@ from olp.contracts import (
     check_term,
     check_vendor,
     check_writer,
+    readings,
     vendors,
     writers,
 )
 from olp.contracts.handling import samples_folder
-from olp.contracts.readings import readings_of, unlike, unlike_damaged, unlike_loaded
+from olp.contracts.readings import readings_of, unlike, unlike_derived
 from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
 from olp.core.source import decode
@@ -142,7 +143,7 @@ def test_a_reader_that_takes_no_notice_of_a_word_breaks_its_contract(
 ) -> None:
     vendor = find_vendor("pdl2")
     declared = samples_folder(vendor) / "readings" / "pdl2.reading"
-    assert not list(unlike_damaged(vendor, declared))
+    assert not list(unlike_derived(vendor, declared, ".damaged"))
     read = type(vendor).read
 
     def careless(self, source):
@@ -150,7 +151,7 @@ def test_a_reader_that_takes_no_notice_of_a_word_breaks_its_contract(
         return read(self, decode("\n".join([*lines, ""]).encode(), source.path))
 
     monkeypatch.setattr(type(vendor), "read", careless)
-    told = [differs for _, differs in unlike_damaged(vendor, declared)]
+    told = [differs for _, differs in unlike_derived(vendor, declared, ".damaged")]
     assert any("E     PULSE $DOUT[2] FOR / !error P590" in one for one in told)
 
 
@@ -167,11 +168,60 @@ def test_a_merge_that_takes_one_side_breaks_the_contract(side: int, monkeypatch:
 def test_a_rule_of_loading_that_is_lost_breaks_the_contract(monkeypatch: pytest.MonkeyPatch) -> None:
     vendor = find_vendor("as")
     declared = samples_folder(vendor) / "readings" / "load.reading"
-    assert not list(unlike_loaded(vendor, declared))
+    assert not list(unlike_derived(vendor, declared, ".loaded"))
     lost = Loading(part_of("as", "load").controllers, lambda source, cell: [])
     monkeypatch.setattr(import_module("olp.languages.vendors.as.load"), "LOAD", lost)
-    told = [differs for _, differs in unlike_loaded(vendor, declared)]
+    told = [differs for _, differs in unlike_derived(vendor, declared, ".loaded")]
     assert "!error K102 10-20" in told[0]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "of", "careless"),
+    [
+        (".called", "spelled_out", lambda self, body, find: body),
+        (".called", "without_editor_comments", lambda self, body: body),
+        (".called", "as_called", lambda self, program: program),
+    ],
+)
+def test_a_vendor_that_hands_on_what_others_do_not_have_breaks_its_contract(
+    suffix: str, of: str, careless, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    vendor = find_vendor("krl")
+    paths = readings_of(samples_folder(vendor))
+    assert not [told for path in paths for told in unlike_derived(vendor, path, suffix)]
+    monkeypatch.setattr(type(vendor), of, careless)
+    assert [told for path in paths for told in unlike_derived(vendor, path, suffix)]
+
+
+def test_a_name_that_editors_are_not_told_breaks_the_contract(monkeypatch: pytest.MonkeyPatch) -> None:
+    vendor = find_vendor("tp")
+    declared = samples_folder(vendor) / "readings" / "moves.reading"
+    assert not list(unlike_derived(vendor, declared, ".edited"))
+    words = type(part_of("tp", "tokens"))
+    whole = words.words
+    monkeypatch.setattr(words, "words", lambda self, line: list(whole(self, line))[1:])
+    assert any("variable" in differs for _, differs in unlike_derived(vendor, declared, ".edited"))
+
+
+def test_a_position_whose_place_is_another_breaks_the_contract(monkeypatch: pytest.MonkeyPatch) -> None:
+    vendor = find_vendor("inform")
+    declared = samples_folder(vendor) / "readings" / "moves.reading"
+    assert not list(unlike_derived(vendor, declared, ".edited"))
+    written = import_module("olp.languages.vendors.inform.written")
+    whole = written.points
+    monkeypatch.setattr(
+        written, "points", lambda program: (replace(p, numbers=p.numbers[1:]) for p in whole(program))
+    )
+    assert any("position" in differs for _, differs in unlike_derived(vendor, declared, ".edited"))
+
+
+def test_a_merge_that_swaps_its_sides_is_not_the_declared_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    vendor = find_vendor("val3")
+    declared = samples_folder(vendor) / "readings" / "val3.reading"
+    assert not list(unlike_derived(vendor, declared, ".merged"))
+    whole = readings.merge_bytes
+    monkeypatch.setattr(readings, "merge_bytes", lambda name, base, a, b: whole(name, base, b, a))
+    assert any("ours" in differs for _, differs in unlike_derived(vendor, declared, ".merged"))
 
 
 def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:
@@ -276,8 +326,8 @@ def test_a_writer_that_refuses_what_its_limits_do_not_declare_breaks_its_contrac
         return values, [*problems, *(error("X002", "no messages", (s.line, 1, 1)) for s in messages)]
 
     monkeypatch.setattr(module, "write", write)
-    with pytest.raises(ContractError, match="`refuses` in its limits names nothing of it: no messages"):
-        check_writer(vendor)
+    told = [differs for _, differs in writers.writes_each_kind_of_statement(WriterUnderTest(vendor, None))]
+    assert any("`refuses` in its limits names nothing of it: no messages" in differs for differs in told)
 
 
 def test_a_writer_that_writes_what_its_limits_declare_as_refused_breaks_its_contract(
@@ -287,8 +337,8 @@ def test_a_writer_that_writes_what_its_limits_declare_as_refused_breaks_its_cont
     limits = limits_of(name)
     module = import_module(f"{type(find_vendor(name)).__module__}.limits")
     monkeypatch.setattr(module, "LIMITS", replace(limits, refuses=limits.refuses | {"Message"}))
-    with pytest.raises(ContractError, match="its limits say that it is refused, and it is written"):
-        check_writer(find_vendor(name))
+    found = writers.writes_each_kind_of_statement(WriterUnderTest(find_vendor(name), None))
+    assert any("its limits say that it is refused, and it is written" in differs for _, differs in found)
 
 
 def test_a_term_that_is_not_what_its_equation_says_breaks_its_contract(

@@ -16,6 +16,9 @@ meaning of the line above. Quantities are `written*unit` (SI: metres, seconds, m
 `*.damaged` beside them declares what is read of the same texts with a word left out, a number changed, a letter or
 all lost in some lines: those lines, others that are read otherwise then, and "as before" below what means the same.
 `*.loaded` declares what controllers refuse of these programs (`load.py`), and of sound ones once they are damaged.
+`*.called` declares the statements that other languages get of them otherwise than they are read (`Vendor.as_called`),
+`*.edited` what editors are told: names (`tokens.py`; = defines, . is local, ~ shows it by no pattern), the lines laid
+out, and where positions, speeds and accelerations stand (`written.py`). `*.merged` declares merges of damaged texts.
 """
 
 from __future__ import annotations
@@ -32,10 +35,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
+from olp.checks.merge.merge import merge_bytes
 from olp.contracts.oracle import DEG, MM
 from olp.contracts.promises import Difference
 from olp.core import resources
-from olp.core.diagnostic import Diagnostic
+from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.source import load
 from olp.ir.expressions import (
     Binary,
@@ -58,8 +62,11 @@ from olp.ir.expressions import (
 from olp.ir.points import Point, PointKind
 from olp.ir.program import Program, Routine
 from olp.ir.statements import Acceleration, Blend, Speed
+from olp.languages.literals import Token, language, speeds
 from olp.languages.loading import Loading, cell_of
+from olp.languages.tokens import Word, Words
 from olp.languages.vendor import Vendor, part_of
+from olp.transpile.occurrences import with_routines, with_rows
 
 SUFFIX: Final = ".reading"
 _KINDS: Final = "BRPSCFOE"  # a letter for each value of LineKind
@@ -69,6 +76,7 @@ _INDENT: Final = " " * 8
 _LINE: Final = re.compile(rf"[{_KINDS}?](?:   (.*))?")
 _KEYWORD: Final = re.compile(r'"([^\W\d]\w*)"i?')
 _TERMINAL: Final = re.compile(r"^_?[A-Z_]+(?:\.\d+)?: /(?:\(\?:)?([A-Z_|]+)\)?(?:\(\?!|\\b)", re.MULTILINE)
+_HEAD: Final = "?"  # a line above all others
 _CONTEXT: Final = 200  # characters of a declared line that are shown
 
 
@@ -273,9 +281,11 @@ def declare(vendor: Vendor, path: Path) -> None:
     A line that was just added may have ? for its letter.
     """
     save(path, found_readings(vendor, load_declared(path)))
-    save(path.with_suffix(_DAMAGED), damaged_readings(vendor, path))
-    if found := loaded(vendor, path):
-        save(path.with_suffix(_LOADED), found)
+    for suffix, derive in DERIVED.items():
+        if found := derive(vendor, path):
+            save(path.with_suffix(suffix), found)
+        else:
+            path.with_suffix(suffix).unlink(missing_ok=True)
 
 
 def load_declared(path: Path) -> dict[str, list[str]]:
@@ -446,21 +456,138 @@ def _refused(
     return found
 
 
-def unlike_loaded(vendor: Vendor, path: Path) -> Iterator[Difference]:
-    """Where what a controller is declared to refuse and what is told differ."""
-    yield from _unlike(path.with_suffix(_LOADED), loaded(vendor, path))
+# --- what other languages get ---------------------------------------------------------------------------------
 
 
-def _unlike(path: Path, parts: Mapping[str, list[str]]) -> Iterator[Difference]:
+def called(vendor: Vendor, path: Path) -> dict[str, list[str]]:
+    """The lines of the texts in a `.reading` that mean something else to other languages."""
+    parts: dict[str, list[str]] = {}
+    for name, program in programs_of(vendor, load_declared(path)):
+        routines = {one.name.casefold(): one for one in program.routines}
+
+        def find(name: str, routines: Mapping[str, Routine] = routines) -> Routine | None:
+            return routines.get(name.casefold())
+
+        spelt = (
+            with_rows(one, vendor.without_editor_comments(vendor.spelled_out(one.body, find)))
+            for one in program.routines
+        )
+        whole, after = (reading(one) for one in (program, vendor.as_called(with_routines(program, spelt))))
+        if whole != after:
+            rows = zip(_lines_of([_HEAD, *whole]), _lines_of([_HEAD, *after]), strict=True)
+            parts[name] = [row for one, other in rows if one != other for row in other]
+    return parts
+
+
+# --- what editors are told ------------------------------------------------------------------------------------
+
+
+def edited(vendor: Vendor, path: Path) -> dict[str, list[str]]:
+    """The lines of the texts in a `.reading` with what editors are told of them."""
+    words: Words | None = part_of(vendor.name, "tokens")
+    parts: dict[str, list[str]] = {}
+    for name, program in programs_of(vendor, load_declared(path)):
+        lines = program.source.lines
+        layout = words.layout.lines(lines, "  ") if words is not None and words.layout is not None else lines
+        places: dict[int, list[str]] = {}
+        for at, text in _places(program):
+            places.setdefault(at, []).append(text)
+        rows: list[str] = []
+        for number, (line, laid) in enumerate(zip(lines, layout, strict=True), 1):
+            said = " ".join(map(_word, words.words(line))) if words is not None else ""
+            told = [said] if said else []
+            told += [f"laid out: {laid}"] if laid != line else []
+            told += places.get(number, ())
+            if told:
+                rows += [f"?   {line}", *(f"{_INDENT}{one}" for one in told)]
+        if rows:
+            parts[name] = rows
+    return parts
+
+
+def _word(word: Word) -> str:
+    marks = "".join(
+        mark for mark, holds in (("=", word.defines), (".", word.local), ("~", word.plain)) if holds
+    )
+    kind = "" if word.kind is None else f" {word.kind.value}"
+    return f"[{word.column}-{word.end_column} {word.key}{kind}{marks}]"
+
+
+def _places(program: Program) -> Iterator[tuple[int, str]]:
+    """(line, what stands there) of all that can be changed in the text."""
+    try:
+        places = language(program)
+    except OlpError:
+        return
+    for point in places.points(program):
+        of = "" if point.source is program.source else f" in {Path(point.source.path).name}"
+        target = "" if point.target is None else f" {spelled(point.target)}"
+        yield point.line, f"position {point.name}{target} {point.kind}{of}: {_spans(point.numbers)}"
+    for line, speed, written, place in speeds(program):
+        more = _fields(place, ("line", "source", "tokens"))
+        yield line, f"speed {spelled(speed)} on line {written}: {_spans(place.tokens)} {more}".rstrip()
+    for number in range(1, len(program.source.lines) + 1):
+        if where := _spans(places.accelerations(program.source, number)):
+            yield number, f"acceleration: {where}"
+
+
+def _spans(tokens: Iterable[Token]) -> str:
+    return " ".join(f"{one.line}:{one.start}-{one.stop}{'|' if one.padded else ''}" for one in tokens)
+
+
+# --- merges ---------------------------------------------------------------------------------------------------
+
+_SIDES: Final = ((0, 1), (2, 2 + _EVERY))  # the turns of damage of two sides: in other lines, and in the same
+
+
+def merged(vendor: Vendor, path: Path) -> dict[str, list[str]]:
+    """What merges make of the texts in a `.reading` when both sides damage lines of them."""
+    declared = load_declared(path)
+    parts: dict[str, list[str]] = {}
+    for turns in _SIDES:
+        sides = [{name: _damaged(rows, turn) for name, rows in declared.items()} for turn in turns]
+        for name, rows in declared.items():
+            if Path(name).suffix.lower() in (*vendor.suffixes, *vendor.list_suffixes):
+                texts = ("\n".join([*text_of(one), ""]).encode() for one in (rows, *(s[name] for s in sides)))
+                if told := list(_merge(vendor, *texts)):
+                    parts[f"{name}, {turns[0]} and {turns[1]}"] = told
+    return parts
+
+
+def _merge(vendor: Vendor, base: bytes, ours: bytes, theirs: bytes) -> Iterator[str]:
+    try:
+        found = merge_bytes(vendor.name, base, ours, theirs)
+    except OlpError as refused:
+        yield from (f"refused: {one.message}" for one in refused.diagnostics)
+        return
+    made = [row.rstrip() for row in found.to_bytes().decode("utf-8", "replace").splitlines()]
+    for at, one, other in differences([row.rstrip() for row in base.decode().splitlines()], made):
+        yield f"{at}: {one} -> {other}"
+    for what, value in (("taken", found.taken), ("renamed", found.renamed), ("shared", found.shared)):
+        if value:
+            yield f"{what}: {spelled(value)}"
+    yield from (f"conflict: {one.what} {one.name}".rstrip() for one in found.hunks)
+
+
+# --- all that follows from a text -----------------------------------------------------------------------------
+
+# Suffix of a file beside a `.reading` -> what stands in it; none where nothing does.
+DERIVED: Final[Mapping[str, Callable[[Vendor, Path], dict[str, list[str]]]]] = {
+    _DAMAGED: damaged_readings,
+    _LOADED: loaded,
+    ".called": called,
+    ".edited": edited,
+    ".merged": merged,
+}
+
+
+def unlike_derived(vendor: Vendor, path: Path, suffix: str) -> Iterator[Difference]:
+    """Where what is declared in the file of this suffix beside a `.reading` and what is found differ."""
+    path, parts = path.with_suffix(suffix), DERIVED[suffix](vendor, path)
     declared = load_declared(path) if path.exists() else {}
     for name in dict.fromkeys((*parts, *declared)):
         for at, a, b in differences(declared.get(name, []), parts.get(name, [])):
-            yield f"{path.name}, {name}, line {at}", f"declared: {a}; read: {b}"
-
-
-def unlike_damaged(vendor: Vendor, path: Path) -> Iterator[Difference]:
-    """Where what is declared of damaged lines and what is read of them differ."""
-    yield from _unlike(path.with_suffix(_DAMAGED), damaged_readings(vendor, path))
+            yield f"{path.name}, {name}, line {at}", f"declared: {a}; found: {b}"
 
 
 def unspoken(vendor: Vendor, readings: Iterable[str]) -> list[str]:

@@ -198,14 +198,32 @@ def reads_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
 
 def reads_damage_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
     """A word left out, a number changed or a letter lost there means something else, or is told, as declared"""
-    for path in readings.readings_of(it.folder):
-        yield from readings.unlike_damaged(it.vendor, path)
+    yield from _derived(it, ".damaged")
 
 
 def refuses_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
     """What a controller refuses to load of these programs, and of sound ones once they are damaged, is as declared"""
+    yield from _derived(it, ".loaded")
+
+
+def hands_on_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
+    """Other languages get the statements that are declared of these programs"""
+    yield from _derived(it, ".called")
+
+
+def tells_editors_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
+    """Editors are told the names, the layout, and the places of positions and speeds that are declared"""
+    yield from _derived(it, ".edited")
+
+
+def merges_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
+    """Merges of these programs, damaged on both sides, give the declared texts and conflicts"""
+    yield from _derived(it, ".merged")
+
+
+def _derived(it: VendorUnderTest, suffix: str) -> Iterator[Difference]:
     for path in readings.readings_of(it.folder):
-        yield from readings.unlike_loaded(it.vendor, path)
+        yield from readings.unlike_derived(it.vendor, path, suffix)
 
 
 def declares_every_word(it: VendorUnderTest) -> Iterator[Difference]:
@@ -478,6 +496,9 @@ PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     reads_as_declared,
     reads_damage_as_declared,
     refuses_as_declared,
+    hands_on_as_declared,
+    tells_editors_as_declared,
+    merges_as_declared,
     declares_every_word,
     names_each_line,
     keeps_every_byte,

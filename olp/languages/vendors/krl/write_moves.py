@@ -16,8 +16,8 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import CannotSayError, decimal
 from olp.languages.vendors.krl import values
-from olp.languages.vendors.krl.forms import InlineForms
 from olp.languages.vendors.krl.scope import AXES
+from olp.languages.vendors.krl.write_forms import InlineForms
 from olp.languages.vendors.krl.write_values import AXIS_WORDS, POSE, KrlValues, pose_text
 
 _SIZES: Final = {

@@ -20,11 +20,11 @@ from olp.ir.transformer import expressions_of
 from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.body import FORGETS
-from olp.languages.vendors.krl.forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
-from olp.languages.vendors.krl.forms import HEADER as HEADER_OF_FORMS
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
 from olp.languages.vendors.krl.neighbours import CONFIG_MARK
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
+from olp.languages.vendors.krl.write_forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
+from olp.languages.vendors.krl.write_forms import HEADER as HEADER_OF_FORMS
 from olp.languages.vendors.krl.write_moves import KrlMoves
 from olp.languages.vendors.krl.write_values import TEXT_LENGTH, KrlValues, is_of_config
 
