@@ -1277,3 +1277,20 @@ def test_a_work_object_is_taken_for_a_position_or_a_tool_by_its_frame_in_rapid()
     text = script(*rows, "set_tcp(plane)", "movel(p1)")
     assert "a tool that is a work object" in refused(text, "urscript", "rapid")[8]
     assert re.search(r"olp_robtarget\d:=\[plane.uframe.trans,plane.uframe.rot,", written)
+
+
+def early(body):
+    counted = ("FUNC bool counted(num y)", *body, "RETURN y>1;", "ENDFUNC")
+    return module("IF n>5 AND counted(2) THEN", "WaitTime 1;", "ENDIF", data=("VAR num n:=0;", *counted))
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+def test_a_call_that_rapid_leaves_out_behind_a_decided_condition_is_told(target):
+    told = [loss.says for loss in losses(early(["n:=n+1;"]), "rapid", target)]
+    assert any("does not call counted where what stands before it decides" in reason for reason in told)
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+def test_a_call_that_changes_nothing_is_no_loss_behind_a_decided_condition(target):
+    told = [loss.says for loss in losses(early([]), "rapid", target)]
+    assert not any("does not call" in reason for reason in told)

@@ -63,7 +63,7 @@ from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, pulses, signal_aliases, signals
 from olp.transpile.source_only import comment_texts, foreign_words, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
-from olp.transpile.temporaries import hoist, texts_by_statement
+from olp.transpile.temporaries import decided_early, hoist, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
 from olp.transpile.unroll import executed
@@ -210,6 +210,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         flat_records,
         enumerations,
         powers,
+        decided_early,
         exclusive,
         helper_routines,
         states,

@@ -5,6 +5,7 @@ A loop whose condition needs such a computation becomes one that is left from wi
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -30,12 +31,15 @@ from olp.ir.expressions import (
 )
 from olp.ir.program import (
     Assign,
+    Begin,
     Break,
     Call,
+    Comment,
     Declare,
     Dwell,
     Else,
     ElseIf,
+    End,
     EndIf,
     EndWhile,
     For,
@@ -58,7 +62,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
+from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 # --- Temporary values ---
 # Values and conditions that languages with registers can write; what they cannot is computed into variables beforehand.
@@ -456,6 +460,49 @@ def is_condition(e: Expression) -> bool:
             return not is_number(bus)
         case _:
             return False
+
+
+# --- Conditions that stop early ---
+
+_QUIET: Final = (Assign, Begin, Comment, Declare, Else, ElseIf, End, EndIf, If, Return)
+
+
+def decided_early(program: Program, work: TranslationContext) -> Program:
+    """Tells where the target may call a routine that the source does not: behind AND or OR, which decide before it."""
+    if not work.conventions.stops_early or work.target_conventions.stops_early:
+        return program
+    quiet = {routine.name.casefold() for routine in program.routines if _changes_nothing(routine)}
+    for routine in program.routines:
+        for s in routine.body:
+            if not calls_nothing(s):
+                for name in _called_behind(s, quiet):
+                    says = (
+                        f"{language_of(program.vendor)} does not call {name} where what stands before it decides "
+                        f"the condition: {language_of(work.target)} may call it there too"
+                    )
+                    work.lose(s, Fate.APPROXIMATED, "call", says)
+    return program
+
+
+def _called_behind(s: Statement, quiet: set[str]) -> Iterator[str]:
+    """The routines that a condition of a statement calls right of an AND or an OR, but those that change nothing."""
+    parts = [part for e in expressions_of(s) if type(e) is Logic for _, part in e.rest]
+    called = {x.routine for part in parts for x in expressions_of(part) if type(x) is CallValue}
+    yield from sorted(name for name in called if name.casefold() not in quiet)
+
+
+def _changes_nothing(routine: Routine) -> bool:
+    """Whether a routine computes a value from what it is given, and sets nothing but its own variables."""
+    own = {d.name.casefold() for d in routine.body if isinstance(d, Declare)}
+    own |= {p.name.casefold() for p in routine.parameters if not p.by_reference}
+    for s in routine.body:
+        if not isinstance(s, _QUIET) or any(type(e) is CallValue for e in expressions_of(s)):
+            return False
+        if isinstance(s, Assign):
+            base = base_of(s.target)
+            if not isinstance(base, Named) or base.name.casefold() not in own:
+                return False
+    return True
 
 
 # --- Temporaries ---

@@ -65,6 +65,7 @@ class Rapid(Vendor):
         arm_flags=ArmFlags.QUARTERS,
         actions_at_ends=True,
         data_begin_anew=True,
+        stops_early=True,
         joint_target_word="moveabsj",
         move_options=MoveOptions(
             # Offsets of external axes, the number of a synchronized move, and the load of the tool.
