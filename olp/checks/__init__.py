@@ -1,1 +1,1 @@
-"""What must hold of programs: lint, budgets, differences, changes of positions."""
+"""Checks of programs: lint, budgets, differences, changes of positions."""

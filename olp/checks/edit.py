@@ -1,17 +1,18 @@
-"""Changes positions and speeds of a program, and nothing else: all other bytes of its files stay.
+"""Changes positions and speeds of a program; all other bytes of its files stay.
 
-A change is made in the text, number by number. The new text is read again, and only when the program it makes is the
-old one but for what was asked is it given back; with points that were placed it also runs.
+A change is made in the text, number by number. The new text is read again and is accepted only if its program
+equals the old one except for the requested change; with placed points it is also run.
 
-Codes: O002 no such position, O003 a position written twice, O004 numbers that are none, O005 no speed on this line,
-O006 a speed that cannot be.
+Codes: O002 no such position, O003 a position written twice, O004 invalid numbers, O005 no speed on this line, O006
+an impossible speed.
 
-Puts the tool somewhere: which written numbers bring it there, and whether they do when the program runs.
+A point can also be placed by the pose of the tool: the numbers that bring it there are computed, and checked by
+running the program.
 
-The frame that a point stands in need not be known. Where the tool goes is B = F P with the point's numbers P and
-whatever the program puts before them, F; for the tool to go to B' the numbers become P B⁻¹ B'.
+The frame of a point need not be known. The tool goes to B = F P with the point's numbers P and all transforms F
+that the program applies before them; for the tool to go to B' the numbers become P B⁻¹ B'.
 
-Codes: O007 a place that the robot cannot take, O009 a move whose target is computed.
+Codes: O007 a place that the robot cannot reach, O009 a move whose target is computed.
 """
 
 from __future__ import annotations
@@ -59,9 +60,9 @@ _SAME_TURN = 0.02 * deg
 
 
 class Visit(NamedTuple):
-    """Step `step` of a plan goes to the written position `name`; as the point on an arc's way with `is_via`.
+    """Step `step` of a plan goes to the written position `name`; with `is_via` as the via point of an arc.
 
-    `pose`: where the tool is there, in the robot's base; None where that is not known.
+    `pose`: the tool's pose there in the robot's base; None if unknown.
     """
 
     name: str
@@ -71,7 +72,7 @@ class Visit(NamedTuple):
 
 
 def visits(program: Program, plan: Plan) -> Iterator[Visit]:
-    """Which steps of `plan` go to a written position as it stands, without an offset."""
+    """The steps of `plan` that go to a written position without an offset."""
     points = written_points(program)
     by_target = {point.target: name for name, point in points.items() if point.target is not None}
     by_line = {point.line: name for name, point in points.items() if point.target is None}
@@ -103,7 +104,7 @@ def _target(plan: Plan, step: int) -> Pose | None:
 
 
 def _on_the_way(plan: Plan, pose: Pose | None, target: WrittenPoint, via: WrittenPoint) -> Pose | None:
-    """An arc's point stands in the frame of its target; None where the program passes no such place."""
+    """Pose of an arc's via point, which is in the frame of its target; None where the program does not pass it."""
     if pose is None or target.kind is not PointKind.POSE or via.kind is not PointKind.POSE:
         return None
     found = pose @ target.pose().inverse() @ via.pose()
@@ -116,7 +117,7 @@ def _passes(plan: Plan, position: NDArray[np.float64]) -> bool:
 
 
 def placed_values(program: Program, point: WrittenPoint, pose: Pose, plan: Plan) -> tuple[float, ...]:
-    """The values that bring the tool to the pose, as the program visits the point for the first time."""
+    """The values that bring the tool to the pose at the program's first visit of the point."""
     visit = _first_visit(program, plan, point.name)
     before = visit.pose
     assert before is not None
@@ -165,7 +166,7 @@ def _first_visit(program: Program, plan: Plan, name: str) -> Visit:
 def check_places(
     before: Program, after: Program, places: Mapping[str, Pose], plan: Plan, run: Callable[[Program], Plan]
 ) -> None:
-    """Raises OlpError (O009) where the tool would not go to what was asked."""
+    """Raises OlpError (O009) where the tool would not go to the requested pose."""
     new_plan, problems = run(after), []
     reached = {(one.name, one.step): one.pose for one in visits(after, new_plan)}
     for name, asked in places.items():
@@ -190,7 +191,7 @@ class SetPoint:
 
 @dataclass(frozen=True, slots=True)
 class PlacePoint:
-    """The tool centre point goes to `pose` in the robot's base, wherever the point's own frame stands."""
+    """Moves the tool centre point to `pose` in the robot's base, whatever the point's own frame."""
 
     name: str
     pose: Pose
@@ -198,7 +199,7 @@ class PlacePoint:
 
 @dataclass(frozen=True, slots=True)
 class ChangeSpeed:
-    """`value` in SI of the kind that the line has: m/s, rad/s, s, or a fraction of rated speed."""
+    """`value` in SI, of the line's kind of speed: m/s, rad/s, s, or a fraction of rated speed."""
 
     line: int
     value: float
@@ -208,9 +209,9 @@ Edit = SetPoint | PlacePoint | ChangeSpeed
 
 
 class Edited(NamedTuple):
-    """The changed program. `sources`: the files that are different now; `lines`: (path, line) of what changed.
+    """The changed program. `sources`: the changed files; `lines`: (path, line) of the changes.
 
-    `notes`: what could not be written to the last decimal.
+    `notes`: values that could not be written to the last decimal.
     """
 
     program: Program
@@ -225,9 +226,10 @@ def edited(
     plan: Plan | None = None,
     replan: Callable[[Program], Plan] | None = None,
 ) -> Edited:
-    """The program with all of `edits`. `plan`, `replan`: how it is run, needed to place points (default: plainly).
+    """The program with all of `edits`. `plan`, `replan`: its run, needed to place points (default: without
+    options).
 
-    Raises OlpError with everything that stands against it; then nothing is changed.
+    Raises OlpError with all problems; nothing is changed then.
     """
     from olp.runtime.interpreter import run as run_program
 
@@ -261,7 +263,7 @@ def edited(
 
 
 class _Change(NamedTuple):
-    """What an edit does to the text. `values`: of a point as asked, or the one number of a speed."""
+    """Effect of an edit on the text. `values`: the requested ones of a point, or the one number of a speed."""
 
     what: object
     path: str
@@ -292,7 +294,7 @@ def _change(program: Program, edit: Edit, plan: Plan | None) -> _Change:
 
 
 def _checked(program: Program, change: _Change) -> list[Diagnostic]:
-    """Notes on a change in the program that was read again. Raises OlpError where the reader sees another one."""
+    """Notes on a change in the program that was read again. Raises OlpError if the reader finds other values."""
     if change.point is not None:
         check_point(program, change.point, change.values)
         return []
@@ -346,7 +348,7 @@ def _respelt_speed(program: Program, edit: ChangeSpeed) -> _Change:
 
 
 def _reread(program: Program, sources: Mapping[str, Source]) -> Program:
-    """The program of the new texts; lists that belong to it are taken from `sources`, not from the disk."""
+    """The program of the new texts; data lists that belong to it are taken from `sources`, not from the disk."""
     from olp.languages.vendor import find_vendor
 
     source = sources[program.path]
@@ -372,7 +374,7 @@ _LAST_NUMBER = re.compile(r"\d*\.?\d+(?=\D*\Z)")
 
 
 def check_same(before: Program, after: Program, most: int) -> None:
-    """Raises OlpError (O008) when more than `most` pieces, one per line, are different."""
+    """Raises OlpError (O008) when more than `most` pieces, one per line, differ."""
     old, new = _facts(before), _facts(after)
     different = [key for key in old.keys() | new.keys() if old.get(key) != new.get(key)]
     known = {(one.code, one.line, one.message) for one in before.diagnostics}
@@ -384,7 +386,7 @@ def check_same(before: Program, after: Program, most: int) -> None:
 
 
 def check_point(program: Program, point: WrittenPoint, values: Sequence[float]) -> None:
-    """Raises OlpError (O008) when the reader takes the point to be anywhere but at `values`."""
+    """Raises OlpError (O008) when the reader finds other values of the point than `values`."""
     for said in _said(program, point):
         if not _alike(point.kind, np.asarray(said[: len(values)]), np.asarray(values[: len(said)])):
             raise OlpError(_something_else(program, point.line))
@@ -393,9 +395,10 @@ def check_point(program: Program, point: WrittenPoint, values: Sequence[float]) 
 def check_speed(
     program: Program, line: int, asked: float, said: float, texts: dict[Token, str]
 ) -> list[Diagnostic]:
-    """Notes about rounding. `asked`, `said` in the unit that is written there, `said` by the reader.
+    """Notes about rounding. `asked`: the requested speed, `said`: the one that the reader finds, both in the
+    written unit.
 
-    Raises OlpError (O008) when the reader takes another number for the speed than the one that was written.
+    Raises OlpError (O008) when the reader finds another number than the written one.
     """
     match = _LAST_NUMBER.search(next(iter(texts.values()), ""))
     if match is not None and not abs(float(match[0]) - said) <= 1e-6 * abs(said):
@@ -412,7 +415,7 @@ def _something_else(program: Program, line: int = 0) -> Diagnostic:
 
 
 def _facts(program: Program) -> dict[tuple[object, ...], str]:
-    """All that a program says, piece by piece."""
+    """Text of every piece of a program: data, routines, statements, points."""
     facts: dict[tuple[object, ...], str] = {("data", i): repr(one) for i, one in enumerate(program.data)}
     for routine in program.routines:
         head = replace(routine, body=(), points=type(routine.points)())
@@ -425,7 +428,7 @@ def _facts(program: Program) -> dict[tuple[object, ...], str]:
 
 
 def _said(program: Program, point: WrittenPoint) -> Iterator[tuple[float, ...]]:
-    """The values of the point as the program has them; none where it is not kept as numbers."""
+    """The values of the point in the program; none where it is not stored as numbers."""
     target = point.target
     for routine in program.routines:
         if isinstance(target, Taught | Variable):

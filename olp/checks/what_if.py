@@ -1,7 +1,6 @@
-"""What a program takes with another speed or zone of single lines: edited in memory, timed, and never written.
+"""Time of a program with another speed or zone of single lines: edited in memory, timed, and never written.
 
-Codes: O011 a line without the zone that was asked for, O012 a file that is not its own text; those of
-`olp.checks.edit`.
+Codes: O011 a line without the requested zone, O012 a packed file or project; those of `olp.checks.edit`.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ SPEED_UNITS: Mapping[SpeedUnit, tuple[float, str]] = {
 
 
 class LineEdit(NamedTuple):
-    """Another `speed` of `line`, in the unit that its `EditableLine` names, and its n-th larger zone (-n: smaller)."""
+    """Another `speed` of `line`, in the unit of its `EditableLine`, and its n-th larger zone (-n: smaller)."""
 
     line: int
     speed: float | None = None
@@ -47,9 +46,9 @@ class LineEdit(NamedTuple):
 
 
 class EditableLine(NamedTuple):
-    """A line whose speed or zone can be changed. `written`: the line where that speed stands.
+    """A line whose speed or zone can be changed. `written`: the line on which that speed is written.
 
-    `speed` in `unit`, None where there is none of its own. `zones`: n of `LineEdit`, and the zone as it is written.
+    `speed` in `unit`, None without a speed of its own. `zones`: n of `LineEdit`, and the zone as written.
     """
 
     line: int
@@ -61,7 +60,7 @@ class EditableLine(NamedTuple):
 
 
 class WhatIf(NamedTuple):
-    """The program as it would be. `sources`: its files that are different."""
+    """The changed program. `sources`: its files that differ."""
 
     program: Program
     sources: tuple[Source, ...]
@@ -69,7 +68,7 @@ class WhatIf(NamedTuple):
 
 
 def editable_lines(program: Program) -> list[EditableLine]:
-    """Every line that can be changed, in their order. Raises OlpError (O001, O012)."""
+    """Every line that can be changed, in order. Raises OlpError (O001, O012)."""
     spoken = {one.line: one for one in speeds(program)}
     _refuse_packed(program)
     moves = _moves(program)
@@ -90,7 +89,7 @@ def editable_lines(program: Program) -> list[EditableLine]:
 
 
 def what_if(program: Program, changes: Sequence[LineEdit]) -> WhatIf:
-    """The program with these changes and no other. Raises OlpError with everything that stands against them."""
+    """The program with these changes only. Raises OlpError with all problems."""
     spoken = {one.line: one for one in speeds(program)}
     _refuse_packed(program)
     edits = []
@@ -107,7 +106,7 @@ def what_if(program: Program, changes: Sequence[LineEdit]) -> WhatIf:
 
 
 def seconds_by_line(timing: Timing) -> dict[int, float]:
-    """Line of the program itself -> seconds [s] of all its runs."""
+    """Seconds [s] of each line of the program itself, over all its runs."""
     own = timing.plan.source == 0
     lines, of = np.unique(timing.plan.line[own], return_inverse=True)
     sums = np.bincount(of, np.nan_to_num(timing.duration_s[own]), len(lines))
@@ -120,7 +119,7 @@ def seconds_by_line(timing: Timing) -> dict[int, float]:
 
 
 def _refuse_packed(program: Program) -> None:
-    """Raises OlpError (O012) for a file that is not its own text: a packed program, or a project of other files."""
+    """Raises OlpError (O012) for a packed program or a project of other files, whose text is not the file's."""
     source = program.source
     if decode(source.raw, source.path, source.encoding).lines != source.lines:
         says = "this file holds other files: its lines cannot be changed"
@@ -132,9 +131,9 @@ def _moves(program: Program) -> dict[int, Move]:
 
 
 def _zones(program: Program, move: Move | None, text: str) -> list[tuple[int, str, str]]:
-    """n of `LineEdit`, the zone as it is written, and the line with it: the smallest first.
+    """n of `LineEdit`, the zone as written, and the line with it: the smallest first.
 
-    A zone that is no number (KRL C_DIS, a variable) stays as it is.
+    A zone that is not a number (KRL C_DIS, a variable) is kept.
     """
     words = find_vendor(program.vendor).corners
     if words is None or move is None or not (re.search(words.zone, text) or _stops(move)):
@@ -152,7 +151,9 @@ def _stops(move: Move) -> bool:
 
 
 def _with_zones(program: Program, zones: Mapping[int, int]) -> Program:
-    """Raises OlpError: O011, and O008 where the new text says something else as well."""
+    """The program with the n-th larger zone of each line. Raises OlpError: O011, and O008 where the new text
+    changes something else.
+    """
     if not zones:
         return program
     lines: dict[int, tuple[str]] = {}

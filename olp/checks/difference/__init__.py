@@ -1,4 +1,6 @@
-"""Two versions of a program: which lines take longer or shorter now, and why. The parts add up to the whole."""
+"""Compares two versions of a program: which lines take longer or shorter, and why. The line changes add up to the
+total change.
+"""
 
 from olp.checks.difference.compare import LineChange, ProgramDifference, compare
 

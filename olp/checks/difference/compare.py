@@ -1,4 +1,6 @@
-"""Two timed versions of one program, compared line by line: what each line does, how often it ran, how long it took."""
+"""Compares two timed versions of one program line by line: what each line does, how often it runs, how long it
+takes.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +33,8 @@ _BLANKS = re.compile(r"\s+")
 class ComparedLine:
     """One line. `seconds`: over all `count` executions. Positions [m] and angles are those of its first execution.
 
-    `standing`: the tool and the frame that the target is taught with, as far as the program says.
-    `text`: without blanks at the ends and without its comment. `speed`: (unit, value in SI). `signature`: what the
-    line says, for finding it again when it stands elsewhere.
+    `standing`: tool and frame of the target, as far as the program says. `text`: without outer blanks and comment.
+    `speed`: (unit, value in SI). `signature`: meaning of the line, to find it again at another line number.
     """
 
     routine: str
@@ -55,7 +56,7 @@ class ComparedLine:
 
     @property
     def signature(self) -> tuple[object, ...]:
-        """Two lines that do the same have the same."""
+        """Key that is equal for lines that do the same."""
         if self.kind in ("wait", "signal"):
             return (self.routine, self.kind, self.text, round(self.seconds / self.count, 6))
         place = tuple(np.round(self.target, 5).tolist()) if not np.isnan(self.target).any() else self.text
@@ -63,7 +64,7 @@ class ComparedLine:
 
 
 def rows_of(timing: Timing, program: Program) -> list[ComparedLine]:
-    """Every executed line once, routine by routine in order of first execution, lines in order of writing."""
+    """Every executed line once: routines in order of first execution, lines in order of their numbers."""
     plan = timing.plan
     names = [file_stem(source.path) for source in plan.sources]
     found: dict[tuple[int, int], ComparedLine] = {}
@@ -93,7 +94,7 @@ def _line_starts(program: Program) -> list[tuple[int, str]]:
 
 
 def standing_of(program: Program) -> dict[int, tuple[str, str]]:
-    """Line -> tool and frame of the move there."""
+    """Tool and frame of each move, by its line."""
     found = {}
     for routine in program.routines:
         for s in routine.body:
@@ -113,7 +114,7 @@ def standing_of(program: Program) -> dict[int, tuple[str, str]]:
 
 
 def _frame(state: PointState) -> str:
-    """Empty for joint values: they stand in none."""
+    """Name of the frame; empty for joint values, which have none."""
     if state.kind is not PointKind.POSE:
         return ""
     return state.frame if state.user is None else f"{state.frame} {state.user}"
@@ -179,7 +180,7 @@ def _blend_of(plan: Plan, row: int) -> tuple[int, float]:
 
 
 class Cause(StrEnum):
-    """Why a line takes another time; the words that reports use."""
+    """Why the time of a line changed; the words that reports use."""
 
     POINT = "point moved"
     SPEED = "speed"
@@ -203,9 +204,10 @@ class Cause(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class LineChange:
-    """One line of the old or new version. `old_s`, `new_s` [s]: over all executions, 0 where it is not there.
+    """Change of one line. `old_s`, `new_s` [s]: over all executions, 0 in the version without the line.
 
-    `old_line`, `new_line`: 0 where there is none. `moved_mm`, `turned_deg`: of its target. `details`: "V=300 → 250".
+    `old_line`, `new_line`: 0 in the version without the line. `moved_mm`, `turned_deg`: of its target. `details`:
+    "V=300 → 250".
     """
 
     routine: str
@@ -228,11 +230,11 @@ class LineChange:
 
 @dataclass(frozen=True, slots=True)
 class ProgramDifference:
-    """One program. `changes`: lines whose time or meaning changed; the seconds of all others are the same.
+    """Difference of one program. `changes`: lines whose time or meaning changed; all other times are equal.
 
-    `old_s`, `new_s` [s]: totals, None where that version could not be timed, and `why` tells the reason; `old_ends`,
-    `new_ends` [s]: their 95 % intervals, None where nothing is known of them. Of one arm both versions err alike: an
-    interval is that of its total, not of the change.
+    `old_s`, `new_s` [s]: totals, None where that version could not be timed (`why` is the reason); `old_ends`,
+    `new_ends` [s]: their 95 % intervals, None where unknown. The errors of both versions are correlated, as they
+    are of one arm: an interval is that of its total, not of the change.
     """
 
     file: str
@@ -263,7 +265,7 @@ _UNITS = {
 
 
 def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Program]) -> ProgramDifference:
-    """What changed from `old` to `new`. The changes' seconds add up to the change of the totals."""
+    """The changes from `old` to `new`. Their seconds add up to the change of the totals."""
     before, after = rows_of(old, programs[0]), rows_of(new, programs[1])
     # A copy under another name is still the same program.
     names = [_main(program) for program in programs]
@@ -285,12 +287,12 @@ def compare(file: str, old: Timing, new: Timing, programs: tuple[Program, Progra
 
 
 def _ends(timing: Timing) -> tuple[float, float] | None:
-    """As `olp time` tells them: of a total that leaves something out only what was recorded says anything."""
+    """The interval that `olp time` reports; with an incomplete total only one from a recording."""
     return None if timing.left_open and timing.interval is None else timing.total_ends
 
 
 def _left_out(version: str, timing: Timing) -> Iterator[str]:
-    """What a version's total leaves out."""
+    """Notes on the parts that a version's total does not include."""
     if timing.untimed:
         yield f"the {version} version: {timing.untimed} steps cannot be timed"
     broken = timing.left_open
@@ -338,7 +340,7 @@ def _change(
 
 
 def _moved(a: ComparedLine | None, b: ComparedLine | None) -> tuple[float, float]:
-    """[mm], [deg] between the two targets; 0 where one is not known."""
+    """Distance [mm] and angle [deg] between the two targets; 0 where one is unknown."""
     if a is None or b is None:
         return 0.0, 0.0
     distance = float(np.linalg.norm(a.target - b.target))
@@ -348,7 +350,7 @@ def _moved(a: ComparedLine | None, b: ComparedLine | None) -> tuple[float, float
 
 
 def _own_cause(a: ComparedLine | None, b: ComparedLine | None) -> tuple[Cause | None, str]:
-    """What the line itself says differently, None where it says the same."""
+    """The difference in the text of the line, as cause and details; None if there is none."""
     if a is None or b is None:
         return (Cause.ADDED if a is None else Cause.REMOVED), ""
     if a.kind != b.kind:
@@ -420,7 +422,7 @@ def _speed(row: ComparedLine) -> str:
 
 
 def _global_cause(old: Timing, new: Timing) -> Cause | None:
-    """A reason outside of the program's lines: another robot, or other settings."""
+    """A cause outside of the program's lines: another robot, or other settings."""
     if old.plan.robots != new.plan.robots:
         return Cause.ROBOT
     if old.plan.settings != new.plan.settings or old.model != new.model:
@@ -438,7 +440,9 @@ _SMALL = 300  # lines of a gap that are aligned exactly; longer gaps pair up by 
 def align(
     old: Sequence[ComparedLine], new: Sequence[ComparedLine]
 ) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
-    """Pairs in order; each row comes once. Lines that do the same are anchors, those between pair up."""
+    """Pairs of old and new rows in order, each row once. Lines that do the same are anchors; those between are
+    paired.
+    """
     matcher = difflib.SequenceMatcher(
         None, [r.signature for r in old], [r.signature for r in new], autojunk=False
     )
@@ -464,7 +468,7 @@ def _gap(
 def _by_text(
     old: Sequence[ComparedLine], new: Sequence[ComparedLine]
 ) -> Iterator[tuple[ComparedLine | None, ComparedLine | None]]:
-    """A long gap: first by the same text, what is left by order."""
+    """Pairs of a long gap: first rows of equal text, then the others in order."""
     matcher = difflib.SequenceMatcher(
         None, [_words(r) for r in old], [_words(r) for r in new], autojunk=False
     )
@@ -511,7 +515,7 @@ def _cheapest(
 
 
 def _price(a: ComparedLine, b: ComparedLine) -> float:
-    """0 for the same, more than two skips for what cannot be the same line."""
+    """Cost of a pair: 0 for equal lines, more than two skips for lines that cannot correspond."""
     if a.routine != b.routine or (a.kind in ("wait", "signal")) != (b.kind in ("wait", "signal")):
         return 3 * _SKIP
     if a.kind in ("wait", "signal"):

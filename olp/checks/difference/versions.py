@@ -1,6 +1,6 @@
-"""Where two versions come from: two files, two folders, or two states of a git repository.
+"""Sources of the two versions: two files, two folders, or two states of a git repository.
 
-Codes: U001 no such file, folder or revision; U002 git refused (olp/core/git.py); U003 nothing to compare.
+Codes: U001 no such file, folder or revision; U002 git failed (olp/core/git.py); U003 nothing to compare.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ class VersionPair(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Versions:
-    """The programs to compare. `folders`: where each version's called routines and settings are."""
+    """The programs to compare. `folders`: location of each version's called routines and settings."""
 
     pairs: tuple[VersionPair, ...]
     folders: tuple[Path | None, Path | None] = (None, None)
 
     def compare(self, pair: VersionPair, job: TimingJob) -> ProgramDifference:
-        """The difference of one program, with what its budgets say of both versions."""
+        """The difference of one program, with the budgets' verdicts on both versions."""
         old, new = (_timed(path, job, folder) for path, folder in zip(pair[1:], self.folders, strict=True))
         why = "; ".join(t for t in (old, new) if isinstance(t, str))
         if why or old is None or new is None or isinstance(old, str) or isinstance(new, str):
@@ -53,7 +53,7 @@ class Versions:
 
 
 def _timed(path: Path | None, job: TimingJob, folder: Path | None) -> tuple[Timing, Program] | str | None:
-    """The timing of one version, None where it is missing, and the reason where it cannot be read."""
+    """The timing of one version; None if it is missing, the reason if it cannot be read."""
     from olp.identification.timing_job import time_program
     from olp.languages.vendor import read
 
@@ -67,7 +67,7 @@ def _timed(path: Path | None, job: TimingJob, folder: Path | None) -> tuple[Timi
 
 
 def _budgets(pair: VersionPair, job: TimingJob) -> tuple[JudgedItem, ...]:
-    """What the budgets of the new version say of it."""
+    """Verdicts of the new version's budgets."""
     if pair.new is None:
         return ()
     own = tuple(b for known in budgets_for(str(pair.new)) for b in known.budgets if b.covers(str(pair.new)))
@@ -79,7 +79,7 @@ def _budgets(pair: VersionPair, job: TimingJob) -> tuple[JudgedItem, ...]:
 
 @contextmanager
 def open_versions(old: str, new: str, paths: Sequence[str] = ()) -> Iterator[Versions]:
-    """The versions that two words name; revisions are laid out in a folder that goes away again.
+    """The versions that two arguments name; revisions are checked out into a temporary folder.
 
     Raises OlpError (U001, U002, U003).
     """
@@ -113,7 +113,7 @@ def _of_paths(a: Path, b: Path) -> Versions:
 
 
 def _home(path: Path, home: Path | None) -> Path | None:
-    """Where the routines are that a copy calls: beside the original."""
+    """Folder of the routines that a temporary copy calls: that of the original; None if `path` is no temporary copy."""
     temporary = path.resolve().is_relative_to(Path(tempfile.gettempdir()).resolve())
     return home if home is not None and temporary else None
 
@@ -149,14 +149,14 @@ def _there(path: Path) -> Path | None:
 
 
 def _same(pair: VersionPair) -> bool:
-    """Whether nothing can have changed: the same bytes, and the same files around them."""
+    """Whether nothing can have changed: both files and the files beside them are identical."""
     if pair.old is None or pair.new is None or pair.old.read_bytes() != pair.new.read_bytes():
         return False
     return _around(pair.old.parent) == _around(pair.new.parent)
 
 
 def _around(folder: Path) -> dict[str, bytes]:
-    """What stands beside a program, small files only: called routines, tools, settings."""
+    """Content of the small files beside a program: called routines, tools, settings."""
     return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file() and p.stat().st_size < 1_000_000}
 
 
@@ -170,7 +170,7 @@ def _no_version(word: str) -> Diagnostic:
 
 
 def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
-    """The files of a revision in `folder`, and where there the current folder is. Raises OlpError (U001, U002)."""
+    """Check out the files of a revision into `folder`; its copy of the current folder. Raises OlpError (U001, U002)."""
     if revision.startswith("-") or not _is_revision(revision):
         raise OlpError(_no_version(revision))
     folder.mkdir(parents=True)
@@ -188,9 +188,10 @@ def _laid_out(revision: str, folder: Path, paths: Sequence[str]) -> Path:
 def _wanted(
     files: Collection[PurePosixPath], prefix: str, paths: Sequence[str]
 ) -> list[PurePosixPath] | None:
-    """What to lay out, as git's root sees it: None for everything.
+    """The paths to check out, relative to git's root: None for everything.
 
-    Of a file its whole folder, where the routines are that it calls, and settings and robot files wherever they are.
+    For a file its whole folder, which has the routines that it calls; in addition settings and robot files of all
+    folders.
     """
     roots = [PurePosixPath(prefix, path.replace("\\", "/")) for path in paths]
     if not roots or PurePosixPath(".") in roots:

@@ -1,1 +1,1 @@
-"""The cheapest edits that bring a program down to a time."""
+"""Finds the cheapest edits that bring a program down to a given time."""

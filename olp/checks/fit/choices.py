@@ -1,7 +1,7 @@
-"""What a person would change in a program to make it faster: a speed, an acceleration, a zone, a way that is free.
+"""Edits that make a program faster: a speed, an acceleration, a zone, a joint move where the path is free.
 
-A choice is a change of the text, so that the edited program is the written one, byte for byte, but for the lines of the
-choices. Taught points are never changed, nor lines that say `olp: keep`.
+A choice is a change of the text, so that the edited program is the written one, byte for byte, except for the lines
+of the choices. Taught points are never changed, nor lines with `olp: keep`.
 """
 
 from __future__ import annotations
@@ -65,13 +65,13 @@ _DIGITS = 2  # of a new speed: nobody writes 117.3
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One edit. `line`: of the move that it is about; `place`: two choices of one place exclude each other.
+    """One edit. `line`: of the move that it changes; `place`: two choices of one place exclude each other.
 
-    `says`: "118 → 150 mm/s". `effort` [1]: how far it goes, where two edits do equally. `texts`: numbers that change;
-    `zone`: what the line becomes beside them, as the n-th larger zone; `joint` [1]: the share of rated speed with which
-    a straight move becomes a joint move, 0 for none. `path`: of the called program that it changes; empty: the program
-    itself. `modal`: a setting, that holds for moves of other lines. `moved`: lines that hold another line's text.
-    `by_axes`: it says how fast the axes turn, and the tool travels as fast as that makes it.
+    `says`: "118 → 150 mm/s". `effort` [1]: size of the change, to decide between two edits of equal gain. `texts`:
+    numbers that change; `zone`: index of the larger zone that the line gets, -1 for none; `joint` [1]: the share of
+    rated speed with which a straight move becomes a joint move, 0 for none. `path`: of the called program that it
+    changes; empty: the program itself. `modal`: a setting that holds for moves of other lines. `moved`: lines that
+    hold another line's text. `by_axes`: it sets the speed of the axes, and the tool's speed follows.
     """
 
     kind: str
@@ -96,9 +96,9 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """How far choices may go. `within` [m] of corners. `speed` [m/s] of the tool, `acceleration` [m/s²] of straight
-    moves; None: the highest of the program. `kept`: lines that stay; `free`: whose path is free to choose.
-    `called`: in programs that it calls as well. `unseen`: beyond what the signature has seen. `order`: groups of lines
+    """Limits of the choices. `within` [m] of corners. `speed` [m/s] of the tool, `acceleration` [m/s²] of straight
+    moves; None: the highest of the program. `kept`: lines that stay; `free`: lines with a free path. `called`: also
+    edit called programs. `unseen`: also speeds beyond those in the signature's recordings. `order`: groups of lines
     whose order is free.
     """
 
@@ -113,7 +113,7 @@ class Allowed:
 
 
 class Applied(NamedTuple):
-    """The program with edits, and the texts of the called programs that they change."""
+    """The program with edits, and the changed texts of called programs."""
 
     program: Program
     others: tuple[Source, ...] = ()
@@ -160,13 +160,13 @@ def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -
 
 
 def source_of(timing: Timing, path: str) -> int:
-    """The number of a file among the plan's sources, that of the program itself for an empty path; -1: none."""
+    """Index of a file among the plan's sources; 0, the program itself, for an empty path; -1: none."""
     paths = [source.path for source in timing.plan.sources]
     return 0 if not path else paths.index(path) if path in paths else -1
 
 
 def kept_lines(program: Program) -> frozenset[int]:
-    """Lines that stay as they are: those with `olp: keep`, and those below a comment that has it."""
+    """Lines that must not change: those with `olp: keep`, and those below a comment with it."""
     found: set[int] = set()
     prefix = find_vendor(program.vendor).comment_prefix.strip()
     for number, text in enumerate(program.source.lines, 1):
@@ -178,7 +178,9 @@ def kept_lines(program: Program) -> frozenset[int]:
 
 
 def top_speed(program: Program, timing: Timing, allowed: Allowed) -> float:
-    """[m/s] that a line may get: what is allowed, else the highest that is written or that a move of the run has."""
+    """Highest speed [m/s] that a line may get: the allowed one, else the highest that is written or that a move of
+    the run has.
+    """
     if allowed.speed is not None:
         return allowed.speed
     written = [_si(one.speed.value) for one in speeds(program) if one.speed.unit is SpeedUnit.TRAVEL]
@@ -187,7 +189,7 @@ def top_speed(program: Program, timing: Timing, allowed: Allowed) -> float:
 
 
 def _highest(spoken: Sequence[SpokenSpeed], most: float) -> dict[SpeedUnit, float]:
-    """How fast a line may become, by what its speed means; `most` [m/s] of the tool."""
+    """Highest value of a speed by its unit; `most` [m/s] of the tool."""
     axis = max((_si(one.speed.value) for one in spoken if one.speed.unit is SpeedUnit.AXIS), default=0.0)
     return {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most, SpeedUnit.AXIS: axis}
 
@@ -219,7 +221,7 @@ def _speeds(
 def _values(
     program: Program, path: str, highest: Mapping[SpeedUnit, float], kept: frozenset[int], beside: bool
 ) -> Iterator[Choice]:
-    """Edits of variables and records that hold speeds; `beside`: also of those in other files' lists."""
+    """Edits of variables and records that hold speeds; `beside`: also of those in other files' data lists."""
     for one in spoken_values(program):
         own = one.source.path == program.path
         line = one.token.line
@@ -245,7 +247,7 @@ def _values(
 
 
 def _levels(now: Quantity, unit: float, name: str, highest: float) -> Iterator[tuple[float, float, str]]:
-    """Values that a number may get: each in SI, as it is written, and as the text "118 → 150 mm/s"."""
+    """Values that a number may get: each in SI, as written, and as the text "118 → 150 mm/s"."""
     start = _si(now)
     if not 0.0 < start < highest:
         return
@@ -270,7 +272,7 @@ def _round(value: float) -> float:
 
 
 class SpokenAcceleration(NamedTuple):
-    """An acceleration that stands as a number on `line`; `modal`: of a setting, else of the move there."""
+    """An acceleration that is a number on `line`; `modal`: of a setting, else of the move on this line."""
 
     line: int
     unit: AccelerationUnit
@@ -341,7 +343,7 @@ def _accelerations(program: Program, path: str, allowed: Allowed, kept: frozense
 
 
 def _zones(program: Program, path: str, timing: Timing, kept: frozenset[int]) -> Iterator[Choice]:
-    """Corners with a zone may get a larger one; an exact stop one only where nothing stops there."""
+    """Larger zones for corners; for an exact stop only where no action needs the stop."""
     plan, source = timing.plan, source_of(timing, path)
     stops = set() if path else {found.line for found in ExactStop().find(LintCase(program, timing))}
     steps = np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == source))
@@ -370,7 +372,7 @@ def _free(program: Program, lines: frozenset[int]) -> Iterator[Choice]:
 
 
 def apply(program: Program, chosen: Sequence[Choice], called: Mapping[str, Program] | None = None) -> Applied:
-    """The program with these edits, and those of `called` that change. Raises OlpError where it cannot be read."""
+    """The program with these edits, and those of `called` that change. Raises OlpError if the result cannot be read."""
     others = []
     for path, other in (called or {}).items():
         mine = [one for one in chosen if one.path == path]
@@ -387,7 +389,7 @@ def apply(program: Program, chosen: Sequence[Choice], called: Mapping[str, Progr
 
 
 def reread(program: Program, source: Source, lists: tuple[Source, ...] | None = None) -> Program:
-    """The program of another text of its file and of the `lists` beside it. Raises OlpError where it cannot be read."""
+    """The program with another text of its file and of the data `lists`. Raises OlpError if it cannot be read."""
     again = getattr(language(program), "reread", None)
     beside = program.companions if lists is None else lists
     new = again(source, beside) if again else find_vendor(program.vendor).read(source)
@@ -417,9 +419,9 @@ def _text_with(program: Program, chosen: Sequence[Choice]) -> Source:
 
 
 def seconds_of(base: Timing, edited: Timing, groups: Sequence[NDArray[np.intp]]) -> NDArray[np.float64]:
-    """What the edits of each group of steps gain [s], all shared out: a step counts to the group that runs nearest.
+    """Gain [s] of each group of steps; the gain of every step counts for the nearest group in the run.
 
-    A step of two groups counts to the later one.
+    A step of two groups counts for the later one.
     """
     gained = np.nan_to_num(base.duration_s) - np.nan_to_num(edited.duration_s)
     owner = np.full(len(base.plan), -1)
@@ -447,7 +449,9 @@ _WHOLE = 10.0  # a number without a decimal point stays whole from there on
 
 
 class SpokenValue(NamedTuple):
-    """A number that says how fast moves are. `what`: of what it is the value; `value`: what it means as a speed."""
+    """A number that decides the speed of moves. `what`: name of the variable or member; `value`: its meaning as a
+    speed.
+    """
 
     what: str
     source: Source
@@ -457,20 +461,20 @@ class SpokenValue(NamedTuple):
 
     @property
     def decimals(self) -> int:
-        """How many decimals a new number has at most."""
+        """Largest number of decimals of a new number."""
         text = text_of(self.source, self.token)
         return max(3, len(text.partition(".")[2])) if "." in text or float(text) < _WHOLE else 0
 
 
 class _SpeedSource(NamedTuple):
-    """A thing that a speed is made of: a variable, or `member` of a record."""
+    """Data that hold a speed: a variable, or `member` of a record."""
 
     thing: Expression
     member: str = ""
 
 
 def spoken_values(program: Program) -> Iterator[SpokenValue]:
-    """Numbers that speeds are made of, in the program's file and in the lists that were read with it."""
+    """Numbers of which speeds are made, in the program's file and in the data lists read with it."""
     means: dict[_SpeedSource, set[tuple[SpeedUnit, float]]] = {}
     records = {one.name: one.value for one in program.data if isinstance(one.value, RecordLiteral)}
     for one in program.statements():
@@ -497,7 +501,9 @@ def _speeds_of(one: Statement) -> tuple[Speed, ...]:
 
 
 def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | None:
-    """The variable or record member that holds a speed; None where the move holds it or it cannot be followed."""
+    """The variable or record member that holds a speed; None where the move itself holds it or it cannot be
+    followed.
+    """
     match speed.value.written:
         case Named() as name:
             return _SpeedSource(name)
@@ -512,7 +518,7 @@ def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | Non
 
 
 def _mentioned(program: Program) -> Iterator[Expression]:
-    """Whatever is said in other places than speeds, and values that are given as numbers."""
+    """Expressions used outside of speeds and outside of assignments of numbers."""
     for one in program.statements():
         if isinstance(one, Assign) and isinstance(one.value, Number):
             continue
@@ -552,7 +558,7 @@ def _written(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Tok
 
 
 def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
-    """The numbers that calls in the program give to parameters of this name."""
+    """Numbers that calls in the program pass for the parameter of this name."""
     if said.member or not isinstance(said.thing, Named):
         return
     taking = {
@@ -573,7 +579,7 @@ def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token
 
 
 def _argument(program: Program, call: Call, at: int) -> Token | None:
-    """Where an argument of a call is written as a plain number; None where that is not certain."""
+    """Position of a call's argument that is a plain number; None if uncertain."""
     text = program.source.line(call.line)
     mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
     code = text.partition(mark)[0] if mark else text
@@ -591,7 +597,7 @@ def _argument(program: Program, call: Call, at: int) -> Token | None:
 
 
 def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tuple[Source, int]]:
-    """The line that gives the value; of a list beside the program the only one that does."""
+    """The line that assigns the value; in a data list beside the program only if a single line does."""
     if one.line > 0:
         yield program.source, one.line
         return
@@ -608,7 +614,7 @@ def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tupl
 
 
 def _number(program: Program, text: str, line: int, member: str, value: float) -> Token | None:
-    """Where the number is written; None where that is not certain."""
+    """Position of the number in the text; None if uncertain."""
     mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
     code = text.partition(mark)[0] if mark else text
     start = code.find("=") + 1

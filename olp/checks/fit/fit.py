@@ -1,11 +1,12 @@
-"""A program brought down to a time with as few edits as possible.
+"""Brings a program down to a time with as few edits as possible.
 
-Every choice is timed in the program itself, many at once where they are too far apart to touch each other. What they
-gain is nearly additive, and an edit counts as one however far it goes: the fewest that are enough are then those that
-gain most, which needs no solver (the tests compare with SciPy's `milp`). What corners shared by two edited moves add or
-take is put right by timing the answer and asking for the difference as well; at the end every edit has to be needed.
+Every choice is timed in the program itself, many at once where they are too far apart to affect each other. Their
+gains are nearly additive, and an edit counts as one whatever its size: the fewest sufficient edits are then those
+with the largest gains, which needs no solver (the tests compare with SciPy's `milp`). Corners shared by two edited
+moves make the sum inexact: the answer is timed, and the difference is added to the requested gain; at the end every
+edit has to be needed.
 
-Codes: U030 a program that cannot be timed whole, U031 a time that is none.
+Codes: U030 a program that cannot be timed completely, U031 an invalid time.
 """
 
 from __future__ import annotations
@@ -66,9 +67,9 @@ _SAME_SPEED = 1e-6  # of a speed, for the difference of two places
 
 @dataclass(frozen=True, slots=True)
 class FittedEdit:
-    """`gained_s` [s] in the new program; `limit`: what rules there now.
+    """`gained_s` [s] in the new program; `limit`: the limit that decides its time now.
 
-    `deviation_mm`: how far its corner passes the point, or a joint move leaves the straight way.
+    `deviation_mm`: distance of its corner from the point, or of a joint move from the straight line.
     """
 
     choice: Choice
@@ -78,7 +79,7 @@ class FittedEdit:
 
 
 class FrontPoint(NamedTuple):
-    """What so many edits, passing corners by so much, can do at best."""
+    """Best total for this number of edits and this distance at corners."""
 
     edits: int
     within_mm: float
@@ -86,16 +87,17 @@ class FrontPoint(NamedTuple):
 
     @property
     def worth(self) -> tuple[float, float, float]:
-        """The less, the better."""
+        """Sort key: smaller is better in each element."""
         return float(self.edits), self.within_mm, self.total_s
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """`program` is the edited one, and `timing` its; `before_s` [s] the total as it was. `reached`: as fast as `to_s`.
+    """`program` is the edited one, `timing` its timing; `before_s` [s] the original total. `reached`: as fast as
+    `to_s`.
 
-    `others`: texts of called programs that change; `shared`: who else calls each of them.
-    `needed_s` [s]: the total from which on `to_s` holds in 95 % of cases; None where no interval is known.
+    `others`: changed texts of called programs; `shared`: other callers of each of them. `needed_s` [s]: the total
+    at which `to_s` holds in 95 % of cases; None where no interval is known.
     """
 
     program: Program
@@ -111,7 +113,7 @@ class Fit:
 
     @property
     def says(self) -> str:
-        """ "8 s: 3 edits"."""
+        """Summary: "8 s: 3 edits"."""
         return f"{self.to_s:g} s: {len(self.edits)} edit{'s' * (len(self.edits) != 1)}"
 
     @property
@@ -121,9 +123,10 @@ class Fit:
 
 
 def offer(program: Program, to_s: float, run: Run) -> Fit | None:
-    """What brings a broken budget down without asking anybody: no corner rounded, nothing faster than the program is.
+    """Edits that bring a broken budget down and need no permission: no corner rounded, no speed above the program's
+    highest.
 
-    None where nothing does.
+    None if there are none.
     """
     try:
         found = fit(program, to_s, run, Allowed(), front=False)
@@ -133,10 +136,10 @@ def offer(program: Program, to_s: float, run: Run) -> Fit | None:
 
 
 def fit(program: Program, to_s: float, run: Run, allowed: Allowed, *, front: bool = True) -> Fit:
-    """The fewest edits with which `program` takes at most `to_s` [s]; where there are none, what can be done at best.
+    """The fewest edits with which `program` takes at most `to_s` [s]; if that is impossible, the best that edits
+    can do.
 
-    `front`: with what more and fewer edits can do.
-    Raises OlpError (O001, U030, U031).
+    `front`: also compute the totals for more and fewer edits. Raises OlpError (O001, U030, U031).
     """
     search = FitSearch(program, run, allowed)
     found = search.fit(to_s, front=front)
@@ -160,7 +163,7 @@ def fit(program: Program, to_s: float, run: Run, allowed: Allowed, *, front: boo
 
 
 def _with_order(inner: FitSearch, order: Choice, outer: FitSearch, to_s: float, front: bool) -> Fit:
-    """The answer for the program in another order, which counts as one edit more."""
+    """The answer for the program in another order, which counts as one more edit."""
     found = inner.fit(to_s, front=front)
     gained = outer.base.total_s - inner.base.total_s
     edits = (FittedEdit(order, gained, 0.0, ""), *found.edits)
@@ -177,10 +180,10 @@ def _with_order(inner: FitSearch, order: Choice, outer: FitSearch, to_s: float, 
 
 
 class FitSearch:
-    """A program with all its choices, and what each gains alone [s]: for one time or several."""
+    """A program with all its choices, and the gain of each alone [s]: for one or several target times."""
 
     def __init__(self, program: Program, run: Run, allowed: Allowed) -> None:
-        """Raises OlpError (O001, U030)."""
+        """Find and time the choices. Raises OlpError (O001, U030)."""
         self.program, self.run, self.allowed = program, run, allowed
         self._memory = TextCache()
         with remembering(self._memory):
@@ -214,7 +217,7 @@ class FitSearch:
     # --- what a choice gains
 
     def _governed(self, found: Sequence[Choice]) -> dict[Place, Steps]:
-        """The steps that the choices of each place are about; none of a place that never runs."""
+        """The steps that the choices of each place affect; empty for a place that never runs."""
         plan = self.base.plan
         known: dict[Place, Steps] = {}
         for one in found:
@@ -226,9 +229,10 @@ class FitSearch:
         return known
 
     def _governed_by_settings(self, found: Sequence[Choice]) -> dict[Place, Steps]:
-        """Which steps each setting holds for. Run number b changes those settings whose number has bit b.
+        """The steps that each setting affects. Run number b changes the settings whose number has bit b.
 
-        A step has its speed from one setting, so the runs that change it spell the number of that setting.
+        A step has its speed from one setting, so the runs that change the step give the bits of that setting's
+        number.
         """
         most = {one.place: one for one in found}  # the last one of a place goes furthest
         number = np.zeros(len(self.base.plan), dtype=np.intp)
@@ -264,7 +268,7 @@ class FitSearch:
             yield from (mine[start::apart] for start in range(apart))
 
     def _together(self, some: Sequence[Choice]) -> dict[Choice, float]:
-        """What each of `some`, far from each other, gains; those that pass a corner too far gain nothing."""
+        """Gain of each of `some`, which are far from each other; choices that pass a corner too far gain nothing."""
         if not some:
             return {}
         timing = self._timed(some)
@@ -282,7 +286,7 @@ class FitSearch:
         }
 
     def _too_fast(self, timing: Timing, some: Sequence[Choice]) -> set[Choice]:
-        """Those that say how fast axes turn, and make the tool travel faster than it may."""
+        """Choices that set the speed of axes and make the tool faster than allowed."""
         most = self.allowed.speed
         if most is None:
             return set()
@@ -303,7 +307,7 @@ class FitSearch:
             return applied, self.run(applied.program)
 
     def _timed(self, some: Sequence[Choice]) -> Timing | None:
-        """The program with `some`; None where it does something else, or something new is wrong."""
+        """Timing of the program with `some`; None if the program then does something else, or gets a new problem."""
         try:
             _, timing = self.timed(some)
         except OlpError:
@@ -316,7 +320,9 @@ class FitSearch:
         return timing if same and seen and not new else None
 
     def total(self, chosen: Sequence[Choice]) -> tuple[float, float]:
-        """Seconds of the program with these edits, and how far it passes a corner [m]; inf where it cannot be."""
+        """Seconds of the program with these edits, and the largest distance from a corner [m]; inf if it cannot be
+        timed.
+        """
         key = frozenset(chosen)
         if key not in self._known:
             timing = self._timed(chosen)
@@ -333,7 +339,7 @@ class FitSearch:
     # --- the fewest
 
     def solved(self, need: float) -> list[Choice]:
-        """The fewest edits that gain `need` [s]; all that help where that is not enough."""
+        """The fewest edits that gain `need` [s]; all that help if that is not enough."""
         to_s = self.base.total_s - need
         asked = need
         for _ in range(_ROUNDS):
@@ -353,7 +359,9 @@ class FitSearch:
         return self._fewer(most, to_s) if self._holds(most, to_s) else most
 
     def most(self, some: Sequence[Choice]) -> list[Choice]:
-        """Of each place what gains most, and what gains only beside others; corners passed too far give way."""
+        """The best edit of each place, and edits that gain only together with others; without those that pass
+        corners too far.
+        """
         best: dict[Place, Choice] = {}
         for one in some:
             old = best.get(one.place)
@@ -372,7 +380,7 @@ class FitSearch:
         return chosen
 
     def _fewer(self, chosen: list[Choice], to_s: float) -> list[Choice]:
-        """Without edits that are not needed; in small programs no smaller set of places is enough."""
+        """`chosen` without edits that are not needed; in small programs no smaller set of places suffices."""
         for one in sorted(chosen, key=lambda c: self.gains[c])[:40]:
             rest = [other for other in chosen if other is not one]
             if self._holds(rest, to_s):
@@ -388,7 +396,9 @@ class FitSearch:
 
     @cached_property
     def front(self) -> tuple[FrontPoint, ...]:
-        """The best total for each number of edits, and for corners passed by less: none is behind another in all."""
+        """The best total for each number of edits, and for smaller distances at corners, without points that
+        another one dominates.
+        """
         found = set(self._front(self.allowed.within))
         best = (
             one
@@ -446,7 +456,7 @@ class FitSearch:
         )
 
     def _limits(self, timing: Timing) -> Iterator[str]:
-        """What stops the program from being faster: the lines that take longest, and what rules most of each."""
+        """What keeps the program from being faster: the lines that take longest, and the main limit of each."""
         plan = timing.plan
         seconds: Counter[tuple[int, int]] = Counter()
         rules: dict[tuple[int, int], Counter[str]] = {}
@@ -463,7 +473,7 @@ class FitSearch:
             yield f"{name}line {line}: {s:.3f} s, {told}: {file.line(line).strip()}"
 
     def _unedited(self, timing: Timing, source: int, line: int) -> str:
-        """Says so of a line whose speed no edit changes, however fast it may be."""
+        """Note for a line whose speed no edit changes, with the reason; "" for others."""
         path = timing.plan.sources[source].path
         program = self.called.get(path) if source else self.program
         if program is None:
@@ -480,7 +490,7 @@ class FitSearch:
         return "" if kept else " that is computed or an argument, which is not edited"
 
     def _shared_out(self, chosen: Sequence[Choice], gained: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What edits of one line gain together, by what each gains alone."""
+        """Joint gain of the edits of one line, divided by the gain of each alone."""
         lines: dict[tuple[str, int], list[int]] = {}
         for at, one in enumerate(chosen):
             if not one.modal:
@@ -492,14 +502,14 @@ class FitSearch:
         return found
 
     def _limit(self, timing: Timing, one: Choice) -> str:
-        """What rules the longest step that the edit is about."""
+        """The limit of the longest step that the edit affects."""
         steps = self.steps[one.place]
         return timing.limited_by[int(steps[np.argmax(timing.duration_s[steps])])] if len(steps) else ""
 
 
 @contextmanager
 def _in_place(sources: Sequence[Source]) -> Iterator[None]:
-    """These texts stand in for their files."""
+    """Use these texts in place of their files while the context lasts."""
     before = {one.path: text(one.path) for one in sources}
     for one in sources:
         put(one.path, one.raw)
@@ -514,7 +524,7 @@ def _in_place(sources: Sequence[Source]) -> Iterator[None]:
 
 
 def _asked_otherwise(base: Timing, other: Timing) -> Steps:
-    """Steps whose moves ask for another speed or acceleration."""
+    """Steps whose moves request another speed or acceleration."""
     rows = np.zeros(len(base.plan.moves), dtype=bool)
     for name in ("travel", "fraction", "axis_speed", "turn", "rate", "acceleration", "deceleration"):
         one, two = getattr(base.plan.moves, name), getattr(other.plan.moves, name)
@@ -524,7 +534,7 @@ def _asked_otherwise(base: Timing, other: Timing) -> Steps:
 
 
 def callers(path: str, program: Program) -> tuple[str, ...]:
-    """Files beside a called program that call it as well."""
+    """Files beside a called program that also call it."""
     own = links_of(read_cached(Path(path))).defines
     found = []
     for beside in sorted(Path(path).parent.iterdir()):
@@ -540,9 +550,10 @@ def callers(path: str, program: Program) -> tuple[str, ...]:
 
 
 def cover(some: Sequence[Choice], gains: Mapping[Choice, float], need: float) -> list[Choice] | None:
-    """The fewest of `some`, at most one of each place, that gain `need` [s] together; None where all are not enough.
+    """The fewest of `some`, at most one per place, that gain `need` [s] together; None if all are not enough.
 
-    No set of so many places gains more than those that gain most. Of these each goes no further than it has to.
+    No set of as many places gains more than those with the largest gains. Each of these is then reduced as far as
+    possible.
     """
     levels: dict[Place, list[Choice]] = {}
     for one in some:
@@ -567,9 +578,9 @@ def cover(some: Sequence[Choice], gains: Mapping[Choice, float], need: float) ->
 
 
 def passed(timing: Timing, some: Sequence[Choice]) -> dict[Choice, float]:
-    """By how much the tool passes the point of each choice with a zone [m], first and last execution.
+    """Distance [m] of the tool from the point of each choice with a zone, first and last execution.
 
-    inf: it is not known.
+    inf if unknown.
     """
     plan = timing.plan
     zones = [one for one in some if one.zone >= 0]
@@ -599,7 +610,7 @@ def passed(timing: Timing, some: Sequence[Choice]) -> dict[Choice, float]:
 
 
 def aside(timing: Timing, some: Sequence[Choice]) -> dict[Choice, float]:
-    """By how much the tool leaves the straight way of each choice that is a joint move now [m], every execution."""
+    """Distance [m] of the tool from the straight line, for each choice that is a joint move now, every execution."""
     plan, ends = timing.plan, np.concatenate(([0.0], timing.end_s))
     found = {}
     for one in some:
@@ -626,7 +637,7 @@ def _moves_of(timing: Timing, one: Choice) -> Steps:
 
 
 def _distance(point: NDArray[np.float64], way: NDArray[np.float64]) -> float:
-    """[m] from a point to a polyline."""
+    """Distance [m] from a point to a polyline."""
     start, along = way[:-1], np.diff(way, axis=0)
     square = (along**2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -635,7 +646,7 @@ def _distance(point: NDArray[np.float64], way: NDArray[np.float64]) -> float:
 
 
 def _counts(most: int) -> list[int]:
-    """Up to a dozen numbers of edits, dense where few do much."""
+    """Up to a dozen numbers of edits, dense at the start."""
     return (
         sorted(
             {*range(1, min(most, 6) + 1), *np.unique(np.geomspace(1, max(most, 1), 7).astype(int)).tolist()}
@@ -647,7 +658,7 @@ def _counts(most: int) -> list[int]:
 
 
 def _overrides(program: Program) -> Iterator[str]:
-    """Lines that slow all moves behind them, which no edit changes: a person sets an override for other reasons."""
+    """Lines that slow all following moves and that no edit changes, since an override is set for other reasons."""
     for one in program.statements():
         share = one.share.literal if isinstance(one, SetOverride) else None
         if share is not None and share < 1.0:
@@ -656,7 +667,7 @@ def _overrides(program: Program) -> Iterator[str]:
 
 
 def _check(timing: Timing) -> None:
-    """Raises OlpError (U030): what is not known cannot be brought down."""
+    """Raises OlpError (U030) for a timing with unknown durations."""
     problems: list[Diagnostic] = [d for d in timing.diagnostics if d.is_error]
     if not problems and not timing.untimed:
         return

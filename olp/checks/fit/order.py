@@ -1,11 +1,12 @@
 """The order of groups of lines that do not depend on each other, such as points where something is picked.
 
-What a group takes depends on the one before it and the one after it. Both are measured in the program itself, in orders
-that put each group behind each other one. Up to `_ALL` groups every order is timed; up to `_EXACT` the best one by the
-measured times is found exactly (Held and Karp, 1962); of more, single groups and whole stretches move as long as that
-gains (Or, 1976; Croes, 1958). The answer is timed, and counts only where it is faster than what is written.
+The time of a group depends on the one before it and the one after it. Both are measured in the program itself, in
+orders that put each group after each other one. Up to `_ALL` groups every order is timed; up to `_EXACT` the best
+one by the measured times is found exactly (Held and Karp, 1962); for more, single groups and whole stretches are
+moved as long as that gains (Or, 1976; Croes, 1958). The answer is timed, and counts only where it is faster than
+the written order.
 
-Codes: U032 groups that are none, U033 groups that depend on each other.
+Codes: U032 invalid groups, U033 groups that depend on each other.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def best_order(
 
 
 def _check(program: Program, groups: Groups, kept: frozenset[int]) -> None:
-    """Raises OlpError (U032)."""
+    """Raises OlpError (U032) for invalid groups."""
 
     def refuse(says: str, line: int, help: str) -> None:
         text = program.source.line(line)
@@ -89,7 +90,7 @@ def _check(program: Program, groups: Groups, kept: frozenset[int]) -> None:
 
 
 class OrderSearch:
-    """A program with its groups, and what it takes in the orders that were timed."""
+    """A program with its groups, and its times in the measured orders."""
 
     def __init__(
         self, program: Program, base: Timing, run: Callable[[Program], Timing], groups: Groups
@@ -103,7 +104,7 @@ class OrderSearch:
         return dict(zip(range(self.groups[0].start, self.groups[-1].stop), lines, strict=True))
 
     def ordered(self, order: Order) -> Program:
-        """The program with whole lines moved; the numbers that a controller writes before them stay in their places."""
+        """The program with whole lines moved; line numbers that a controller writes before them stay in place."""
         source = self.program.source
         numbered = find_vendor(self.program.vendor).numbered_lines
         edits = {}
@@ -115,7 +116,7 @@ class OrderSearch:
         return reread(self.program, source.edited(edits))
 
     def timed(self, order: Order) -> Timing:
-        """Raises OlpError (U033) where a line does something else in this order."""
+        """Timing in this order. Raises OlpError (U033) where a line then does something else."""
         if order not in self._known:
             timing = self.run(self.ordered(order))
             line = self._differs(timing, order)
@@ -134,13 +135,13 @@ class OrderSearch:
         return self._known[order]
 
     def total(self, order: Order) -> float:
-        """[s]; inf where the order has something new to tell, such as a way through a singularity."""
+        """Total [s]; inf where the order causes a new diagnostic, such as a path through a singularity."""
         timing = self.timed(order)
         told = {d.code for d in timing.diagnostics} - {d.code for d in self.base.diagnostics}
         return np.inf if told or timing.unseen > self.base.unseen else timing.total_s
 
     def _differs(self, timing: Timing, order: Order) -> int:
-        """The first line whose steps ask for something else than in the written order; 0: none."""
+        """The first line whose steps request something else than in the written order; 0: none."""
         before, after = _asked(self.base, {}), _asked(timing, self.old_lines(order))
         for line in sorted(before.keys() | after.keys()):
             one, other = before.get(line), after.get(line)
@@ -161,7 +162,7 @@ class OrderSearch:
         return min((found, tuple(range(count))), key=self.total)
 
     def _measured(self) -> NDArray[np.float64]:
-        """(n + 1, n + 1) [s] of what each group and the next one take together; n is what comes before and after."""
+        """Time [s] from each group to each next one (n + 1, n + 1); index n is the code before and after the groups."""
         count = len(self.groups)
         seconds = np.full((count + 1, count + 1), np.nan)
         for order in covering(count):
@@ -175,7 +176,7 @@ class OrderSearch:
         return seconds
 
     def _shares(self, timing: Timing, order: Order) -> tuple[dict[int, float], dict[int, float]]:
-        """Of each group the seconds up to its first move, and those of the rest, of all its runs."""
+        """Seconds of each group up to its first move, and of its rest, over all its runs."""
         plan, old = timing.plan, self.old_lines(order)
         firsts, rests = {}, {}
         lines = np.array([old.get(line, 0) for line in range(self.groups[-1].stop)])
@@ -192,7 +193,7 @@ class OrderSearch:
 
 
 def _asked(timing: Timing, old: dict[int, int]) -> dict[int, NDArray[np.float64]]:
-    """What the steps of each line of the program ask for, whatever comes before them."""
+    """Requests of the steps of each line: target, speed, acceleration, blend; independent of the steps before."""
     plan, moves = timing.plan, timing.plan.moves
     found: dict[int, list[NDArray[np.float64]]] = {}
     for step in np.flatnonzero(plan.source == 0).tolist():
@@ -222,7 +223,7 @@ def _asked(timing: Timing, old: dict[int, int]) -> dict[int, NDArray[np.float64]
 
 
 def covering(count: int) -> Iterator[Order]:
-    """Orders in which each group stands behind each other one, at the beginning and at the end at least once."""
+    """Orders in which each group comes after each other one, first, and last at least once."""
     missing = {(a, b) for a in range(count + 1) for b in range(count + 1) if a != b}
     while missing:
         order, here = [], count
@@ -247,7 +248,7 @@ def covering(count: int) -> Iterator[Order]:
 
 
 def held_karp(way: NDArray[np.float64]) -> Order:
-    """The order that takes least from outside through all groups and out again; `way` (n + 1, n + 1) [s]."""
+    """The fastest order from outside through all groups and out again; `way` (n + 1, n + 1) [s]."""
     count = len(way) - 1
     best = {(1 << one, one): (float(way[count, one]), -1) for one in range(count)}
     for size in range(1, count):
@@ -267,7 +268,7 @@ def held_karp(way: NDArray[np.float64]) -> Order:
 
 
 def improved(way: NDArray[np.float64]) -> Order:
-    """A good order of many: nearest first, then stretches moved and turned round as long as that gains."""
+    """A good order of many groups: nearest first, then stretches moved and reversed as long as that gains."""
     count = len(way) - 1
 
     def seconds(order: Sequence[int]) -> float:

@@ -1,4 +1,4 @@
-"""The report of a fit, as text and as data, and the picture of what more and fewer edits can do."""
+"""The report of a fit, as text and as data, and the picture of the totals for more and fewer edits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from olp.reports.plot.output import picture, refuse_unknown
 
 
 def as_text(fit: Fit) -> str:
-    """A table of the edits, how sure it is, and the front."""
+    """A table of the edits, their uncertainty, and the front."""
     total = fit.timing.total_s
     head = f"{fit.before_s:.3f} → {total:.3f} s"
     if fit.reached:
@@ -116,7 +116,7 @@ def refuse_front(path: str) -> None:
 
 
 def front_file(fit: Fit, path: str | None) -> bytes | None:
-    """The front as the suffix of `path` says: JSON, or a picture."""
+    """The front in the format of the suffix of `path`: JSON, or a picture."""
     if path is None:
         return None
     if path.lower().endswith(".json"):
@@ -125,7 +125,9 @@ def front_file(fit: Fit, path: str | None) -> bytes | None:
 
 
 def front_figure(fit: Fit) -> Figure:
-    """Totals over the number of edits and, where corners are passed, over by how much; and the time asked for."""
+    """Totals over the number of edits and, where corners are passed, over the distance from them; and the requested
+    time.
+    """
     edits = [(float(one.edits), one.total_s) for one in fit.front]
     passed = [(one.within_mm, one.total_s) for one in fit.front]
     rounds = any(mm > 0.0 for mm, _ in passed)
@@ -139,7 +141,7 @@ def front_figure(fit: Fit) -> Figure:
 def _panel(
     figure: Figure, top: float, points: Sequence[tuple[float, float]], to_s: float, unit: str, title: str
 ) -> None:
-    """The best total up to each number."""
+    """Plot the best total up to each number."""
     best: dict[float, float] = {}
     for x, y in sorted(points):
         best[x] = min(y, best.get(x, y))

@@ -1,1 +1,1 @@
-"""Budgets of cycle time: what they are, what a program needs, and what became of them."""
+"""Budgets of cycle time: their files, the times that programs need, and the verdicts."""

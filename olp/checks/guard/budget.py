@@ -47,9 +47,10 @@ _KEYS = (
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Seconds [s] that something may take. `line`: where olp.toml says so; `home`: its folder.
+    """Allowed time [s] of a program or a part of it. `line`: of its entry in olp.toml; `home`: the folder of that
+    file.
 
-    `job`: the stem of a program's file. `warn_s`: inf where nothing is close. `signature`: a path, "" for none.
+    `job`: the stem of a program's file. `warn_s`: inf without a warning level. `signature`: a path, "" for none.
     """
 
     name: str
@@ -69,7 +70,7 @@ class Budget:
     signature: str = ""
 
     def covers(self, path: str) -> bool:
-        """Whether the budget holds for the program in the file `path`, wherever a link in its place may lead."""
+        """Whether the budget holds for the program in the file `path`, even through a symbolic link."""
         file = Path(os.path.realpath(os.path.dirname(path)), os.path.basename(path))
         try:
             relative = file.relative_to(self.home).as_posix()
@@ -81,12 +82,12 @@ class Budget:
 
     @property
     def anywhere(self) -> bool:
-        """Whether it is about a part of programs, and leaves open of which."""
+        """Whether it limits a part of a program and names no program."""
         return bool(self.routine or self.start) and not self.files and not self.job
 
 
 def label_name(written: str) -> str:
-    """A label of a budget, with or without the signs that its language puts around it: *A, A:, LBL[7:home]."""
+    """Name of a budget's label without the signs that its language puts around it: *A, A:, LBL[7:home]."""
     name = written.strip().casefold()
     found = re.fullmatch(r"lbl\[\s*(\w+).*\]", name)
     return found[1] if found else name.lstrip("*").rstrip(":")
@@ -94,7 +95,9 @@ def label_name(written: str) -> str:
 
 @lru_cache(maxsize=256)
 def _pattern(pattern: str) -> re.Pattern[str]:
-    """The paths, with slashes and from the olp.toml on, that a pattern means; letters of either case."""
+    """Regular expression of the paths that a pattern matches, with slashes and relative to the olp.toml, ignoring
+    case.
+    """
     text = pattern.replace("\\", "/").removeprefix("./")
     text = text + "**" if text.endswith("/") else text
     text = text if "/" in text else f"**/{text}"
@@ -105,7 +108,7 @@ def _pattern(pattern: str) -> re.Pattern[str]:
 
 @dataclass(frozen=True, slots=True)
 class Budgets:
-    """All of one olp.toml. `diagnostics`: what is wrong with them; those budgets are left out."""
+    """All budgets of one olp.toml. `diagnostics`: problems of invalid ones, which are left out."""
 
     path: str
     budgets: tuple[Budget, ...]
@@ -115,7 +118,7 @@ class Budgets:
 def budgets_for(path: str, given: str | None = None) -> list[Budgets]:
     """The budgets of `given`, else of every olp.toml that holds for the file: beside it and above, nearest first.
 
-    Raises OlpError (M001) where `given` is no file.
+    Raises OlpError (M001) if `given` is not a file.
     """
     if given is not None and not Path(given).is_file():
         raise OlpError(error("M001", "no such file of budgets", file=given, help="check the path"))
@@ -232,7 +235,7 @@ class _BudgetReader:
         return None
 
     def _share(self, table: Mapping[str, Any], key: str, limit: float | None, missing: float) -> float:
-        """`key`_s, or `key`_pct of the limit."""
+        """Value [s] of `key`_s, or of `key`_pct of the limit."""
         seconds, percent = f"{key}_s", f"{key}_pct"
         if seconds in table and percent in table:
             self._report(f"{seconds} and {percent} are two of one thing", f"keep {seconds}")

@@ -1,6 +1,6 @@
-"""One file against its budgets: items that held or not, and the lines that would bring the time down.
+"""Judges one file against its budgets: items that held or not, and the lines that would bring the time down.
 
-A budget is about the seconds of a program, of a routine, or from one label to another.
+A budget limits the seconds of a program, of a routine, or from one label to another.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _KINDS = {"motion": StepKind.MOVE, "wait": StepKind.WAIT, "io": StepKind.SIGNAL}
 
 
 class Measured(NamedTuple):
-    """`seconds`: None where it cannot be said, and `why` tells the reason. `steps` (n,): those that count."""
+    """`seconds`: None if unknown (`why` is the reason). `steps` (n,): the steps that count."""
 
     seconds: float | None
     steps: Bools
@@ -39,7 +39,7 @@ class Measured(NamedTuple):
 
 
 def measure(timing: Timing, program: Program, budget: Budget) -> Measured:
-    """The seconds that `budget` is about: of several executions those of the longest."""
+    """The seconds that `budget` limits: of several executions those of the longest."""
     everything = np.ones(len(timing.plan), dtype=bool)
     runs, why = _runs(timing, program, budget)
     if not runs:
@@ -64,7 +64,7 @@ def measure(timing: Timing, program: Program, budget: Budget) -> Measured:
 
 
 def _runs(timing: Timing, program: Program, budget: Budget) -> tuple[list[Bools], str]:
-    """Which steps belong to each execution, and why there is none."""
+    """The steps of each execution, and the reason if there is none."""
     if budget.routine:
         return _of_routine(timing, program, budget.routine), f"the routine {budget.routine} was not executed"
     if budget.start:
@@ -85,8 +85,7 @@ def _of_routine(timing: Timing, program: Program, name: str) -> list[Bools]:
 
 
 def _called_further_down(plan: Plan, program: Program, wanted: str) -> list[Bools]:
-    """Executions of a routine that others than the main one call. What it calls itself belongs to it where it goes
-    on afterwards."""
+    """Executions of a routine that is not called from the main one only. Its own calls count as part of it."""
     for index, source in enumerate(plan.sources):
         own = program if index == 0 else read_cached(Path(source.path))
         stem = file_stem(source.path).casefold()
@@ -116,7 +115,8 @@ def _between(timing: Timing, program: Program, budget: Budget) -> list[Bools]:
 
 
 class _Trail(NamedTuple):
-    """Where a routine is at each step. `line`: its own, of a call while that lasts where known, else 0.
+    """Position within a routine at each step. `line`: its own line, or that of its call while the call lasts; 0
+    elsewhere.
 
     `unit`: the same number for all steps of one call, another one for every other step.
     """
@@ -132,7 +132,7 @@ def _trail_of(plan: Plan, routine: Routine, source: int) -> _Trail:
 
 
 def _executions(trail: _Trail, inside: Bools, routine: Routine, begin: int) -> list[Bools]:
-    """The steps `inside` as one mask per execution; each begins behind line `begin` of the routine."""
+    """The steps `inside` as one mask per execution; each begins after line `begin` of the routine."""
     steps = np.flatnonzero(inside).tolist()
     if not steps:
         return []
@@ -160,7 +160,9 @@ _WORST = 3  # lines that are told per budget
 
 @dataclass(frozen=True, slots=True)
 class JudgedFile:
-    """What became of one file. `read`: the files whose content decided, for the cache; `unread`: it could not be."""
+    """Verdict on one file. `read`: the files whose content decided it, for the cache; `unread`: the file could not
+    be read.
+    """
 
     path: str
     items: tuple[JudgedItem, ...]
@@ -175,7 +177,7 @@ class JudgedFile:
 
 
 def judge(path: str, budgets: Sequence[Budget], job: TimingJob) -> JudgedFile:
-    """Times the program in `path` and holds it against `budgets`. Never raises for a bad program."""
+    """Times the program in `path` and checks it against `budgets`. Never raises for a bad program."""
     from olp.languages.vendor import read
 
     try:
@@ -201,7 +203,7 @@ def judge(path: str, budgets: Sequence[Budget], job: TimingJob) -> JudgedFile:
 def judge_timing(
     path: str, program: Program, timings: Mapping[str, Timing], budgets: Sequence[Budget]
 ) -> tuple[list[JudgedItem], list[OutcomeFinding]]:
-    """What `budgets` say of a program that is timed. `timings`: by the signature that a budget asks for."""
+    """Verdicts of `budgets` on a timed program. `timings`: by the signature that a budget names."""
     items: list[JudgedItem] = []
     found: list[OutcomeFinding] = []
     for budget in budgets:
@@ -272,7 +274,7 @@ def _one(
 
 
 def verdict(budget: Budget, seconds: float, total_s: float) -> tuple[Status, str]:
-    """What a budget says of the `seconds` [s] that it is about, in a program of `total_s` [s] that is known whole."""
+    """Verdict of a budget on the `seconds` [s] that it limits, in a program of known total `total_s` [s]."""
     limit, over = budget.limit_s + budget.tolerance_s, seconds - budget.limit_s
     what = "" if budget.of == "total" else f" of {budget.of}"
     word = {"upper": "upper end", "lower": "lower end"}.get(budget.on, "predicted")
@@ -288,7 +290,7 @@ def verdict(budget: Budget, seconds: float, total_s: float) -> tuple[Status, str
 
 
 def _place(path: str, timing: Timing, measured: Measured, worst: list[OutcomeFinding]) -> int:
-    """The line of the program itself that takes most: one of the worst, or the call that leads to them."""
+    """The line of the program itself that takes most time: one of the worst, or the call that leads to them."""
     own = next((found.line for found in worst if found.file == path), 0)
     if own:
         return own
@@ -333,7 +335,7 @@ def _line(timing: Timing, measured: Measured, step: int, seconds: float, path: s
 
 
 def advice(timing: Timing, step: int) -> str:
-    """What would bring the line's time down."""
+    """Sentence on how to reduce the line's time."""
     kind, rule = timing.kind[step], timing.limited_by[step]
     if kind == "wait":
         return "a wait: give the signal earlier, or set its real duration under [waits] in olp.toml"

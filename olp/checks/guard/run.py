@@ -1,12 +1,12 @@
-"""Many files against their budgets: what did not change comes from the cache, the rest runs on all cores.
+"""Checks many files against their budgets: unchanged results come from the cache, the rest runs on all cores.
 
-A result of an earlier run is found again by the content of every file that was read for it, by the settings, the
-budgets and olp itself. Dates and places play no part: a fresh checkout elsewhere finds what another machine stored.
+The key of a cached result is the content of every file that was read for it, the settings, the budgets and olp
+itself. Dates and folders play no part: a fresh checkout elsewhere finds what another machine stored.
 
-A cache is a file that anybody may have written. Rows that cannot be are as if they were not there, and a verdict counts
-only where its own figures lead to it. A cache that git tracks is refused: whoever sends a change would bring verdicts.
+A cache is untrusted: anyone may have written it. Invalid rows are ignored, and a verdict counts only where its own
+figures lead to it. A cache that git tracks is rejected: a contributor could commit verdicts with it.
 
-Codes: M006 a file that is no cache; M008 a cache that git tracks.
+Codes: M006 a file that is not a cache; M008 a cache that git tracks.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _MOST = 1e12  # [s] and lines
 
 @dataclass(slots=True)
 class Cache:
-    """The cache in the file `path`; one that cannot be opened or written is not used."""
+    """The cache in the file `path`; it is not used if it cannot be opened or written."""
 
     path: Path
     settings: str = ""
@@ -56,7 +56,7 @@ class Cache:
 
     @classmethod
     def open(cls, path: Path, job: TimingJob) -> Cache:
-        """The cache for runs with the settings `job`. Raises OlpError (M006) for a file that is something else."""
+        """The cache for runs with the settings `job`. Raises OlpError (M006) for a file that is not a cache."""
         found = cls(path, _settings(job))
         if not path.is_file() or not path.stat().st_size:
             return found
@@ -77,7 +77,7 @@ class Cache:
         return found
 
     def find(self, path: str, budgets: Sequence[Budget]) -> JudgedFile | None:
-        """The result of `path` if everything is as it was."""
+        """The result of `path` if nothing that it depends on has changed."""
         known = self._known.get(self._name(path))
         if known is None:
             return None
@@ -89,7 +89,7 @@ class Cache:
         return judged if same and _follows(judged, budgets) else None
 
     def keep(self, results: Iterable[tuple[JudgedFile, Sequence[Budget]]]) -> None:
-        """Stores results."""
+        """Store results."""
         rows = [
             (self._name(judged.path), self._key(judged, budgets), json.dumps(asdict(judged)))
             for judged, budgets in results
@@ -104,7 +104,7 @@ class Cache:
             return
 
     def _name(self, path: str) -> str:
-        """The program as seen from the cache, so that a checkout elsewhere has the same name for it."""
+        """Path of the program relative to the cache, so that a checkout elsewhere has the same name for it."""
         try:
             name = os.path.relpath(path, self.path.parent)
         except ValueError:  # another drive of Windows
@@ -130,7 +130,9 @@ class Cache:
         return found
 
     def _folder(self, folder: str, names: bool) -> str:
-        """What stands beside a program: controller files by content; others by name where it calls any of them."""
+        """Digest of the files beside a program: controller files by content; with `names` (for programs with calls)
+        the others by name.
+        """
         found = self._folders.get((folder, names))
         if found is None:
             try:
@@ -167,7 +169,7 @@ def _settings(job: TimingJob) -> str:
 
 @cache
 def _olp() -> str:
-    """What olp is made of: its version says too little while somebody works on it."""
+    """Digest of olp's own files: the version alone does not change during development."""
     from olp.core.version import __version__
 
     root = Path(__file__).parents[2]
@@ -198,7 +200,7 @@ def _refused(path: Path) -> OlpError:
 
 
 def _rows(store: sqlite3.Connection) -> dict[str, tuple[str, str]]:
-    """Name -> (key, value) of a plain table; what stands in its place, such as a view without an end, is no row."""
+    """Name -> (key, value) of a plain table; anything else under its name, such as an endless view, gives no rows."""
     store.set_progress_handler(lambda: 1, _MOST_STEPS)
     kind = store.execute("select type from sqlite_master where name = 'result'").fetchone()
     if kind != ("table",):
@@ -215,7 +217,7 @@ def _is_tracked(path: Path) -> bool:
 
 
 def _follows(judged: JudgedFile, budgets: Sequence[Budget]) -> bool:
-    """Whether each budget has its verdict, and it is the one that the seconds beside it lead to."""
+    """Whether each budget has its verdict, and the stored seconds lead to it."""
     items = {item.name: item for item in judged.items}
     texts: list[str | None] | None = None
     if len(items) != len(judged.items) or set(items) - {b.name for b in budgets}:
@@ -232,7 +234,7 @@ def _follows(judged: JudgedFile, budgets: Sequence[Budget]) -> bool:
 
 
 def _is_named(budget: Budget, files: Sequence[str], texts: Sequence[str | None]) -> bool:
-    """Whether a part of a program that the cache knows nothing of may be there after all."""
+    """Whether a part of a program that is missing in the cached result may exist after all."""
     names = [budget.routine.casefold()] if budget.routine else [*map(label_name, (budget.start, budget.stop))]
     stems = {Path(file).stem.casefold() for file in files}
     return all(
@@ -244,7 +246,7 @@ def _is_named(budget: Budget, files: Sequence[str], texts: Sequence[str | None])
 
 
 def _text(path: str) -> str | None:
-    """The text of a program as far as it is ASCII, None where the bytes are none."""
+    """The text of a program if its bytes are ASCII, else None."""
     try:
         raw = read_input(path)
     except OSError:
@@ -263,7 +265,7 @@ def _led_to(item: JudgedItem, budget: Budget, judged: JudgedFile) -> bool:
 
 
 def _judged_from(value: object) -> JudgedFile:
-    """The result from its JSON. Raises ValueError, KeyError or TypeError where it cannot be one."""
+    """The result from its JSON. Raises ValueError, KeyError or TypeError if it is invalid."""
     whole = _table(value)
     items = [_table(item) for item in _list(whole.pop("items"))]
     findings = [_table(finding) for finding in _list(whole.pop("findings"))]
@@ -339,7 +341,9 @@ class Task(NamedTuple):
 
 
 class GuardSettings(NamedTuple):
-    """How a run goes. `cache`: its file, None for none. `scheduler`: address of a Dask cluster, "" for this machine."""
+    """Settings of a run. `cache`: its file, None for none. `scheduler`: address of a Dask cluster, "" for this
+    machine.
+    """
 
     job: TimingJob
     workers: int = 0
@@ -348,18 +352,18 @@ class GuardSettings(NamedTuple):
 
 
 class GuardWork(NamedTuple):
-    """Each file with its budgets, and all the budgets that were met on the way."""
+    """Each file with its budgets, and all the budget files found."""
 
     tasks: tuple[Task, ...]
     budgets: tuple[Budgets, ...]
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
-        """What is wrong with the budgets themselves, each once."""
+        """Problems of the budgets themselves, each once."""
         return [d for budgets in self.budgets for d in budgets.diagnostics]
 
     def idle(self, results: Sequence[JudgedFile], folders: Sequence[str]) -> list[Diagnostic]:
-        """Budgets that hold for no program although their whole folder was looked through: nobody keeps them."""
+        """Diagnostics for budgets that hold for no program although their whole folder was checked."""
         roots = [Path(folder).resolve() for folder in folders if Path(folder).is_dir()]
         judged = {item.name for result in results for item in result.items}
         found = []
@@ -377,7 +381,7 @@ def _idle(budget: Budget, path: str) -> Diagnostic:
 
 
 def tasks(paths: Sequence[str], given: str | None = None) -> GuardWork:
-    """The work that checking `paths` is. `given`: an olp.toml whose budgets hold, else the nearest ones."""
+    """The work for checking `paths`. `given`: an olp.toml whose budgets hold, else the nearest ones."""
     found: list[Task] = []
     files: dict[str, Budgets] = {}
     folders: dict[str, list[Budgets]] = {}
@@ -447,7 +451,7 @@ _RETRIES = 5  # of a task whose worker died
 def judge_on(
     address: str, arguments: Sequence[tuple[str, tuple[Budget, ...], TimingJob]]
 ) -> Iterator[JudgedFile]:
-    """The results in the order of the arguments, each once. A task whose worker dies is done by another one.
+    """The results in the order of the arguments, each once. If a worker dies, another one takes over its task.
 
     Raises OlpError (M003) without the extra, without a scheduler, or when tasks keep failing.
     """
@@ -477,7 +481,7 @@ def judge_on(
 
 
 def judge_chunk(chunk: Sequence[tuple[str, tuple[Budget, ...], TimingJob]], folder: str) -> list[JudgedFile]:
-    """Some files, one after the other. `folder`: the one that their paths are seen from."""
+    """Results of some files, one after the other. `folder`: the working folder of their paths."""
 
     if os.path.isdir(folder):
         os.chdir(folder)

@@ -1,9 +1,9 @@
-"""Runs over time in an SQLite file, so that drift is one query.
+"""Stores runs over time in an SQLite file, so that drift is one query.
 
 Tables: `run` (id, started, version, commit_id), `program` (run, path, total_s, motion_s, wait_s, io_s, high_s) and
-`item` (run, path, name, status, seconds, limit_s). Seconds are what was predicted then.
+`item` (run, path, name, status, seconds, limit_s). Seconds are the predictions of that run.
 
-Codes: M004 a file that is no such store.
+Codes: M004 a file that is not such a store.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class TrendPoint(NamedTuple):
 
 
 def keep(path: Path, results: Sequence[JudgedFile], root: Path) -> None:
-    """Adds a run. Paths are kept as seen from `root`, so that machines agree. Raises OlpError (M004)."""
+    """Add a run. Paths are stored relative to `root`, so that machines agree. Raises OlpError (M004)."""
     from olp.core.version import __version__
 
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -82,7 +82,7 @@ def keep(path: Path, results: Sequence[JudgedFile], root: Path) -> None:
 
 
 def history(path: Path, job: str) -> list[TrendPoint]:
-    """All runs that hold a program called `job`: its path, the end of it, or its stem. Raises OlpError (M004)."""
+    """All runs of a program called `job`: its path, the end of it, or its stem. Raises OlpError (M004)."""
     if not path.is_file():
         raise OlpError(
             error("M004", "no such store", file=str(path), help="olp check --store FILE makes one")
@@ -124,7 +124,7 @@ def _opened(path: Path) -> sqlite3.Connection:
 
 
 def _can_be(row: Sequence[object]) -> bool:
-    """Whether olp can have written it: one that somebody else has put there is as if it were not."""
+    """Whether olp can have written the row; other rows are ignored."""
     texts, (total, *parts) = row[:3], row[3:]
     numbers = parts if total is None else [total, *parts]
     return all(type(text) is str for text in texts) and all(
@@ -147,7 +147,7 @@ def _name(path: str, root: Path) -> str:
 
 
 def _commit(root: Path) -> str:
-    """The commit that is checked out, "" where there is none or no git."""
+    """The commit that is checked out, "" without one or without git."""
     try:
         asked = git("rev-parse", "--short=12", "HEAD", cwd=root)
     except OlpError:

@@ -1,7 +1,7 @@
-"""Changes of a program that mend findings: safe ones that alter neither path nor time, and suggested ones that do.
+"""Changes of a program that fix findings: safe ones that alter neither path nor time, and suggested ones that do.
 
-No promise is believed: after a safe change the program must run step by step as before, after a suggested one the
-finding must be gone and nothing new may be wrong. What does not hold that is left alone.
+Each change is verified: after a safe change the program must run step by step as before, after a suggested one the
+finding must be gone and nothing new may be wrong. A change that fails this is not applied.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ Run = Callable[["Program"], "Timing"]  # may raise OlpError
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Lines `first` to `last` of the program's own file become `text`, a line each; (): they go.
+    """Replaces lines `first` to `last` of the program's own file by `text`, one entry a line; (): they are deleted.
 
-    `code` and `line`: the finding that it mends. `says`: what it does, in a few words. `safe`: the robot does the
-    same in the same time.
+    `code` and `line`: the finding that it fixes. `says`: short description. `safe`: the robot does the same in the
+    same time.
     """
 
     code: str
@@ -45,7 +45,7 @@ class Edit:
 
 
 class Fixed(NamedTuple):
-    """The program with the edits that hold their promise, and those that do not."""
+    """The program with the verified edits, and the edits that failed the check."""
 
     program: Program
     done: tuple[Edit, ...]
@@ -53,7 +53,7 @@ class Fixed(NamedTuple):
 
 
 def fixes(program: Program, findings: Iterable[OutcomeFinding]) -> list[Edit]:
-    """Every change that would mend one of `findings`, in their order; of one finding the safe ones come first."""
+    """Every change that would fix one of `findings`, in their order; for one finding the safe ones come first."""
     rules = {rule.code: rule for rule in all_rules()}
     found: list[Edit] = []
     for one in findings:
@@ -69,9 +69,9 @@ def fixes(program: Program, findings: Iterable[OutcomeFinding]) -> list[Edit]:
 
 
 def fixed(program: Program, edits: Sequence[Edit], run: Run) -> Fixed:
-    """The program with those of `edits` that hold their promise; of several for one line, the first that does.
+    """The program with those of `edits` that pass the check; of several for one line, the first that does.
 
-    `run` times a program as the findings were made. Raises OlpError when the program as it is cannot be timed.
+    `run` times a program as for the findings. Raises OlpError when the unchanged program cannot be timed.
     """
     before = LintCase(program, run(program))
     together = [e for n, e in enumerate(edits) if e.safe and not _overlaps(e, edits[:n])]
@@ -94,7 +94,7 @@ def fixed(program: Program, edits: Sequence[Edit], run: Run) -> Fixed:
 
 
 def _judged(before: LintCase, edits: Sequence[Edit], run: Run) -> LintCase | None:
-    """The case after `edits`; None where it is not what they promise."""
+    """The case after `edits`; None if the check fails."""
     from olp.languages.vendor import read_source
 
     program = before.program
@@ -119,7 +119,7 @@ def _judged(before: LintCase, edits: Sequence[Edit], run: Run) -> LintCase | Non
 
 
 def same_run(first: Timing, second: Timing) -> bool:
-    """Whether two timings are of the same steps: equal ways, speeds, stops, waits and times, whatever their lines."""
+    """Whether two timings have the same steps: equal paths, speeds, stops, waits and times, whatever their lines."""
     a, b = first.plan, second.plan
     if len(a) != len(b) or len(a.moves) != len(b.moves) or a.stop_reason != b.stop_reason:
         return False
@@ -147,7 +147,7 @@ def _places(positions: Positions) -> tuple[NDArray[np.float64], ...]:
 
 
 def _told(case: LintCase) -> Counter[str]:
-    """How often each code is told of the text, its run and its times; assumptions are none of them."""
+    """Number of diagnostics by code, of the text, its run and its timing, without assumptions."""
     told = (*case.program.diagnostics, *case.timing.diagnostics)
     return Counter(found.code for found in told)
 
@@ -157,7 +157,7 @@ def _overlaps(edit: Edit, others: Iterable[Edit]) -> bool:
 
 
 def _moved(edit: Edit, done: Iterable[Edit]) -> Edit:
-    """The edit as it stands after those before it, which changed the number of lines above."""
+    """The edit with line numbers shifted by the edits in `done` above it."""
     more = sum(len(d.text) - (d.last - d.first + 1) for d in done if d.first < edit.first)
     return replace(edit, line=edit.line + more, first=edit.first + more, last=edit.last + more)
 
@@ -170,7 +170,7 @@ def fix_file(
     unsafe: bool = False,
     encoding: str | None = None,
 ) -> Fixed | None:
-    """Mends the file in place; all other bytes stay. None: there is nothing to do. Raises OlpError and OSError."""
+    """Fix the file in place; all other bytes stay. None: there is nothing to do. Raises OlpError and OSError."""
     from olp.core.files import write_output
     from olp.languages.vendor import read
 

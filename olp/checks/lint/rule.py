@@ -1,4 +1,4 @@
-"""The base of all rules, the list of them, which is the listing of `rules/`, and a program as they see it."""
+"""Base class of all rules, the list of rules (the files of `rules/`), and the input that they check."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ _STEEP_DEG_PER_MM = 0.5
 
 @dataclass(frozen=True)
 class LintCase:
-    """`timing` is of the whole run; rules look at steps of this file only (`own`), called files are judged alone."""
+    """Input of the rules. `timing` covers the whole run; rules check the steps of this file only (`own`), called
+    files are judged separately.
+    """
 
     program: Program
     timing: Timing
@@ -47,7 +49,7 @@ class LintCase:
 
     @cached_property
     def steps(self) -> list[int]:
-        """Steps of MOVE kind that stand in this file, in order of execution."""
+        """Steps of MOVE kind in this file, in order of execution."""
         plan = self.plan
         return np.flatnonzero((plan.kind == StepKind.MOVE) & (plan.source == 0)).tolist()
 
@@ -61,7 +63,7 @@ class LintCase:
 
     @cached_property
     def lines(self) -> dict[int, list[int]]:
-        """Line of this file -> its steps."""
+        """The steps of each line of this file."""
         found: dict[int, list[int]] = {}
         for step in self.steps:
             found.setdefault(int(self.plan.line[step]), []).append(step)
@@ -69,14 +71,14 @@ class LintCase:
 
     @cached_property
     def statements(self) -> dict[int, Statement]:
-        """Line -> the first statement that stands there."""
+        """The first statement of each line."""
         found: dict[int, Statement] = {}
         for statement in self.program.statements():
             found.setdefault(statement.line, statement)
         return found
 
     def turn(self, before: int, after: int) -> float:
-        """[rad] by which the tool's way turns from one step to the next, nan where one of them does not travel."""
+        """Angle [rad] between the tool's directions in two steps, nan where one of them does not travel."""
         first, second = self._way(before), self._way(after)
         cosine = float(np.dot(first, second))
         return float(np.arccos(np.clip(cosine, -1.0, 1.0))) if np.isfinite(cosine) else float("nan")
@@ -90,9 +92,9 @@ class LintCase:
         return unit
 
     def turn_rules(self, step: int) -> bool:
-        """Whether a path move is slow because its tool turns: slower than its way alone would let it be.
+        """Whether reorientation limits a path move: it is slower than its length alone would allow.
 
-        From rest to rest the way s lets the tool reach sqrt(s a), or the programmed speed.
+        From rest to rest a length s allows the speed sqrt(s a), or the programmed one.
         """
         timing = self.timing
         angle, way = float(timing.angle_deg[step]), float(timing.distance_mm[step])
@@ -106,12 +108,12 @@ class LintCase:
 
     @cached_property
     def acceleration(self) -> float:
-        """[mm/s²] The highest that a path move of the program has, nan where none travels."""
+        """Highest acceleration [mm/s²] of the program's path moves, nan if there are none."""
         known = self.timing.accel_mm_s2[[step for step in self.steps if self.on_path(step)]]
         return float(np.nanmax(known)) if np.isfinite(known).any() else float("nan")
 
     def told(self, *codes: str) -> Iterator[Diagnostic]:
-        """What reading, running and timing have said of this file under these codes."""
+        """Diagnostics with these codes from reading, running and timing this file."""
         for found in self.timing.diagnostics:
             if found.code in codes and found.file in ("", self.path):
                 yield found
@@ -140,7 +142,7 @@ def mentioned(thing: Any) -> Iterator[Taught | Named]:
 
 @lru_cache(maxsize=1024)
 def _parts(kind: type) -> tuple[str, ...]:
-    """The fields of a class that may hold more, the last one first; none of what is no dataclass."""
+    """The fields of a class that may hold further nodes, the last one first; empty if it is not a dataclass."""
     return tuple(field.name for field in reversed(fields(kind))) if is_dataclass(kind) else ()
 
 
@@ -149,11 +151,11 @@ Suggestion = tuple[int, int, str, str]
 
 
 class Rule(ABC):
-    """A mistake that a program can hold.
+    """A mistake that a program can contain.
 
-    `code` never changes. `why`: what it costs, in a paragraph; `example` and `better`: lines with and without it.
+    `code` never changes. `why`: its cost, in a paragraph; `example` and `better`: lines with and without it.
     `fixable`: whether findings can carry a change that alters neither path nor time. `suggests`: whether there are
-    changes that do, for people to choose.
+    changes that do, for users to choose.
     """
 
     code: ClassVar[str] = ""
@@ -167,15 +169,15 @@ class Rule(ABC):
 
     @abstractmethod
     def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
-        """The places where the program holds the mistake, in order of lines."""
+        """Findings where the program contains the mistake, in order of lines."""
 
     def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
-        """Changes that would mend a finding of this rule but alter the motion or its time, the best one first."""
+        """Changes that would fix a finding of this rule but alter the motion or its time, the best one first."""
         yield from ()
 
     @final
     def explained(self) -> str:
-        """The rule for people: what it is, why, an example and what is better."""
+        """Help text of the rule: what it is, why, an example and the better version."""
         fix = "--fix" if self.fixable else "--fix --unsafe-fixes" if self.suggests else ""
         parts = [
             f"{self.code} ({self.level}): {self.title}",
@@ -215,9 +217,9 @@ class Rule(ABC):
 
 
 class RunRule(Rule):
-    """A rule whose places are found while the program is planned and timed. `codes`: under which they are told.
+    """A rule whose findings come from planning and timing the program. `codes`: of their diagnostics.
 
-    `maybe`: codes that need not be a mistake, told as notes.
+    `maybe`: codes that need not be a mistake; they are reported as notes.
     """
 
     codes: ClassVar[tuple[str, ...]] = ()

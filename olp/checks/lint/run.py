@@ -1,6 +1,7 @@
-"""The rules over files: what is asked for, less what the baseline and comments in the program excuse.
+"""Runs the rules over files: the selected ones, without findings excused by the baseline or by comments in the
+program.
 
-The command line asks for rules, the nearest olp.toml leaves some out:
+The command line selects rules; the nearest olp.toml can exclude some:
 
 ```toml
 [lint]
@@ -8,9 +9,9 @@ select = ["W0"]        # codes or their beginnings; missing: all rules
 ignore = ["W012"]
 ```
 
-A baseline is a file of findings that are known and excused, so that only new ones break the build.
+A baseline is a file of known findings that are excused, so that only new ones break the build.
 
-Codes: W901 a baseline that cannot be read, W902 rules that cannot be chosen so.
+Codes: W901 a baseline that cannot be read, W902 an invalid selection of rules.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ _KEYS = ("select", "ignore")
 
 
 class RuleChoice(NamedTuple):
-    """Codes or their beginnings. `select` empty: all."""
+    """Selected and ignored rules: codes or their beginnings. `select` empty: all."""
 
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
@@ -48,7 +49,7 @@ class RuleChoice(NamedTuple):
 
 
 def choice(select: Sequence[str], ignore: Sequence[str], file: str = "") -> RuleChoice:
-    """Raises OlpError (W902) for a code that no rule begins with."""
+    """The selection. Raises OlpError (W902) for a code that no rule begins with."""
     found = RuleChoice(tuple(c.upper() for c in select), tuple(c.upper() for c in ignore))
     codes = [rule.code for rule in all_rules()]
     problems = [
@@ -62,7 +63,7 @@ def choice(select: Sequence[str], ignore: Sequence[str], file: str = "") -> Rule
 
 
 def rules_for(path: str, asked: RuleChoice) -> list[Rule]:
-    """The rules for the file `path`; a selection that is asked for wins over that of its olp.toml.
+    """The rules for the file `path`; the requested selection takes precedence over that of its olp.toml.
 
     Raises OlpError (W902).
     """
@@ -99,7 +100,7 @@ _CODE = re.compile(r"[A-Z]\d{3}")
 
 @dataclass(frozen=True, slots=True)
 class Linted:
-    """One file. `excused`: findings that a comment in the program excuses."""
+    """Result of one file. `excused`: number of findings that a comment in the program excuses."""
 
     path: str
     findings: tuple[OutcomeFinding, ...]
@@ -108,7 +109,7 @@ class Linted:
 
 
 def lint(path: str, job: TimingJob, asked: RuleChoice | None = None) -> Linted:
-    """All findings of one file. Never raises for a bad program: what is wrong with it is a finding."""
+    """All findings of one file. Never raises for a bad program: its problems are findings."""
     from olp.languages.vendor import read
 
     try:
@@ -127,7 +128,7 @@ def lint(path: str, job: TimingJob, asked: RuleChoice | None = None) -> Linted:
 
 
 def lint_load(path: str, job: TimingJob, controller: str) -> Linted:
-    """What a controller refuses when it loads one file. Never raises for a bad program.
+    """Findings that a controller reports when it loads one file. Never raises for a bad program.
 
     Raises OlpError (W903) for a controller that the file's language does not have.
     """
@@ -167,7 +168,7 @@ def _excused_above(source: Source, found: OutcomeFinding) -> bool:
 
 
 def is_excused(case: LintCase, found: OutcomeFinding) -> bool:
-    """Whether a comment on the line, or alone on the line above, says so."""
+    """Whether a comment on the line, or alone on the line above, excuses the finding."""
     if not found.line:
         return False
     above = case.text(found.line - 1) if found.line > 1 else ""
@@ -192,7 +193,7 @@ def _excuses(text: str, code: str) -> bool:
 
 
 def without_known(findings: Iterable[OutcomeFinding], known: dict[str, int]) -> list[OutcomeFinding]:
-    """The findings that a baseline does not hold; it counts how many of each kind there were."""
+    """The findings beyond the baseline `known`, which counts the known ones of each kind."""
     left = dict(known)
     fresh = []
     for found in findings:
@@ -207,7 +208,7 @@ _VERSION = 1
 
 
 def read_baseline(path: Path) -> dict[str, int]:
-    """Fingerprint -> how many such findings are known. Raises OlpError (W901)."""
+    """Number of known findings by fingerprint. Raises OlpError (W901)."""
     try:
         whole = parse_json(read_input(path))
         rows = whole["findings"] if whole["version"] == _VERSION else []
@@ -222,7 +223,7 @@ def read_baseline(path: Path) -> dict[str, int]:
 
 
 def baseline_text(findings: Iterable[OutcomeFinding]) -> str:
-    """The text of a baseline that excuses `findings`, sorted, so that versions of it can be compared."""
+    """The text of a baseline that excuses `findings`, sorted, so that two versions can be compared."""
     found = list(findings)
     counts = Counter(f.fingerprint for f in found)
     first = {f.fingerprint: f for f in reversed(found)}
@@ -232,5 +233,5 @@ def baseline_text(findings: Iterable[OutcomeFinding]) -> str:
 
 
 def _told(finding: OutcomeFinding) -> dict[str, str]:
-    """For people who read the file; it is not read back."""
+    """Description of a finding for readers of the file; it is not parsed."""
     return {"code": finding.code, "file": finding.file, "says": finding.message}

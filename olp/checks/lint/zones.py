@@ -1,4 +1,4 @@
-"""A corner in a line of a program rounded, or made smaller: as text, spelt as the vendor says."""
+"""Changes the zone in a line of a program, as text in the vendor's syntax: rounds a corner, or makes it smaller."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from olp.languages.vendor import CornerSpelling, find_vendor
 
 
 def rounded(vendor: str, text: str) -> str | None:
-    """The line with its exact stop rounded as little as the language can say; None where it has none."""
+    """The line with its exact stop replaced by the smallest zone of the language; None if it has no exact stop."""
     words = find_vendor(vendor).corners
     if words is None:
         return None
@@ -39,14 +39,14 @@ def smaller(vendor: str, text: str) -> Iterator[str]:
 
 
 class Larger(NamedTuple):
-    """A line with a larger zone, and what that is: "PL=0 → PL=1"."""
+    """A line with a larger zone, and a description: "PL=0 → PL=1"."""
 
     text: str
     says: str
 
 
 def larger(vendor: str, text: str) -> Iterator[Larger]:
-    """The line with larger zones, the smallest of them first; an exact stop with those that there are."""
+    """The line with larger zones, the smallest of them first; an exact stop with all zones that the language has."""
     words = find_vendor(vendor).corners
     if words is None:
         return
@@ -71,7 +71,7 @@ def larger(vendor: str, text: str) -> Iterator[Larger]:
 
 
 def freed(vendor: str, text: str, share: float) -> str | None:
-    """A straight move as a joint move at `share` [1] of rated speed, where its language says one; None for others."""
+    """A straight move as a joint move at `share` [1] of rated speed, in the language's syntax; None for other lines."""
     words = find_vendor(vendor).corners
     if words is None:
         return None

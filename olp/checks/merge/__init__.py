@@ -1,1 +1,1 @@
-"""Three versions of one program become one: what two people did to it at the same time."""
+"""Three-way merge of programs: combines the changes of two people."""

@@ -1,4 +1,4 @@
-"""Which piece of one version is which of another: equal ones first, then those that are most alike between them."""
+"""Aligns the pieces of two versions: equal ones first, then the most similar ones between them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LEAST = 0.5  # in common; below, a piece went and another came
 
 
 def align(old: Sequence[str], new: Sequence[str], alike: Alike) -> list[Pair]:
-    """Pairs (old, new) in order of both. Pieces without a partner are in none."""
+    """Pairs (old, new), ascending in both. Pieces without a partner are in none."""
     pairs: list[Pair] = []
     work = [(0, len(old), 0, len(new))]
     while work:
@@ -42,7 +42,7 @@ def align(old: Sequence[str], new: Sequence[str], alike: Alike) -> list[Pair]:
 
 
 def _anchors(old: Sequence[str], new: Sequence[str], a: int, b: int, c: int, d: int) -> list[Pair]:
-    """Equal pieces that come once on both sides, as many as stand in the same order (patience)."""
+    """Equal pieces that occur once on both sides, as many as are in the same order (patience)."""
     often, there = Counter(old[a:b]), Counter(new[c:d])
     place = {new[j]: j for j in range(c, d) if there[new[j]] == 1 and new[j]}
     found = [(i, place[old[i]]) for i in range(a, b) if old[i] in place and often[old[i]] == 1]
@@ -50,7 +50,7 @@ def _anchors(old: Sequence[str], new: Sequence[str], a: int, b: int, c: int, d: 
 
 
 def longest_rising(found: Sequence[Pair]) -> list[Pair]:
-    """The longest part of `found`, sorted by the first of each pair, in which the second rises too."""
+    """The longest subsequence of `found`, sorted by the first of each pair, in which the second rises too."""
     tails: list[int] = []
     ends: list[int] = []
     before: list[int] = []
@@ -73,7 +73,7 @@ def longest_rising(found: Sequence[Pair]) -> list[Pair]:
 def _gap(
     old: Sequence[str], new: Sequence[str], gap: tuple[int, int, int, int], alike: Alike
 ) -> Iterator[Pair]:
-    """The pairing that has most in common (Needleman and Wunsch)."""
+    """The pairing with the largest similarity (Needleman and Wunsch)."""
     a, b, c, d = gap
     if (b - a) * (d - c) > _LARGEST:
         if b - a == d - c:  # all was touched up, nothing came or went
@@ -108,7 +108,7 @@ Words = frozenset[tuple[str, int]]  # each with how often it came before
 
 
 def words_of(code: str) -> Words:
-    """The words and signs of a piece."""
+    """The words and operators of a piece."""
     often: Counter[str] = Counter()
     found = []
     for word in _WORD.findall(code):

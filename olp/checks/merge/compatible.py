@@ -1,12 +1,12 @@
-"""Changes of both sides that do not contradict each other: new names, and different parts of one statement.
+"""Changes of both sides that do not conflict: renamed names, and different parts of one statement.
 
-A side that gives a variable another name changes each of its statements, and says nothing against what the other side
-changed in them. Words of the language, targets of moves and names that differ in nothing but digits are no such names:
-`LIN P1` that became `LIN P5` goes elsewhere.
+A side that renames a variable changes each of its statements without conflicting with the other side's changes of
+them. Keywords, targets of moves and names that differ only in digits do not count as renamed: `LIN P1` that became
+`LIN P5` has another target.
 
-Within one statement both changes are kept where the sides changed different arguments of one move, added names to one
-declaration, or one side's change contains the other's. Anything else is for a person to decide. The target of a move
-with its tool and frame is one argument: together they say a place.
+Within one statement both changes are kept where the sides changed different arguments of one move, added names to
+one declaration, or one side's change contains the other's. Anything else is a conflict for the user. The target of
+a move with its tool and frame is one argument: together they define a position.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _SIGN = "\7"  # in place of a name
 
 
 class NewNames(NamedTuple):
-    """Three texts with the names of the merge, and what each side called otherwise: (before, now)."""
+    """Three texts with the names of the merge, and the names that each side changed: (before, now)."""
 
     base: str
     ours: str
@@ -46,7 +46,7 @@ class NewNames(NamedTuple):
 
 
 def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewNames:
-    """The three texts, each with the names that either side gave to what the base calls otherwise."""
+    """The three texts, with the renamings of either side applied to all of them."""
     if not rules.has_variables:
         return NewNames(base, ours, theirs)
     lines = Counter(_LINES.split(base))
@@ -69,7 +69,7 @@ def with_new_names(rules: MergeRules, base: str, ours: str, theirs: str) -> NewN
 
 
 def _may_give_names(rules: MergeRules, before: Counter[str], side: str) -> bool:
-    """Whether a name is in no line any more, and one that may be it is new: quick, from the lines that changed."""
+    """Quick check, from the changed lines, whether a name vanished and a new one may replace it."""
     now = Counter(_LINES.split(side))
     old, new = (_said(rules, some.elements()) for some in (before - now, now - before))
     gone, given = (
@@ -89,7 +89,7 @@ def _said(rules: MergeRules, lines: Iterable[str]) -> Counter[str]:
 
 
 class _SpokenLine(NamedTuple):
-    """Indentation, code and comment of a line, and the names in its code, as keys and as they are spelt."""
+    """Indentation, code and comment of a line, and the names in its code, as keys and as spelled."""
 
     slots: tuple[str, str, str]
     names: tuple[str, ...]
@@ -97,9 +97,9 @@ class _SpokenLine(NamedTuple):
 
 
 class _SpokenNames:
-    """The names of a text. `often`: how often each is said; `spelt`: as it stands there first.
+    """The names of a text. `often`: count of each; `spelt`: its first spelling.
 
-    `read`: the lines of other versions, to which its own are added.
+    `read`: lines of other versions that are split already; the lines of this text are added.
     """
 
     def __init__(self, rules: MergeRules, text: str, read: dict[str, _SpokenLine]) -> None:
@@ -121,7 +121,7 @@ class _SpokenNames:
         return word.casefold() if self._folds else word
 
     def variables(self) -> set[str]:
-        """Those that can be nothing else."""
+        """Names that are certainly variables."""
         found: set[str] = set()
         for code in {line.slots[1] for line, _ in self._lines}:
             found.update(map(self._key, _OWNED.findall(code)))
@@ -131,7 +131,7 @@ class _SpokenNames:
         return {name for name in found if _may_be_renamed(name)}
 
     def saying(self, names: Set[str]) -> list[tuple[str, tuple[str, ...]]]:
-        """The statements that say one of these names: their words without them, and which they are."""
+        """The statements with one of these names: their text without the names, and the names."""
         found = []
         for line, _ in self._lines:
             said = tuple(name for name in line.names if name in names)
@@ -159,7 +159,7 @@ def _may_be_renamed(name: str) -> bool:
 
 
 def _given(before: _SpokenNames, side: _SpokenNames) -> dict[str, str]:
-    """What the side calls otherwise: the name of before -> the name now."""
+    """The renamings of a side: old name -> new name."""
     gone = {name for name in before.often.keys() - side.often.keys() if before.often[name] >= _LEAST}
     new = {name for name in side.often.keys() - before.often.keys() if side.often[name] >= _LEAST}
     if not gone or not new or not (gone := gone & before.variables()):
@@ -189,9 +189,9 @@ def _given(before: _SpokenNames, side: _SpokenNames) -> dict[str, str]:
 def _undisputed(
     before: _SpokenNames, against: _SpokenNames, given: Mapping[str, str], also: Mapping[str, str]
 ) -> dict[str, str]:
-    """Of the names that one side gave those that the other gave, too, or has left as they were.
+    """The renamings of one side that the other side made too, or whose name it uses as often as before.
 
-    Where it says a name less often, it took out what the first side changed; where more often, it may mean the old one.
+    If it uses a name less often, it deleted what the first side changed; if more often, it may mean the old name.
     """
     return {
         old: new
@@ -209,7 +209,7 @@ _LONGEST = 400  # words of a statement: what is longer, a person compares
 class JoinedChange(NamedTuple):
     """A statement with the changes of both sides. `ours`, `theirs`: names of the arguments that each changed.
 
-    `place`: which side says where the arm goes: 1 ours, 2 theirs.
+    `place`: the side that sets the target: 1 ours, 2 theirs.
     """
 
     text: str
@@ -221,7 +221,9 @@ class JoinedChange(NamedTuple):
 def by_arguments(
     rules: MergeRules, texts: tuple[str, str, str], places: Sequence[Hashable] = ("", "", "")
 ) -> JoinedChange | None:
-    """One move of three versions; None where it is none, or both changed one argument. `places`: of their positions."""
+    """One move of three versions; None if it is not a move, or if both changed one argument. `places`: of their
+    positions.
+    """
     found = [rules.arguments(text) for text in texts]
     if not all(found):
         return None
@@ -257,7 +259,7 @@ def _said_by(rules: MergeRules, parts: Sequence[MoveArgument], name: str) -> tup
 
 
 def by_names(rules: MergeRules, texts: tuple[str, str, str]) -> JoinedChange | None:
-    """One declaration to which both sides added names, each its own; None where they did anything else."""
+    """One declaration to which both sides added different names; None for any other change."""
     (head, names, tail), mine, other = map(rules.declared, texts)
     if not names or (head, tail) != mine[::2] or (head, tail) != other[::2]:
         return None
@@ -272,7 +274,7 @@ def by_names(rules: MergeRules, texts: tuple[str, str, str]) -> JoinedChange | N
 
 
 def containing(base: str, ours: str, theirs: str) -> int:
-    """Which side changed all that the other changed, and more: 1 ours, 2 theirs, 0 neither."""
+    """The side whose change contains the other's: 1 ours, 2 theirs, 0 neither."""
     words = [_WORD.findall(text) for text in (base, ours, theirs)]
     if max(map(len, words)) > _LONGEST:
         return 0

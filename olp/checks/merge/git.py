@@ -1,7 +1,7 @@
-"""Git with olp as its merge driver and its filter for diffs, in one repository.
+"""Installs olp as git's merge driver and as its filter for diffs, in one repository.
 
-The driver and the filter stand in the repository's configuration, which git never takes from elsewhere; for which files
-they are stands in `.gitattributes`, which is committed.
+The driver and the filter are in the repository's configuration, which git never fetches; the patterns of their
+files are in `.gitattributes`, which is committed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _OURS = re.compile(rf"(?:^|(?<=\n)){re.escape(_FIRST)}\n.*?{re.escape(_LAST)}\n"
 
 
 def install() -> list[str]:
-    """Sets this repository up, and says what was done. Raises OlpError (U002, C005)."""
+    """Configure this repository; sentences on what was done. Raises OlpError (U002, C005)."""
     top = _top()
     # In full: what a desktop starts git in may have another PATH.
     found = shutil.which("olp")
@@ -45,7 +45,7 @@ def install() -> list[str]:
 
 
 def remove() -> list[str]:
-    """Takes out what `install` set up. Raises OlpError (U002, C005)."""
+    """Undo `install`; sentences on what was done. Raises OlpError (U002, C005)."""
     top = _top()
     for section in ("merge.olp", "diff.olp"):
         git("config", "--local", "--remove-section", section)
@@ -82,7 +82,7 @@ def _settings(command: str) -> dict[str, str]:
 
 
 def _patterns() -> Iterator[str]:
-    """Patterns of all files that olp merges, letters of either case."""
+    """Patterns of all files that olp merges, for upper and lower case."""
     vendors = [find_vendor(name) for name in vendor_names()]
     suffixes = {s for one in vendors for s in (*one.suffixes, *one.data_suffixes, *one.list_suffixes)}
     for one in vendors:
@@ -93,9 +93,10 @@ def _patterns() -> Iterator[str]:
 
 
 def shown_text(path: str) -> bytes:
-    """The program for a diff: positions stand in the moves that use them, without line numbers, dates and counts.
+    """The program for a diff: positions are shown in the moves that use them, without line numbers, dates and
+    counts.
 
-    A file that is no program is shown as it is. Raises OlpError (C005).
+    A file that is not a program is shown unchanged. Raises OlpError (C005).
     """
     try:
         data = read_input(path)
@@ -140,7 +141,7 @@ def _shown(rules: MergeRules, text: str) -> Iterator[str]:
 
 
 def _place(row: Row | None, number: str) -> str:
-    """A position in a move: what its row says instead of its number."""
+    """A position in a move: the content of its row instead of its number."""
     if row is None:
         return number
     told = " ".join(" ".join(line.split()) for line in row.lines)

@@ -1,8 +1,7 @@
-"""Three files become one: what is read, what comes out, how long it takes, and which budgets it breaks.
+"""Merges three files and reports the time of the result and the budgets that it breaks.
 
 Codes: U020 a version that cannot be merged, U021 conflict markers in a version, U022 the merged program has a
-mistake that neither side has, U023 its time is that of a part, U024 no program
-of a language that is known.
+mistake that neither side has, U023 its time is incomplete, U024 no program of a known language.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ def merge_bytes(
 
 
 def _told_by(texts: Sequence[bytes]) -> list[str]:
-    """The beginning of each text, which says what it is."""
+    """The beginning of each text, which identifies its language."""
     return [data[:_HEAD].decode("latin-1") for data in texts]
 
 
@@ -138,9 +137,9 @@ class Seconds(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Merged:
-    """A merge of three files. `file`: what the program is called; `ours`, `theirs`: the times [s] of the hunks' lines.
+    """A merge of three files. `file`: name of the program; `ours`, `theirs`: the times [s] of the hunks' lines.
 
-    `why`: the reason why no time can be said. `budgets`: those that the merged program breaks or comes close to.
+    `why`: the reason why the time is unknown. `budgets`: those that the merged program breaks or nearly breaks.
     """
 
     file: str
@@ -153,16 +152,16 @@ class Merged:
 
     @property
     def clean(self) -> bool:
-        """Whether the merge has no conflict and no error, so that nobody has to look at it."""
+        """Whether the merge has neither conflicts nor errors."""
         return not self.text.hunks and not any(one.is_error for one in self.diagnostics)
 
     @property
     def writable(self) -> bool:
-        """Whether there is a file, with or without conflicts in it."""
+        """Whether a file can be written, with or without conflicts."""
         return self.text.pack is None or not self.text.hunks
 
     def to_bytes(self, size: int = 7) -> bytes:
-        """The merged file; each conflict says what it is about and how long either side takes."""
+        """The merged file; each conflict is labelled with its subject and the time of either side."""
         return self.text.to_bytes(self._labels, size)
 
     def _labels(self, number: int, hunk: Hunk) -> tuple[str, str]:
@@ -176,7 +175,7 @@ class Merged:
         return f"{sides[0]}: {what}: {hunk.why}", sides[1]
 
     def as_text(self) -> str:
-        """What was merged, for people."""
+        """The report of the merge as text."""
         count = len(self.text.hunks)
         rows = [f"{self.file}: " + ("merged" if not count else f"{count} conflict{'s' * (count > 1)}")]
         rows[0] += "" if self.writable else ", nothing is written: this kind of file has no place for them"
@@ -206,7 +205,7 @@ class Merged:
         return "\n".join(rows)
 
     def as_json(self) -> dict[str, object]:
-        """What was merged, for scripts."""
+        """The report of the merge as data."""
         return {
             "file": self.file,
             "clean": self.clean,
@@ -264,9 +263,9 @@ def _shared(one: SharedStatement) -> str:
 
 
 def merge_files(paths: Sequence[str], home: str, job: TimingJob | None) -> Merged:
-    """The merge of three files, `home` being where the program belongs: what it calls stands there.
+    """The merge of three files. `home`: path of the program, beside which its called routines are.
 
-    `job`: how it is timed, None: not at all. Raises OlpError (C005, U020, U021, U024).
+    `job`: settings of the timing, None: no timing. Raises OlpError (C005, U020, U021, U024).
     """
     texts = [_read(path) for path in paths]
     vendor = _language(texts, home)
@@ -288,7 +287,9 @@ def is_known(paths: Sequence[str], home: str) -> bool:
 
 
 def text_merge(paths: Sequence[str], size: int) -> int:
-    """Git's own merge over the second file, for texts of no language. How many conflicts: 0, or 1 for any."""
+    """Git's own merge, written over the second file, for texts of no known language. Number of conflicts: 0, or 1
+    for any.
+    """
     from olp.core.files import write_output
     from olp.core.git import merged_text
 
@@ -321,7 +322,7 @@ def _language(texts: Sequence[bytes], home: str) -> Vendor:
 
 
 def _known(texts: Sequence[bytes], home: str) -> Vendor | None:
-    """The vendor of the first version that says whose it is: the base is empty where both sides are new."""
+    """The vendor of the first version that identifies its language: the base is empty where both sides are new."""
     for data in texts:
         found = recognise(decode(data, home)) if data.strip() else None
         # Suffixes are those of other makers' files, too; a text that is none of the language stays as it is.
@@ -335,7 +336,7 @@ def _known(texts: Sequence[bytes], home: str) -> Vendor | None:
 
 
 def _runs(vendor: Vendor, home: str) -> bool:
-    """Whether it is a program, and no list of data beside one."""
+    """Whether the file is a program, not a data list beside one."""
     return home.lower().endswith(vendor.suffixes) and not home.lower().endswith(vendor.data_suffixes or "\0")
 
 
@@ -346,7 +347,7 @@ def _program(vendor: Vendor, data: bytes, home: str) -> Program:
 def _new_mistakes(
     vendor: Vendor, merged: Program, texts: Sequence[bytes], home: str
 ) -> tuple[Diagnostic, ...]:
-    """Mistakes of the merged program that no side has: each was right, and together they are not."""
+    """Errors of the merged program that neither side has."""
     found = [*_mistakes(merged), *_undefined(merged)]
     if not found:
         return ()
@@ -369,7 +370,7 @@ def _new_mistakes(
 
 
 def _mistakes(program: Program) -> Iterator[Diagnostic]:
-    """Errors that its reader finds, and names that are declared twice."""
+    """Errors that the reader finds, and names that are declared twice."""
     yield from (one for one in program.diagnostics if one.is_error)
     yield from _twice(program, "routine", [(one.name, one.line) for one in program.routines])
     for scope, body in (("", program.data), *((f" in {one.name}", one.body) for one in program.routines)):
@@ -443,7 +444,7 @@ def _timed(
 
 
 def _told(timing: Timing) -> list[Diagnostic]:
-    """Diagnostics of the merged program that leave its time open."""
+    """Diagnostics of the merged program that make its time incomplete."""
     count = len(timing.left_open)
     if not count:
         return []
@@ -461,7 +462,7 @@ def _told(timing: Timing) -> list[Diagnostic]:
 
 
 def _seconds(timing: Timing | None, lines: Sequence[int]) -> float | None:
-    """What these lines of the program take, all executions of each."""
+    """Time [s] of these lines of the program, over all their executions."""
     if timing is None:
         return None
     wanted = set(lines)

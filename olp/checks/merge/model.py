@@ -1,4 +1,4 @@
-"""What a merge of three texts is made of: lines that are settled, and hunks that a person has to choose in."""
+"""Parts of a three-way merge: settled lines, and hunks in which the user has to choose."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ class TextLine(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Hunk:
-    """Where both sides changed the same. `what`: a point, a statement, a record; `name`: of which one, if it has any.
+    """A conflict: both sides changed the same part. `what`: a point, a statement, a record; `name`: its name, if
+    any.
 
     `ours_at`, `theirs_at`: the lines of each version that take time with it, from 1.
     """
@@ -34,11 +35,11 @@ class Hunk:
 
     @property
     def height(self) -> int:
-        """Lines of the file, its markers among them."""
+        """Number of lines in the file, including the markers."""
         return len(self.ours) + len(self.theirs) + 3
 
     def swapped(self) -> Hunk:
-        """The same, the two sides named the other way round."""
+        """The same hunk with the sides exchanged."""
         why = _SIDES.sub(lambda match: _OTHER[match[0]], self.why)
         sides = (self.theirs, self.ours, self.base, self.theirs_at, self.ours_at)
         return Hunk(self.what, self.name, why, *sides)
@@ -46,7 +47,7 @@ class Hunk:
 
 @dataclass(frozen=True, slots=True)
 class TakenChanges:
-    """What came from one side: names of the points that it changed, and how many statements it changed."""
+    """Changes taken from one side: names of the changed points, and the number of changed statements."""
 
     points: tuple[str, ...] = ()
     statements: int = 0
@@ -55,7 +56,7 @@ class TakenChanges:
 class SharedStatement(NamedTuple):
     """A statement, on a line of the merge, with changes of both sides: the arguments that each changed.
 
-    Empty: that side's change is part of the other's.
+    Empty: that side's change is contained in the other's.
     """
 
     line: int
@@ -65,9 +66,9 @@ class SharedStatement(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class MergedText:
-    """A merge. `ended`: whether the last line has an end (None: as it stands). `taken`: by "ours", "theirs" and "both"
-    (the same change). `renamed`: names that either calls otherwise, before and now. `shared`: statements with both's.
-    `pack`: makes the file of its text; with hunks there is none.
+    """A merge. `ended`: whether the last line has a line end (None: unchanged). `taken`: by "ours", "theirs" and
+    "both" (the same change). `renamed`: names that either side renamed, before and now. `shared`: statements with
+    changes of both. `pack`: converts the text to the file; impossible with hunks.
     """
 
     parts: tuple[TextLine | Hunk, ...]
@@ -83,7 +84,7 @@ class MergedText:
         return tuple(part for part in self.parts if isinstance(part, Hunk))
 
     def swapped(self) -> MergedText:
-        """The same, the two sides named the other way round."""
+        """The same merge with the sides exchanged."""
         parts = tuple(part.swapped() if isinstance(part, Hunk) else part for part in self.parts)
         taken = {word: self.taken[_OTHER.get(word, word)] for word in self.taken}
         renamed = {word: self.renamed[_OTHER[word]] for word in self.renamed}
@@ -91,7 +92,9 @@ class MergedText:
         return replace(self, parts=parts, taken=taken, renamed=renamed, shared=shared)
 
     def to_bytes(self, labels: Callable[[int, Hunk], tuple[str, str]] | None = None, size: int = 7) -> bytes:
-        """The file; of a packed one with hunks, its text. `labels`: of each hunk's two sides; `size`: of a marker."""
+        """The file; for a packed one with hunks its text. `labels`: of each hunk's two sides; `size`: length of a
+        marker.
+        """
         found: list[TextLine] = []
         number = 0
         for part in self.parts:

@@ -1,7 +1,8 @@
-"""Three versions of one text become one: positions by their identity, statements by their place and words.
+"""Three-way merge of texts: positions by their identity, statements by their place and words.
 
-A statement that one side changed is taken from that side, whatever stands beside it. Both sides changed it: a hunk.
-Numbers of positions that a controller counts anew are followed by the moves that use them, and written at the end.
+A statement that one side changed is taken from that side, whatever its neighbours. If both sides changed it, it
+becomes a hunk. Positions that a controller renumbers are identified by the moves that use them, and numbered at the
+end.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ _TOUCHED = 0.3  # of the likeness of two moves: how much their points say
 
 
 class MergeItem(NamedTuple):
-    """A piece as it stands in a merge: `ids` of its positions instead of their numbers. `at`: its place there."""
+    """A piece in a merge: `ids` of its positions instead of their numbers. `at`: its index."""
 
     piece: Piece
     ids: tuple[str, ...] = ()
@@ -61,17 +62,17 @@ class MergeItem(NamedTuple):
 
     @property
     def says(self) -> tuple[str, tuple[str, ...]]:
-        """What runs."""
+        """Executable content: code and positions."""
         return self.piece.code, self.ids
 
     @property
     def words(self) -> tuple[str, tuple[str, ...]]:
-        """What runs, and the comment beside it."""
+        """Executable content and comment."""
         return " ".join(" ".join(self.piece.lines).split()), self.ids
 
 
 class Clash(NamedTuple):
-    """Items between which somebody has to choose."""
+    """Items in conflict."""
 
     what: str
     name: str
@@ -89,9 +90,10 @@ Settled = MergeItem | Clash | TableHere
 
 
 def merge_texts(rules: MergeRules, base: str, ours: str, theirs: str) -> MergedText:
-    """The merge of three texts of one language, with what only a person can decide as hunks.
+    """The merge of three texts of one language, with the conflicts as hunks.
 
-    The sides are taken in the order of their texts, whichever of them is called ours: swapped, they say the same.
+    The sides are processed in the order of their texts, whichever of them is called ours: swapped, they give the
+    same result.
     """
     if theirs < ours:
         return merge_texts(rules, base, theirs, ours).swapped()
@@ -125,7 +127,7 @@ def _merged_in_order(rules: MergeRules, base: str, ours: str, theirs: str) -> Me
 
 
 def _in_one_order(rules: MergeRules, texts: tuple[str, str, str]) -> tuple[str, str, str]:
-    """The three texts with their routines in the order into which one side, and not the other, has put them."""
+    """The three texts with their routines in the order of the one side that changed it."""
     first, *others = map(rules.routine_names, texts)
     if all(names == first for names in others):
         return texts
@@ -146,7 +148,7 @@ def _in_one_order(rules: MergeRules, texts: tuple[str, str, str]) -> tuple[str, 
 
 
 def _unscoped(cuts: Sequence[Cut]) -> list[Cut]:
-    """Names that come once in every version need no routine in front: the routine may get another name."""
+    """Cuts in which names that occur once in every version lose their routine, because the routine may be renamed."""
     often: list[Counter[str]] = []
     whole: dict[str, set[str]] = {}
     for cut in cuts:
@@ -168,7 +170,7 @@ def _unscoped(cuts: Sequence[Cut]) -> list[Cut]:
 
 
 def _whole(ours: str, theirs: str, newline: str) -> MergedText:
-    """Nothing to hold the two sides against: but for what is the same at both ends, a person chooses."""
+    """Merge without a base: all that differs between the common beginning and the common end is one hunk."""
     mine, other = ([TextLine(*line) for line in lines_of(text)] for text in (ours, theirs))
     most = min(len(mine), len(other))
     start = next((k for k in range(most) if mine[k] != other[k]), most)
@@ -182,7 +184,7 @@ def _whole(ours: str, theirs: str, newline: str) -> MergedText:
 
 
 def _written_twice(cuts: Iterable[Cut]) -> frozenset[str]:
-    """Names that do not say which piece is meant."""
+    """Names of several pieces, which therefore identify none."""
     found: set[str] = set()
     for cut in cuts:
         count = Counter(piece.name for piece in cut.pieces if piece.name)
@@ -191,7 +193,7 @@ def _written_twice(cuts: Iterable[Cut]) -> frozenset[str]:
 
 
 class _Version:
-    """One text, with everything that is asked of it."""
+    """One text with its pieces, positions and names."""
 
     def __init__(self, cut: Cut, twice: frozenset[str]) -> None:
         self.cut, self.pieces = cut, cut.pieces
@@ -222,7 +224,7 @@ class _Version:
         return self.content.get((use.family, use.number), f"{use.family} {use.number}")
 
     def identify(self, known: Mapping[tuple[str, int], str]) -> None:
-        """Gives every position its identity: what `known` says, else its own number."""
+        """Give every position its identity: that of `known`, else its own number."""
 
         def name(family: str, number: int) -> str:
             return known.get((family, number)) or f"{family} {number}"
@@ -239,14 +241,14 @@ class _Version:
         self.table_of = {name(*key): table for key, table in self.table.items()}
 
     def counts(self, name: str, rules: MergeRules) -> bool:
-        """Whether the record of this name tells rightly how many there are."""
+        """Whether the record of this name has the correct count."""
         item = self.by_name.get(name)
         totals = Counter(family for family, _ in self.rows)
         lines = sum(text.startswith(COUNTER) for piece in self.pieces for text in piece.lines[:1])
         return item is not None and rules.counted(item.piece, totals, lines) == item.piece.lines[0]
 
     def once(self, keys: Iterable[tuple[str, int]], whole: bool) -> dict[str, tuple[str, int]]:
-        """Of these positions those whose row says what no other one does, alone or with the records before it."""
+        """Those of these positions whose row is unique, with the records before it (`whole`) or alone; by its text."""
         says = {key: self.content[key] for key in keys}
         if not whole:
             says = {
@@ -257,7 +259,7 @@ class _Version:
 
     @cached_property
     def often(self) -> Counter[tuple[str, tuple[str, ...]]]:
-        """How often each statement stands here."""
+        """Number of occurrences of each statement."""
         return Counter(item.says for item in self.items)
 
     @cached_property
@@ -271,7 +273,7 @@ class _Version:
 
     @cached_property
     def words_of_data(self) -> set[str]:
-        """Every word of its data, lower case: a value may be made of other data."""
+        """Every word of its data, lower case: a value may refer to other data."""
         named = {
             line for piece, name in zip(self.pieces, self.names, strict=True) if name for line in piece.lines
         }
@@ -301,7 +303,9 @@ def _aligned(base: _Version, side: _Version) -> list[tuple[int, int]]:
     known: dict[str, Words] = {}
 
     def kind(version: _Version, at: int) -> tuple[Words, int, bool] | None:
-        """What two pieces must have in common to be alike at all; None: a name says which it is."""
+        """Properties that two pieces must share to be similar at all; None for a named piece, which its name
+        identifies.
+        """
         piece = version.pieces[at]
         if version.names[at] or not piece.code:
             return None
@@ -329,7 +333,7 @@ def _aligned(base: _Version, side: _Version) -> list[tuple[int, int]]:
 
 
 def _moved(base: _Version, side: _Version, a: Piece, b: Piece) -> float:
-    """How little the positions of two moves have in common [1]."""
+    """Difference of the positions of two moves, 0 to 1 [1]."""
     parts = []
     for one, other in zip(a.uses, b.uses, strict=True):
         here, there = base.content.get(one[:2], ""), side.content.get(other[:2], "")
@@ -353,7 +357,7 @@ def _apart(here: str, there: str) -> float:
 def _followed(
     base: _Version, side: _Version, pairs: Sequence[tuple[int, int]], fixed: frozenset[str]
 ) -> dict[tuple[str, int], str]:
-    """Number of a position in a side -> its identity: that of the base whose moves use it, or a new one."""
+    """Identity of each position of a side: that of the base's position which the same moves use, or a new one."""
     found: dict[tuple[str, int], str] = {}
     claimed: set[tuple[str, int]] = set()
 
@@ -375,7 +379,7 @@ def _followed(
     same = [pair for pair in used if base.content.get(pair[0]) == side.content.get(pair[1])]
 
     def found_again() -> Iterator[tuple[tuple[str, int], tuple[str, int]]]:
-        """What is said once on both sides is one position, whatever became of its move."""
+        """Pairs of positions with a content that is unique on both sides, whatever became of their moves."""
         for whole in (True, False):
             before = base.once(base.rows.keys() - claimed, whole)
             now = side.once(side.rows.keys() - found.keys(), whole)
@@ -406,7 +410,9 @@ def _followed(
 
 
 class _MergedRow(NamedTuple):
-    """What became of a position: `row` None: it is gone. `clash`: ours and theirs. `side`: who changed it, in words."""
+    """Merged state of a position: `row` None: deleted. `clash`: ours and theirs. `side`: name of the side that
+    changed it.
+    """
 
     row: Row | None
     clash: tuple[Row | None, Row | None] | None = None
@@ -441,9 +447,10 @@ class _Merge:
         return list(_joined(found))
 
     def _kept_whole(self, word: str, gone: _Matched, other: _Matched) -> dict[int, str]:
-        """What one side took out in one go with something that the other changes or calls: somebody chooses all of it.
+        """Runs that one side deleted together with something that the other changes or calls: they become one
+        conflict.
 
-        By their places in the base, with the reason.
+        Reasons by index in the base.
         """
         found: dict[int, str] = {}
         run: list[int] = []
@@ -459,7 +466,7 @@ class _Merge:
         return found
 
     def _disputes(self, at: int, gone: _Matched, other: _Matched) -> str:
-        """What the other side does with a piece that one side took out."""
+        """What the other side does with a piece that one side deleted, "" if nothing."""
         base, kept = self.base.items[at], other.of[at]
         if kept is None:
             return ""
@@ -496,7 +503,7 @@ class _Merge:
             yield from self._both(ours, theirs, at)
 
     def _both(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem], at: int) -> Iterator[Settled]:
-        """Both sides put something before the piece `at` of the base."""
+        """Items where both sides inserted something before piece `at` of the base."""
         if self._independent(ours, theirs, at):
             self._count(ours, theirs)
             yield from self._each((*ours, *theirs))
@@ -542,7 +549,7 @@ class _Merge:
         )
 
     def _both_said(self, ours: MergeItem, theirs: MergeItem) -> MergeItem | None:
-        """The same statement, with the comment that stands beside one of them; None: they are two."""
+        """The same statement, with the comment of one of them; None: they are two statements."""
         if ours.words == theirs.words:
             return _nicer([ours], [theirs])[0]
         if ours.says != theirs.says or len(ours.piece.lines) != 1 or len(theirs.piece.lines) != 1:
@@ -553,7 +560,7 @@ class _Merge:
         return None if all(remarks) else ours if remarks[0] else theirs
 
     def _independent(self, ours: Sequence[MergeItem], theirs: Sequence[MergeItem], at: int) -> bool:
-        """Whether the two are routines, branches for constants or declarations, none of them on both sides."""
+        """Whether both sides consist of routines, branches for constants or declarations, and share none."""
         behind = (one for one in self.base.pieces[at:] if one.lines and not one.says_nothing)
         after = next((one.lines[0] for one in behind), "")
         sides = [[line for one in items for line in one.piece.lines] for items in (ours, theirs)]
@@ -564,7 +571,7 @@ class _Merge:
         return False
 
     def _declared(self, lines: Sequence[str]) -> list[str]:
-        """The names that these lines declare, if they do nothing else."""
+        """The names that these lines declare, if they contain nothing else."""
         found: list[str] = []
         for line in lines:
             names = self.rules.declared(self.rules.split(line)[1])[1]
@@ -574,11 +581,11 @@ class _Merge:
         return found
 
     def _remark(self, item: MergeItem) -> bool:
-        """Whether it is for people alone: no statement, and no remark that something is built of."""
+        """Whether the item is a plain comment: no statement, and no comment that carries structure."""
         return item.piece.says_nothing and not self.rules.structure.match(item.piece.lines[0])
 
     def _clash(self, why: str, ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> Iterator[Settled]:
-        """Data that stand among what somebody has to choose are what they became, and chosen apart from it."""
+        """A conflict of statements, and after it the data among them, merged separately."""
         after: list[Settled] = []
 
         def side(items: Sequence[MergeItem]) -> Iterator[MergeItem]:
@@ -666,7 +673,7 @@ class _Merge:
         return remarks[0] == remarks[1]
 
     def _elsewhere(self, base: MergeItem) -> str:
-        """Says so where one side took out what the other has put elsewhere."""
+        """Reason for a conflict where one side deleted what the other moved; "" if that is not the case."""
         if base.piece.says_nothing:
             return ""
         b, o, t = (one.often[base.says] for one in (self.base, self.ours, self.theirs))
@@ -676,7 +683,7 @@ class _Merge:
         return f"{gone} takes it out, {moved} has it elsewhere"
 
     def _merged(self, base: MergeItem, ours: MergeItem, theirs: MergeItem) -> MergeItem | None:
-        """None: both changed the same of it."""
+        """The merged item; None: both sides changed the same part of it."""
         if ours.same(theirs):
             self.taken["both"].statements += not ours.same(base)
             ends = base.piece.ends, ours.piece.ends, theirs.piece.ends
@@ -692,7 +699,7 @@ class _Merge:
         return ours if theirs.words == base.words else theirs if ours.words == base.words else None
 
     def _by_slots(self, base: MergeItem, ours: MergeItem, theirs: MergeItem) -> MergeItem | None:
-        """Indentation, words and comment of a line change independently."""
+        """Merge indentation, code and comment of a line independently."""
         slots = [self.rules.split(one.piece.lines[0]) for one in (base, ours, theirs)]
         texts: list[str] = []
         chosen = ours
@@ -725,7 +732,7 @@ class _Merge:
     def _joined(
         self, texts: tuple[str, str, str], items: tuple[MergeItem, MergeItem, MergeItem] | None
     ) -> JoinedChange | None:
-        """Both changes of the words of a line, or of its comment (`items` None)."""
+        """Combine both changes of the code of a line, or of its comment (`items` None)."""
         base, ours, theirs = ids = [one.ids for one in items] if items is not None else [(), (), ()]
         found = by_arguments(self.rules, texts, ids) or by_names(self.rules, texts)
         if found is not None:
@@ -738,7 +745,7 @@ class _Merge:
         return JoinedChange(texts[side], told if side == 1 else (), told if side == 2 else (), side)
 
     def _by_value(self, codes: tuple[str, str, str]) -> str | None:
-        """A definition, how it is declared and what it says taken for themselves."""
+        """Merge declaration and value of a definition separately."""
         parts = [code.partition("=") for code in codes]
         if any(not sign for _, sign, _ in parts) or not all(map(self.rules.data_name, codes)):
             return None
@@ -797,7 +804,7 @@ class _Merge:
 
     @cached_property
     def _theirs_last(self) -> bool:
-        """Whether theirs was saved after ours, by the records that tell so; without any, the order of texts decides."""
+        """Whether theirs was saved after ours, by their date records; without any, the order of texts decides."""
         rules = (RecordRule.NEWEST, RecordRule.GREATEST)
         for name, item in self.ours.by_name.items():
             other = self.theirs.by_name.get(name)
@@ -807,7 +814,7 @@ class _Merge:
 
     @cached_property
     def _whole_data(self) -> dict[str, Clash]:
-        """Data of which somebody has to choose all, by the names of everything in them."""
+        """Conflicts of whole data, by the names of all their items."""
         base, ours, theirs = (_grouped(one) for one in (self.base, self.ours, self.theirs))
         found: dict[str, Clash] = {}
         for clash in (
@@ -823,7 +830,7 @@ class _Merge:
             self.taken[word].points.append(name)
 
     def _gone(self, name: str, base: MergeItem, kept: MergeItem, gone: _Version) -> bool:
-        """Whether what one side took out may go: the other neither changed it nor has begun to use it."""
+        """Whether what one side deleted may go: the other neither changed it nor has begun to use it."""
         if not self._as_it_was(base, kept):
             return False
         word = next(iter(_WORD.findall(name)), "").casefold()
@@ -846,7 +853,7 @@ class _Merge:
         return found
 
     def _is_new(self, item: MergeItem) -> bool:
-        """Whether no piece of the base says it."""
+        """Whether the base has no such piece."""
         name = item.piece.name
         if not name:
             return item.says not in self._said
@@ -858,18 +865,18 @@ class _Merge:
 
     @cached_property
     def _said(self) -> set[tuple[str, tuple[str, ...]]]:
-        """What the pieces of the base say that have no name."""
+        """Contents of the base's unnamed pieces."""
         return {item.says for item in self.base.items if not item.piece.name}
 
     @cached_property
     def _own_names(self) -> set[str]:
-        """Names in the base, without the routine that they stand in."""
+        """Names in the base, without their routine."""
         return {item.piece.name.rpartition("/")[2] for item in self.base.items}
 
     # --- positions with numbers
 
     def row(self, name: str, used: bool) -> _MergedRow:
-        """What became of a position, `used` by a statement of the merge."""
+        """Merged state of a position, `used` by a statement of the merge."""
         ours, theirs = self.ours.by_id.get(name), self.theirs.by_id.get(name)
         b, o, t = (one.content_of.get(name) for one in (self.base, self.ours, self.theirs))
         if o == t:
@@ -888,7 +895,7 @@ class _Merge:
 
 
 def _grouped(version: _Version) -> dict[str, list[MergeItem]]:
-    """Data by their names, with the values of an array in one."""
+    """Data by their names, with the values of an array as one group."""
     found: dict[str, list[MergeItem]] = {}
     for name, item in version.by_name.items():
         if item.piece.loose and item.piece.lines:
@@ -900,7 +907,7 @@ _Groups = Mapping[str, Sequence[MergeItem]]
 
 
 def _named_twice(base: _Groups, ours: _Groups, theirs: _Groups) -> Iterator[Clash]:
-    """Data to which both sides gave another name, each its own."""
+    """Conflicts of data that both sides renamed differently."""
     gone = base.keys() - ours.keys() - theirs.keys()
     if not gone:
         return
@@ -914,7 +921,7 @@ def _named_twice(base: _Groups, ours: _Groups, theirs: _Groups) -> Iterator[Clas
 
 
 def _changed_and_gone(base: _Groups, ours: _Groups, theirs: _Groups, word: str) -> Iterator[Clash]:
-    """Data of several parts that the side `word` took out or called otherwise, and the other one changed."""
+    """Conflicts of data of several parts that the side `word` deleted or renamed, and the other one changed."""
     gone, kept = (ours, theirs) if word == "ours" else (theirs, ours)
     names = sorted(name for name in (base.keys() - gone.keys()) & kept.keys() if len(base[name]) > 1)
     new = _by_words(gone, gone.keys() - base.keys() - kept.keys()) if names else {}
@@ -932,14 +939,14 @@ def _changed_and_gone(base: _Groups, ours: _Groups, theirs: _Groups, word: str) 
 
 
 def _words_without(name: str, items: Sequence[MergeItem]) -> str:
-    """What data say, but for their name."""
+    """Content of data without their name."""
     own = name.rpartition("/")[2]
     pattern = re.compile(rf"(?<!\w){re.escape(own)}(?!\w)", re.IGNORECASE)
     return "\4".join(pattern.sub("\5", item.piece.code) for item in items)
 
 
 def _by_words(groups: Mapping[str, Sequence[MergeItem]], names: Iterable[str]) -> dict[str, str]:
-    """Those of the names whose data say what no other of them says, by what they say."""
+    """Those of the names whose data have unique content, by that content."""
     found: dict[str, list[str]] = {}
     for name in names:
         found.setdefault(_words_without(name, groups[name]), []).append(name)
@@ -947,9 +954,10 @@ def _by_words(groups: Mapping[str, Sequence[MergeItem]], names: Iterable[str]) -
 
 
 def _slot(texts: tuple[str, str, str], says: Sequence[object]) -> str | None:
-    """A part of a line, from what each version says: what one side alone changed; None where both did, differently.
+    """Merge of one part of a line from its content in each version: the side that changed it; None if both did,
+    differently.
 
-    Where it says the same, how it is written counts, and of two ways of writing the first.
+    With equal content the spelling decides, and of two new spellings the first in order.
     """
     for of in (says, texts):
         base, ours, theirs = of
@@ -975,7 +983,7 @@ def _who(base: object, ours: object, theirs: object) -> str:
 
 
 def _nicer(ours: Sequence[MergeItem], theirs: Sequence[MergeItem]) -> list[MergeItem]:
-    """Of pieces that say the same the same ones, whichever side is called ours."""
+    """Of pieces with equal content one spelling, independent of which side is called ours."""
     return [min(pair, key=lambda one: one.piece.lines) for pair in zip(ours, theirs, strict=True)]
 
 
@@ -1005,7 +1013,7 @@ def _closing_last(item: MergeItem) -> tuple[bool, int, str]:
 
 
 class _Matched:
-    """One side beside the base. `of`: its item of each piece of the base; `inserted`: what it has before one."""
+    """One side aligned to the base. `of`: its item for each piece of the base; `inserted`: its items before one."""
 
     def __init__(self, base: _Version, side: _Version, pairs: Sequence[tuple[int, int]]) -> None:
         self.version, self.base = side, base.pieces
@@ -1026,23 +1034,25 @@ class _Matched:
         return stop > start
 
     def gone(self, at: int) -> bool:
-        """Whether it took out a piece of the base that it has put nowhere else."""
+        """Whether the side deleted a piece of the base without moving it elsewhere."""
         return self.of[at] is None and not (self.names[at] and self.names[at] in self.version.by_name)
 
     def statement(self, at: int, step: int) -> int:
-        """The place in the base, from `at` on, of the next piece that is more than a remark; outside: there is none."""
+        """Index in the base, from `at` on, of the next piece that is not a comment; out of range if there is none."""
         while 0 <= at < len(self.of) and self.base[at].says_nothing:
             at += step
         return at
 
 
 def _is_named(item: MergeItem) -> bool:
-    """Data and records: what stands around them says nothing of them."""
+    """Whether the item is data or a record, which does not depend on its neighbours."""
     return item.piece.loose or "head " in item.piece.name
 
 
 def _context(mine: _Matched, other: _Matched, new: Sequence[MergeItem], at: int) -> str:
-    """Why what `mine` put before the piece `at` of the base cannot stand there; "" where it can."""
+    """Why the items that `mine` inserted before piece `at` of the base conflict with the other side; "" if they do
+    not.
+    """
     if all(one.piece.says_nothing or _is_named(one) for one in new):
         return ""
     last = len(mine.of) - 1
@@ -1057,7 +1067,7 @@ def _context(mine: _Matched, other: _Matched, new: Sequence[MergeItem], at: int)
 
 
 def _joined(found: Sequence[Settled]) -> Iterator[Settled]:
-    """Neighbouring clashes of statements are one."""
+    """Neighbouring conflicts of statements joined to one."""
     held: Clash | None = None
     for one in found:
         if isinstance(one, Clash) and one.what == "statement":
@@ -1081,7 +1091,7 @@ def _joined(found: Sequence[Settled]) -> Iterator[Settled]:
 
 
 class _MergeWriter:
-    """Numbers the positions and lines of a merge and writes it."""
+    """Numbers the positions and lines of a merge and writes its text."""
 
     def __init__(self, work: _Merge, fixed: frozenset[str], texts: tuple[str, str, str]) -> None:
         self.work, self.rules, self.fixed = work, work.rules, fixed
@@ -1263,7 +1273,7 @@ class _MergeWriter:
         return f"{text[0]}{spelt}{']' if text[0].endswith('[') else ''}" or family
 
     def _ranks(self, table: str) -> dict[str, int]:
-        """Families in the order in which the tables have them."""
+        """Rank of each family of positions in the order of the tables."""
         found: dict[str, int] = {}
         for version in self.versions:
             families = dict.fromkeys(row.use.family for row in version.cut.rows.get(table, ()))
@@ -1344,7 +1354,7 @@ def _widths(versions: Sequence[_Version], family: str) -> Iterator[int]:
 
 
 def _counted_from(versions: Sequence[_Version], family: str) -> int | None:
-    """The number from which all count their positions, by the order of use as a controller does; None: not all do."""
+    """First number if all versions number their positions in the order of use, as a controller does; None if not."""
     first: int | None = None
     for version in versions:
         uses = (use.number for piece in version.pieces for use in piece.uses if use.family == family)
@@ -1366,7 +1376,7 @@ def _ascending(version: _Version, table: str) -> bool:
 
 
 def _newline(texts: tuple[str, str, str]) -> tuple[str, bool]:
-    """The line end of the merge, and whether all lines get it: each version has but one."""
+    """The line end of the merge, and whether all lines get it: each version uses a single one."""
     found, alike = [], True
     for text in texts:
         crlf = text.count("\r\n")

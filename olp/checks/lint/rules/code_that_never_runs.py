@@ -36,7 +36,7 @@ _ARRIVALS = (Label, Else, ElseIf, EndIf, EndWhile, EndSwitch, CaseMarker, Defaul
 
 
 class UnreachableCode(Rule):
-    """Statements behind a jump or return that nothing else leads to."""
+    """Statements after a jump or return that no other path reaches."""
 
     code = "W010"
     title = "unreachable code"
@@ -114,7 +114,7 @@ class UnusedLabel(Rule):
 
 
 def _written(case: LintCase, label: Label) -> str:
-    """The label with the sign that the language puts in front of it: *NEXT, LBL[7."""
+    """The label with the sign that the language puts before it: *NEXT, LBL[7."""
     text = case.text(label.line)
     at = text.find(label.name)
     return text[max(0, at - 1) : at].strip() + label.name if at > 0 else label.name

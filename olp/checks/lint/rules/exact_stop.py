@@ -18,7 +18,7 @@ _SHORT = 1e-3  # [m]
 
 
 class ExactStop(Rule):
-    """Two path moves that go on in nearly the same direction, with a stop between them and nothing to stop for."""
+    """Two path moves in nearly the same direction with an exact stop between them that no action needs."""
 
     code = "W001"
     title = "exact stop inside a path"
@@ -48,7 +48,7 @@ class ExactStop(Rule):
             yield found.line, found.line, text, "round the corner a little"
 
     def _stops(self, case: LintCase, step: int) -> bool:
-        """Whether the step ends in an exact stop and the very next step travels on."""
+        """Whether the step ends in an exact stop and the next step continues the path."""
         plan = case.plan
         if plan.kind[step + 1] != StepKind.MOVE or plan.source[step + 1] != plan.source[step]:
             return False

@@ -1,4 +1,4 @@
-"""W015: a move to where the arm stands."""
+"""W015: a move to the current position."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ARC = PATHS.index(Path.CIRCULAR), PATHS.index(Path.SPLINE)
 
 
 class NoMotion(Rule):
-    """A move whose target is where the arm stands already, each time it runs."""
+    """A move whose target is the current position, each time it runs."""
 
     code = "W015"
     title = "move that goes nowhere"

@@ -1,4 +1,4 @@
-"""W004: the turn of the tool rules the time."""
+"""W004: the reorientation of the tool limits the time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from olp.reports.outcome.model import OutcomeFinding
 
 
 class OrientationRules(Rule):
-    """A line that takes as long as its tool needs to turn, not to travel."""
+    """A line whose time is set by the reorientation of the tool, not by its travel."""
 
     code = "W004"
     title = "orientation rules the time"

@@ -41,7 +41,7 @@ class UnusedPoint(Rule):
             yield from self._named(case, routine)
 
     def _named(self, case: LintCase, routine: Routine) -> Iterator[OutcomeFinding]:
-        """Points of languages that name them, declared in this routine."""
+        """Unused declared points of this routine, in languages where points have names."""
         own = [s for s in routine.body if isinstance(s, Declare) and _is_own(s)]
         if not own:
             return
@@ -57,7 +57,7 @@ class UnusedPoint(Rule):
 
 
 def _is_own(s: Declare) -> bool:
-    """Whether a declared point is seen in this file only, or in its routine."""
+    """Whether a declared point is visible in this file only, or in its routine."""
     return s.type in ("position", "joints") and not s.shared
 
 

@@ -63,7 +63,7 @@ class SingularPath(RunRule):
 
 
 class UndefinedPoint(RunRule):
-    """A move to a point that nobody has taught."""
+    """A move to a point that was never taught."""
 
     code = "W009"
     title = "undefined point"
@@ -79,7 +79,7 @@ class UndefinedPoint(RunRule):
 
 
 class MissingJob(RunRule):
-    """A call of a routine that is not there."""
+    """A call of a routine that does not exist."""
 
     code = "W011"
     title = "missing routine"
