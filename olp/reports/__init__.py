@@ -1,1 +1,1 @@
-"""What people read: tables, pages, pictures, explanations, annotations."""
+"""Output for users: tables, pages, pictures, explanations, annotations."""

@@ -1,11 +1,11 @@
-"""Writes predicted times into a program as comments, and takes them out again without a trace.
+"""Writes predicted times into a program as comments, and removes them again without a trace.
 
 Every comment carries a mark and a seal, three characters computed from its text: `'olp 0.533s 592mm/s2 ~K3Q`. Only
-a comment with the right seal is ever replaced or removed, so a comment that a person wrote or changed stays.
-All other bytes of the file stay as they are.
+a comment with the right seal is ever replaced or removed, so a comment that a user wrote or changed stays. All
+other bytes of the file stay unchanged.
 
-Codes: A001 comments that start like annotations and are kept, A002 a comment that the controller would refuse,
-A003 a text that cannot be annotated, A004 what the times take for granted.
+Codes: A001 comments that start like annotations and are kept, A002 a comment that the controller would reject, A003
+a text that cannot be annotated, A004 the assumptions of the times.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _END = re.compile(rb"[\r\n]*\Z")
 
 
 class Annotated(NamedTuple):
-    """The annotated text, how many comments were written into it and how many older ones were taken out."""
+    """The annotated text, the number of comments written into it and the number of older ones removed."""
 
     source: Source
     written: int
@@ -51,11 +51,11 @@ class Annotated(NamedTuple):
 
 
 def annotate(program: Program, timing: Timing, template: str | os.PathLike[str] | None = None) -> Annotated:
-    """The program's text with a comment above each timed statement, in place of the annotations it has.
+    """The program's text with a comment above each timed statement; its old annotations are replaced.
 
-    `timing`: of a plan of this program. `template`: a jinja2 file instead of the vendor's own.
-    Raises OlpError for errors of the program or its timing, for a template that fails (J…) or whose comments the
-    controller refuses (A002), and for a text that cannot carry comments (A003).
+    `timing`: of a plan of this program. `template`: a jinja2 file instead of the vendor's own. Raises OlpError for
+    errors of the program or its timing, for a template that fails (J…) or whose comments the controller rejects
+    (A002), and for a text that cannot carry comments (A003).
     """
     from olp.languages.templating import given, shipped
     from olp.languages.vendor import find_vendor
@@ -94,18 +94,18 @@ def remove(source: Source, vendor: str) -> Annotated:
 
 
 def seal(text: str) -> str:
-    """Three characters that belong to `text` (ASCII)."""
+    """Checksum of `text` (ASCII) as three characters."""
     value = zlib.crc32(text.encode("ascii"))
     return "".join(_LETTERS[(value >> shift) & 31] for shift in (0, 5, 10))
 
 
 def room(vendor: Vendor) -> int:
-    """How many characters of an annotation a template can write. The prefix counts as one of the comment's."""
+    """Number of characters that a template can use for an annotation. The prefix counts as one of the comment's."""
     return vendor.comment_length - len(vendor.comment_prefix) - len(MARK) - len(" ~") - SEAL_LENGTH
 
 
 def _marked(piece: bytes, vendor: Vendor) -> bytes | None:
-    """What stands behind our mark, None in a line without it."""
+    """The text after olp's mark, None in a line without it."""
     text = vendor.comment_of(piece) if _MARK in piece else None
     return text[len(_MARK) :] if text is not None and text.startswith(_MARK) else None
 
@@ -120,7 +120,7 @@ def _is_ours(piece: bytes, vendor: Vendor) -> bool:
 
 
 def _foreign(source: Source, vendor: Vendor) -> tuple[Diagnostic, ...]:
-    """A note about comments with our mark that are not ours, if there are any."""
+    """A note about comments with olp's mark but a wrong seal, if there are any."""
     if _MARK not in source.raw:
         return ()
     lines = enumerate(_LINE.findall(source.raw), 1)
@@ -166,7 +166,7 @@ def _refuse_wide(source: Source) -> None:
 
 
 def _places(program: Program) -> dict[int, int]:
-    """Line of the first statement of each routine that has a beginning -> the line after it."""
+    """Line of the first statement of each routine with a head -> the line after it."""
     return {
         statement.line: statement.line + 1
         for routine in program.routines
@@ -178,7 +178,7 @@ def _places(program: Program) -> dict[int, int]:
 def _comments(
     rows: list[AnnotationRow], renderer: Renderer, vendor: Vendor, begins: Mapping[int, int]
 ) -> dict[int, list[bytes]]:
-    """The comments to stand above each line, in bytes, sealed."""
+    """The comments above each line, in bytes, sealed."""
     comments: dict[int, list[bytes]] = {}
     problems: list[Diagnostic] = []
     available = room(vendor)
@@ -218,7 +218,7 @@ _AVERAGED = ("distance_mm", "speed_mm_s", "reached_mm_s", "accel_mm_s2")
 
 @dataclass(frozen=True, slots=True)
 class AnnotationRow:
-    """One line, as a template sees it; templates/inform_annotation.j2 lists the kinds.
+    """One line as a template gets it; templates/inform_annotation.j2 lists the kinds.
 
     Numbers other than `seconds` are the mean of the `count` executions, nan where they do not apply.
     """
@@ -240,7 +240,7 @@ class AnnotationRow:
 
     @property
     def mean_s(self) -> float:
-        """[s] of one execution."""
+        """Time [s] of one execution."""
         return self.seconds / self.count if self.count else 0.0
 
 
@@ -271,7 +271,7 @@ def _total(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
 
 
 def _own(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
-    """One row per line of this file that was executed and takes time or moves."""
+    """One row per executed line of this file that takes time or moves."""
     plan = timing.plan
     here = [index for index, source in enumerate(plan.sources) if source.path == program.source.path]
     steps = np.nonzero(np.isin(plan.source, here))[0]
@@ -310,7 +310,7 @@ def _own(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
 
 
 def _mean(values: NDArray[np.float64], group: NDArray[np.intp], size: int) -> NDArray[np.float64]:
-    """The mean of each group's known values, nan where none is known."""
+    """The mean of each group's known values, nan for a group without any."""
     is_known = ~np.isnan(values)
     count = np.bincount(group[is_known], minlength=size)
     total = np.bincount(group[is_known], values[is_known], size)
@@ -320,7 +320,7 @@ def _mean(values: NDArray[np.float64], group: NDArray[np.intp], size: int) -> ND
 
 
 def _calls(program: Program, timing: Timing) -> Iterator[AnnotationRow]:
-    """One row per call of the main routine, with what all its executions took in other files."""
+    """One row per call of the main routine, with the time of all its executions in other files."""
     plan = timing.plan
     if not plan.sources or plan.sources[0].path != program.source.path:
         return

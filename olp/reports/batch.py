@@ -1,4 +1,6 @@
-"""Times many files, on all cores when it pays. A file that cannot be read is a part with diagnostics, no exception."""
+"""Times many files, on all cores when it pays. A file that cannot be read gives a part with diagnostics, not an
+exception.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,7 @@ _CHUNK = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job(TimingJob):
-    """How files are timed and how the answer is written; everything a worker process needs."""
+    """How files are timed and reported; all settings that a worker process needs."""
 
     format: str = "text"
     options: Options = field(default_factory=Options)
@@ -48,7 +50,7 @@ class Job(TimingJob):
 def time_files(
     paths: Sequence[str], job: Job, workers: int = 0, done: Callable[[int], None] | None = None
 ) -> list[ReportPart]:
-    """One part per path, in their order; what a controller starts with the times of all that it may be told to do.
+    """One part per path, in their order; programs that a controller starts also get the times of their branches.
 
     `workers` 0: as many as there are cores. `done(n)` after each n files.
     """
@@ -112,7 +114,7 @@ def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
 
 
 def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
-    """Every branch of a main program that somebody else chooses, timed. Empty where nobody does."""
+    """Every branch of a main program that an external signal or value selects, timed. Empty if there are none."""
     from olp.runtime.dispatch import dispatches, taking
 
     found = []
@@ -129,9 +131,9 @@ def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
 
 
 def shown(parts: Sequence[ReportPart]) -> list[Diagnostic]:
-    """All diagnostics of all parts that a user should see, errors first within a file.
+    """All diagnostics of all parts for the user, errors first within a file.
 
-    What is wrong with a job that several others call is told once.
+    Problems of a job that several others call are reported once.
     """
     found = (d for part in parts for d in sorted(part.diagnostics, key=lambda d: (not d.is_error, d.line)))
     return list(dict.fromkeys(found))

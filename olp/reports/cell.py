@@ -1,7 +1,7 @@
-"""A cell: which programs a controller starts, what they call, and where their time goes.
+"""A cell: the programs that a controller starts, their calls, and where their time goes.
 
-Totals of a cell are sums over the programs that a controller starts. What others call runs in its callers' time: it is
-shown below the first of them, and not summed again.
+Totals of a cell are sums over the programs that a controller starts. A called program runs in its caller's time: it
+is listed below its first caller, and not summed again.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SPEED, _RAMP, _STOP, _WAIT, _IO = range(len(CAUSES))
 
 
 class CellLinks(NamedTuple):
-    """What other files may call in a file, and what it calls: names in upper case."""
+    """Routines that other files may call in a file, and routines that it calls: names in upper case."""
 
     vendor: str = ""
     defines: tuple[str, ...] = ()
@@ -43,7 +43,7 @@ def links_of(program: Program) -> CellLinks:
 
 
 def with_run(links: CellLinks, plan: Plan) -> CellLinks:
-    """The same with what ran, macros by their numbers among it."""
+    """`links` with the files that ran, including macros by their numbers."""
     ran = np.unique(plan.source).tolist()
     stems = (Path(plan.sources[source].path).stem.upper() for source in ran if source)
     return links._replace(calls=tuple(dict.fromkeys((*links.calls, *stems))))
@@ -68,14 +68,18 @@ class CellMember(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CellRow:
-    """One program of a cell, by its number: below its first caller, `depth` calls from one that a controller starts."""
+    """One program of a cell, by its index: below its first caller, `depth` calls from a program that a controller
+    starts.
+    """
 
     index: int
     depth: int
 
 
 def cell_tree(parts: Sequence[CellMember]) -> list[CellRow]:
-    """Every part once: those that a controller starts in their order, and behind each what it calls first."""
+    """Every part once: those that a controller starts in their order, each followed by the parts that it is the
+    first to call.
+    """
     callees = _callees(parts)
     called = {callee for found in callees for callee in found}
     rows: list[CellRow] = []
@@ -97,12 +101,12 @@ def cell_tree(parts: Sequence[CellMember]) -> list[CellRow]:
 
 
 def started(parts: Sequence[CellMember]) -> list[int]:
-    """The numbers of the programs that a controller starts."""
+    """Indices of the programs that a controller starts."""
     return sorted(row.index for row in cell_tree(parts) if row.depth == 0)
 
 
 def common_folder(files: Sequence[str]) -> str:
-    """The folder that all files' names begin with, up to a slash: it need not stand in each row."""
+    """The folder that all files' names begin with, up to a slash, so that rows can omit it."""
     if len(files) < 2:
         return ""
     head = files[0].replace("\\", "/").rpartition("/")[0]
@@ -112,7 +116,7 @@ def common_folder(files: Sequence[str]) -> str:
 
 
 def _callees(parts: Sequence[CellMember]) -> list[list[int]]:
-    """Of each part the others that it calls: they stand where the run looks for them."""
+    """Indices of the other parts that each part calls, found as the run finds them."""
     places: dict[tuple[str, str, str], int] = {}
     for index, part in enumerate(parts):
         for name in part.links.defines:
@@ -141,7 +145,7 @@ def _folders(vendor: str, folder: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class LineCost:
-    """One line of a program over all its executions: seconds [s], by CAUSES, and what would make it shorter."""
+    """One line of a program over all its executions: seconds [s], split by CAUSES, and how to make it shorter."""
 
     file: str
     line: int
@@ -158,7 +162,7 @@ class LineCost:
 
     @property
     def cause(self) -> str:
-        """What most of its time goes to."""
+        """The cause of most of its time."""
         return CAUSES[int(np.argmax(self.by_cause))]
 
 
@@ -170,7 +174,7 @@ class ProgramCost:
     lines: tuple[LineCost, ...] = ()
 
     def __add__(self, other: ProgramCost) -> ProgramCost:
-        """Both together; a line that both programs run is one."""
+        """The sum of both; a line that both programs run is counted as one."""
         known: dict[tuple[str, int], LineCost] = {}
         for cost in (*self.lines, *other.lines):
             key = os.path.normpath(cost.file), cost.line
@@ -212,7 +216,7 @@ def cost_of(timing: Timing, most: int) -> ProgramCost:
 
 
 def _helps(timing: Timing, step: int, by_cause: tuple[float, ...]) -> str:
-    """What would shorten the line, with what it would save at most."""
+    """What would shorten the line, and the most that this would save."""
     cause = int(np.argmax(by_cause))
     if cause == _WAIT:
         return "what it waits for, earlier"
@@ -254,7 +258,9 @@ def _faster(timing: Timing, step: int, rule: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class BranchTime:
-    """One value of what decides in a main program: where it leads, and the time of a run with it [s]."""
+    """One value of the variable that selects a branch in a main program: its target line, and the time of a run
+    with it [s].
+    """
 
     decides: str
     line: int
@@ -265,7 +271,7 @@ class BranchTime:
 
 
 def spelled_time(seconds: float) -> str:
-    """A time as people say it: 41.2 s, 3 min 05 s, 1 h 32 min."""
+    """A time in words: 41.2 s, 3 min 05 s, 1 h 32 min."""
     if seconds < 59.95:
         return f"{seconds:.1f} s"
     whole = round(seconds)
@@ -275,7 +281,7 @@ def spelled_time(seconds: float) -> str:
 
 
 def told_causes(by_cause: Sequence[float]) -> str:
-    """One sentence: what the time goes to, the largest first."""
+    """One sentence with the causes of the time, the largest first."""
     total = sum(by_cause)
     if total <= 0:
         return "nothing takes time"
@@ -284,7 +290,7 @@ def told_causes(by_cause: Sequence[float]) -> str:
 
 
 def told_branches(branches: Sequence[BranchTime], at_least: Callable[[float, bool], str]) -> list[str]:
-    """One sentence per variable that decides."""
+    """One sentence per variable that selects a branch."""
     grouped: dict[tuple[str, int], list[BranchTime]] = {}
     for branch in branches:
         grouped.setdefault((branch.decides, branch.line), []).append(branch)

@@ -1,4 +1,4 @@
-"""One line of a program, explained: the phases of its motion, what limits each, and how busy every axis is."""
+"""Explains one line of a program: the phases of its motion, what limits each, and the load of every axis."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class Phase:
 class AxisLoad:
     """`speed` [rad/s or m/s] over time (n,), `rated` [rad/s or m/s]; `linear`: a slide.
 
-    `torque` [Nm or N] over time (n,), without the tool's mass, None where the robot's masses are not known;
-    `torque_limit` [Nm or N], inf where not known.
+    `torque` [Nm or N] over time (n,), without the tool's mass, None where the robot's masses are unknown;
+    `torque_limit` [Nm or N], inf where unknown.
     """
 
     name: str
@@ -59,12 +59,12 @@ class AxisLoad:
 
     @property
     def share(self) -> Floats:
-        """(n,) [1] of the rated speed."""
+        """Share (n,) [1] of the rated speed."""
         return np.asarray(np.abs(self.speed) / self.rated, dtype=np.float64)
 
     @property
     def torque_share(self) -> Floats | None:
-        """(n,) [1] of the torque limit, None where either is not known."""
+        """Share (n,) [1] of the torque limit, None where either is unknown."""
         if self.torque is None or not np.isfinite(self.torque_limit):
             return None
         return np.asarray(np.abs(self.torque) / self.torque_limit, dtype=np.float64)
@@ -74,8 +74,8 @@ class AxisLoad:
 class Explanation:
     """One execution of one line. `time` (n,) [s] of the program, `speed` (n,) [m/s] of the tool's point.
 
-    `scale`: phases count in metres of the tool's path (True) or radians of the leading axis. `programmed` [m/s], nan
-    for joint moves. `executions`: how often the line ran; this is the first that moves.
+    `metric`: phases count in metres of the tool's path (True) or radians of the leading axis. `programmed` [m/s],
+    nan for joint moves. `executions`: how often the line ran; this is the first that moves.
     """
 
     line: int
@@ -98,7 +98,7 @@ class Explanation:
 
 
 def as_text(told: Explanation) -> str:
-    """The explanation in words and one table, ending in a line end."""
+    """The explanation as sentences and one table, ending in a line end."""
     rows = [f"line {told.line}: {told.statement}", f"  {_summary(told)}"]
     if told.phases:
         rows += ["", *_phase_table(told), "", f"  before: {told.entry}", f"  after:  {told.exit}"]
@@ -169,9 +169,9 @@ _PLACE = re.compile(r"(?:(?P<job>.+):)?(?P<line>\d{1,9})")
 
 
 def explain(timing: Timing, place: str) -> Explanation:
-    """The execution of a line: `place` is a line of the main job ("51"), or of another ("SEAM-ST:44").
+    """Explains one execution of a line: `place` is a line of the main job ("51"), or of another one ("SEAM-ST:44").
 
-    Raises OlpError E001 for a place that is none, E002 for a line that takes no part in the motion.
+    Raises OlpError E001 for an invalid place, E002 for a line without motion.
     """
     steps = _steps_at(timing, place)
     moving = [s for s in steps if timing.plan.kind[s] == StepKind.MOVE]
@@ -274,7 +274,7 @@ def _of_move(timing: Timing, step: int, executions: int) -> Explanation:
 
 
 def _phases(timing: Timing, step: int, row: int) -> tuple[Phase, ...]:
-    """What the move does one after the other, from the corner that it begins in to its settling."""
+    """Phases of the move in order, from the corner in which it begins to its settling."""
     clock, profile = timing.rows, timing.rows.profile.take(np.array([row]))
     corners, previous = clock.corners, int(clock.previous[row])
     start, rate = float(clock.start[row]), float(clock.rate[row])
@@ -323,7 +323,7 @@ def _why_rest(timing: Timing, row: int) -> str:
 
 
 def _limit(timing: Timing, step: int, row: int, kind: str) -> str:
-    """What would have to be larger for this phase to be shorter."""
+    """The limit that keeps this phase from being shorter."""
     moves = timing.plan.moves
     rule = timing.limited_by[step]
     what = rule.removesuffix("acceleration").removesuffix("speed").strip()
@@ -359,7 +359,7 @@ def _speed_limit(timing: Timing, row: int, what: str) -> str:
 
 
 def _neighbour(timing: Timing, step: int, way: int) -> int | None:
-    """The next step before (-1) or after (1) that moves at all."""
+    """The next step before (`way` -1) or after (1) that moves."""
     plan, at = timing.plan, step + way
     while 0 <= at < len(plan):
         if plan.kind[at] == StepKind.MOVE and timing.rows.length[plan.row[at]] > 1e-9:
@@ -417,7 +417,7 @@ def _loads(timing: Timing, instants: Floats) -> tuple[AxisLoad, ...]:
 def _torques(
     robot: Robot, axes: Floats, speeds: Floats, instants: Floats
 ) -> tuple[list[Floats] | list[None], list[float]]:
-    """Of each axis [Nm or N] over time, and its limit."""
+    """Torque of each axis over time [Nm or N], and its limit."""
     count = len(robot.axes)
     if robot.dynamics is None or np.isnan(axes).any():
         return [None] * count, [float("inf")] * count
@@ -429,7 +429,7 @@ def _torques(
 
 
 def _gains(timing: Timing, row: int) -> tuple[str, ...]:
-    """What twice the speed or twice the acceleration would save, everything else as it is."""
+    """Savings of twice the speed or twice the acceleration, all else unchanged."""
     asked, now = timing.rows.profile.moves, float(timing.rows.profile.duration[row])
     if now <= 0.0:
         return ()
@@ -455,7 +455,7 @@ def _held_up(timing: Timing, row: int) -> list[str]:
 
 
 def _not_counted(timing: Timing, row: int) -> list[str]:
-    """What the controller might add at a stop, but nobody has said how much."""
+    """Effects that the controller may add at a stop but whose size is unknown."""
     if timing.rows.profile.speeds[row, 0] > 0.0 and timing.rows.profile.speeds[row, -1] > 0.0:
         return []
     says = effects_of(timing.plan.settings).not_counted

@@ -1,11 +1,12 @@
-"""The report: an index of all programs, and one program after the other to look into.
+"""The report: an index of all programs, and a detailed view of each.
 
 Nothing is loaded from elsewhere, and nothing of a program can become markup: the template escapes every value, the
 page's policy allows no request, and only the script that comes with olp may run.
 
 Codes: Y001 none of the programs can be shown.
 
-Of one program the page draws segments, the path, the speed over time and the text. Plain numbers, few digits.
+For a program the page draws segments, the path, the speed over time and the text, from plain numbers with few
+digits.
 """
 
 from __future__ import annotations
@@ -55,10 +56,10 @@ _CURVES = [PATHS.index(p) for p in (Path.CIRCULAR, Path.SPLINE)]
 
 @dataclass(frozen=True, slots=True)
 class PageShare:
-    """How much of one program a page holds: a page of a megabyte opens at once, whatever the program.
+    """Limits on the data of one program in a page, so that a page of about a megabyte opens quickly.
 
-    `segments`: the first ones. `samples`: instants of the speed profile. `points`: of the path in space. `poses`: of
-    the arm. `lines`: of text, all files together; beyond, only lines that take time.
+    `segments`: the first ones. `samples`: instants of the speed profile. `points`: of the path in space. `poses`:
+    of the arm. `lines`: of text, all files together; of longer texts only lines that take time.
     """
 
     segments: int = 40_000
@@ -69,7 +70,9 @@ class PageShare:
 
 
 def shares(segments: Sequence[int]) -> list[PageShare]:
-    """The shares of programs with so many segments in one page: what the short ones leave goes to the long ones."""
+    """The shares of programs with these numbers of segments in one page: short programs leave their rest to long
+    ones.
+    """
     whole, count = PageShare(), max(len(segments), 1)
     found = [0] * len(segments)
     left = whole.segments
@@ -89,11 +92,12 @@ def shares(segments: Sequence[int]) -> list[PageShare]:
 
 
 def program_data(timing: Timing, share: PageShare | None = None) -> dict[str, Any]:
-    """Everything of one program that fits into its share, ready for JSON; templates/report.js draws it.
+    """The data of one program within its share, ready for JSON; templates/report.js draws them.
 
-    `of`: its segments in all. One entry per segment: `line`, `file` (number in `files`), `kind` (in `kinds`), `rule`
-    (in `rules`), `seconds`, `mm`, `speed` [mm/s] and `percent` as programmed, `reached` [mm/s], `accel` [mm/s²], `low`
-    and `high` [s]; None where unknown. `profile`, `path`, `arm`: samples of the motion as `olp track` has it; or None.
+    `of`: number of its segments. One entry per segment: `line`, `file` (index into `files`), `kind` (into `kinds`),
+    `rule` (into `rules`), `seconds`, `mm`, `speed` [mm/s] and `percent` as programmed, `reached` [mm/s], `accel`
+    [mm/s²], `low` and `high` [s]; None where unknown. `profile`, `path`, `arm`: samples of the motion as in `olp
+    track`; or None.
     """
     share = share or PageShare()
     plan, first = timing.plan, slice(0, share.segments)
@@ -161,7 +165,7 @@ def _path(timing: Timing, share: PageShare) -> dict[str, Any] | None:
 
 
 def _corner_points(timing: Timing, share: PageShare) -> dict[str, Any] | None:
-    """The targets alone, where the times are not all known."""
+    """The targets alone, for timings with unknown times."""
     plan = timing.plan
     steps = np.flatnonzero(plan.kind[: share.segments] == StepKind.MOVE)
     targets = plan.moves.target[plan.row[steps]]
@@ -185,7 +189,8 @@ def _polyline(position: Floats, steps: Sequence[int], times: Floats | None = Non
 def _arm(timing: Timing, share: PageShare, path: dict[str, Any] | None) -> dict[str, Any] | None:
     """The arm: its chain [mm], and `axes` [deg, of a slide mm] at some of the path's instants `t` [s].
 
-    `floor`: the height of the floor in the base frame [mm]; None where nobody says. None without geometry or angles.
+    `floor`: the height of the floor in the base frame [mm]; None if unknown. The result is None without geometry or
+    angles.
     """
     robot = timing.plan.robot
     if robot is None or robot.geometry is None or path is None or path["t"] is None:
@@ -267,7 +272,7 @@ class PageEntry:
 
     @property
     def is_unanswered(self) -> bool:
-        """Whether there is an error, or a step without a time: what had to be assumed is told, and an answer."""
+        """Whether there is an error, or a step without a time; assumptions alone do not count."""
         timing = self.timing
         return timing is None or timing.untimed > 0 or any(d.is_error for d in self.diagnostics)
 
@@ -285,11 +290,12 @@ def report_page(
     now: datetime | None = None,
     hosted: bool = False,
 ) -> str:
-    """One self-contained HTML file, UTF-8. `before`: the text of the last report, whose times are compared.
+    """One self-contained HTML file, UTF-8. `before`: the text of the last report, for comparing the times.
 
-    `hosted`: for an editor's side view of one program, which has the text itself. The page then says through
-    `acquireVsCodeApi` which line is clicked (`{file, line}`, the file's number as in its data) and that it is there
-    (`{ready}`); messages `{select: {file, line}}` and `{program: {title, data}}` choose a line and renew the data.
+    `hosted`: for an editor's side view of one program, which shows the text itself. The page then reports through
+    `acquireVsCodeApi` the clicked line (`{file, line}`, with the file's index in its data) and that it has loaded
+    (`{ready}`); the messages `{select: {file, line}}` and `{program: {title, data}}` select a line and replace the
+    data.
     """
     scripts = [script_of(_LIBRARIES), script_of(*_SCRIPTS)]
     earlier = _earlier(before)
@@ -380,7 +386,7 @@ def _causes(cost: ProgramCost) -> list[tuple[str, str, str, str]]:
 
 
 def _lines(cost: ProgramCost, main: str) -> list[tuple[str, ...]]:
-    """The lines that take most: line, seconds, share, runs, statement, what limits them, what would help."""
+    """The lines that take most time: line, seconds, share, runs, statement, limit, and how to shorten it."""
     total = sum(cost.by_cause) or 1.0
     return [
         (
@@ -397,7 +403,7 @@ def _lines(cost: ProgramCost, main: str) -> list[tuple[str, ...]]:
 
 
 def _earlier(text: str) -> dict[str, float]:
-    """Path -> seconds of an earlier report; empty where the text is none."""
+    """Seconds by path from an earlier report; empty if the text is not a report."""
     begin, end = _SUMMARY
     try:
         known = parse_json(text.partition(begin)[2].partition(end)[0])

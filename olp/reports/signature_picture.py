@@ -20,9 +20,11 @@ Floats = NDArray[np.float64]
 
 
 class LearntAccelerations(NamedTuple):
-    """Of n straight moves that a signature learnt: `angle` (n,) [rad], `value`, `low`, `high` (n,) [m/s²], 95 %.
+    """n straight moves that a signature learnt: `angle` (n,) [rad]; `value` and its 95 % interval `low`, `high`
+    (n,) [m/s²].
 
-    `angle`: bearing or incline. `start`, `away` (n,): which start point, and whether the move leads away from it.
+    `angle`: bearing or incline. `start`, `away` (n,): index of the start point, and whether the move leads away
+    from it.
     """
 
     angle: Floats
@@ -35,7 +37,9 @@ class LearntAccelerations(NamedTuple):
 
 
 def learnt_accelerations(signature: Signature) -> LearntAccelerations:
-    """Speed over the time beyond the pace, at the highest speed it learnt. Raises OlpError (see predict)."""
+    """Acceleration of each learnt move: speed over the time beyond length over speed, at its highest speed. Raises
+    OlpError (see predict).
+    """
     domain = signature.domain
     moves = domain_moves(domain.moves, domain.angles, domain.speed[1])
     said = predict(signature, moves)

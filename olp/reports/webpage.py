@@ -1,4 +1,4 @@
-"""What olp's own HTML pages share: templates that escape every value, and JSON inside a page."""
+"""Shared by olp's own HTML pages: templates that escape every value, and JSON inside a page."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOLDER = "templates"
 
 
 def render_page(template: str, values: dict[str, Any]) -> str:
-    """One of olp's own templates, filled. Text of programs and recordings can become no markup."""
+    """Render one of olp's own templates. Text of programs and recordings cannot become markup."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
     # Not olp.languages.templating: that renders strangers' templates as plain text; these are olp's own and escape.
@@ -32,13 +32,13 @@ def render_page(template: str, values: dict[str, Any]) -> str:
 
 
 def script_of(*names: str) -> tuple[Markup, str]:
-    """Scripts that come with olp as one, and the hash by which the page's policy lets it run."""
+    """Scripts that come with olp, joined to one, and the hash with which the page's policy allows it."""
     script = Markup("\n".join(resources.read_text(FOLDER, name) for name in names))
     return script, base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 def json_in_page(value: Any) -> Markup:
-    """JSON that may stand in a <script>: no character in it can end the element."""
+    """JSON for a <script> element: no character in it can end the element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     for sign in "<>&":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
@@ -55,12 +55,14 @@ _KEPT = "\t\n\u00a0\u202f"  # besides printable characters: also the blanks that
 
 
 def printable(text: str) -> str:
-    """The text with a mark in place of what no page may hold: control characters, what turns the reading direction."""
+    """The text with a replacement character for what a page must not contain: control characters and direction
+    marks.
+    """
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in _KEPT else "\ufffd" for c in text)
 
 
 def _clean(value: Any) -> Any:
-    """Values as they may stand in a page: markup of olp's own, or printable text."""
+    """Values that a page may contain: olp's own markup, or printable text."""
     return printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value

@@ -1,6 +1,6 @@
-"""Times as an Excel workbook: a sheet of programs, one of rows, and one of what may be told to a main program.
+"""Times as an Excel workbook: a sheet of programs, one of rows, and one of a main program's branches.
 
-Needs openpyxl. What begins like a formula is written as text. Code: Y002 it is not installed.
+Needs openpyxl. Text that begins like a formula is written as text. Code: Y002 openpyxl is not installed.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def workbook_of(table: str, parts: Sequence[ReportPart]) -> bytes:
 
 
 def no_excel(done: str) -> Any:
-    """What to say where the library is missing."""
+    """The error for a missing openpyxl."""
     return error(
         "Y002", f"a workbook is {done} by openpyxl, which is not installed", help='pip install "olp[excel]"'
     )

@@ -1,4 +1,6 @@
-"""How well the simulation meets the robot, before and after: durations, residuals, the ladder, the sum of causes."""
+"""Charts of the agreement between simulation and robot, before and after: durations, residuals, the ladder, the sum
+of causes.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ _ROOM = 62.0  # [px] that a number beside a bar takes
 
 
 def scatter(rows: MoveRows) -> Markup:
-    """Simulated against measured durations; on the diagonal both agree."""
+    """Simulated against measured durations; equal ones are on the diagonal."""
     known = np.isfinite(rows.measured) & np.isfinite(rows.simulated)
     if not known.any():
         return Markup("")
@@ -44,7 +46,7 @@ def scatter(rows: MoveRows) -> Markup:
 
 
 def histogram(rows: MoveRows, noise: float) -> Markup:
-    """How the residuals spread, with the band of the recording's noise."""
+    """Distribution of the residuals, with the band of the recording's noise."""
     before, after = rows.before * MS, rows.after * MS
     before, after = before[np.isfinite(before)], after[np.isfinite(after)]
     if not len(before):
@@ -87,7 +89,7 @@ class Rung(NamedTuple):
 
 
 def rungs(ladder: Ladder) -> list[Rung]:
-    """The simulation as it is, then one cause after the other; a term that is added again is numbered."""
+    """The unchanged simulation, then one cause after the other; a term that is added again is numbered."""
     out: list[Rung] = []
     seen: dict[str, int] = {}
     for term, bic, heldout in ladder:
@@ -118,7 +120,7 @@ def ladder(steps: list[Rung], noise: float) -> Markup:
 
 
 def waterfall(rows: MoveRows) -> Markup:
-    """From the simulated total to the measured one, by causes; [s] summed over all moves."""
+    """From the simulated total to the measured one, by causes [s], summed over all moves."""
     parts = [(name, float(np.nansum(values))) for name, values in rows.causes.items()]
     parts.append(("unexplained", float(np.nansum(rows.after))))
     known = np.isfinite(rows.measured) & np.isfinite(rows.simulated)
@@ -157,14 +159,14 @@ _MOST = 12  # groups in one chart
 
 
 class Strip(NamedTuple):
-    """One way to part the moves, drawn."""
+    """Chart of one grouping of the moves."""
 
     caption: str
     chart: Markup
 
 
 def over_time(rows: MoveRows, noise: float) -> Markup:
-    """In order of execution, over the recorder's clock where it was written."""
+    """Residuals in order of execution, over the recorder's clock if it was recorded."""
     clock = bool(np.isfinite(rows.time).all()) and len(rows) > 0
     x = rows.time - rows.time.min() if clock else np.arange(1.0, len(rows) + 1)
     y = _shown(rows)
@@ -180,7 +182,7 @@ def over_time(rows: MoveRows, noise: float) -> Markup:
 
 
 def _shown(rows: MoveRows) -> Floats:
-    """[ms] all values that the charts have to hold."""
+    """All values [ms] that the charts have to include."""
     return np.concatenate([rows.before, rows.after]) * MS
 
 
@@ -212,7 +214,7 @@ def _mean(values: Floats) -> float:
 
 
 def _polar(means: dict[str, Floats], noise: float) -> Markup:
-    """Zero is the dashed circle: outside the robot is slower, inside faster."""
+    """Polar chart of means. Zero is the dashed circle: outside the robot is slower, inside faster."""
     size, zero, reach = 360.0, 88.0, 58.0  # [px]
     largest = float(np.nanmax(np.abs(np.concatenate(list(means.values()))))) or 1.0
     largest = max(largest, 2 * noise if math.isfinite(noise) else 0.0)
@@ -246,7 +248,7 @@ def _ring(centre: float, radius: float, css: str) -> str:
 
 
 def steep(rows: MoveRows) -> list[tuple[str, int, float, float]]:
-    """Up, level and down: how many moves, and the mean residual before and after [s]."""
+    """Moves up, level and down: number, and mean residual before and after [s]."""
     on = rows.on_path
     way = np.where(on[:, None], rows.end - rows.start, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -261,7 +263,7 @@ def steep(rows: MoveRows) -> list[tuple[str, int, float, float]]:
 
 
 def strips(rows: MoveRows, groups: dict[str, list[str]], noise: float) -> list[Strip]:
-    """A row of dots per group, for every way to part the moves."""
+    """A row of dots per group, for every grouping of the moves."""
     return [_strip(rows, name, labels, noise) for name, labels in groups.items()]
 
 
@@ -302,7 +304,7 @@ def _strip(rows: MoveRows, name: str, labels: list[str], noise: float) -> Strip:
 
 
 def _order(label: str) -> list[tuple[int, float, str]]:
-    """TP2 before TP10."""
+    """Sort key that puts TP2 before TP10."""
     return [
         (0, float(part), "") if part.isdecimal() else (1, 0.0, part)
         for part in re.split(r"(\d+)", label)
@@ -317,7 +319,7 @@ MM = 1000.0
 
 
 class View(NamedTuple):
-    """What is drawn to the right and upwards: columns of a point."""
+    """Columns of a point that are drawn to the right and upwards."""
 
     name: str
     right: int
@@ -370,7 +372,7 @@ def _view(rows: MoveRows, on: NDArray[np.bool_], view: View, when: str, steps: N
 
 
 def _at(chart: Chart, points: Floats, view: View) -> list[tuple[float, float]]:
-    """[px]"""
+    """Pixel positions [px] of `points` in a view."""
     return list(
         zip(
             chart.x(points[:, view.right] * MM).tolist(),
@@ -381,14 +383,14 @@ def _at(chart: Chart, points: Floats, view: View) -> list[tuple[float, float]]:
 
 
 def legend(rows: MoveRows) -> tuple[str, str]:
-    """What the ends of the colour scale stand for."""
+    """Labels of both ends of the colour scale."""
     on = rows.on_path
     limit = scale_limit(rows.before[on] if on.any() else rows.before)
     return phrasing.seconds(-limit), phrasing.seconds(limit, sign=True)
 
 
 def data(rows: MoveRows) -> dict[str, Any]:
-    """What the page's script draws and tells at the pointer: compact columns, mm and ms."""
+    """Data of the page's script for drawing and tooltips: compact columns, mm and ms."""
     limit = scale_limit(rows.before[rows.on_path])
     on = rows.on_path
     points = np.round(np.concatenate([rows.start, rows.end], axis=1) * MM, 1)

@@ -13,7 +13,7 @@ _TOKEN = re.compile(r"\\([A-Za-z]+|.)|(\d+(?:\.\d+)?)|([{}^_&])|(\s+)|(.)", re.D
 
 
 def _pairs(text: str) -> dict[str, str]:
-    """Names and signs in turn."""
+    """Dictionary of alternating names and signs."""
     parts = text.split()
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
@@ -54,11 +54,11 @@ _UPRIGHT = frozenset(("text", "mathrm", "operatorname", "mathit", "textrm", "mat
 
 
 class _UnknownError(Exception):
-    """The equation uses what is not set here."""
+    """The equation uses LaTeX that is not supported here."""
 
 
 def mathml(latex: str) -> Markup:
-    """The equation as <math>, or as <code> where it holds something unknown."""
+    """The equation as <math>, or as <code> if it contains unsupported LaTeX."""
     source = latex.strip().strip("$").strip()
     if not source:
         return Markup("")
@@ -84,7 +84,7 @@ class _Setter:
         return body
 
     def _row(self) -> str:
-        """Up to the closing brace or the end."""
+        """MathML up to the closing brace or the end."""
         out = []
         while self._at < len(self._tokens) and self._tokens[self._at][0] != "}":
             out.append(self._scripted())
@@ -104,7 +104,7 @@ class _Setter:
         return f"<msup>{base}{above}</msup>" if above else f"<msub>{base}{below}</msub>" if below else base
 
     def _word(self) -> str:
-        """A script of several letters in braces is a word, set upright; "" where none begins here."""
+        """A script of several letters in braces as an upright word; "" if none begins at this token."""
         found = (
             _WORD.match(self._source, self._tokens[self._at].start())
             if self._at < len(self._tokens)
@@ -173,7 +173,7 @@ class _Setter:
         return token[0]
 
     def _braced(self) -> str:
-        """The text in braces, blanks and all."""
+        """The text in braces, including blanks."""
         if self._next()[0] != "{":
             raise _UnknownError
         begin = self._tokens[self._at - 1].end()

@@ -1,7 +1,7 @@
-"""The page: gathers what the report shows and sets it into the template.
+"""Gathers the data of the report and renders the template.
 
-Nothing is loaded from elsewhere and nothing from the recording can become markup: the template escapes every
-value, the page's policy allows no request, and only the script that comes with olp may run.
+Nothing is loaded from elsewhere and nothing from the recording can become markup: the template escapes every value,
+the page's policy allows no request, and only the script that comes with olp may run.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def html_report(
 ) -> str:
     """One self-contained HTML file, UTF-8.
 
-    `job_text`: the program's text, or texts by the name that column `job` has; `log_summary`: what a log told, any
+    `job_text`: the program's text, or texts by the name that column `job` has; `log_summary`: results of a log, any
     nested names and numbers.
     """
     return diagnosis_page(
@@ -74,10 +74,10 @@ def diagnosis_page(
     predicted: Floats | None = None,
     ladder: Ladder = (),
 ) -> str:
-    """The same of as much as there is.
+    """The same page as `html_report`, from whatever data are available.
 
-    `predicted`: (n,) [s] per move of the case with all causes at work at once, to check the ledger's sums; `ladder`:
-    term added ("" for none), BIC and RMSE of unseen moves [s], step by step.
+    `predicted`: (n,) [s] per move of the case with all causes acting together, to check the ledger's sums;
+    `ladder`: added term ("" for none), BIC and RMSE of unseen moves [s], step by step.
     """
     rows = rows_of(diagnosis, case, recording)
     lines = program_lines(rows)
@@ -116,7 +116,7 @@ class ReportTable(NamedTuple):
 
 
 def tables_of(summary: Mapping[str, Any], title: str = "", depth: int = 0) -> list[ReportTable]:
-    """Single values as one table, a list of mappings or a mapping of mappings as one each."""
+    """Tables of a summary: one for its single values, one for each list of mappings or mapping of mappings."""
     single = [(_words(key), _text(value)) for key, value in summary.items() if not _nested(value)]
     found = [ReportTable(title, ("name", "value"), tuple(single[:_MOST]))] if single else []
     for key, value in summary.items():
@@ -217,7 +217,7 @@ _FLOORS = {
 
 
 def _floor_note(diagnosis: Diagnosis, recording: Recording | None) -> str:
-    """Where the noise floor comes from, as far as the recording shows it."""
+    """Origin of the noise floor, as far as the recording shows it."""
     if not math.isfinite(diagnosis.noise_floor):
         return "smaller differences are not resolved"
     if diagnosis.noise_from in _FLOORS:
@@ -240,7 +240,7 @@ def _share(errors: Errors, diagnosis: Diagnosis) -> str:
 
 
 def _facts(recording: Recording | None) -> list[tuple[str, str]]:
-    """What was judged, for whoever files the report."""
+    """Facts of the judged recording, for archiving the report."""
     if recording is None:
         return []
     settings, noise = recording.settings, recording.noise_floor()
@@ -280,7 +280,7 @@ def fit(diagnosis: Diagnosis, rows: MoveRows) -> dict[str, Any]:
 
 
 def evidence(diagnosis: Diagnosis, rows: MoveRows, ladder: Ladder) -> dict[str, Any]:
-    """The steps that lead to the causes; nothing where none was named."""
+    """The steps that lead to the causes; empty if no cause was named."""
     steps = fit_charts.rungs(ladder) if rows.causes else []
     return {
         "ladder": fit_charts.ladder(steps, diagnosis.noise_floor),
@@ -452,14 +452,14 @@ _MS = 1000.0
 
 
 class LedgerCell(NamedTuple):
-    """A number in the ledger; `acts`: the cause stands above the noise in this move."""
+    """A number in the ledger; `acts`: this cause exceeds the noise in this move."""
 
     text: str
     acts: bool
 
 
 class LedgerLine(NamedTuple):
-    """One move."""
+    """One move in the ledger."""
 
     move: int
     place: str
@@ -473,7 +473,7 @@ class LedgerLine(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """All moves together."""
+    """Totals over all moves."""
 
     measured: str
     simulated: str
@@ -483,14 +483,14 @@ class Sums(NamedTuple):
 
 
 class LedgerCheck(NamedTuple):
-    """Whether the causes add up to what the model predicts with all of them at once."""
+    """Whether the sum of the causes agrees with the model's prediction with all causes acting together."""
 
     says: str
     holds: bool
 
 
 def _ledger_lines(diagnosis: Diagnosis, rows: MoveRows, anchors: Mapping[str, str]) -> list[LedgerLine]:
-    """One line per move; `anchors`: program line -> the place in the page that shows it."""
+    """One line per move; `anchors`: program line -> its anchor in the page."""
     acting = [frozenset(finding.moves) for finding in diagnosis.findings]
     after = rows.after
     out = []
@@ -527,7 +527,7 @@ def _ledger_sums(rows: MoveRows) -> Sums:
 
 
 def _ledger_check(rows: MoveRows, predicted: Floats | None) -> LedgerCheck | None:
-    """The sum of the causes against `predicted` (n,) [s], the model with all causes at work at once."""
+    """The sum of the causes compared with `predicted` (n,) [s], the model with all causes acting together."""
     if not rows.causes or predicted is None:
         return None
     model = predicted - rows.simulated
@@ -545,7 +545,7 @@ def _ledger_check(rows: MoveRows, predicted: Floats | None) -> LedgerCheck | Non
 
 
 def _ledger_shares(rows: MoveRows) -> str:
-    """How much of the difference the causes carry."""
+    """The share of the difference that the causes explain."""
     before, after = float(np.nansum(np.abs(rows.before))), float(np.nansum(np.abs(rows.after)))
     if before <= 0.0 or not rows.causes:
         return ""

@@ -1,6 +1,6 @@
-"""Everything the report shows of each move, in columns: what was measured, what each cause adds, what remains.
+"""Per-move data of the report in columns: measured time, the contribution of each cause, the unexplained residual.
 
-Beside the moves, the program lines that they came from, with what each costs and why.
+In addition the program lines of the moves, with the cost and the cause of each.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MoveRows:
-    """n moves in order of execution; nan where nothing is known."""
+    """n moves in order of execution; nan where unknown."""
 
     move: NDArray[np.int64]
     measured: Floats  # [s]
@@ -49,27 +49,27 @@ class MoveRows:
 
     @property
     def after(self) -> Floats:
-        """[s] what the causes leave."""
+        """Residual [s] after all causes."""
         return self.before - sum(self.causes.values(), np.zeros(len(self)))
 
     @property
     def modelled(self) -> Floats:
-        """[s] the simulation with the causes added."""
+        """The simulation with the causes added [s]."""
         return self.measured - self.after
 
     @property
     def on_path(self) -> Mask:
-        """Moves with both points, of some length."""
+        """Moves with both points and a length above zero."""
         whole = np.isfinite(self.start).all(axis=1) & np.isfinite(self.end).all(axis=1)
         return np.asarray(whole & (np.linalg.norm(np.nan_to_num(self.end - self.start), axis=1) > 1e-9))
 
     def name(self, index: int) -> str:
-        """A move for people: "move 12, CELL-7.JBI:31"."""
+        """Name of a move: "move 12, CELL-7.JBI:31"."""
         return f"move {self.move[index]}" + (f", {self.place[index]}" if self.place[index] else "")
 
 
 def rows_of(diagnosis: Diagnosis, case: MeasuredMoves | None, recording: Recording | None) -> MoveRows:
-    """The moves of the case, or without one those that the diagnosis tells of."""
+    """The moves of the case, or without a case those of the diagnosis."""
     told = {m.move: m for m in reversed(diagnosis.mismatch.moves)}
     move = np.array(list(dict.fromkeys(m.move for m in diagnosis.mismatch.moves)), dtype=np.int64)
     move = case.move if case is not None else move
@@ -101,7 +101,7 @@ def rows_of(diagnosis: Diagnosis, case: MeasuredMoves | None, recording: Recordi
 
 
 def _causes(diagnosis: Diagnosis, move: NDArray[np.int64]) -> dict[str, Floats]:
-    """[s] per move and finding; a move that a finding does not name costs nothing by it."""
+    """Contribution [s] of each finding to each move; 0 for moves that the finding does not name."""
     return {
         label: np.array([finding.contribution.get(m, 0.0) for m in move.tolist()], dtype=np.float64)
         for label, finding in zip(phrasing.labels(diagnosis.findings), diagnosis.findings, strict=True)
@@ -109,7 +109,7 @@ def _causes(diagnosis: Diagnosis, move: NDArray[np.int64]) -> dict[str, Floats]:
 
 
 def _speed(case: MeasuredMoves | None, recording: Recording | None, move: NDArray[np.int64]) -> Floats:
-    """[m/s] as it was programmed."""
+    """Programmed speed [m/s]."""
     if recording is not None:
         written = dict(zip(recording.moves.move.tolist(), recording.moves.speed.tolist(), strict=True))
         return np.array([written.get(m, np.nan) for m in move.tolist()], dtype=np.float64)
@@ -119,7 +119,7 @@ def _speed(case: MeasuredMoves | None, recording: Recording | None, move: NDArra
 
 
 def groups_of(rows: MoveRows, recording: Recording | None) -> dict[str, list[str]]:
-    """Ways to part the moves: name -> label per move, "" where a move belongs to no group."""
+    """Groupings of the moves: name -> label per move, "" where a move belongs to no group."""
     speeds = [f"{v * 1000:.6g} mm/s" if np.isfinite(v) else "" for v in rows.speed.tolist()]
     found = {"start point": [_point(p) for p in rows.start], "programmed speed": speeds}
     for name, labels in _written(rows, recording).items():
@@ -145,7 +145,7 @@ def _written(rows: MoveRows, recording: Recording | None) -> dict[str, list[str]
 
 
 def _point(point: Floats) -> str:
-    """A start point, to the millimetre."""
+    """Label of a start point, to the millimetre."""
     return (
         "({})".format(", ".join(f"{c * 1000:.0f}" for c in point.tolist()))
         if np.isfinite(point).all()
@@ -154,7 +154,7 @@ def _point(point: Floats) -> str:
 
 
 def _same(one: list[str], other: list[str]) -> bool:
-    """Whether two ways part the moves alike."""
+    """Whether two groupings are equal."""
     pairs = set(zip(one, other, strict=True))
     return len(pairs) == len(set(one)) == len(set(other))
 
@@ -178,7 +178,7 @@ class ProgramLine(NamedTuple):
 
 
 class ListedLine(NamedTuple):
-    """A line of a listing; `number` 0: lines were left out here."""
+    """A line of a listing; `number` 0: a gap where lines were omitted."""
 
     number: int
     text: str
@@ -233,7 +233,9 @@ def _mean(values: np.ndarray) -> float:
 def program_listings(
     rows: MoveRows, text: str | Mapping[str, str] | None, found: list[ProgramLine]
 ) -> list[ProgramListing]:
-    """The programs' texts around the lines that moved; a single text belongs to the only job or to the one it names."""
+    """The programs' texts around the lines with moves; a single text belongs to the only job, or to the job that it
+    names.
+    """
     jobs = [job for job in dict.fromkeys(rows.job) if job] or [""]
     if text is None:
         return []

@@ -37,7 +37,7 @@ class Chart:
         self.parts: list[str] = []
 
     def _equal(self, x: Range, y: Range) -> tuple[Range, Range]:
-        """One scale for both axes: the range that has too much room is widened."""
+        """Ranges with equal scale on both axes: the range with too much room is widened."""
         scale = max((x[1] - x[0]) / self.inner_width, (y[1] - y[0]) / self.inner_height)
         half_x, half_y = scale * self.inner_width / 2, scale * self.inner_height / 2
         mid_x, mid_y = (x[0] + x[1]) / 2, (y[0] + y[1]) / 2
@@ -79,7 +79,7 @@ class Chart:
             )
 
     def text(self, x: float, y: float, text: str, anchor: str = "start", css: str = "") -> None:
-        """[px]"""
+        """Text at (x, y) [px]."""
         where = f'x="{n(x)}" y="{n(y)}"'
         how = f' text-anchor="{anchor}"' if anchor != "start" else ""
         kind = f' class="{css}"' if css else ""
@@ -98,13 +98,13 @@ class Chart:
         self.box(*box, css)
 
     def box(self, x: float, y: float, width: float, height: float, css: str, title: str = "") -> None:
-        """[px]"""
+        """A rectangle at (x, y) [px] with a tooltip `title`."""
         tip = f"<title>{escape(title)}</title>" if title else ""
         place = f'x="{n(x)}" y="{n(y)}" width="{n(width)}" height="{n(max(height, 0.0))}"'
         self.parts.append(f'<rect class="{css}" {place}>{tip}</rect>')
 
     def dots(self, x: ArrayLike, y: ArrayLike, css: str, index: Iterable[int] = ()) -> None:
-        """A dot per pair that is known, all in one path; `index`: of the rows, for the tip at the pointer."""
+        """A dot per known pair, all in one path; `index`: row numbers for the tooltip."""
         xs, ys = np.asarray(self.x(x)).ravel(), np.asarray(self.y(y)).ravel()
         known = np.isfinite(xs) & np.isfinite(ys)
         d = "".join(f"M{n(a)} {n(b)}h.1" for a, b in zip(xs[known].tolist(), ys[known].tolist(), strict=True))
@@ -124,12 +124,12 @@ class Chart:
         self.parts.append(f'<path class="{css}" d="M{points}"/>')
 
     def svg(self, title: str, description: str = "") -> Markup:
-        """The chart as an image with a name for those who hear the page."""
+        """The chart as an image with a title for screen readers."""
         return svg(self.parts, self.width, self.height, title, description)
 
 
 def svg(parts: Sequence[str], width: float, height: float, title: str, description: str = "") -> Markup:
-    """Shapes as an inline SVG image. `parts` are markup already."""
+    """Shapes as an inline SVG image. `parts` are already markup."""
     label = escape(phrasing.plain(f"{title}. {description}" if description else title))
     return Markup(
         f'<svg viewBox="0 0 {n(width)} {n(height)}" role="img" aria-label="{label}" '
@@ -144,7 +144,7 @@ def n(value: float | Floats) -> str:
 
 
 def around(*values: ArrayLike, share: float = 0.06) -> Range:
-    """A range that holds all known values and zero."""
+    """A range that includes all known values and zero."""
     return room(np.concatenate([np.asarray(v, dtype=np.float64).ravel() for v in values]), share)
 
 
@@ -167,7 +167,7 @@ STEPS = len(_SCALE)
 
 
 def variables() -> str:
-    """Declarations of both themes; the system's wish holds until the reader chooses."""
+    """CSS declarations of both themes; the system's preference holds until the reader chooses."""
     light = _declared(0)
     dark = _declared(1)
     return (
@@ -186,13 +186,13 @@ def _declared(theme: int) -> str:
 
 
 def scale_limit(residual: Floats) -> float:
-    """[s] where the scale ends: nineteen of twenty moves lie within, so that one outlier does not wash out the rest."""
+    """End of the colour scale [s]: 95 % of the moves are within, so that one outlier does not fade the rest."""
     known = np.abs(residual[np.isfinite(residual)])
     return float(max(np.quantile(known, 0.95), 1e-6)) if len(known) else 1e-3
 
 
 def step_of(residual: Floats, limit: float) -> NDArray[np.int64]:
-    """(n,) the scale's step, 0 much faster than simulated … STEPS - 1 much slower."""
+    """Step of the colour scale (n,): 0 much faster than simulated … STEPS - 1 much slower."""
     half = (STEPS - 1) / 2
     steps = np.round(np.nan_to_num(residual) / limit * half) + half
     return np.asarray(np.clip(steps, 0, STEPS - 1).astype(np.int64))

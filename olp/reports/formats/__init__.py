@@ -1,4 +1,4 @@
-"""Ways to print timings. One file per format; the file's name is the format's name."""
+"""Formats of timing reports. One file per format; the file's name is the format's name."""
 
 from olp.reports.formats.report import (
     WORKBOOK,

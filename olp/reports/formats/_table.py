@@ -1,4 +1,4 @@
-"""What text and Markdown share: which numbers of a segment are shown, and how many digits of them."""
+"""Shared by text and Markdown: which numbers of a segment are shown, and with how many digits."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def rows(timing: Timing) -> Iterator[tuple[str, ...]]:
 
 
 def _statement(segment: dict[str, Any], timing: Timing) -> str:
-    """A line of another job names it, because line numbers count anew there."""
+    """Text of the statement; a line of another job names that job, because its line numbers start anew."""
     text: str = segment["statement"]
     if segment["file"] == timing.plan.path:
         return text
@@ -62,7 +62,7 @@ def totals(timing: Timing) -> str:
 
 
 def missing(timing: Timing) -> str:
-    """What the sums leave out, as one sentence; empty when nothing."""
+    """One sentence on what the sums do not include; empty for nothing."""
     wrong = sum(d.is_error for d in timing.left_open)
     assumed = len(timing.left_open) - wrong
     parts = [
@@ -75,12 +75,12 @@ def missing(timing: Timing) -> str:
 
 
 def at_least(seconds: float, incomplete: bool) -> str:
-    """A sum; one that leaves something out must not look like the whole."""
+    """A sum; an incomplete one is marked with >=."""
     return f"{'>= ' * incomplete}{seconds:.3f}"
 
 
 def grouped(timing: Timing) -> list[str]:
-    """What was assumed, each sentence once with all its lines; lines of another job name it."""
+    """The assumptions, each sentence once with all its lines; lines of another job name it."""
     lines: dict[tuple[str, str], list[int]] = {}
     for assumption in timing.assumptions:
         lines.setdefault((assumption.says, assumption.file), []).append(assumption.line)

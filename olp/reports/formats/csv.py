@@ -44,5 +44,5 @@ def _header(options: Options) -> tuple[str, ...]:
 
 
 def _cell(value: object) -> object:
-    """Numbers to a nanometre and a microsecond: further digits would only be noise of the arithmetic."""
+    """Rounded to a nanometre and a microsecond: further digits would be rounding noise."""
     return round(value, 6) if isinstance(value, float) else value

@@ -21,7 +21,7 @@ _TOTALS = (
 
 
 class Json(Report):
-    """Numbers as computed, null for what does not apply or is not known."""
+    """Numbers as computed, null for what does not apply or is unknown."""
 
     summary = "one object per program, for scripts"
     suffixes = (".json",)
@@ -40,7 +40,7 @@ class Json(Report):
 
 
 def _with_place(part: ReportPart, is_started: bool) -> str:
-    """The object of one program with what needs the whole cell: who starts it, and its branches."""
+    """The object of one program with its data that depend on the whole cell: who starts it, and its branches."""
     more: dict[str, Any] = {"started": is_started, "branches": [asdict(branch) for branch in part.branches]}
     if part.cost is not None:
         more["top"] = [
@@ -73,7 +73,7 @@ def as_object(
 
 
 def _by_cause(timing: Timing) -> dict[str, float]:
-    """[s]"""
+    """Seconds [s] by cause."""
     from olp.timing.causes import seconds_by_cause
 
     return _named([round(float(v), 9) for v in seconds_by_cause(timing).sum(axis=0)])

@@ -1,7 +1,7 @@
-"""The base of all report formats, and the list of them, which is the listing of this folder.
+"""Base class of all report formats; the files of this folder are the list of formats.
 
-A report over many files is made in two halves, so that the first can run on all cores: `part` renders one file,
-`join` puts the parts together.
+A report over many files is made in two steps, so that the first can run on all cores: `part` renders one file,
+`join` combines the parts.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ def _no_links() -> CellLinks:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How much is told. `segments`: each line, not only totals. `width`: characters per line, 0 for no limit.
+    """Amount of detail. `segments`: each line, not only totals. `width`: characters per line, 0 for no limit.
 
-    `top`: so many of the costliest lines. `by`: only the totals by cause, job or line. `sort`: of several programs, by
-    time or file; else each stands below its caller. `colour`: the report goes to a terminal that shows colour.
-    `interval`: a signature gives every segment one.
+    `top`: number of costliest lines to list. `by`: only the totals by cause, job or line. `sort`: of several
+    programs, by time or file; else each one below its caller. `colour`: the report goes to a terminal with colour.
+    `interval`: a signature gives every segment an interval.
     """
 
     segments: bool = True
@@ -68,7 +68,7 @@ class ReportPart:
 
     @property
     def is_partial(self) -> bool:
-        """Whether the total leaves something out, or had to assume what no file says."""
+        """Whether the total is incomplete, or rests on an assumption that no file supports."""
         return any(map(leaves_open, self.diagnostics))
 
 
@@ -95,12 +95,12 @@ def report_names() -> tuple[str, ...]:
 
 
 def load_report(name: str) -> Report:
-    """The format of that name; raises OlpError (T005), listing those there are."""
+    """Load the format called `name`. Raises OlpError (T005) with the known names if there is none."""
     return load_from(Report, name, "report format", "T005")
 
 
 def format_of(file: str) -> str | None:
-    """The format of a file by its suffix, None where that is not known. The rows of a workbook are those of CSV."""
+    """The format for a file's suffix, None if unknown. The rows of a workbook are those of CSV."""
     suffix = Path(file).suffix.lower()
     if suffix == WORKBOOK:
         return "csv"

@@ -1,4 +1,4 @@
-"""Text for people: a table per program, its totals, what was assumed, what is wrong."""
+"""Text for the terminal: a table per program, its totals, assumptions and problems."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ _COSTLIEST = ("time s", "share", "runs", "line", "statement", "mostly", "what wo
 
 
 def _costliest(cost: ProgramCost, options: Options) -> str:
-    """The lines that cost most, over all programs that a controller starts."""
+    """Table of the costliest lines, over all programs that a controller starts."""
     total = sum(cost.by_cause) or 1.0
     rows: list[tuple[str, ...]] = [
         (
@@ -106,7 +106,7 @@ _FEW = 10
 
 
 def _overview(parts: Sequence[ReportPart], options: Options) -> str:
-    """A row per program, those that others call below their first caller, and what all take together."""
+    """A row per program, called ones below their first caller, and a row with the total."""
     order = cell_tree(parts)
     if options.sort:
         flat = (CellRow(row.index, 0) for row in order)
@@ -133,7 +133,7 @@ def _sorted_by(part: ReportPart, by: str) -> tuple[float, str]:
 
 
 def _painted(line: str, cells: Sequence[str]) -> str:
-    """What stands still is dim, what is not known is red, what never reaches its speed is yellow."""
+    """The line in colours: waits dim, unknown values red, speeds that are never reached yellow."""
     if _UNKNOWN in cells:
         return paint(line, RED)
     limited = cells[_LIMITED]
@@ -155,7 +155,7 @@ def _times(part: ReportPart) -> tuple[str, ...]:
 
 
 def _sum(parts: Sequence[ReportPart]) -> tuple[str, ...]:
-    """The last row. A routine's time is in the time of the program that calls it, and is summed there only."""
+    """The last row. A called routine's time is part of its caller's, and is summed there only."""
     counted = [parts[index] for index in started(parts)]
     label = f"{len(parts)} files"
     if len(counted) < len(parts):
@@ -171,7 +171,7 @@ def _sum(parts: Sequence[ReportPart]) -> tuple[str, ...]:
 
 
 def _short_names(rows: Sequence[Sequence[str]], width: int) -> list[Sequence[str]]:
-    """The same rows with file names cut at their beginnings where the terminal is narrow: their ends differ."""
+    """The same rows with file names cut at the start where the terminal is narrow, since their ends differ."""
     columns = list(zip(_OVERVIEW, *rows, strict=True))
     size = max(width - sum(2 + max(map(len, column)) for column in columns[1:]), _NARROWEST)
     if not width:

@@ -1,4 +1,4 @@
-"""What a check, a comparison or the rules found, and the formats in which it is told. One file per format."""
+"""Results of a check, a comparison or lint, and their output formats. One file per format."""
 
 from olp.reports.outcome.model import (
     JudgedItem,

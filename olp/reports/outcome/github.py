@@ -25,7 +25,7 @@ class GithubFormat(OutcomeFormat):
 
 
 def _untold(item: JudgedItem, files: set[str], places: set[tuple[str, int]]) -> bool:
-    """Whether no finding says what became of an item."""
+    """Whether no finding reports an item's result."""
     return item.untold(places) or (item.status is Status.FAILED and item.file not in files)
 
 
@@ -46,7 +46,7 @@ def _item(item: JudgedItem) -> str:
 
 
 def _data(text: str) -> str:
-    """As the runner wants what stands behind the colons."""
+    """Text escaped for the message part of a GitHub command."""
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 

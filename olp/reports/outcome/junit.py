@@ -1,4 +1,4 @@
-"""JUnit XML: each thing that was judged is a test case, as CI servers show them."""
+"""JUnit XML: each judged item is a test case, as CI servers show them."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class MarkdownFormat(OutcomeFormat):
 
 
 def _tables(data: Mapping[str, object]) -> Sequence[Mapping[str, object]]:
-    """Lists of rows that the command wants shown: `tables`, each with `head` and `rows`."""
+    """Tables that the command adds to the output: `tables`, each with `head` and `rows`."""
     tables = data.get("tables", ())
     return [table for table in tables if isinstance(table, Mapping)] if isinstance(tables, Sequence) else []
 
@@ -83,7 +83,7 @@ def _code(text: str) -> str:
 
 
 def _text(text: str) -> str:
-    """Words that no reader takes for markup, on one line."""
+    """Text on one line, with all markup characters escaped."""
     for sign in ("\\", "|", "*", "_", "<", "`", "[", "@"):
         text = text.replace(sign, f"\\{sign}" if sign not in "<@" else {"<": "&lt;", "@": "@\u200b"}[sign])
     return text.replace("\n", " ")

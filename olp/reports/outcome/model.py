@@ -1,6 +1,6 @@
 """The outcome of a command that judges: items that held or not, and findings at lines of programs.
 
-Its formats have one base; the list of them is the listing of this folder.
+`OutcomeFormat` is the base class of its formats; the files of this folder are the list of formats.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from olp.core.registry import file_names, load_from
 
 
 class Level(StrEnum):
-    """How much a finding weighs: an error breaks the build, a warning is shown, a note explains."""
+    """Severity of a finding: an error breaks the build, a warning is shown, a note explains."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -25,7 +25,7 @@ class Level(StrEnum):
 
 
 class Status(StrEnum):
-    """What became of an item."""
+    """Result of an item."""
 
     HELD = "held"
     WARNED = "warned"
@@ -35,11 +35,11 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class OutcomeFinding:
-    """One thing at one place. `code` is stable; `line` and `column` count from 1, line 0: the file as a whole.
+    """One finding at one place. `code` is stable; `line` and `column` count from 1, line 0: the file as a whole.
 
-    `title`: what the code means, in a few words. `help`: what would make it better. `numbers`: measured values with
-    their unit in the name (`total_s`, `over_s`). `anchor`: what the finding is about, so that it is the same one when
-    lines above it come and go. `fixes`: (first line, last line, new text) that a tool may apply safely.
+    `title`: short meaning of the code. `help`: how to improve it. `numbers`: measured values with their unit in the
+    name (`total_s`, `over_s`). `anchor`: identifies the finding when lines above it are added or removed. `fixes`:
+    (first line, last line, new text) that a tool may apply safely.
     """
 
     code: str
@@ -58,17 +58,17 @@ class OutcomeFinding:
 
     @property
     def fingerprint(self) -> str:
-        """16 hexadecimal digits that stay when the finding moves to another line."""
+        """16 hexadecimal digits that do not change when the finding moves to another line."""
         text = "\0".join((self.code, self.file.replace("\\", "/"), self.anchor or self.source_line.strip()))
         return sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
 @dataclass(frozen=True, slots=True)
 class JudgedItem:
-    """One thing that was judged, as a test is: a budget of a job, a rule over a file, a pair of versions.
+    """One judged item, like a test: a budget of a job, a rule over a file, a pair of versions.
 
-    `seconds`: the predicted cycle time it is about, None where it is about none. `limit_s`: what it was held against.
-    `low_s`, `high_s`: the ends of the 95 % interval of a whole program's time, None where it is about a part.
+    `seconds`: the predicted cycle time that was judged, None for other items. `limit_s`: its limit. `low_s`,
+    `high_s`: the ends of the 95 % interval of a whole program's time, None for a part of a program.
     """
 
     name: str
@@ -84,13 +84,13 @@ class JudgedItem:
     high_s: float | None = None
 
     def untold(self, places: Collection[tuple[str, int]]) -> bool:
-        """Whether it could not be judged, and no finding at one of the `places` (file, line) says so."""
+        """Whether it could not be judged, and no finding at one of the `places` (file, line) reports that."""
         return self.status is Status.UNKNOWN and (not self.line or (self.file, self.line) not in places)
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Everything that a run found. `summary`: sentences for people; `data`: what JSON shows besides."""
+    """All results of a run. `summary`: sentences for the user; `data`: additional content of the JSON output."""
 
     command: str
     findings: tuple[OutcomeFinding, ...] = ()
@@ -100,9 +100,9 @@ class Outcome:
 
     @property
     def told(self) -> tuple[OutcomeFinding, ...]:
-        """The findings, and one (M012) for each item that could not be judged and that none of them tells of.
+        """The findings, plus one (M012) for each item that could not be judged and has no finding.
 
-        For formats of findings alone, which would pass over it in silence.
+        For formats that contain findings only and would otherwise omit these items.
         """
         places = {(found.file, found.line) for found in self.findings}
         return (
@@ -146,7 +146,7 @@ _OTHERS = frozenset({"model"})
 
 
 class OutcomeFormat(ABC):
-    """A way to tell an outcome. `suffix`: of a file that holds it."""
+    """Base class of output formats. `suffix`: of a file in this format."""
 
     summary: ClassVar[str]
     suffix: ClassVar[str]

@@ -1,4 +1,4 @@
-"""Plain text for the terminal: findings as they are, then what was judged, worst first, then one sentence."""
+"""Plain text for the terminal: findings in their order, then the judged items, worst first, then one sentence."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A figure is a list of shapes in pixels, y down. Colours are roles, so that one figure fits light and dark.
 
-A panel has two scaled axes: ticks at round numbers, grid, labels, and data put where they belong.
+A panel has two scaled axes with ticks at round numbers, a grid and labels, and converts data to pixels.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Dot:
 
 @dataclass(frozen=True, slots=True)
 class TextLabel:
-    """`x`, `y` [px]: where the baseline begins, has its middle or ends. `upright`: turned to read upwards."""
+    """`x`, `y` [px]: start, middle or end of the baseline. `upright`: rotated to read upwards."""
 
     x: float
     y: float
@@ -94,7 +94,7 @@ Shape = Polyline | Box | Dot | TextLabel
 
 @dataclass(slots=True)
 class Figure:
-    """Shapes in the order in which they are painted. `title` is what a screen reader says first."""
+    """Shapes in the order in which they are painted. `title` is read first by screen readers."""
 
     width: int
     height: int
@@ -111,7 +111,7 @@ _SMALL = 11.0  # [px] of tick numbers
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """The panel's place in the figure [px] and the data at its edges."""
+    """The panel's position in the figure [px] and the data at its edges."""
 
     figure: Figure
     left: float
@@ -160,7 +160,7 @@ class Axes:
     def line(
         self, x: ArrayLike, y: ArrayLike, colour: Role, width: float = 1.8, dash: tuple[float, ...] = ()
     ) -> None:
-        """Data as a line, along the edge where they are beyond it; what is not known leaves a gap."""
+        """Data as a line, clipped to the panel's edge; unknown values leave a gap."""
         xs = np.asarray(x, dtype=np.float64)
         ys = np.clip(np.asarray(y, dtype=np.float64), *self.y_range)
         known = np.isfinite(xs) & np.isfinite(ys)
@@ -198,7 +198,7 @@ def number(value: float) -> str:
 
 
 def room(values: ArrayLike, share: float = 0.08, zero: bool = True) -> tuple[float, float]:
-    """A range that holds all known values with some air; `zero`: and zero."""
+    """A range with margins that includes all known values and, with `zero`, zero."""
     known = np.asarray(values, dtype=np.float64).ravel()
     known = known[np.isfinite(known)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
@@ -211,7 +211,7 @@ def room(values: ArrayLike, share: float = 0.08, zero: bool = True) -> tuple[flo
 
 
 def thinned(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The same line with the points left out that lie within a fifth of a pixel of the line between the others."""
+    """The line without points that lie within a fifth of a pixel of the line between the others."""
     if len(points) < 3:
         return points
     kept = [0]

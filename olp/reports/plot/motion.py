@@ -25,7 +25,7 @@ Loads = list[tuple[str, NDArray[np.float64]]]
 
 
 def motion_figure(told: Explanation) -> Figure:
-    """Three panels over the time since the segment began. Raises OlpError E005 where there is no motion to draw."""
+    """Three panels over the time since the segment began. Raises OlpError E005 if there is no motion to draw."""
     if told.time is None or told.speed is None:
         says = f"there is nothing to draw: no motion is known on line {told.line}"
         raise OlpError(error("E005", says, help="leave -o out for the explanation in words"))
@@ -68,7 +68,7 @@ def _head(figure: Figure, told: Explanation, title: str) -> None:
 
 
 def _acceleration(told: Explanation) -> NDArray[np.float64]:
-    """(n,) [mm/s²]: of the tool's speed along its path; nan outside the line's own time."""
+    """Acceleration (n,) [mm/s²] of the tool along its path; nan outside the line's own time."""
     assert told.time is not None
     assert told.speed is not None
     own = (told.time >= told.begin) & (told.time <= told.begin + told.duration)
@@ -76,7 +76,7 @@ def _acceleration(told: Explanation) -> NDArray[np.float64]:
 
 
 def _usual(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The values without the outermost hundredth: one jump of the speed must not flatten the rest."""
+    """The values between the 1 % and 99 % quantiles, so that one jump of the speed does not flatten the rest."""
     known = values[np.isfinite(values)]
     return np.asarray(np.quantile(known, (0.01, 0.99))) if len(known) else known
 
@@ -86,7 +86,7 @@ def _short(title: str) -> str:
 
 
 def _key(figure: Figure) -> None:
-    """What the shades mean."""
+    """Legend of the shades."""
     x = float(_LEFT)
     for kind, (colour, opacity) in _SHADES.items():
         figure.add(
@@ -109,7 +109,7 @@ def _shade(panel: Axes, told: Explanation) -> None:
 
 
 def _merged(phases: tuple[Phase, ...]) -> list[tuple[str, float, float]]:
-    """Neighbouring phases of one kind as one stretch."""
+    """Neighbouring phases of one kind, merged."""
     found: list[tuple[str, float, float]] = []
     for phase in phases:
         if found and found[-1][0] == phase.kind:
@@ -120,7 +120,7 @@ def _merged(phases: tuple[Phase, ...]) -> list[tuple[str, float, float]]:
 
 
 def _load_panel(panel: Axes, told: Explanation, loads: Loads, x_label: str, words: tuple[str, str]) -> None:
-    """The shares [%] of one limit over time, each axis named with its peak. `words`: y label and title."""
+    """The shares [%] of one limit over time, with the name and peak of each axis. `words`: y label and title."""
     assert told.time is not None
     panel.frame(x_label, *words, x_numbers=bool(x_label))
     if not loads:
@@ -149,13 +149,13 @@ def _speed_loads(told: Explanation) -> Loads:
 
 
 def _torque_loads(told: Explanation) -> Loads:
-    """Of the axes whose torque and limit are known."""
+    """Torque shares of the axes whose torque and limit are known."""
     shares = [(axis.name, axis.torque_share) for axis in told.axes]
     return [(name, share / percent) for name, share in shares if share is not None]
 
 
 def _label_right(panel: Axes, ends: list[tuple[float, str, Role, float]]) -> None:
-    """Names and peaks in order of the peaks, kept apart."""
+    """Names and peaks on the right, in order of the peaks, without overlap."""
     x = panel.left + panel.width + 10
     ends = sorted(ends)
     places = [max(y, panel.top + 6) for y, *_ in ends]

@@ -1,7 +1,7 @@
-"""Figures as files: the suffix of a name says which.
+"""Writes figures as files; the suffix of the name selects the format.
 
-PNG is drawn by Pillow (the extra `plot`) twice as large, for sharp screens. SVG is text: no script, no outside file,
-light or dark as the reader's system is.
+PNG is drawn by Pillow (the extra `plot`) at double size, for sharp screens. SVG is text without scripts and outside
+files, light or dark as the reader's system.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def _n(value: float) -> str:
 
 
 def _clean(text: str) -> str:
-    """Text of a program as XML may hold it: control characters are not allowed there."""
+    """Text of a program for XML, without control characters, which XML forbids."""
     return escape(
         "".join(c if c >= " " and not "\ud800" <= c <= "\udfff" and c < "\ufffe" else "\ufffd" for c in text)
     )
@@ -97,7 +97,7 @@ _FINER = 2  # drawn so much finer still and then reduced: Pillow's lines have no
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as a PNG file, light. Raises OlpError (E004) when Pillow is not installed."""
+    """The figure as a PNG file, in light colours. Raises OlpError (E004) when Pillow is not installed."""
     try:
         from PIL import Image, ImageDraw
     except ImportError:
@@ -140,7 +140,7 @@ def _draw(draw: ImageDraw, shape: Polyline | Box | Dot, k: int) -> None:
 
 
 def _mixed(colour: str, opacity: float) -> tuple[int, int, int]:
-    """The colour on paper; shapes that shine through are only ever put on paper."""
+    """The colour over paper white; transparent shapes are only drawn on paper."""
     paper = TONES["paper"].light
     channels = [
         round(int(colour[i : i + 2], 16) * opacity + int(paper[i : i + 2], 16) * (1 - opacity))
@@ -152,7 +152,7 @@ def _mixed(colour: str, opacity: float) -> tuple[int, int, int]:
 def _dashed(
     points: tuple[tuple[float, float], ...], dash: tuple[float, ...]
 ) -> list[list[tuple[float, float]]]:
-    """The parts of a line that are drawn."""
+    """The visible pieces of a dashed line."""
     if not dash:
         return [list(points)]
     on, off = dash[0], dash[-1]
@@ -239,13 +239,13 @@ PICTURES: Final[dict[str, Callable[[Figure], bytes]]] = {".svg": _svg, ".png": _
 
 
 def refuse_unknown(path: str) -> None:
-    """Raises OlpError (E003) for a file name that is no picture's, before the work is done."""
+    """Raises OlpError (E003), before any work is done, for a file name that is not a picture's."""
     if not path.lower().endswith(tuple(PICTURES)):
         says = "a picture is a .svg or a .png file"
         raise OlpError(error("E003", says, file=path, help="name it so: -o picture.svg"))
 
 
 def picture(figure: Figure, path: str) -> bytes:
-    """The figure as the file `path` wants it. Raises OlpError E003, and E004 when a library is missing."""
+    """The figure in the format of the file `path`. Raises OlpError E003, and E004 when a library is missing."""
     refuse_unknown(path)
     return PICTURES["." + path.lower().rpartition(".")[2]](figure)

@@ -70,7 +70,7 @@ def _positions(timing: Timing, times: Floats) -> Floats:
 
 
 def _in_space(points: Floats) -> Floats:
-    """(n, 2): seen from the front right and above, parallel."""
+    """Parallel projection (n, 2), seen from the front right and above."""
     x, y, z = points.T
     across = y * math.cos(_TURN) - x * math.sin(_TURN)
     away = x * math.cos(_TURN) + y * math.sin(_TURN)
@@ -125,7 +125,7 @@ def _view(
 
 
 def _equal(path: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Ranges of one scale for both axes of a square panel."""
+    """Ranges with equal scale for both axes of a square panel."""
     known = path[np.isfinite(path).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
     middle, half = (low + high) / 2, max(float((high - low).max()) * 0.58, 1.0)
@@ -142,7 +142,7 @@ def _path(panel: Axes, path: Floats, kinds: NDArray[np.int8]) -> None:
 
 
 def _numbers(panel: Axes, points: Floats, lines: NDArray[np.int32]) -> None:
-    """Lines of the program beside their points: evenly chosen, none on another."""
+    """Line numbers of the program beside their points, evenly chosen, without overlap."""
     chosen = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), _MOST_LABELS)).round().astype(int))
     taken: list[tuple[float, float]] = []
     for index in chosen.tolist():
@@ -155,7 +155,7 @@ def _numbers(panel: Axes, points: Floats, lines: NDArray[np.int32]) -> None:
 
 
 def _cross(panel: Axes) -> None:
-    """The base frame's directions in the corner."""
+    """The base frame's directions, in the corner of the panel."""
     x0, y0, length = panel.left + 36, panel.top + panel.height - 34, 24.0
     for axis, name in enumerate("xyz"):
         unit = np.zeros((1, 3))
