@@ -81,7 +81,7 @@ class FluentSignature(signatures.Signature):
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> FluentSignature:
-        """The signature in a file. Raises OlpError for one that is none."""
+        """The signature in a file. Raises OlpError if the file is not a signature."""
         return cls(**fields_of(read_signature(os.fspath(path))))
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -78,7 +78,7 @@ def answers_wrong_arguments(it: CommandUnderTest) -> Iterator[Difference]:
 
 
 def _words(it: CommandUnderTest, path: str) -> list[str] | None:
-    """Every argument that has to be given, with `path` for those that are free; None: there is none of these."""
+    """All required arguments, with `path` for those that accept any text; None if no argument does."""
     words: list[str] = []
     free = False
     for action in it.parser()._actions:

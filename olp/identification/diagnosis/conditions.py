@@ -285,8 +285,9 @@ def _fitted(bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise, 
 
 
 def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
-    """The last part under the condition that the moves' likelihoods want, of all that can be said of them: one or two
-    statements, and their bounds one after the other."""
+    """The model with a new condition on its last part: the present condition or the best other one, whichever fits
+    the moves better after its bounds were refined one after the other.
+    """
     part = fitted.model.parts[-1]
     assert part.condition is not None
     rest = DurationModel(fitted.model.parts[:-1])

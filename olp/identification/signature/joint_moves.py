@@ -345,7 +345,7 @@ class LearntArm:
 
     @staticmethod
     def from_json(content: Any) -> LearntArm:
-        """Raises KeyError, TypeError or ValueError for what is no such object."""
+        """The arm of its JSON content. Raises KeyError, TypeError or ValueError if the content is invalid."""
         axes = tuple(str(axis) for axis in content["axes"])
         given = content["parameters"]
         names = ArmTiming(axes, np.zeros(0), np.zeros((0, 0)), (), 0.0).names

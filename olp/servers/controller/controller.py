@@ -63,12 +63,12 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Where the arm is after one interpolation cycle.
+    """State of the arm after one interpolation cycle.
 
     `time` [s] since the position was set; `elapsed` [s] since the step before: one cycle, less for the last step of
     a motion, 0 when no step could be made. `joints` (k,) [rad or m]; `tool`: its pose in the controller's frame;
-    `speed` [m/s] of the tool's point; `target`: the number of the target (or wait) under way, counted from 1.
-    `state` after the step.
+    `speed` [m/s] of the tool's point; `target`: the number of the current target (or wait), counted from 1. `state`
+    after the step.
     """
 
     time: float
@@ -81,7 +81,7 @@ class Step:
 
 
 def is_over(known: CertainMotion, now: float, cycle: float) -> bool:
-    """Whether the motion has come to its end at `now` [s], counted from the queue's start."""
+    """Whether the motion has ended at `now` [s], counted from the queue's start."""
     return known.rests and known.horizon - now <= _SHARE * cycle
 
 
@@ -200,7 +200,7 @@ class Go(NamedTuple):
 
 
 class Stay(NamedTuple):
-    """Standing still for `seconds` [s]."""
+    """A wait of `seconds` [s] at the current position."""
 
     number: int
     seconds: float
@@ -233,7 +233,7 @@ class Queue:
 
     @property
     def last_joints(self) -> Floats:
-        """(k,): where the last target leaves the arm."""
+        """Joints (k,) of the last target."""
         for item in reversed(self.items):
             if isinstance(item, Go):
                 return item.goals[-1]
@@ -362,7 +362,7 @@ _SHORTEST_CYCLE = 1e-5  # [s]
 
 
 class Controller:
-    """One arm, stepped. Raises OlpError S001 for an arm without geometry, S002 for a cycle that is none."""
+    """One arm, stepped. Raises OlpError S001 for an arm without geometry, S002 for an invalid cycle."""
 
     def __init__(
         self,

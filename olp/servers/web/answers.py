@@ -61,7 +61,9 @@ def _stamp(desk: Desk) -> str:
 
 
 def folder_stamp(places: Sequence[Path]) -> str:
-    """Another text when a file there has changed: by names, sizes and times of change, no file is opened."""
+    """Stamp that changes with any file of the folder: from names, sizes and modification times, without opening a
+    file.
+    """
     digest = hashlib.sha256()
     for place in places:
         for folder, inner, names in os.walk(place):
@@ -188,7 +190,7 @@ def page(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _in_place_of_files(sources: Sequence[Source]) -> Iterator[None]:
-    """Whoever reads these files meanwhile reads these texts."""
+    """Use these texts in place of their files while the context lasts."""
     from olp.core.source import drop, put
 
     for one in sources:
@@ -230,7 +232,7 @@ _CHANGE: Mapping[str, tuple[type, ...]] = {"line": (int,), "speed": (int, float,
 
 
 def _changes(rows: Any) -> list[LineEdit]:
-    """Raises OlpError (Z006) with all that are none."""
+    """The requested changes. Raises OlpError (Z006) with all invalid ones."""
     from olp.checks.what_if import LineEdit
 
     if not isinstance(rows, list):

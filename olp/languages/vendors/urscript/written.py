@@ -41,7 +41,9 @@ def points(program: Program) -> Iterator[WrittenPoint]:
 
 
 def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> WrittenSpeed | None:
-    """The argument v, by its name or as the third one (movec: the fourth); t behind it where that decides."""
+    """Speed argument `v` of a move function: by its name, else the third one (fourth for movec); `t` for moves with
+    a time.
+    """
     code = program.source.line(statement.line).partition("#")[0]
     match = (_TIME if unit is SpeedUnit.TIME else _SPEED).search(code)
     if match is not None:
