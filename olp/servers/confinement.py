@@ -31,7 +31,7 @@ CommandLine = Callable[[list[str]], int]  # runs `olp WORD…` and gives its exi
 
 
 class Ran(NamedTuple):
-    """What one command line did."""
+    """Result of one command line."""
 
     status: int
     printed: bytes
@@ -73,7 +73,7 @@ def limit_memory(size: int, seconds: float | None = None) -> None:
 
 
 def prepare(root: Path, temporary: Path) -> None:
-    """The folder is the current one, and nothing of the environment leads git or tempfile elsewhere."""
+    """Make the folder the current one, and remove environment settings that lead git or tempfile elsewhere."""
     import tempfile
 
     for name in [name for name in os.environ if name.startswith("GIT_") or name in ("BASE", "MERGED")]:
@@ -120,7 +120,7 @@ class Guard(NamedTuple):
     libraries: tuple[Path, ...]
 
     def __call__(self, event: str, arguments: tuple[object, ...]) -> None:
-        """What Python asks before it does something. Raises PermissionError."""
+        """Audit hook, which Python calls before an operation. Raises PermissionError for a forbidden one."""
         if event == "open":
             self._open(*arguments[:3])
         elif event in _CHANGES:
@@ -168,7 +168,9 @@ class Guard(NamedTuple):
 
 
 def close_in(root: Path, temporary: Path, write: bool, largest: int, also: Sequence[Path] = ()) -> None:
-    """For the rest of this process. `largest`: bytes of a file; `also`: files outside that are read, absolute."""
+    """Install the guard for the rest of this process. `largest`: bytes of a file; `also`: readable files outside,
+    absolute.
+    """
     package = _PACKAGE
     known = [sys.prefix, sys.base_prefix, sys.exec_prefix, *sysconfig.get_paths().values(), *sys.path]
     folders = [Path(os.path.realpath(folder)) for folder in known if folder]
@@ -196,7 +198,7 @@ async def start_worker(script: str) -> Process:
 
 
 async def end_worker(worker: Process) -> None:
-    """Also what the worker started, whether its work was done, late or taken back."""
+    """End the worker and every process that it started."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         if os.name == "nt":
             worker.kill()

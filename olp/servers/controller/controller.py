@@ -88,7 +88,7 @@ def is_over(known: CertainMotion, now: float, cycle: float) -> bool:
 def certain_steps(
     queue: Queue, known: CertainMotion, base: float, last: Step, cycle: float, frame: Pose
 ) -> list[Step]:
-    """The next steps that nothing can change any more, a block at most, behind the `last` one.
+    """The next steps, a block at most, after the `last` one, that no later target can change.
 
     The queue's times count from `base` [s]. Raises OlpError S009 where the arm cannot follow.
     """
@@ -168,7 +168,7 @@ def _under_way(known: CertainMotion, times: Floats, cycle: float) -> list[int]:
 def _tell_what_follows(
     queue: Queue, known: CertainMotion, found: list[Step], last: float, cycle: float
 ) -> None:
-    """The last step says what it needs; at a stop it stands exactly where its target is."""
+    """Set the state of the last step; at a stop set its pose exactly to the target."""
     end = found[-1]
     if is_over(known, last, cycle):
         goal = queue.last_joints
@@ -210,7 +210,7 @@ Item = Go | Stay
 
 
 class CertainMotion(NamedTuple):
-    """What is certain. Times [s] count from the start of the queue."""
+    """Motion that no later target can change. Times [s] count from the start of the queue."""
 
     timing: Timing | None  # None: nothing moves
     horizon: float  # up to here nothing can change any more
@@ -240,7 +240,7 @@ class Queue:
         return self.origin
 
     def drop(self, count: int) -> None:
-        """Forgets the first `count` items; the arm must have come to a stop behind them."""
+        """Remove the first `count` items; the arm must have stopped after them."""
         for item in self.items[:count]:
             if isinstance(item, Go):
                 self.origin = item.goals[-1]
@@ -282,7 +282,7 @@ class Queue:
         return max(0.0, float(min(mine.start[~same].min(), softer.start[~same].min())))
 
     def _plan(self, items: list[Item]) -> tuple[Plan, list[int]]:
-        """The plan of the items, and how many of its steps are done behind each."""
+        """The plan of the items, and the number of its steps up to the end of each item."""
         text = tuple(f"target {item.number}" for item in items)
         source = Source("controller", "\n".join(text).encode(), "utf-8", text)
         recorder = Recorder(Cell([Mechanism("RB1", self.robot)], self.tools), (source,))
@@ -306,7 +306,7 @@ def _with_least_end(plan: Plan) -> Plan:
 
 
 def stops(item: Item) -> bool:
-    """Whether the arm stands behind an item whatever follows."""
+    """Whether the arm stops after an item whatever follows."""
     if isinstance(item, Stay):
         return True
     return item.target.zone == 0.0 and item.target.path is not Path.SPLINE
@@ -390,20 +390,21 @@ class Controller:
         self._stand(np.clip(np.zeros(len(robot.axes)), robot.lower, robot.upper))
 
     def set_tool(self, tool: Pose) -> None:
-        """The tool's centre point on the flange, for the targets that follow."""
+        """Set the tool centre point on the flange for the following targets."""
         self._tool = len(self._tools)
         self._tools[self._tool] = Tool(tool)
         self._tell_pose()
 
     def set_frame(self, frame: Pose) -> None:
-        """The frame in the robot's base in which the targets that follow are given and poses are told."""
+        """Set the frame, in the robot's base, of the following targets and of the reported poses."""
         self._frame = frame
         self._ready.clear()
         self._tell_pose()
 
     def set_position(self, joints: ArrayLike) -> None:
-        """Puts the arm (k,) [rad or m] somewhere, at time 0. Raises OlpError S003, S005 outside soft limits, S007
-        while it moves."""
+        """Put the arm at `joints` (k,) [rad or m], at time 0. Raises OlpError S003, S005 outside soft limits, S007
+        during a motion.
+        """
         values = np.asarray(joints, dtype=np.float64)
         if values.shape != (len(self.robot.axes),) or not np.isfinite(values).all():
             raise OlpError(error("S003", f"a position has {len(self.robot.axes)} finite numbers"))
@@ -432,7 +433,7 @@ class Controller:
         return self._add(Stay(self._number + 1, seconds))
 
     def end(self) -> None:
-        """Says that nothing follows: the last target becomes a stop. A later target begins another motion."""
+        """Declare the end of the motion: the last target becomes a stop. A later target begins another motion."""
         if not self._queue.closed:
             self._forget()
             self._queue.closed = True

@@ -208,7 +208,7 @@ def actions(analysis: Analysis, first: int, last: int) -> list[Action]:
 
 
 def _fixes(analysis: Analysis, findings: list[OutcomeFinding]) -> Iterator[Action]:
-    """What mends the findings, each tried before it is offered: olp/checks/lint/fix.py says what it has to hold."""
+    """Verified changes that fix the findings; olp/checks/lint/fix.py defines the check."""
     program, job = analysis.program, analysis.settings.job
     if program is None or analysis.timing is None or not findings:
         return
@@ -255,7 +255,7 @@ def _text_edit(analysis: Analysis, edit: Edit) -> TextEdit:
 
 
 def _meant(analysis: Analysis, first: int, last: int) -> Iterator[Action]:
-    """A misspelt word that the reader has guessed."""
+    """Corrections of misspelt words that the reader has recognised."""
     for found in analysis.diagnostics:
         match = _MEANT.search(found.help)
         if match and first <= found.line <= last and found.file in ("", analysis.path):
@@ -280,7 +280,7 @@ def _excuse(analysis: Analysis, finding: OutcomeFinding) -> Iterator[Action]:
 
 
 def formatting(analysis: Analysis, first: int = 1, last: int = 1 << 30, indent: str = "  ") -> list[TextEdit]:
-    """The edits that lay out lines `first` to `last`; none where the program would mean anything else."""
+    """The edits that format lines `first` to `last`; none if they would change the program."""
     program = analysis.program
     words: Words | None = None if program is None else part_of(program.vendor, "tokens")
     layout = None if words is None else words.layout

@@ -29,14 +29,14 @@ class TextChange(NamedTuple):
 
 
 class Splice(NamedTuple):
-    """What a change did to the lines: from line `first` on, `removed` of them were replaced by `added`."""
+    """Effect of a change on the lines: from line `first` on, `removed` lines were replaced by `added` ones."""
 
     first: int
     removed: int
     added: int
 
     def moved(self, line: int) -> int | None:
-        """Where the line is now, None where its text may have changed."""
+        """The new number of the line, None if its text may have changed."""
         if line < self.first:
             return line
         return line + self.added - self.removed if line >= self.first + self.removed else None
@@ -161,7 +161,7 @@ class Action(NamedTuple):
 
 
 def vendor_of(source: Source, language: str) -> str | None:
-    """The vendor's name: by the file's suffix, else as the editor says, else by the text. None: nobody knows it."""
+    """The vendor's name: from the file's suffix, else the editor's language, else the text. None: unknown."""
     said, known = language.casefold(), vendor_names()
     said = next((name for name in known if said in find_vendor(name).editor_names), said)
     by_suffix = [name for name in known if source.path.lower().endswith(find_vendor(name).suffixes)]
@@ -172,5 +172,5 @@ def vendor_of(source: Source, language: str) -> str | None:
 
 
 def read_document(source: Source, language: str) -> Program:
-    """The program. Raises OlpError (P002) where nobody knows its language."""
+    """The program. Raises OlpError (P002) for an unknown language."""
     return read_source(source, vendor=vendor_of(source, language))

@@ -36,7 +36,7 @@ _TEXTS = ("robot", "signature", "model")
 
 @dataclass(frozen=True, slots=True)
 class EditorSettings:
-    """`job`: how programs are timed. `diagnostics`: what of the settings cannot be used, and is left out."""
+    """`job`: how programs are timed. `diagnostics`: invalid settings, which are ignored."""
 
     job: TimingJob = TimingJob()  # noqa: RUF009, a frozen one
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -194,7 +194,7 @@ def _timed(program: Program, settings: EditorSettings, most: int) -> Timing:
 
 
 def mistake(problem: Exception) -> Diagnostic:
-    """What is told where olp itself has failed."""
+    """Diagnostic for an internal error of olp."""
     says = f"olp made a mistake with this text ({type(problem).__name__}: {str(problem)[:80]})"
     return error("C016", says, help="tell its authors, with the text; nothing of it is timed")
 
@@ -237,7 +237,7 @@ _WEIGHTS = {
 
 
 def marks(analysis: Analysis) -> list[FindingMark]:
-    """Everything that is told of the text, of this file and of the files it needs."""
+    """All findings of the text, in this file and in the files that it needs."""
     told = [*map(_of_diagnostic, analysis.diagnostics), *_assumed(analysis)]
     known = {(mark.file, mark.line, mark.message) for mark in told}
     lint = (of_finding(found) for found in analysis.lint)
@@ -305,7 +305,7 @@ class ProgramService:
     # --- texts ------------------------------------------------------------------------------------------
 
     def open(self, path: str, text: str, language: str = "", version: int = 0) -> OpenDocument:
-        """From now on the text of `path` is the editor's."""
+        """Use the editor's text for `path` from now on."""
         document = OpenDocument(path, text, language, version)
         self.documents[path] = document
         self._memories[path] = TextCache()
@@ -327,7 +327,7 @@ class ProgramService:
         return True
 
     def close(self, path: str) -> bool:
-        """The file on the disk counts again. False where no such text is open."""
+        """Use the file on the disk again. False if no such text is open."""
         source.drop(path)
         self.analyses.pop(path, None)
         self._memories.pop(path, None)
@@ -341,7 +341,7 @@ class ProgramService:
         self.forget()
 
     def forget(self, path: str | None = None) -> None:
-        """What is known of `path`, of everything when None, is out of date."""
+        """Mark the analysis of `path`, or of everything if None, as outdated."""
         for known in [path] if path is not None else list(self.analyses):
             if known in self.analyses:
                 self.analyses[known] = replace(self.analyses[known], edition=-1)
@@ -353,9 +353,9 @@ class ProgramService:
     def current(
         self, path: str, wanted: Callable[[], bool] = lambda: True, whole: bool = True
     ) -> Analysis | None:
-        """What is known of the text as it is now; None where none is open. Raises SupersededError like `analyse`.
+        """Analysis of the current text; None if it is not open. Raises SupersededError like `analyse`.
 
-        `whole` False: a program that goes on and on may be `partial`.
+        `whole` False: the analysis of a very long run may be `partial`.
         """
         document = self.documents.get(path)
         if document is None:
@@ -420,7 +420,7 @@ def _over(service: ProgramService, path: str) -> Iterator[str]:
 
 
 def complete(service: ProgramService, path: str) -> Analysis | None:
-    """What is known of the newest text, rules included: for whoever cannot wait for the next pause."""
+    """Analysis of the newest text including lint, for callers that cannot wait for the next pause."""
     if service.current(path) is None:
         return None
     for _ in _over(service, path):

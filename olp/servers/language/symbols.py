@@ -57,7 +57,7 @@ def name_at(found: list[PlacedName], line: int, column: int) -> PlacedName | Non
 
 
 def definitions(service: ProgramService, analysis: Analysis, line: int, column: int) -> list[PlacedName]:
-    """Where the name at a place comes into being, in this text or another file."""
+    """Definitions of the name at a place, in this text or another file."""
     found = names(analysis)
     asked = name_at(found, line, column)
     if asked is None:
@@ -124,7 +124,7 @@ def _entries(analysis: Analysis, found: list[PlacedName]) -> Iterator[OutlineSym
 
 
 def _file_of(analysis: Analysis, asked: PlacedName) -> list[PlacedName]:
-    """The file that is called like a routine, or whose head names it."""
+    """The file with the name of a routine, or whose head names it."""
     path = Path(analysis.path)
     if not path.is_absolute() or not path.suffix:
         return []
@@ -308,7 +308,7 @@ _MOST_RUNS = 5  # executions that are told one by one
 
 
 def hover(service: ProgramService, analysis: Analysis, line: int, column: int) -> str:
-    """Markdown for a place; empty where there is nothing to say."""
+    """Markdown for a place; empty if there is nothing to show."""
     parts = [*_line(analysis, line)]
     asked = name_at(names(analysis), line, column)
     if asked is not None:
@@ -388,7 +388,7 @@ def _pose(timing: Timing, step: int) -> Iterator[str]:
 def _name(
     service: ProgramService, analysis: Analysis, asked: PlacedName, line: int, column: int
 ) -> Iterator[str]:
-    """The line where the name comes into being."""
+    """The line of the name's definition."""
     for found in definitions(service, analysis, line, column)[:1]:
         if found.line == asked.line and found.file == asked.file:
             continue
