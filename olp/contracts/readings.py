@@ -11,7 +11,8 @@
 A line that begins with `=== ` opens a file. One with a letter and three blanks is a line of its text: the letter
 says what olp takes it for (Blank, Record, Point, Statement, Comment, Free text, Opaque, Error). Deeper lines are the
 meaning of the line above. Quantities are `written*unit` (SI: metres, seconds, m/s); poses are x y z [mm], rx ry rz
-[deg] with R = Rz Ry Rx; what has its default is left out. Files that no reader takes by themselves have ? for letters.
+[deg] with R = Rz Ry Rx; what has its default is left out. Files that no reader takes by themselves have ? for letters, and so have packed ones,
+whose program is another text: it follows as a part of its own (`cell.urp, as it is read`).
 
 `*.damaged` beside them declares what is read of the same texts with a word left out, a number changed, a letter or
 all lost in some lines: those lines, others that are read otherwise then, and "as before" below what means the same.
@@ -71,6 +72,7 @@ from olp.transpile.occurrences import with_routines, with_rows
 SUFFIX: Final = ".reading"
 _KINDS: Final = "BRPSCFOE"  # a letter for each value of LineKind
 _FILE: Final = "=== "
+_AS_READ: Final = ", as it is read"  # behind the name of a file whose program is another text
 _UNITS: Final = {MM: "mm", DEG: "deg", 0.01: "%", 1.0: "SI"}
 _INDENT: Final = " " * 8
 _LINE: Final = re.compile(rf"[{_KINDS}?](?:   (.*))?")
@@ -257,6 +259,8 @@ def _written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[Pat
         folder = Path(above) / "cell"
         folder.mkdir()
         for name, rows in files.items():
+            if name.endswith(_AS_READ):
+                continue
             text = vendor.newline.join([*text_of(rows), ""]) if rows else ""
             (folder / name).write_bytes(text.encode("utf-8"))
         yield folder
@@ -272,7 +276,11 @@ def programs_of(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[tupl
 
 def found_readings(vendor: Vendor, files: Mapping[str, list[str]]) -> dict[str, list[str]]:
     """The rows of each file as the vendor reads it; files that no reader takes by themselves as they are."""
-    return {**files, **{name: reading(program) for name, program in programs_of(vendor, files)}}
+    found = dict(files)
+    for name, program in programs_of(vendor, files):
+        own = [row.rstrip() for row in program.source.lines] == text_of(files[name])
+        found[name if own else f"{name}{_AS_READ}"] = reading(program)
+    return found
 
 
 def declare(vendor: Vendor, path: Path) -> None:

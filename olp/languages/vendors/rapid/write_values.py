@@ -118,7 +118,10 @@ class RapidValues(Generator):
 
     def signal(self, it: ex.Signal) -> str:
         if isinstance(it.index, ex.Text):
-            return it.index.value
+            name = it.index.value
+            if not self.own and not (name.isascii() and name.isidentifier()):
+                raise CannotSayError(f"the signal '{name}'", "names have letters, digits and _ in RAPID")
+            return name
         prefix = self.signals.get(it.bus)
         if prefix is None:
             raise CannotSayError(*terminology.signal(it))
