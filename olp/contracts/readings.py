@@ -11,8 +11,8 @@
 A line that begins with `=== ` opens a file. One with a letter and three blanks is a line of its text: the letter
 says what olp takes it for (Blank, Record, Point, Statement, Comment, Free text, Opaque, Error). Deeper lines are the
 meaning of the line above. Quantities are `written*unit` (SI: metres, seconds, m/s); poses are x y z [mm], rx ry rz
-[deg] with R = Rz Ry Rx; what has its default is left out. Files that no reader takes by themselves have ? for letters, and so have packed ones,
-whose program is another text: it follows as a part of its own (`cell.urp, as it is read`).
+[deg] with R = Rz Ry Rx; what has its default is left out. Files that no reader takes by themselves have ? for
+letters, and so have packed ones, whose program is another text: it follows as a part (`cell.urp, as it is read`).
 
 `*.damaged` beside them declares what is read of the same texts with a word left out, a number changed, a letter or
 all lost in some lines: those lines, others that are read otherwise then, and "as before" below what means the same.
