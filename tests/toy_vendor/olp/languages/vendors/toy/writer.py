@@ -52,7 +52,6 @@ class ToyWriter(Generator):
         st.Jump: "GOTO {target}",
         st.Call: "CALL {routine}",
         st.Return: "RETURN",
-        st.Message: "SAY {text}",
         st.Pause: "STOP",
         st.Comment: "# {text}",
     }
@@ -91,6 +90,11 @@ class ToyWriter(Generator):
 
     def write_wait(self, s: st.Wait) -> Lines:
         return f"WAIT {self.condition(s.condition)}"
+
+    def write_message(self, s: st.Message) -> Lines:
+        if not isinstance(s.text, ex.Text):
+            raise CannotSayError("a message that is computed")
+        return f"SAY {self.value(s.text)}"
 
     def write_set_output(self, s: st.SetOutput) -> Lines:
         if s.signal.bus != "out":
