@@ -85,7 +85,7 @@ def _of_routine(timing: Timing, program: Program, name: str) -> list[Bools]:
 
 
 def _called_further_down(plan: Plan, program: Program, wanted: str) -> list[Bools]:
-    """Executions of a routine that is not called from the main one only. Its own calls count as part of it."""
+    """Executions of a routine that routines other than the main one call. Its own calls count as part of it."""
     for index, source in enumerate(plan.sources):
         own = program if index == 0 else read_cached(Path(source.path))
         stem = file_stem(source.path).casefold()
