@@ -89,6 +89,28 @@ def test_without_a_column_of_accelerations_an_exact_stop_at_a_rounded_end_is_sti
     assert [f.term for f in found.findings] == ["blending"]
 
 
+def quicker(made):
+    """[s] that the ramps of both moves at a corner take for its rounding, at most half of each: the shorter time."""
+
+    def over(rounding):
+        brake = top(made) ** 2 / (2 * A)
+        way = np.minimum(rounding, made.length / 2)
+        time = np.where(way < brake, np.sqrt(2 * way / A), top(made) / A + (way - brake) / top(made))
+        return np.where(rounding > 0, time, 0.0)
+
+    last, first = over(made.blend), over(np.append(0.0, made.blend[:-1]))
+    return np.where(made.stop, 0.0, np.minimum(last, np.append(first[1:], 0.0)))
+
+
+def test_ramps_that_overlap_as_long_as_the_shorter_of_both_takes_leave_nothing():
+    made, rng = programmed()
+    sim = driven(made)
+    found = diagnosed(made, sim - booked(0.8 * quicker(made), 0.5), sim, rng)
+    assert [f.term for f in found.findings] == ["blending"]
+    assert found.verdict == "explained"
+    assert found.findings[0].parameters["overlap"].value == pytest.approx(0.8, abs=0.05)
+
+
 @pytest.mark.parametrize(("split", "reach"), [(1.0, 0.45), (0.5, 0.5)])
 def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, reach, tmp_path):
     """Of a part of the moves, too, they are those of the whole."""

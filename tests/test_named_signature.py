@@ -56,6 +56,9 @@ def motion_of(made, **changes):
             np.ones(count),
             np.minimum(made.length, np.append(np.inf, made.length[:-1])),
             np.minimum(made.length, np.append(made.length[1:], np.inf)),
+            np.append(made.length[1:], made.length[-1]),
+            np.append(made.speed[1:], made.speed[-1]),
+            np.ones(count),
         ),
     )
     return motion.with_(**changes)

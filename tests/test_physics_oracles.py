@@ -150,12 +150,28 @@ def test_the_move_after_a_corner_is_booked_what_the_braking_before_it_takes():
     """A quick move before a slow one: the corner is worth the quick one's braking, wherever it is booked."""
     one, zero = np.ones(2), np.zeros(2)
     way, speed, slow = one, np.array([0.8, 0.1]), np.array([2.0, 4.0])
-    corners = MoveCorners(one, np.array([0.8, 0.8]), np.array([1.0, 0.5]), one, one)
+    corners = MoveCorners(
+        one, np.array([0.8, 0.8]), np.array([1.0, 0.5]), one, one, one, speed[1] * one, 2.0 * one
+    )
     start, end = np.array([0.0, 0.01]), np.array([0.01, 0.0])
     stop = Motion(way, speed, slow, slow, np.inf * one, start, end, zero, zero, one, corners=corners)
     for split in (0.0, 0.5, 1.0):
         saved = stop.duration() - stop.with_(law="braking", split=split).duration()
         assert saved == pytest.approx(np.array([split, 1 - split]) * np.sqrt(2 * 0.01 / 2.0))
+
+
+def test_ramps_that_overlap_by_the_shorter_one_save_what_the_stronger_of_both_takes():
+    """The second move speeds up twice as strongly as the first one brakes, or half as strongly."""
+    one, zero, start, end = np.ones(2), np.zeros(2), np.array([0.0, 0.01]), np.array([0.01, 0.0])
+    for slow in (np.array([2.0, 4.0]), np.array([4.0, 2.0])):
+        ratio = slow[1] / slow[0]
+        corners = MoveCorners(
+            one, one, np.array([1.0, 1 / ratio]), one, one, one, one, np.array([ratio, 1.0])
+        )
+        stop = Motion(one, one, slow, slow, np.inf * one, start, end, zero, zero, one, corners=corners)
+        for split in (0.0, 0.5, 1.0):
+            saved = stop.duration() - stop.with_(law="share shorter", split=split).duration()
+            assert saved == pytest.approx(np.array([split, 1 - split]) * np.sqrt(2 * 0.01 / 4.0))
 
 
 def test_a_corner_passed_at_the_speed_of_its_radius_saves_what_the_rest_of_both_ramps_need():

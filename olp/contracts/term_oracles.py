@@ -486,10 +486,11 @@ def blending(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """The law of the corners by its name, and its numbers in the order of the parameters."""
     given = dict(zip((p.name for p in form.parameters), values.tolist(), strict=True))
     return {
-        "law": np.array(form.key.removesuffix(", cut")),
+        "law": np.array(form.key.removesuffix(", cut").removesuffix(", as a share")),
         "overlap": np.array(given.get("overlap", given.get("saving"))),
         "split": np.array(given.get("split", 0.5)),
         "reach": np.array(given.get("reach", 0.5)),
+        "portion": np.array(given.get("portion", 0.0)),
     }
 
 

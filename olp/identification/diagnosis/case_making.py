@@ -351,15 +351,22 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
     has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(pace.speed[last]) & (pace.way[last] > 0)
     way, speed = (np.where(has, values[last], values[rows]) for values in (pace.way, pace.speed))
     ratio = everywhere[last] / slow
-    after = np.full(len(pace.way), np.inf)
-    follows = before >= 0
-    after[before[follows]] = np.where(np.isfinite(pace.way), pace.way, np.inf)[follows]
+    after = np.full(len(pace.way), -1)
+    after[before[before >= 0]] = np.nonzero(before >= 0)[0]
+    following = after[rows]
+    goes_on = (following >= 0) & np.isfinite(pace.way[following])
+    next_way = np.where(goes_on, pace.way[following], np.inf)
+    runs = goes_on & np.isfinite(pace.speed[following]) & (pace.way[following] > 0)
+    next_ratio = everywhere[following] / slow
     return MoveCorners(
         way,
         speed,
         np.where(has & np.isfinite(ratio), ratio, 1.0),
         np.minimum(way, pace.way[rows]),
-        np.minimum(pace.way[rows], after[rows]),
+        np.minimum(pace.way[rows], next_way),
+        np.where(runs, next_way, pace.way[rows]),
+        np.where(runs, pace.speed[following], pace.speed[rows]),
+        np.where(runs & np.isfinite(next_ratio), next_ratio, 1.0),
     )
 
 

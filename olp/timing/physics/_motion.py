@@ -26,6 +26,7 @@ _STEPS = 25  # of the bisection for the peak speed: a factor of 3e-8
 # ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds.
 LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed")
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
+SHORTER = " shorter"  # behind a law: ramps overlap no longer than the shorter of both takes, each over its own rounding
 _REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
 _MOST = 0.9  # of a move's own time that corners may save
 
@@ -38,6 +39,9 @@ class MoveCorners(NamedTuple):
     slow: Floats  # [1] braking of the move before over that of this one
     shorter_start: Floats  # [m] way of this move or the one before, whichever is shorter
     shorter_end: Floats  # [m] of this move or the next
+    next_way: Floats  # [m] of the move after
+    next_speed: Floats  # [m/s] of the move after
+    next_slow: Floats  # [1] speeding up of the move after over braking of this one
 
     def take(self, rows: NDArray[np.intp]) -> MoveCorners:
         """The corners of these rows."""
@@ -64,6 +68,9 @@ class Motion:
     overlap: float = 1.0  # [1] of the rounding, of its time or of the ramps that the law uses; [s] of "fixed"
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
     reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
+    portion: float = (
+        0.0  # [1/m] by which a rounding is a share of each way, by the law of the shorter ramp; 0: a way
+    )
     corners: MoveCorners | None = None  # None: all moves are like their neighbours
     filtered: Floats = field(
         default_factory=lambda: np.zeros(0)
@@ -95,7 +102,12 @@ class Motion:
 
     def _saved(self, top: Floats) -> Floats:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
-        corners = self.corners or MoveCorners(self.way, self.speed, np.ones(1), self.way, self.way)
+        one = np.ones(len(self.way))
+        corners = self.corners or MoveCorners(
+            self.way, self.speed, one, self.way, self.way, self.way, self.speed, one
+        )
+        if SHORTER in self.law:
+            return self._overlapped(corners, top)
         law = self.law.removesuffix(EACH)
         start = np.minimum(self.round_start, self.reach * corners.shorter_start)
         end = np.minimum(self.round_end, self.reach * corners.shorter_end)
@@ -108,6 +120,30 @@ class Motion:
         slow = self.decelerate * corners.slow
         fast = np.minimum(corners.speed, np.sqrt(corners.way * slow)) if self.corners is not None else top
         return saved + (1.0 - self.split) * self._saving(law, start, fast, slow)
+
+    def _overlapped(self, corners: MoveCorners, top: Floats) -> Floats:
+        """(n,) [s] by both corners, as long as the shorter of the ramps that meet there."""
+        before, after = self.decelerate * corners.slow, self.decelerate * corners.next_slow
+        last = np.minimum(corners.speed, np.sqrt(corners.way * before))
+        first = np.minimum(corners.next_speed, np.sqrt(corners.next_way * after))
+        start, end = self.round_start, self.round_end
+        saved = self.split * np.minimum(
+            self._ramp_over(end, self.way, top, self.decelerate),
+            self._ramp_over(end, corners.next_way, first, after),
+        )
+        if self.split == 1.0:
+            return saved
+        return saved + (1.0 - self.split) * np.minimum(
+            self._ramp_over(start, corners.way, last, before),
+            self._ramp_over(start, self.way, top, self.accelerate),
+        )
+
+    def _ramp_over(self, rounding: Floats, way: Floats, fast: Floats, slow: Floats) -> Floats:
+        """(n,) [s] of a ramp of a move over its rounding, by the law."""
+        law = self.law.removesuffix(SHORTER)
+        rounding = rounding * self.portion * way if self.portion > 0 else rounding
+        most = _REACH * way / (max(self.overlap, 1e-9) if law == "braking" else 1.0)
+        return self._saving(law, np.minimum(rounding, most), fast, slow)
 
     def _saving(self, law: str, rounding: Floats, fast: Floats, slow: Floats) -> Floats:
         """Time (n,) [s] that one corner saves for both of its moves; `fast` [m/s] and `slow` [m/s²] of the ramp
@@ -203,7 +239,7 @@ class Motion:
 _COLUMNS = tuple(
     column.name
     for column in fields(Motion)
-    if column.name not in ("cycle", "early", "law", "overlap", "split", "reach", "corners")
+    if column.name not in ("cycle", "early", "law", "overlap", "split", "reach", "portion", "corners")
 )
 _TRAVEL = ("way", "speed", "accelerate", "decelerate", "jerk", "filtered")  # what the way alone hangs on
 

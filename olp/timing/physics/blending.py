@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
-from olp.timing.physics._motion import EACH, Motion
+from olp.timing.physics._motion import EACH, SHORTER, Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _EQUATIONS = {
@@ -15,6 +15,9 @@ _EQUATIONS = {
     "share": r"s = \kappa\,t_{brake}(\min(r, L/2))",
     "distance": r"s = \min(2 \kappa r / v,\, v/a)",
     "flight": r"s = 2 \kappa r / v",
+    "full shorter": r"s = \kappa\,\min(v/a, v'/a')",
+    "braking shorter": r"s = \min(t(\min(\kappa r, L/2)), t'(\min(\kappa r, L'/2)))",
+    "share shorter": r"s = \kappa\,\min(t(\min(r, L/2)), t'(\min(r, L'/2)))",
     "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
 }
 _HOW = {
@@ -24,15 +27,23 @@ _HOW = {
     "flight": "a corner saves {0:.0%} of the time that the rounding takes at full speed",
     "full": "at rounded corners {0:.0%} of the braking overlaps with the next ramp",
     "fixed": "every rounded corner saves {1:.1f} ms",
+    "full shorter": "at rounded corners {0:.0%} of the shorter ramp overlaps with the other",
+    "braking shorter": "moves overlap over {0:.0%} of the rounding, as long as the quicker of both takes for it",
+    "share shorter": "moves overlap for {0:.0%} of the time that the quicker of both takes for its rounding",
     "radius": "rounded corners are passed at the speed that {0:.0%} of the rounding allows as a radius",
 }
 _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
 _OWN = ("full", "braking", "distance", "radius")
+_SHORTER = tuple(law + SHORTER for law in ("braking", "share"))  # as long as the quicker of both ramps takes
 _UNKNOWN = 1e-6  # [m] a rounding that nobody tells the size of
 _CUT = ", cut"  # behind the key of a form: how much of the shorter move may be rounded is fitted too
+_SHARE = ", as a share"  # behind the key of a form: a rounding is a share of the way, as controllers' of joint moves
 _FEWEST = 4  # such corners
 _SPLITS = (1.0, 0.5, 0.0)
-_OVERLAPS = {"full": (0.5,), "fixed": (0.1,), "flight": (0.5,), "share": (0.5,)}
+_PORTIONS = (0.5, 2.0)  # [1/m] that a search for such a share begins with
+_OVERLAPS = {"full": (0.5,), "fixed": (0.1,), "flight": (0.5,), "share": (0.5,)} | {
+    law + SHORTER: (0.5,) for law in ("full", "share")
+}
 
 
 class Blending(MoveTerm):
@@ -55,12 +66,17 @@ class Blending(MoveTerm):
         reach = TermParameter(
             "reach", "1", 0.1, 1.0, 0.5, False, "share of the shorter move that is rounded at most"
         )
-        shared = ("full", "fixed", *(_SIZED if sized else ()))
+        portion = TermParameter(
+            "portion", "1/m", 0.02, 50.0, np.nan, True, "share of each way that a rounding is, per its size"
+        )
+        shared = ("full", "full" + SHORTER, "fixed", *((*_SIZED, *_SHORTER) if sized else ()))
+        parted = ("share" + SHORTER,) if sized and case.unit == "rad" else ()
         own = _OWN if sized else _OWN[:1]
         cut = _SIZED if sized and _cut(case) >= _FEWEST else ()
         return (
             *(Form(law, (_amount(law), split), _EQUATIONS[law]) for law in shared),
             *(Form(law + _CUT, (_amount(law), split, reach), _EQUATIONS[law]) for law in cut),
+            *(Form(law + _SHARE, (_amount(law), split, portion), _EQUATIONS[law]) for law in parted),
             *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
         )
 
@@ -71,12 +87,20 @@ class Blending(MoveTerm):
         overlaps = _OVERLAPS.get(_law(form), (0.05, 0.5, 1.0))
         if len(form.parameters) == 1:
             return np.array([[overlap] for overlap in overlaps])
-        rest = (0.3,) if len(form.parameters) == 3 else ()
-        return np.array([[overlap, split, *rest] for overlap in overlaps for split in _SPLITS])
+        thirds = [[0.3]] if form.key.endswith(_CUT) else [[p] for p in _PORTIONS if form.key.endswith(_SHARE)]
+        rest = thirds or [[]]
+        return np.array(
+            [[overlap, split, *more] for overlap in overlaps for split in _SPLITS for more in rest]
+        )
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        overlap, split, reach = (*values.tolist(), *(0.5, 0.5)[len(values) - 1 :])[:3]
-        return motion.with_(law=_law(form), overlap=overlap, split=split, reach=reach)
+        overlap, split, third = (*values.tolist(), *(0.5, 0.5)[len(values) - 1 :])[:3]
+        last = (
+            {"portion": third, "reach": 0.5}
+            if form.key.endswith(_SHARE)
+            else {"reach": third, "portion": 0.0}
+        )
+        return motion.with_(law=_law(form), overlap=overlap, split=split, **last)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         law = _law(form).removesuffix(EACH)
@@ -91,7 +115,7 @@ class Blending(MoveTerm):
 
 def _law(form: Form) -> str:
     """Name of a form's law in `Motion`."""
-    return form.key.removesuffix(_CUT)
+    return form.key.removesuffix(_CUT).removesuffix(_SHARE)
 
 
 def _cut(case: MeasuredMoves) -> int:
@@ -105,9 +129,9 @@ def _amount(law: str) -> TermParameter:
     """The parameter for how much a corner saves."""
     if law == "fixed":
         return TermParameter("saving", "s", 0.0, 2.0, np.nan, False, "of every rounded corner")
-    if law == "full":
+    if law.startswith("full"):
         return TermParameter(
             "overlap", "1", 0.0, 1.3, np.nan, False, "share of braking that overlaps the next ramp"
         )
-    meaning = "share of the braking time" if law == "share" else "share of the rounding that is used"
-    return TermParameter("overlap", "1", 0.0, 1.5 if law == "share" else 3.0, np.nan, False, meaning)
+    meaning = "share of the braking time" if law.startswith("share") else "share of the rounding that is used"
+    return TermParameter("overlap", "1", 0.0, 1.5 if law.startswith("share") else 3.0, np.nan, False, meaning)
