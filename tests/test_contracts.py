@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path as FilePath
@@ -29,6 +30,7 @@ from olp.contracts import (
     writers,
 )
 from olp.contracts.handling import samples_folder
+from olp.contracts.promises import hold
 from olp.contracts.readings import readings_of, unlike, unlike_derived
 from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
@@ -67,6 +69,15 @@ def test_a_term_keeps_its_contract(name: str) -> None:
 @pytest.mark.parametrize("name", estimator_names())
 def test_an_estimator_keeps_its_contract(name: str) -> None:
     check_estimator(load_estimator(name))
+
+
+def test_an_exception_within_a_library_names_the_line_that_called_it() -> None:
+    def raises_in_a_library(subject: object) -> Iterator[tuple[str, str]]:
+        """A promise"""
+        yield "", str(replace(subject))
+
+    with pytest.raises(ContractError, match=r"dataclasses\.py:\d+, called from .*test_contracts\.py:\d+"):
+        hold("a member", object(), [raises_in_a_library])
 
 
 @pytest.mark.parametrize("name", model_names())

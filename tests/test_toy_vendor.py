@@ -59,3 +59,30 @@ def test_a_rule_of_a_grammar_that_has_no_method_is_named(copy: Path) -> None:
     finally:
         path.write_text(whole, encoding="utf-8")
     assert "the rule 'dwell' of the grammar has no method in ToyRules" in done.stderr
+
+
+def test_the_recipe_for_a_new_vendor_makes_one_that_keeps_both_contracts(tmp_path: Path) -> None:
+    """With a suffix that is not the name, and words of another length."""
+    for name in ("olp", "grammars", "templates", "samples", "bench"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=NOT_COPIED)
+    shutil.copytree(TOY, tmp_path / "tests" / "toy_vendor", ignore=NOT_COPIED)
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    recipe = page.split("```text\n", 2)[2].split("```")[0]
+    for word, own in (
+        ("NAME", "robolang"),
+        ("SUFFIX", "rbl"),
+        ("LANGUAGE", "ROBOLANG"),
+        ("Class", "Robolang"),
+    ):
+        recipe = recipe.replace(word, own)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    environment["PATH"] = os.pathsep.join((str(Path(sys.executable).parent), environment["PATH"]))
+    done = subprocess.run(
+        ["bash", "-e", "-c", recipe],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert not done.returncode, done.stderr[-4000:]

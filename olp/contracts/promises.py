@@ -5,12 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
+from traceback import extract_tb
 from typing import Final, NamedTuple, TypeVar
 
 Subject = TypeVar("Subject")
 Difference = tuple[str, str]  # the input, and what differed
 Promise = Callable[[Subject], Iterator[Difference]]
 _MOST: Final = 5  # differences shown of one promise
+_CALLS: Final = 3  # shown of an exception
 
 
 class BrokenPromise(NamedTuple):
@@ -56,9 +58,8 @@ def hold(member: str, subject: Subject, promises: Sequence[Promise[Subject]], *,
 
 
 def _raised(problem: Exception) -> str:
-    trace = problem.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    place = f" in {trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}" if trace is not None else ""
+    """The exception with the innermost calls: the last one alone is often in a library."""
+    frames = [f"{frame.filename}:{frame.lineno}" for frame in extract_tb(problem.__traceback__, -_CALLS)]
+    place = f" in {', called from '.join(reversed(frames))}" if frames else ""
     text = str(problem).strip()
     return f"raised {type(problem).__name__}{place}: {text[:400]}"

@@ -431,8 +431,14 @@ def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:
         if isinstance(made, Converted):
             read_again(made, it.vendor, runs=False)
             continue
-        told = (found for found in made.diagnostics if not found.code or not (found.line or found.help))
-        yield from ((name, f"refused without a line or help: {found.message}") for found in told)
+        for found in made.diagnostics:
+            if not found.code:
+                yield name, f"refused without a code: {found.message}"
+            elif not (found.line or found.help):
+                yield (
+                    name,
+                    f"refused without a line, as data are, and without a help in its place: {found.message}",
+                )
 
 
 def _declared(language: str) -> tuple[tuple[str, Program], ...]:
