@@ -302,8 +302,9 @@ def test_a_chain_needs_a_joint_for_every_axis(tmp_path):
         ("yaskawa/gp25x", "yaskawa/gp25"),
         ("yaskawa/xyz", "yaskawa/up20"),
         ("kuka/kr6", "kuka/kr6-r900-sixx"),
-        ("kawasaki/rs007l", "no robot of kawasaki is known"),
-        ("kawasaki/rs007l", "abb, fanuc, kuka, staubli, universal-robots, yaskawa"),
+        ("kawasaki/rs010n", "kawasaki/rs020n"),
+        ("comau/nj-220", "no robot of comau is known"),
+        ("comau/nj-220", "abb, fanuc, kawasaki, kuka, staubli, universal-robots, yaskawa"),
         ("", "known makers: "),
     ],
 )

@@ -1,7 +1,8 @@
-"""Library arms of FANUC, Stäubli and Universal Robots against their makers' conventions, computed a second way.
+"""Library arms of four makers against their makers' conventions, computed a second way.
 
-FANUC, Stäubli: the joints of ros-industrial's packages (BSD, Apache 2.0), chained as URDF says. Universal Robots: the
-maker's Denavit-Hartenberg table, multiplied out. Neither uses olp's own kinematics.
+FANUC, Stäubli: the joints of ros-industrial's packages (BSD, Apache 2.0), chained as URDF says; Kawasaki: those of the
+maker's own package (BSD). Universal Robots: the maker's Denavit-Hartenberg table, multiplied out. None of them uses
+olp's own kinematics.
 """
 
 import math
@@ -16,6 +17,7 @@ from olp.robots.kinematics.configuration import joints_of_readings, readings_of_
 from olp.robots.robot import load_robot, robot_names
 
 FANUC = [name for name in robot_names() if name.startswith("fanuc/")]
+KAWASAKIS = [name for name in robot_names() if name.startswith("kawasaki/") and load_robot(name).geometry]
 STAUBLIS = [name for name in robot_names() if name.startswith("staubli/")]
 UNIVERSAL = [name for name in robot_names() if name.startswith("universal-robots/")]
 
@@ -95,6 +97,18 @@ DENAVIT_HARTENBERG = {
 }
 
 
+# z of joint 1, y of joint 2, x of joints 3 and 4, z of joint 5, x of joint 6 [m] in the xacro files of
+# Kawasaki-Robotics/khi_robot; the others are 0.
+KAWASAKI = {
+    "rs007l": (0.36, 0.0, 0.455, 0.0925, 0.3825, 0.078),
+    "rs007n": (0.36, 0.0, 0.355, 0.0925, 0.2825, 0.078),
+    "rs013n": (0.505, 0.0, 0.7, 0.11, 0.65, 0.078),
+    "rs020n": (0.465, 0.15, 0.77, 0.161, 0.644, 0.095),
+    "rs025n": (0.58, 0.0, 0.885, 0.15, 0.85, 0.1),
+    "rs080n": (0.68, 0.15, 0.87, 0.267, 0.813, 0.165),
+}
+
+
 # x of joint 2, y and z of joint 3, z of joints 5 and 6 [m] in the xacro files of ros-industrial/staubli and
 # staubli_experimental; the others are 0, but for the height of joint 1, above which the world frame "base" lies.
 STAUBLI = {
@@ -149,6 +163,17 @@ def staubli_tool0(name, joints):
     return pose @ turn((0, 1, 0), joints[4]) @ shift(0, 0, z6) @ turn((0, 0, 1), joints[5])
 
 
+def kawasaki_link6(name, joints):
+    """(4, 4): link6 in base_link. Quarter turns about y lead to joints 2, 4, 5 and 6; odd joints turn about -z."""
+    z1, y2, x3, x4, z5, x6 = KAWASAKI[name]
+    back, on = turn((0, 1, 0), -math.pi / 2), turn((0, 1, 0), math.pi / 2)
+    pose = shift(0, 0, z1) @ turn((0, 0, -1), joints[0]) @ shift(0, y2, 0) @ back @ turn((0, 0, 1), joints[1])
+    pose = pose @ shift(x3, 0, 0) @ turn((0, 0, -1), joints[2])
+    pose = pose @ shift(x4, 0, 0) @ on @ turn((0, 0, 1), joints[3])
+    pose = pose @ shift(0, 0, z5) @ back @ turn((0, 0, -1), joints[4])
+    return pose @ shift(x6, 0, 0) @ on @ turn((0, 0, 1), joints[5])
+
+
 def denavit_hartenberg(name, joints):
     a2, a3, d1, d4, d5, d6 = DENAVIT_HARTENBERG[name]
     quarter = math.pi / 2
@@ -165,12 +190,14 @@ def some_joints(robot, count=20, seed=31):
 
 def test_every_arm_of_the_makers_is_compared():
     assert set(STAUBLIS) == {f"staubli/{name}" for name in STAUBLI}
+    assert set(KAWASAKIS) == {f"kawasaki/{name}" for name in KAWASAKI}
     assert set(FANUC) == {f"fanuc/{name}" for name in URDF} == {f"fanuc/{name}" for name in REACH}
     assert set(UNIVERSAL) == {f"universal-robots/{name}" for name in DENAVIT_HARTENBERG}
 
 
 SECOND_WAYS = {
     "fanuc": (urdf_tool0, URDF),
+    "kawasaki": (kawasaki_link6, KAWASAKI),
     "staubli": (staubli_tool0, STAUBLI),
     "universal-robots": (denavit_hartenberg, DENAVIT_HARTENBERG),
 }
@@ -197,6 +224,19 @@ def test_all_zeros_is_the_upper_arm_up_the_forearm_forward_and_w_180_p_minus_90(
     positions, rotations = forward(robot, np.zeros((1, 6)))
     np.testing.assert_allclose(positions, [[x2 + x5 + x6, 0, z3 + z4]], atol=1e-12)
     np.testing.assert_allclose(rotations[0], rotation_from_angles(np.array([180, -90, 0]) * deg), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", KAWASAKIS)
+def test_a_flange_turns_as_an_as_program_says_joints_and_pose_of_one_point(name):
+    """Joints and O, A, T of one point in Kawasaki.pg of RoboDK/Industrial-Robots-VSCode (MIT).
+
+    Its arm is another one; turns do not depend on lengths.
+    """
+    joints = np.array([[5.88516, -0.22998, -93.24622, 117.04327, -6.61066, -117.19835]]) * deg
+    _, rotations = forward(load_robot(name), joints)
+    o, a, t = np.array([90, 90, -90]) * deg
+    expected = turn((0, 0, 1), o) @ turn((0, 1, 0), a) @ turn((0, 0, 1), t)
+    np.testing.assert_allclose(rotations[0], expected[:3, :3], atol=2e-6)
 
 
 @pytest.mark.parametrize("name", UNIVERSAL)

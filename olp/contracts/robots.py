@@ -21,7 +21,7 @@ _DEG: Final = math.pi / 180.0
 # What a name says: KUKA R2700 and Yaskawa MA2010 in mm, ABB -2.55 in m; KUKA KR210 and ABB IRB6700-150 in kg.
 _REACH: Final = re.compile(r"-r(\d{3,4})\b|^(?:ma|ar)(\d{4})\b|-(\d\.\d{1,2})$")
 _PAYLOAD: Final = re.compile(r"^(?:kr|irb\d{3,4}s?t?-|crb\d{5}-)(?:\d+-l)?(\d+)(?![\d.]*l)")
-# Bounds that the 149 arms of the library keep, with room to spare: what machines are like, and no law.
+# Bounds that the arms of the library keep, with room to spare: what machines are like, and no law.
 _TIP_SPEED: Final = (1.5, 12.0)  # [m/s] of the wrist, arm stretched, by one of the first three axes
 _ACCELERATION_TIME: Final = (0.05, 1.5)  # [s] of an axis to its speed
 _PULSES: Final = (400.0, 3000.0)  # per degree
@@ -184,7 +184,8 @@ def takes_the_standard_stance(robot: Robot) -> Iterator[Difference]:
         yield "zero_deg", f"{[f'{zero / _DEG:g}' for zero in links.zeros]}"
     if links.height < 0.0:
         yield "origin_below_mm", f"{links.height * 1e3:g} mm"
-    for axis, sign, zero, bounds in zip(robot.axes, links.signs, links.zeros, _TURNS, strict=True):
+    zeros = (0.0, *links.zeros[1:])  # whether the base's x or its y points to the front is the maker's choice
+    for axis, sign, zero, bounds in zip(robot.axes, links.signs, zeros, _TURNS, strict=True):
         ends = sorted((sign * end + zero) / _DEG for end in (axis.lower, axis.upper))
         for end, (least, most), what in zip(ends, bounds, ("down", "up"), strict=True):
             if not least <= end <= most:
