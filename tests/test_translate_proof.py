@@ -40,9 +40,9 @@ ROWS = [
 SOURCE = module(*ROWS, data=PLACES)
 
 
-def proof(source, target, *swaps):
+def proof(source, target, *swaps, vendor="rapid"):
     """The receipt of a translation in which some texts are others, as a writer with a fault would write them."""
-    made = converted(source, "rapid", target)
+    made = converted(source, vendor, target)
     files = {}
     for name, data in made.files.items():
         text = data.decode("cp1252")
@@ -51,7 +51,7 @@ def proof(source, target, *swaps):
             text = text.replace(old, new, 1)
         files[name] = text.encode("cp1252")
     made = replace(made, files=files)
-    program = read(source, "rapid")
+    program = read(source, vendor)
     runs = runs_of(program, made, target, (ROBOT, None))
     return receipt_of(link(program), made.translated, target, tuple(files), runs, (ROBOT, None))
 
@@ -239,3 +239,23 @@ def test_a_statement_that_fails_for_an_argument_that_nobody_passes_is_not_proven
     found = proof(source.replace("main()", "main(num at)"), "krl")
     assert {one.kind for one in found.verdict.objections} == {"uncompared"}
     assert "outside of the array" in found.verdict.objections[0].says
+
+
+def test_a_trigger_above_its_move_is_the_output_of_the_move_that_names_it():
+    """TRIGGER has a line of its own, TriggL switches in the line of its move: they were two different outputs."""
+    points = "{X 900,Y 0,Z 500,A 0,B 180,C 0}", "{X 950,Y 0,Z 500,A 0,B 180,C 0}"
+    rows = [
+        f"PTP {points[0]}",
+        "TRIGGER WHEN DISTANCE=1 DELAY=-50 DO $OUT[9]=TRUE",
+        f"LIN {points[1]}",
+        f"LIN {points[0]}",
+    ]
+    found = proof(krl("$VEL.CP=0.1", *rows), "rapid", vendor="krl")
+    assert found.verdict.agrees
+    late = proof(
+        krl("$VEL.CP=0.1", *rows),
+        "rapid",
+        ("TriggIO olp_triggdata1,0.05", "TriggIO olp_triggdata1,0.5"),
+        vendor="krl",
+    )
+    assert not late.comparison.is_equal

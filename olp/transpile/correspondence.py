@@ -71,8 +71,10 @@ def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[st
             made = bodies.get(routine.name.casefold())
             for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
                 place = (PurePath(program.path).name, t.line)
-                if s.line and found.setdefault(place, s.line) != s.line:
-                    several.add(place)
+                triggers = s.triggers if isinstance(s, Move) else ()
+                for line in (s.line, *(s.line - one.above for one in triggers)) if s.line else ():
+                    if found.setdefault(place, line) != line:
+                        several.add(place)
     for place in several:
         del found[place]
     return found
