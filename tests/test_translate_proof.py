@@ -259,3 +259,14 @@ def test_a_trigger_above_its_move_is_the_output_of_the_move_that_names_it():
         vendor="krl",
     )
     assert not late.comparison.is_equal
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_wait_beside_a_word_that_became_a_comment_is_compared(target):
+    """`\\InPos` is told in the line of its wait, which was then in none of both runs' steps: a lost wait was proven."""
+    source = module(
+        "MoveL p1,v100,z10,tool0;", "WaitTime\\InPos,0.2;", "MoveL p2,v100,fine,tool0;", data=PLACES
+    )
+    assert proof(source, target).verdict.agrees
+    words = {"krl": "WAIT SEC 0.2", "tp": "WAIT 0.2(sec)", "inform": "TIMER T=0.20", "urscript": "sleep(0.2)"}
+    assert "difference" in {one.kind for one in proof(source, target, (words[target], "")).verdict.objections}

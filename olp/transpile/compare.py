@@ -131,6 +131,7 @@ def compare_plans(
     blends: bool = True,
     tolerances: Tolerances | None = None,
     without: Set[int] = frozenset(),
+    comments: Set[int] = frozenset(),
     loose: Mapping[str, Set[int]] | None = None,
     origins: Mapping[Place, int] | None = None,
     renamed: Callable[[Event], Event] | None = None,
@@ -139,23 +140,25 @@ def compare_plans(
 ) -> Comparison:
     """The differences of two plans.
 
-    `without`: lines of `one` that are known to have no counterpart. `loose`: "speed", "blend", "order" and "wait", the
-    lines of `one` where they are known to differ. `origins`: the line of `one` that each line of `other` was made from;
-    without it steps are paired in their order. `renamed`: an event of `one` with the signals of `other`. `seconds`: of
-    the steps of both plans, as they were timed. `other_lengths`: moves are not as long as they were when speeds of
-    joint moves and sizes of blends were converted, which are then not compared; nor is what only one of two runs
-    comes to that were stopped.
+    `without`: lines of `one` that are known to have no counterpart. `comments`: those where a statement that does
+    nothing became a comment; anything else of them has its counterpart. `loose`: "speed", "blend", "order" and
+    "wait", the lines of `one` where they are known to differ. `origins`: the line of `one` that each line of
+    `other` was made from; without it steps are paired in their order. `renamed`: an event of `one` with the signals
+    of `other`. `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are not as long as
+    they were when speeds of joint moves and sizes of blends were converted, which are then not compared; nor is
+    what only one of two runs comes to that were stopped.
     """
     cut_short = other_lengths and all(any(d.code in CUT_SHORT for d in p.diagnostics) for p in (one, other))
     rules = _Rules(
         tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed, other_lengths, cut_short
     )
-    first, second = steps_of(one, without, seconds[0]), rules.joined(steps_of(other, seconds=seconds[1]))
+    first = steps_of(one, without, seconds[0], comments=comments)
+    second = rules.joined(steps_of(other, seconds=seconds[1]))
     result = _compared(first, second, rules)
     result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
     if one.unknown < 0 or result.is_equal:
         return result
-    known = steps_of(one, without, seconds[0], one.unknown)
+    known = steps_of(one, without, seconds[0], one.unknown, comments)
     until = _compared(known, second, rules, cut=True)
     until.unknown, until.until = result.unknown, result.unknown[0]
     return until
@@ -518,12 +521,17 @@ def _between(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 
 
 def steps_of(
-    plan: Plan, without: Set[int] = frozenset(), seconds: Sequence[float] = (), stop: int | None = None
+    plan: Plan,
+    without: Set[int] = frozenset(),
+    seconds: Sequence[float] = (),
+    stop: int | None = None,
+    comments: Set[int] = frozenset(),
 ) -> list[ComparedStep]:
     """The steps of a plan in order: moves, waits and signals.
 
-    `without`: lines of the program's own file whose steps are left out. `seconds`: of each step, as it was timed.
-    `stop`: how many of the plan's steps are looked at.
+    `without`: lines of the program's own file whose steps are left out; `comments`: whose steps are left out where they
+    take no time and switch nothing. `seconds`: of each step, as it was timed. `stop`: how many of the plan's steps are
+    looked at.
     """
     found: list[ComparedStep] = []
     moved = False
@@ -552,15 +560,11 @@ def steps_of(
             _stop_before(found)
         if kind is StepKind.WAIT and not lasts and row not in plan.events:
             continue  # a routine of the controller's own that is passed over, or a wait of no time
-        if (
-            kind is StepKind.SIGNAL
-            and found
-            and not lasts
-            and row not in plan.events
-            and _is_message(found[-1])
-            and found[-1].line == line
-        ):
-            continue  # a window and what it says: one message
+        if kind is StepKind.SIGNAL and not lasts and row not in plan.events:
+            if line in comments and plan.source[at] == 0:
+                continue
+            if found and _is_message(found[-1]) and found[-1].line == line:
+                continue  # a window and what it says: one message
         found.append(
             ComparedStep(kind, line, duration=lasts, seconds=took, event=plan.events.get(row), file=file)
         )

@@ -239,10 +239,14 @@ def receipt_of(
     tolerances: Tolerances = WRITTEN,
 ) -> Receipt:
     """`runs`: of the source and of the files read again."""
-    left_out = {loss.line for loss in translated.losses if loss.part == "statement"}
+    comments, left_out = (
+        {x.line for x in translated.losses if x.part == "statement" and (x.fate is Fate.EXACT) is exact}
+        for exact in (True, False)
+    )
     compared = partial(
         compare_plans,
         without=left_out,
+        comments=comments,
         tolerances=tolerances,
         origins=runs.origins,
         renamed=renamer(translated.mapping),
