@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from olp.core.units import deg, mm
 from olp.ir.expressions import (
+    Argument,
     Binary,
     CallValue,
     Expression,
@@ -24,7 +25,7 @@ from olp.ir.expressions import (
     Text,
     Unary,
 )
-from olp.ir.program import Assign, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
+from olp.ir.program import Assign, Begin, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, is_written_out, mapped
 from olp.languages.limits import Limits
 from olp.transpile.context import Fate, Handed, TranslationContext
@@ -34,6 +35,7 @@ from olp.transpile.symbols import Symbols, symbols_of
 _SHARING = frozenset({Declare, Return, Call})
 _SYSTEMS: Final = ("tool", "frame")
 _PLACES: Final = ("position", "joints")
+_BY_NUMBER: Final = ("integer", "real", "string")  # types that a language without parameters hands over
 
 
 def share_variables(program: Program, work: TranslationContext) -> Program:
@@ -64,8 +66,10 @@ class _Shared:
     declared: list[Declare] = field(default_factory=list)
     parameters: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
     symbols: Symbols = field(default_factory=Symbols)
+    first: str = ""  # the routine that runs first
 
     def __post_init__(self) -> None:
+        self.first = self.program.main or self.program.routines[0].name
         self.symbols = symbols_of(self.program)
         taken: set[str] = {d.name.casefold() for d in self.program.data}
         for routine in self.program.routines:
@@ -132,11 +136,29 @@ class _Shared:
                 rows += self._local(routine, s, change)
             else:
                 rows += self._statement(routine, mapped(s, change))
+        first = 1 if rows and isinstance(rows[0], Begin) else 0
+        rows[first:first] = self._taken(routine)
         # Data of a file beside the routine keep their values between runs: they are the program's.
         for declare in routine.data:
             name = self.names.get((routine.name, declare.name), declare.name)
             self.declared.append(replace(mapped(declare, change), name=name, shared=True))
         return replace(routine, body=tuple(rows), parameters=(), returns="", data=())
+
+    def _taken(self, routine: Routine) -> Iterator[Statement]:
+        """What sets the parameters of a routine that programs elsewhere call: these hand over by number."""
+        if routine.name != self.first and not routine.starts:
+            return
+        name = routine.name.casefold()
+        inside = any(name in map(str.casefold, called_in(s)) for s in self.program.statements())
+        for number, p in enumerate(routine.parameters, 1):
+            if inside or p.switch or p.optional or (p.type or "real") not in _BY_NUMBER:
+                says = f"the argument {p.name} of {routine.name}: its caller has to set the variable"
+                self.work.lose(routine.line, Fate.APPROXIMATED, "argument", says)
+                continue
+            if p.by_reference:
+                says = f"the argument {p.name} of {routine.name}: its caller does not get it back"
+                self.work.lose(routine.line, Fate.APPROXIMATED, "argument", says)
+            yield Assign(routine.line, Named(self.names[(routine.name, p.name)]), Argument(number))
 
     def _local(self, routine: Routine, s: Declare, change: Any) -> Iterator[Statement]:
         name = self.names.get((routine.name, s.name), s.name)

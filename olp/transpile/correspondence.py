@@ -93,7 +93,9 @@ def _token(s: Statement) -> Token:
             return ("call", s.routine.casefold())
         case SetOutput() | PulseOutput():
             return (type(s).__name__, s.signal.index)
-        case Dwell() | Wait() | Pause() | Message() | Process():
+        case Process(name=name):
+            return ("Process", name)
+        case Dwell() | Wait() | Pause() | Message():
             return (type(s).__name__,)
         case _:
             return ()
