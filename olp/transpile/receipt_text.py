@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from olp.core.units import deg, mm
 from olp.ir.terminology import STATEMENTS
+from olp.languages.vendor import language_of
 from olp.transpile.compare import Tolerances
 from olp.transpile.context import Fate, Loss
 from olp.transpile.preflight import places, some
@@ -205,7 +206,9 @@ def _told(receipt: Receipt, group: Group) -> str:
     size = f", {'at most ' if len(set(sizes)) > 1 else ''}{max(sizes):.4g} {first.unit}" if sizes else ""
     kinds = ", ".join(dict.fromkeys(STATEMENTS[loss.statement] for loss in group))
     what = f"{kinds}:{part}" if part and "," in kinds else f"{kinds}{part}" if first.line else first.part
-    return f"{_place(receipt, group)}: {what} {first.fate.value}: {first.says}{size}"
+    # What a writer cannot say is told by its kind alone: once is enough.
+    says = f"{language_of(receipt.target_vendor)} has none" if first.says == what else first.says
+    return f"{_place(receipt, group)}: {what} {first.fate.value}: {says}{size}"
 
 
 def _names(receipt: Receipt) -> Iterator[str]:
