@@ -169,6 +169,19 @@ def test_an_offset_along_the_tool_turns_as_it_did(turns, target):
     assert compare_plans(plan, other, speeds=False).differences == []
 
 
+@pytest.mark.parametrize("target", ["rapid", "krl", "inform", "urscript"])
+@pytest.mark.parametrize("word", ["Offset", "Tool_Offset"])
+def test_an_offset_from_axis_values_is_rejected(word, target):
+    """It was a product of axis values and a pose, which no controller takes, and counted as exact where no run came."""
+    text = tp("PR[5,1]=10", f"J P[1] 100% FINE {word},PR[5]", positions=(P1,))
+    pose = text[text.index("\tX =") : text.index("};")]
+    axes = ",\n".join(f"\tJ{n} = 10.000 deg" for n in range(1, 7))
+    (loss,) = [
+        x for x in converted(text.replace(pose, axes + "\n"), "tp", target).translated.losses if x.leaves_out
+    ]
+    assert (loss.line, loss.says) == (7, "an offset from a position that is given by axis values")
+
+
 # --- 6: names that differ in case ---------------------------------------------------------------------------
 
 

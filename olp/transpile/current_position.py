@@ -359,6 +359,12 @@ class _Relative:
 
     def _offset(self, s: Move) -> Move:
         target = s.targets[0]
+        fixed = self.symbols.fixed_position(self.name, target)
+        if fixed is not None and fixed.kind == "joint":
+            self.work.lose(
+                s, Fate.REFUSED, "offset", "an offset from a position that is given by axis values"
+            )
+            return replace(s, offset=None, tool_offset=None)
         for offset, name in ((s.offset, "pose-offset"), (s.tool_offset, "pose-relative-tool")):
             if offset is None:
                 continue
