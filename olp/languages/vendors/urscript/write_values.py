@@ -41,7 +41,7 @@ class UrscriptValues(Generator):
         "mod": (" % ", 7),
     }
     unary: ClassVar = {"not": ("not ({})", _NOT, 0), "-": ("-{}", _SIGN, _SIGN)}
-    logic: ClassVar = {"or": (" or ", 1), "xor": (" xor ", 2), "and": (" and ", 3)}
+    logic: ClassVar = {"or": (" or ", 1), "xor": (" xor ", 1), "and": (" and ", 1)}
     comparisons: ClassVar = {"=": " == ", "<>": " != ", "<": " < ", ">": " > ", "<=": " <= ", ">=": " >= "}
     compared = (_COMPARISON, _COMPARISON + 1)
     states = ("False", "True")
@@ -77,6 +77,15 @@ class UrscriptValues(Generator):
                 return ""
 
     # --- literals ---------------------------------------------------------------------------------------
+
+    def spell_logic(self, e: ex.Logic) -> Spelled:
+        """The manual does not say which of `and`, `or` and `xor` binds first: where they meet, parentheses do."""
+        text, last = self.operand(e.first, 2), ""
+        for operator, operand in e.rest:
+            word, _ = self.logic[operator]
+            left = text if last in ("", operator) else self.enclosed(text)
+            text, last = f"{left}{word}{self.operand(operand, 2)}", operator
+        return text, 1
 
     def spell_number(self, e: ex.Number) -> Spelled:
         value = e.value
