@@ -327,12 +327,17 @@ def test_a_position_stays_one_as_a_parameter_and_as_a_result(kind):
     assert "LOCAL FUNC robtarget UP(robtarget B,num H)" in translated(text, "krl", "rapid")
 
 
-@pytest.mark.parametrize("target", ["rapid", "tp"])
-def test_just_one_of_two_conditions_is_no_exclusive_or_of_bits(target):
+@pytest.mark.parametrize(
+    ("target", "says"),
+    [
+        ("rapid", "B:=B XOR di4=1;"),
+        ("tp", "IF ((R[1:B]<>0)<>DI[4]) THEN"),
+        ("inform", "IFTHEN B000=0 ANDIF IN#(4)=ON"),
+    ],
+)
+def test_just_one_of_two_conditions_is_no_exclusive_or_of_bits(target, says):
     text = krl("DECL BOOL B", "B=FALSE", "B=B EXOR $IN[4]", "$OUT[3]=B")
-    assert {"rapid": "B:=B XOR di4=1;", "tp": "IF ((R[1:B]<>0)<>DI[4]) THEN"}[target] in translated(
-        text, "krl", target
-    )
+    assert says in translated(text, "krl", target)
     assert left_out(text, target) == []
 
 

@@ -257,8 +257,6 @@ def _all_data(program: Program) -> Iterator[Declare]:
 
 def exclusive(program: Program, work: TranslationContext) -> Program:
     """Just one of two conditions, which is no exclusive OR of bits; a difference where the target has no such word."""
-    if work.limits.numbered and work.limits.has_exclusive_or:
-        return program
     symbols = work.symbols(program)
 
     def change(e: Expression, routine: str) -> Expression:
