@@ -30,7 +30,10 @@ from olp.core.source import load
 from olp.ir.program import Move, Opaque, Program
 from olp.languages.vendor import find_vendor, maker_of, vendor_names
 from olp.robots.robot import load_robot, robot_names
+from olp.runtime.first_move import holds_move
+from olp.runtime.flow import called_bodies
 from olp.runtime.interpreter import run
+from olp.runtime.jobs import Jobs
 from olp.runtime.plan import StepKind
 from olp.timing.timing import time_plan
 from olp.transpile.context import Context
@@ -245,6 +248,9 @@ def _time(out: Outcome, path: Path, vendor: str, raw: bytes) -> None:
     out.timed = False
     try:
         program = olp.read(path, vendor=vendor)
+        if not out.errors and not _reaches_move(program):
+            out.timed = None
+            return
     except olp.OlpError as refusal:
         out.causes |= {f"[{d.code}] {general(d.message)}" for d in refusal.diagnostics if d.is_error}
         return
@@ -258,10 +264,20 @@ def _time(out: Outcome, path: Path, vendor: str, raw: bytes) -> None:
             return
 
 
+def _reaches_move(program: Program) -> bool:
+    """Whether the routine that runs, or one that it calls, holds a move to another place than where the arm is.
+
+    What the values at hand decide takes no part: this is asked of the text, and not of the run.
+    """
+    jobs = Jobs(program, Path(program.path).parent)
+    main = jobs.main()
+    return main is not None and holds_move((main.body, *called_bodies(jobs, main)))
+
+
 def _causes(program: Program, robot: str) -> set[str]:
     """Why the program has no complete total with this arm, empty: it has."""
     try:
-        timing = time_plan(run(program, robot, max_steps=MAX_STEPS))
+        timing = time_plan(run(program, robot, max_steps=MAX_STEPS, first_move=True))
     except olp.OlpError as refusal:
         return {f"[{d.code}] {general(d.message)}" for d in refusal.diagnostics if d.is_error}
     causes = {f"[{d.code}] {general(d.message)}" for d in timing.diagnostics if d.is_error}
@@ -281,10 +297,11 @@ def general(message: str) -> str:
 
 
 def arms(vendor: str) -> list[str]:
-    """Arms of the language's maker, spread over the sizes."""
+    """Arms of the language's maker, spread over the sizes; those whose pulses are known, where there are some."""
     maker = maker_of(vendor).casefold().replace(" ", "-")
     own = [name for name in robot_names() if name.startswith(f"{maker}/")] or ["kuka/kr16-2"]
     six = [name for name in own if len(load_robot(name).axes) == 6] or own
+    six = [name for name in six if load_robot(name).knows_pulses] or six
     step = max(1, len(six) // _TRIED)
     return six[::step][:_TRIED]
 

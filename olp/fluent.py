@@ -155,7 +155,13 @@ def run(
     from olp.runtime import interpreter
 
     made = interpreter.run(
-        program, robot, assumptions=assumptions, folder=folder, max_steps=max_steps, cycles=cycles
+        program,
+        robot,
+        assumptions=assumptions,
+        folder=folder,
+        max_steps=max_steps,
+        cycles=cycles,
+        first_move=True,
     )
     return FluentPlan(**fields_of(made))
 

@@ -9,7 +9,7 @@ import pytest
 
 import olp
 from olp.runtime.assumptions import UNKNOWN
-from olp.runtime.plan import ASSUMABLE, Plan, StepKind
+from olp.runtime.plan import ASSUMABLE, Plan, StepKind, leaves_open
 from olp.timing.timing import time_plan
 
 POSE = "{X 812.4,Y -33.1,Z 707.5,A 12,B 3,C 178}"
@@ -94,3 +94,60 @@ def test_routines_are_global_in_the_whole_tree_of_the_robot(tmp_path: Path) -> N
 
 def test_every_switch_switches_something() -> None:
     assert set(UNKNOWN) == set(ASSUMABLE.values())
+
+
+GUARDED = f"""DEF UNSAID()
+IF NOT $IN[7] THEN
+RETURN
+ENDIF
+IF ($IN[8]==TRUE) AND ($IN[9]==TRUE) THEN
+LIN {POSE}
+LIN {{X 700.1,Y -33.1,Z 707.5,A 12,B 3,C 178}}
+ENDIF
+END
+"""
+
+
+def test_a_program_that_would_end_before_its_first_move_gets_inputs_with_which_it_makes_it(
+    tmp_path: Path,
+) -> None:
+    plan = planned(tmp_path, GUARDED)
+    assert list(plan.line[plan.kind == StepKind.MOVE]) == [6, 7]
+    found = [(d.line, d.message) for d in plan.diagnostics if d.code == "I118"]
+    assert sorted(found) == [
+        (2, "IN#(7) is taken as ON: else the run ends before its first move"),
+        (5, "IN#(8) is taken as ON: else the run ends before its first move"),
+        (5, "IN#(9) is taken as ON: else the run ends before its first move"),
+    ]
+
+
+def test_values_are_taken_only_where_nothing_tells_them(tmp_path: Path) -> None:
+    plan = planned(tmp_path, GUARDED, '[inputs]\n"IN#(7)" = false\n')
+    assert not np.any(plan.kind == StepKind.MOVE)
+    assert not any(map(leaves_open, plan.diagnostics))  # the user said it: this is what happens
+
+
+def test_a_program_for_whose_first_move_no_values_are_found_asks_for_them(tmp_path: Path) -> None:
+    plan = planned(tmp_path, GUARDED.replace("$IN[8]==TRUE", "$IN[7]==FALSE"))
+    found = next(d for d in plan.diagnostics if d.code == "I118")
+    assert found.message == "the run ends before the first move of the program"
+    assert found.help == "say in olp.toml what it asks for: IN#(7)"
+    assert leaves_open(found)
+
+
+def test_what_fails_with_values_taken_for_the_first_move_is_a_warning(tmp_path: Path) -> None:
+    body = GUARDED.replace("IF (", "DECL INT size[2]\nIF (").replace("ENDIF\nEND", "size[3]=1\nENDIF\nEND")
+    plan = planned(tmp_path, body)
+    assert "I223" in told(plan, "warning")
+    assert "I223" not in told(plan, "error")
+
+
+def test_nothing_is_taken_for_the_first_move_where_olp_toml_forbids_it(tmp_path: Path) -> None:
+    plan = planned(tmp_path, GUARDED, '[unknown]\nfirst-move = "error"\n')
+    assert told(plan, "error")["I118"] == "the run ends before the first move of the program"
+    assert not np.any(plan.kind == StepKind.MOVE)
+
+
+def test_a_program_that_moves_keeps_its_inputs_off(tmp_path: Path) -> None:
+    body = GUARDED.replace("IF NOT", f"LIN {POSE}\nIF NOT")
+    assert "I118" not in told(planned(tmp_path, body), "warning")

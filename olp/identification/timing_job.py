@@ -55,6 +55,7 @@ def time_program(program: Program, job: TimingJob, folder: str | os.PathLike[str
         assumptions=_assumptions(job),
         cycles=job.cycles,
         max_steps=job.max_steps,
+        first_move=True,
     )
     return time_plan_of(plan, job)
 

@@ -61,6 +61,7 @@ SIGNAL_WORDS: Final[Mapping[str, str]] = {
 UNKNOWN: Final[Mapping[str, str]] = {
     "routines": "a called routine that is not here does nothing",
     "values": "a name without a value is 0, false or an empty text; a move to a position without one is left out",
+    "first-move": "a program that would end before its first move has inputs and values with which it makes it",
     "start": "the arm begins in front of its base, the flange pointing down",
 }
 NAMED_SIGNAL: Final = "signal"  # the bus of a signal that has a name and no number

@@ -27,9 +27,10 @@ from olp.ir.program import (
     Until,
     While,
 )
+from olp.ir.transformer import calls_nothing, expressions_of
 from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
-from olp.runtime.jobs import Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
+from olp.runtime.jobs import Jobs, Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
 from olp.runtime.memory import RANGES, Array, Record, Slot, Value
 from olp.runtime.plan import CallSpan
 from olp.runtime.signals import flip
@@ -649,7 +650,7 @@ def _deciding(m: Machine, head: int) -> frozenset[Read]:
     if not reads:
         return reads
     own = job.body[head : max(ends) + 1]
-    return influences((own, *_called_bodies(m, own)), reads)
+    return influences((own, *called_bodies(m.jobs, job, own)), reads)
 
 
 def _ways_back(m: Machine, head: int) -> Iterator[int]:
@@ -663,19 +664,25 @@ def _ways_back(m: Machine, head: int) -> Iterator[int]:
             yield index
 
 
-def _called_bodies(m: Machine, body: Sequence[Statement]) -> Iterator[tuple[Statement, ...]]:
-    """The routines that run under these statements, each once."""
-    known, waiting = {m.frame.job.key}, [(body, m.frame.job.source)]
+def called_bodies(
+    jobs: Jobs, job: RunnableRoutine, body: Sequence[Statement] | None = None
+) -> Iterator[tuple[Statement, ...]]:
+    """The routines that run under statements of `job` (None: all of them), each once."""
+    known, waiting = {job.key}, [(job.body if body is None else body, job.source)]
     while waiting:
         statements, source = waiting.pop()
         for s in statements:
-            if not isinstance(s, Call) or s.macro is not None:
+            if calls_nothing(s):
                 continue
-            job = m.jobs.find(s.routine, source)
-            if job is not None and job.key not in known:
-                known.add(job.key)
-                waiting.append((job.body, job.source))
-                yield job.body
+            called = [e.routine for e in expressions_of(s) if isinstance(e, CallValue)]
+            if isinstance(s, Call) and s.macro is None:
+                called.append(s.routine)
+            for name in called:
+                found = jobs.find(name, source)
+                if found is not None and found.key not in known:
+                    known.add(found.key)
+                    waiting.append((found.body, found.source))
+                    yield found.body
 
 
 def _value(m: Machine, kind: str, index: int | None, local: bool) -> object:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from olp.core.diagnostic import Diagnostic, OlpError, Severity, error, errors, warning
+from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error, errors, warning
 from olp.ir import terminology
 from olp.ir.expressions import (
     Binary,
@@ -97,10 +98,24 @@ from olp.runtime.evaluate import (
     quantity,
     read_name,
 )
+from olp.runtime.first_move import (
+    MOST_STATEMENTS,
+    AskedAt,
+    Given,
+    MoveReachedError,
+    TakenValues,
+    Try,
+    holds_move,
+    numbers_compared,
+    shown,
+    spelled,
+    values_that_move,
+    where_told,
+)
 from olp.runtime.flow import test
 from olp.runtime.folder import build_world
 from olp.runtime.jobs import Jobs
-from olp.runtime.made_up import MadeUp
+from olp.runtime.made_up import MadeUp, UnknownThing
 from olp.runtime.memory import (
     ACTIVE,
     SAVED_NUMBERS,
@@ -161,7 +176,7 @@ def wait(m: Machine, s: Wait) -> None:
             "I305", f"a limit of {limit:g} s is left out", "write a time between zero and four months"
         )
     seconds = _fixed(m, s.condition, limit)
-    if seconds is None and limit is not None and m.made_up is not None:
+    if seconds is None and limit is not None and m.made_up is not None and m.made_up.polls:
         seconds = 0.0 if test(m, s.condition) else limit  # as a loop that asks would find it
         m.timed_out = seconds > 0.0
     elif seconds is None:
@@ -545,13 +560,15 @@ def run(
     max_steps: int | None = None,
     cycles: int = 1,
     made_up: MadeUp | None = None,
+    first_move: bool = False,
 ) -> Plan:
     """The plan of `program`: its first routine, run to the end.
 
     `robot`: library name, robot file or Robot of the first arm; else olp.toml or the controller's backup decide.
     `assumptions`: what the program cannot tell; the nearest olp.toml when None. `folder`: where called routines and
     controller files are; the program's own folder when None. `cycles`: passes of an endless main loop.
-    `made_up`: values for what nothing tells, in place of zeros.
+    `made_up`: values for what nothing tells, in place of zeros. `first_move`: where no move is made with these, others
+    are tried.
     `max_steps`: statements after which the run is stopped (None: 200,000 in each cycle, and ten times what is read).
     Raises OlpError for a robot that does not exist; everything else is in `Plan.diagnostics`.
     """
@@ -559,6 +576,24 @@ def run(
     if assumptions is None:
         path = nearest_assumptions(place) if place is not None else None
         assumptions = load_assumptions(path) if path is not None else Assumptions()
+    limits = (cycles, max_steps)
+    m = _machine(program, robot, assumptions, place, limits, made_up)
+    execute(m)
+    if first_move and made_up is None and not m.moves and not m.reached_move:
+        again = partial(_machine, program, robot, assumptions, place)
+        m = _with_first_move(m, again, limits)
+    return _finish(m)
+
+
+def _machine(
+    program: Program,
+    robot: str | Robot | None,
+    assumptions: Assumptions,
+    place: Path | None,
+    limits: tuple[int, int | None],
+    made_up: MadeUp | None,
+) -> Machine:
+    """What is ready to run the program. `limits`: cycles, and statements if they are bounded."""
     jobs = Jobs(program, place)
     main = jobs.main()
     if main is None:
@@ -568,6 +603,7 @@ def run(
         raise OlpError(*(errors(program.diagnostics) or (nothing,)))
     world = build_world(robot, assumptions, place)
     recorder = Recorder(world.cell, tuple(jobs.sources))
+    cycles, most = limits
     m = Machine(
         OPERATIONS, recorder, world, Memory(), jobs, assumptions, cycles, CallFrame(main), first_job=main.key
     )
@@ -581,13 +617,71 @@ def run(
     if made_up is not None:
         m.made_up = made_up
         world.cell.made_up = made_up.pose
-    m.allow(STEPS * cycles if max_steps is None else max_steps)
-    m.allows_more = max_steps is None
+    if isinstance(made_up, TakenValues):
+        made_up.place_now = lambda: AskedAt(m.frame.job.source, m.line)
+    m.allow(STEPS * cycles if most is None else most)
+    m.allows_more = most is None
     m.load(main)
     set_initial_values(m)
     bind_uncalled(m, main.routine.parameters)
-    execute(m)
-    return _finish(m)
+    return m
+
+
+def _with_first_move(
+    m: Machine, again: Callable[[tuple[int, int | None], MadeUp], Machine], limits: tuple[int, int | None]
+) -> Machine:
+    """The run of a program that has ended before its first move, with values with which it makes it.
+
+    `m` itself, with a finding, where no such values are found or none may be taken.
+    """
+    main = m.jobs.main()
+    bodies = [] if main is None else [main.body, *flow.called_bodies(m.jobs, main)]
+    if not holds_move(bodies):
+        return m
+
+    def attempt(given: Given) -> Try:
+        taken = TakenValues(given=given)
+        trial = again((limits[0], MOST_STATEMENTS), taken)
+        trial.seeks_move = True
+        try:
+            execute(trial)
+        except MoveReachedError:
+            return Try(True, taken.kinds, trial.allowed - trial.left)
+        return Try(False, taken.kinds, trial.allowed - trial.left)
+
+    first = attempt({})
+    if not first.asked:
+        return m
+    strict = "first-move" in m.assumptions.strict
+    given = None if strict else values_that_move(attempt, first, numbers_compared(bodies))
+    if given is None:
+        says = "say in olp.toml what it asks for: " + ", ".join(
+            map(spelled, list(first.asked)[-_MOST_NAMED:])
+        )
+        found = error if strict else warning
+        ends = "the run ends before the first move of the program"
+        m.report(found("I118", ends, file=m.jobs.program.path, help=says))
+        return m
+    taken = TakenValues(given=given)
+    best = again(limits, taken)
+    best.unsure = True
+    execute(best)
+    for thing, value in given.items():
+        best.report(_is_taken(best, thing, value, taken.first_asked[thing]))
+    return best
+
+
+def _is_taken(m: Machine, thing: UnknownThing, value: float | bool, place: AskedAt) -> Diagnostic:
+    source = m.jobs.sources[place.source]
+    text = source.line(place.line)
+    return warning(
+        "I118",
+        f"{spelled(thing)} is taken as {shown(thing, value)}: else the run ends before its first move",
+        Span(place.line, 1, len(text.rstrip()) + 1),
+        file=source.path,
+        help=where_told(thing),
+        source_line=text,
+    )
 
 
 def _folder_of(program: Program) -> Path | None:

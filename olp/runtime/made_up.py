@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import pi
 from random import Random
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
@@ -62,8 +62,10 @@ class MadeUp:
     `origins`: a thing of this program -> of the source. `types`: of names that nothing declares, as `Declare.type`.
     `choices`: numbers that the source compares a thing with. `only`: all else is zero, and positions are those of no
     seed. `begins`: what the source's run made up, which the translation declares as zero. `places`: frame and tool of
-    positions that hold them.
+    positions that hold them. `polls`: a wait with a limit looks once, as a loop that asks would.
     """
+
+    polls: ClassVar[bool] = True
 
     seed: int = 0
     origins: Mapping[UnknownThing, UnknownThing] = field(default_factory=dict)

@@ -30,6 +30,7 @@ from olp.ir.expressions import (
 from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, PathTrigger, Process
 from olp.robots.geometry import Pose
 from olp.runtime.evaluate import evaluate, find_slot, quantity, read_variable, whole, write_name
+from olp.runtime.first_move import MoveReachedError
 from olp.runtime.memory import Record, SystemPosition, Value
 from olp.runtime.paths import arc_by_angle
 from olp.runtime.places import arc_poses, place_of
@@ -75,6 +76,8 @@ _MODAL_BLENDS = {
 
 def move(m: Machine, s: Move) -> None:
     """Executes a move."""
+    if m.seeks_move and not _stays(m, s):
+        raise MoveReachedError
     targets = s.targets
     if (
         m.plain
@@ -137,6 +140,7 @@ def _compound(m: Machine, s: Move) -> None:
     if _stays(m, s):
         m.assume("the move goes to the current position, which is unknown: it goes nowhere")
         return
+    m.reached_move = True
     rows = _targets_of(m, s.targets, 0, s)
     for number_, part in enumerate(s.parts, 1):
         if part.path is not None:

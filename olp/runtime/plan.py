@@ -31,6 +31,7 @@ ROBOT_IS_ASKED_FOR = ("I001", "I003")  # codes of findings that say that moves n
 # What may be assumed where no file says it: code -> key of [unknown] in olp.toml.
 ASSUMABLE: Mapping[str, str] = {
     "I102": "routines",
+    "I118": "first-move",
     "I203": "values",
     "I209": "values",
     "I215": "start",

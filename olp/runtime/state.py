@@ -182,6 +182,8 @@ class Machine:
     unsure: bool = False  # a value was assumed: what is wrong from here on may only follow from it
     timed_out: bool = False  # whether the last wait ended by its limit
     made_up: MadeUp | None = None  # values for what no file tells
+    seeks_move: bool = False  # the run is over when it reaches a move
+    reached_move: bool = False  # to another place than where the arm is, whether its target is known or not
     _topics: dict[str, tuple[int, int]] = field(default_factory=dict)
     _assumed: dict[tuple[int, int, str], int] = field(default_factory=dict)
     _found: dict[tuple[str, str, int, str], Diagnostic] = field(default_factory=dict)
