@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from translated_texts import ROBOT, converted, inform, module, read, translated
+from translated_texts import ROBOT, converted, inform, module, read, script, translated
 
+from olp.core.source import decode
+from olp.fluent import read_source
+from olp.ir.program import Move
+from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.convert import convert, runs_of
 from olp.transpile.link import link
@@ -53,3 +57,125 @@ def test_what_the_caller_does_not_get_back_is_told():
     text = module().replace("PROC main()", "PROC part(robtarget p)\r\nMoveJ p,v100,fine,tool0;")
     says = [one.says for one in converted(text, "rapid", "tp").translated.losses]
     assert "the argument p of part: its caller has to set the variable" in says
+
+
+# --- AS -----------------------------------------------------------------------------------------------------
+
+AS_DATA = (
+    ".JOINTS\n#p1 0 -20 -100 0 -60 0\n.END\n.TRANS\np2 0 600 300 90 180 0\np3 100 600 300 90 180 0\n.END\n"
+)
+
+
+def as_program(*rows, data=AS_DATA):
+    return "\n".join([".PROGRAM main()", *rows, ".END", data])
+
+
+def as_lines(*rows, target="krl", data=AS_DATA):
+    """The lines of a translation, and what it loses."""
+    program = read_source(decode(as_program(*rows, data=data).encode(), "main.as"))
+    made = convert(program, target, Context(robot=load_robot("kawasaki/rs020n"), on_loss="comment"))
+    text = b"\n".join(made.files.values()).decode("cp1252")
+    return [line.strip() for line in text.splitlines()], made.translated.losses
+
+
+def test_the_number_in_a_variable_says_whether_a_signal_is_an_input():
+    lines, losses = as_lines(
+        "part = 1005",
+        "SWAIT part",
+        "IF SIG(door[1]) THEN",
+        "SIGNAL 3",
+        "END",
+        data=".REALS\ndoor[0] 1007\ndoor[1] 1008\n.END\n",
+    )
+    assert "WAIT FOR $IN[5]" in lines
+    assert "$OUT[part]" not in " ".join(lines)
+    assert any(line.startswith("IF $IN[door") for line in lines)
+    assert not losses
+
+
+def test_a_signal_of_which_nobody_knows_what_it_is_is_left_out():
+    lines, losses = as_lines("CALL ask(which)", "IF SIG(which) THEN", "SIGNAL 3", "END")
+    assert not any(
+        "$OUT[which]" in line or "$IN[which]" in line for line in lines if not line.startswith(";")
+    )
+    assert any(one.says.startswith("SIG is in no file here") for one in losses)
+
+
+def test_bits_are_a_group_of_signals():
+    lines, losses = as_lines("x = BITS(1001,8)", "BITS 17,4 = x")
+    assert "SIGNAL BITS_IN_1_8 $IN[1] TO $IN[8]" in lines
+    assert "SIGNAL BITS_OUT_17_20 $OUT[17] TO $OUT[20]" in lines
+    assert "x_1=BITS_IN_1_8" in lines
+    assert "BITS_OUT_17_20=x_1" in lines
+    assert not losses
+
+
+@pytest.mark.parametrize("word", ["HALT", "STOP"])
+def test_halt_and_stop_end_the_program(word):
+    lines, _ = as_lines("SIGNAL 1", "IF SIG(1002) THEN", word, "END", "SIGNAL 2")
+    assert "RETURN" in lines
+    assert "HALT" not in lines
+
+
+def test_continuous_path_comes_back_with_the_accuracy_that_holds():
+    rows = (
+        "SPEED 100 MM/S ALWAYS",
+        "ACCURACY 20 ALWAYS",
+        "JMOVE #p1",
+        "CP OFF",
+        "ACCURACY 30 ALWAYS",
+        "LMOVE p2",
+        "CP ON",
+        "LMOVE p3",
+        "LMOVE p2",
+    )
+    lines, _ = as_lines(*rows, target="rapid")
+    moves = [line for line in lines if line.startswith("Move")]
+    assert [line.split(",")[2] for line in moves] == ["z20", "fine", "z30", "z30"]
+
+
+def test_a_deceleration_holds_for_all_moves_that_follow():
+    program = read_source(decode(as_program("DECEL 50 ALWAYS", "LMOVE p2", "LMOVE p3").encode(), "main.as"))
+    moves = [s for s in program.routines[0].body if isinstance(s, Move)]
+    assert all(move.deceleration is not None for move in moves)
+
+
+def test_a_loop_that_counts_fractions_is_no_loop_of_integers():
+    lines, losses = as_lines("FOR i = 0 TO 1 STEP 0.25", "TWAIT i", "END")
+    assert "DECL REAL i=0" in lines
+    assert "WHILE i<=1" in lines
+    assert not losses
+    lines, losses = as_lines("FOR i = 0 TO 3", "x[i] = i/2", "END")
+    assert "DECL INT i=0" in lines
+    assert not losses
+
+
+def test_numbers_of_signals_are_integers_where_the_target_counts_with_them():
+    text = script("i = 1", "while i < 4:", "  set_standard_digital_out(i, True)", "  i = i + 1", "end")
+    assert "DECL INT i" in translated(text, "urscript", "krl")
+
+
+def test_an_array_is_as_large_as_the_indices_that_are_written():
+    lines, _ = as_lines("x[0] = 3", "x[4] = 5", "y = x[4]")
+    assert "DECL REAL x_1[5]" in lines or "DECL INT x_1[5]" in lines
+
+
+@pytest.mark.parametrize(
+    ("vendor", "text"),
+    [
+        ("krl", "DEF PART ( )\nINT i\nFOR i=1 TO 3\nWAIT SEC 1\nENDFOR\nEND\n"),
+        ("rapid", module("FOR i FROM 1 TO 3 DO", "WaitTime 1;", "ENDFOR")),
+    ],
+)
+def test_next_names_what_the_loop_counts(vendor, text):
+    assert "\r\nNEXT D000\r\n" in translated(text, vendor, "inform")
+
+
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_a_loop_that_counts_fractions_is_a_while(target):
+    text = module("FOR i FROM 0 TO 1 STEP 0.25 DO", "WaitTime i;", "ENDFOR")
+    made = translated(text, "rapid", target)
+    assert "WHILE" in made
+    assert "FOR i" not in made
+    assert "FOR R" not in made
+    assert not [kind for kind, _ in objections(text, "rapid", target)]

@@ -470,14 +470,6 @@ def test_an_index_that_may_be_a_fraction_is_rounded_and_told(tmp_path):
     assert compare_plans(read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", "krl")).is_equal
 
 
-def test_a_loop_over_fractions_is_refused_for_krl():
-    text = module("FOR i FROM 0 TO 1 STEP 0.25 DO", "WaitTime i;", "ENDFOR")
-    lost = [
-        loss.line for loss in converted(text, "rapid", "krl").translated.losses if loss.fate is Fate.COMMENTED
-    ]
-    assert lost == [3, 4, 5]
-
-
 @pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
 def test_values_that_name_other_data_are_written_out_in_any_order(target):
     data = ["CONST num both:=far+1;", "CONST num far:=2;", "VAR num row{2}:=[both,far];"]

@@ -178,6 +178,7 @@ class Limits:
     has_relative: bool = True  # a move by an offset from where the arm stands
     nested_logic: bool = True  # AND and OR in parentheses
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
+    for_counts_whole: bool = False  # FOR counts with integers alone
     has_configuration: bool = True  # a pose can say how the arm stands
     speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI
     speed_ranges: Mapping[SpeedUnit, Range] = field(default_factory=dict)  # what is taken, SI

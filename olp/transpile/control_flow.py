@@ -25,6 +25,7 @@ from olp.ir.program import (
     If,
     Jump,
     Label,
+    Next,
     Pause,
     Program,
     PulseOutput,
@@ -38,6 +39,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.integer_inference import counts_fractions
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
 
 _CONDITIONAL: Final = (Call, Return, Pause, PulseOutput, StartTask)
@@ -264,10 +266,13 @@ class _Target:
         limits, head, closer = self.work.limits, block.opener, block.closer
         assert isinstance(head, For)
         step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
+        step_fits = step_fits and not (limits.for_counts_whole and counts_fractions(head))
         there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
         other_end = there.for_declares or there.for_keeps_last is not keeps_last
         if limits.has_for and step_fits and not (other_end and self._is_used_outside(head)):
             loop, inside = self._inside(block)
+            if isinstance(closer, Next):
+                closer = replace(closer, variable=head.variable)
             return [Block([(head, inside)], closer), *self._end(loop, closer)]
         before: list[Node] = []
         start = self._kept(head.start, before, head.line) if keeps_last else head.start

@@ -16,6 +16,7 @@ from olp.ir.expressions import (
     CallValue,
     Compare,
     Expression,
+    FrameRef,
     Function,
     Item,
     Logic,
@@ -24,6 +25,7 @@ from olp.ir.expressions import (
     Number,
     RecordLiteral,
     Signal,
+    Text,
     Unary,
 )
 from olp.ir.program import (
@@ -51,7 +53,7 @@ from olp.languages.vendor import conventions_of, language_of
 from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
-from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
+from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
 _ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})
 _WHOLE_DIVISION: Final = ("div", "mod")
@@ -78,8 +80,23 @@ def _counts(program: Program, work: TranslationContext) -> bool:
     looks = [work.look(r) for r in program.routines]
     loops = any(type(s) in (For, Switch) for look in looks for _, s in look.rare)
     return loops or any(
-        type(e) is Item or _divides(e) or _rounds(e) for look in looks for e in look.expressions
+        type(e) is Item or _divides(e) or _rounds(e) or _number_of(e) is not None
+        for look in looks
+        for e in look.expressions
     )
+
+
+def _number_of(e: Expression) -> Expression | None:
+    """The computed number of a signal, a tool or a frame."""
+    number = e.index if type(e) is Signal else e.number if type(e) is FrameRef else None
+    return None if isinstance(number, (Number, Text)) else number
+
+
+def _with_number(e: Expression, number: Expression) -> Expression:
+    """The signal, tool or frame with this number."""
+    if isinstance(e, Signal):
+        return replace(e, index=number)
+    return replace(e, number=number) if isinstance(e, FrameRef) else e
 
 
 def _rounds(e: Expression) -> bool:
@@ -93,7 +110,12 @@ def _divides(e: Expression) -> bool:
 def _key(symbols: Symbols, routine: str, e: Expression | None) -> Key | None:
     """The declared number that an expression names."""
     symbol = symbols.find(routine, e.name) if type(e) is Named else None
-    return (symbol.scope, symbol.name) if symbol is not None and symbol.type == "real" else None
+    return (symbol.scope, symbol.name) if symbol is not None and _is_number(symbol) else None
+
+
+def _is_number(symbol: Symbol) -> bool:
+    """Whether it may be an integer: a real number, or a constant of which only the value tells the type."""
+    return symbol.type == "real" or (not symbol.type and isinstance(symbol.value, Number))
 
 
 def _wanted(symbols: Symbols, routine: Routine) -> Iterator[Key]:
@@ -104,6 +126,7 @@ def _wanted(symbols: Symbols, routine: Routine) -> Iterator[Key]:
         found: list[Expression | None] = [s.variable, s.start, s.stop, s.step] if type(s) is For else []
         found += [s.value] if type(s) is Switch else []
         found += [index for e in expressions_of(s) if type(e) is Item for index in e.indices]
+        found += [_number_of(e) for e in expressions_of(s)]
         found += [
             part
             for e in expressions_of(s)
@@ -168,7 +191,7 @@ class _Held:
 
     def whole(self) -> set[Key]:
         """Numbers that never hold a fraction, whatever way the program takes."""
-        numbers = [symbol for symbol in self.symbols if symbol.type == "real" and symbol.parameter is None]
+        numbers = [symbol for symbol in self.symbols if _is_number(symbol) and symbol.parameter is None]
         kept = {(symbol.scope, symbol.name) for symbol in numbers}
         for symbol in numbers:
             if symbol.value is not None:
@@ -278,6 +301,9 @@ class _Rounding:
                 if isinstance(e, Binary) and _divides(e):
                     left, right = (self._operand(routine.name, part, s, before) for part in (e.left, e.right))
                     return Binary(e.operator, left, right)
+                if (number := _number_of(e)) is not None:
+                    number = self._index(routine.name, number, s, before)
+                    return _with_number(e, number)
                 if type(e) is not Item or not self._is_array(routine.name, e.base):
                     return e
                 indices = tuple(self._index(routine.name, index, s, before) for index in e.indices)
@@ -418,7 +444,7 @@ def _counted(routine: Routine, shared: set[str], work: TranslationContext) -> Ro
     free = counters.keys() - hidden.keys()  # of a variable that does nothing else the name is left
     body = [s for s in _renamed(nodes, hidden) if not (type(s) is Declare and s.name in free)]
     rows = [
-        Declare(0, hidden.get(name, name), "real" if _has_fraction(s) else "integer")
+        Declare(0, hidden.get(name, name), "real" if counts_fractions(s) else "integer")
         for name, s in counters.items()
     ]
     return replace(routine, body=(*rows, *body))
@@ -476,5 +502,6 @@ def _loop(node: Block, opener: For, name: str, hidden: Mapping[str, str]) -> Ite
     yield mapped(node.closer, change)
 
 
-def _has_fraction(s: For) -> bool:
+def counts_fractions(s: For) -> bool:
+    """Whether a number of a loop that is written out is a fraction."""
     return any(type(e) is Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step))

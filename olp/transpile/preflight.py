@@ -161,7 +161,7 @@ def _routines(program: Program) -> Iterator[str]:
 
 
 def _signals(translated: Translated, target: str) -> Iterator[str]:
-    renamed = {name: to for (kind, name), to in translated.mapping.items() if kind == "signal"}
+    renamed = {name: to for (kind, name), to in translated.mapping.items() if kind == "signal" and name != to}
     asked = {thing for things in translated.asks.values() for thing in things}
     if told := [row for name, to in renamed.items() if (row := f"{name} is {to}") not in asked]:
         does = (

@@ -64,6 +64,7 @@ _STEMS: Final[Mapping[str, str]] = {
     "configurable-out": "co",
 }
 _GROUPS: Final = ("in-group", "out-group", "in-half-group", "out-half-group")
+_DECLARED: Final = "SIGNAL"  # the kind of a declaration that makes a group
 _FIRST_FREE, _FREE_SIZE = 1025, 16  # behind the signals that most programs use; as many as a word has bits
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 
@@ -151,6 +152,9 @@ class _Signals:
                 e, bus=bus or e.bus, index=Number(int(index)) if index.isdecimal() else Text(index)
             )
         if self.work.limits.declared_groups and shown and e.bus in _GROUPS:
+            ends = self._declared(shown)
+            if ends is not None:
+                return self._group(e, shown, ends)
             size = self.work.conventions.group_sizes.get(e.bus)
             if size is None:
                 return self._free_group(e, shown)
@@ -165,6 +169,16 @@ class _Signals:
         if not self.work.target_conventions.controller_names and isinstance(e.index, Text):
             return replace(e, index=Number(self._number(e.bus, e.index.value)))
         return e
+
+    def _declared(self, name: str) -> tuple[int, int] | None:
+        """The first and last signal of a group that the source declares."""
+        for d in self.work.source.data if self.work.source.vendor != self.work.target else ():
+            value = d.value if d.name.casefold() == name.casefold() else None
+            if isinstance(value, RecordLiteral) and value.type == _DECLARED and len(value.members) == 2:
+                ends = [e.index for _, e in value.members if isinstance(e, Signal)]
+                numbers = [int(end.value) for end in ends if isinstance(end, Number)]
+                return (numbers[0], numbers[1]) if len(numbers) == 2 else None
+        return None
 
     def _free_group(self, e: Signal, shown: str) -> Signal:
         """Free signals for a group whose signals are not declared in any file at hand."""
@@ -182,10 +196,10 @@ class _Signals:
         bus, way = e.bus.replace("half-", ""), e.bus.partition("-")[0]
         declared = self.groups.get((e.bus, number))
         if declared is None:
-            value = RecordLiteral("SIGNAL", tuple(("", Signal(way, Number(end))) for end in ends))
+            value = RecordLiteral(_DECLARED, tuple(("", Signal(way, Number(end))) for end in ends))
             own = number if number.isidentifier() else f"{way.upper()}_{ends[0]}_{ends[1]}"
-            name = self.work.fresh(own)
-            declared = self.groups[(e.bus, number)] = Declare(0, name, "signal", value, native="SIGNAL")
+            name = own if self._declared(number) else self.work.fresh(own)
+            declared = self.groups[(e.bus, number)] = Declare(0, name, "signal", value, native=_DECLARED)
         self.work.names[("signal", f"{e.bus} {number}")] = f"{bus} {declared.name}"
         return replace(e, bus=bus, index=Text(declared.name))
 

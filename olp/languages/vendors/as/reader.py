@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity, Span
@@ -15,6 +15,7 @@ from olp.core.source import Source
 from olp.core.units import mm
 from olp.ir.expressions import (
     Binary,
+    CallValue,
     Expression,
     Function,
     Item,
@@ -22,6 +23,9 @@ from olp.ir.expressions import (
     Number,
     PositionLiteral,
     Quantity,
+    RecordLiteral,
+    Signal,
+    SystemValue,
     Text,
     Unary,
 )
@@ -45,9 +49,11 @@ from olp.ir.program import (
     Parameter,
     Path,
     Program,
+    PulseOutput,
     Repeat,
     Routine,
     SetBlend,
+    SetOutput,
     SpeedUnit,
     StartTask,
     Statement,
@@ -55,6 +61,7 @@ from olp.ir.program import (
     Until,
     While,
 )
+from olp.ir.transformer import expressions_of, mapped
 from olp.languages.findings import Findings
 from olp.languages.lark_host import changed
 from olp.languages.short_reader import (
@@ -70,7 +77,7 @@ from olp.languages.short_reader import (
     zyz_pose,
 )
 
-from .rules import Arc, AsRules, BlockEnd, NextMoveFields, PercentOfPath
+from .rules import FIRST_OF, Arc, AsRules, BlockEnd, ContinuousPath, NextMoveFields, PercentOfPath, bus_of
 
 _CODES: Final = Codes("P580", "P581", "P582", "P583", "P584", "P585")
 _MARK = re.compile(
@@ -89,7 +96,11 @@ _KNOWN: Final = words(
 _MOVES: Final = words("C1MOVE DRAW TDRAW DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
 _UNTAUGHT: Final = PositionLiteral("pose", (float("nan"),) * 6)
 _MOST_ELEMENTS: Final = 5000  # per index of an array
+_DEEP: Final = 4  # variables that are set to variables
 _MOST_ROOM: Final = 500_000  # elements of all arrays together
+_FIRST_ACCURACY: Final = Blend(BlendKind.RADIUS, Quantity(Number(1), mm))
+_STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+_NUMERIC: Final = words("sqrt abs sin cos tan atan2 trunc min max length-of-text value-of-text pose-distance")
 _SIZES: Final = {1: 1000, 2: 100}  # of an array that only the program fills, by its number of indices
 
 
@@ -128,7 +139,10 @@ class _AsFile:
                 self.kinds[number - 1] = LineKind.RECORD if text else LineKind.BLANK
                 number += 1
         self._close_arrays()
-        routines = [self._with_arrays(one) for one in routines]
+        routines = _SignalNumbers(self.findings, routines, self.data).known()
+        self._declare_groups(routines)
+        sizes = _constant_sizes(routines)
+        routines = [self._with_arrays(one, sizes) for one in routines]
         main = _main(routines)
         if main:
             at = next(i for i, one in enumerate(routines) if one.name == main)
@@ -247,7 +261,7 @@ class _AsFile:
         )
         return routine, number
 
-    def _with_arrays(self, routine: Routine) -> Routine:
+    def _with_arrays(self, routine: Routine, indexed: Mapping[str, tuple[Number, ...]]) -> Routine:
         """Variables come into being when they are given a value: those of the program (.name) here, others for all."""
         own: dict[str, Declare] = {}
         given = {p.name.casefold() for p in routine.parameters}
@@ -257,12 +271,12 @@ class _AsFile:
             if not isinstance(base, Named) or base.name.casefold() in given:
                 continue
             count = len(target.indices) if isinstance(target, Item) else 0
-            sizes = (Number(_SIZES.get(count, 20)),) * count
+            sizes = indexed.get(base.name.casefold(), (Number(_SIZES.get(count, 20)),) * count)
             if base.name.casefold() not in self.data.keys() | own.keys() and not self._takes(sizes):
                 sizes = (Number(1),) * count
             local = "." in base.name[:2]
             place = own if local else self.data
-            type_ = self._type(one.value) if isinstance(one, Assign) else "integer"
+            type_ = self._type(one.value) if isinstance(one, Assign) else _counter(one)
             if base.name.startswith("$"):
                 type_ = "string"
             line = routine.line if local else 0
@@ -279,12 +293,124 @@ class _AsFile:
             return "position" if value.kind == "pose" else "joints"
         if isinstance(value, Function) and value.name.startswith(("pose-", "forward")):
             return "position"
-        return "real" if isinstance(value, (Number, Binary, Unary)) else "variable"
+        numeric = isinstance(value, Function) and value.name in _NUMERIC
+        numeric = numeric or (isinstance(value, Signal) and value.bus.endswith("-group"))
+        numeric = numeric or (isinstance(value, SystemValue) and value.name == "timer")
+        return "real" if numeric or isinstance(value, (Number, Binary, Unary)) else "variable"
+
+    def _declare_groups(self, routines: list[Routine]) -> None:
+        """The signals that BITS names, as groups of the program."""
+        for e in (e for r in routines for s in r.body for e in expressions_of(s)):
+            if not isinstance(e, Signal) or not e.bus.endswith("-group") or not isinstance(e.index, Text):
+                continue
+            bus = e.bus.removesuffix("-group")
+            first, last = (Signal(bus, Number(int(part))) for part in e.index.value.split("_")[-2:])
+            signals = RecordLiteral("SIGNAL", (("", first), ("", last)))
+            name = e.index.value
+            self.data.setdefault(name.casefold(), Declare(0, name, "signal", signals, native="SIGNAL"))
 
     def _with_defaults(self, routine: Routine) -> Routine:
         """What a controller holds before any instruction: corners of 1 mm."""
-        first = SetBlend(routine.line, (Blend(BlendKind.RADIUS, Quantity(Number(1), mm)),))
+        first = SetBlend(routine.line, (_FIRST_ACCURACY,))
         return replace(routine, body=(first, *routine.body))
+
+
+@dataclass(slots=True)
+class _SignalNumbers:
+    """Which signals the numbers in variables are: outputs, inputs and internal signals share one count.
+
+    `values`: what each variable is set to, by the routine of its own or "" and its name; None: nobody knows.
+    """
+
+    findings: Findings
+    routines: list[Routine]
+    data: dict[str, Declare]
+    values: dict[tuple[str, str], list[Expression | None]] = field(default_factory=dict)
+
+    def known(self) -> list[Routine]:
+        """The routines with each signal where it belongs; a condition on one of which nobody knows is not modelled."""
+        if not any(
+            type(e) is Signal and _is_computed(e)
+            for r in self.routines
+            for s in r.body
+            for e in expressions_of(s)
+        ):
+            return self.routines
+        for d in self.data.values():
+            held = [one for _, one in d.value.members] if isinstance(d.value, RecordLiteral) else [d.value]
+            self.values["", d.name.casefold()] = list(_leaves(held))
+        for r in self.routines:
+            for p in r.parameters:
+                self.values.setdefault((r.name, p.name.casefold()), []).append(None)
+            for s in r.body:
+                target = s.target if isinstance(s, Assign) else s.variable if isinstance(s, For) else None
+                if target is not None:
+                    value = s.value if isinstance(s, Assign) else None
+                    self.values.setdefault(self._key(r, target), []).append(value)
+        return [replace(r, body=tuple([self._statement(r, s) for s in r.body])) for r in self.routines]
+
+    def _key(self, r: Routine, e: Expression) -> tuple[str, str]:
+        base = e.base if isinstance(e, Item) else e
+        name = base.name.casefold() if isinstance(base, Named) else ""
+        own = "." in name[:2] or (r.name, name) in self.values
+        return (r.name if own else ""), name
+
+    def _statement(self, r: Routine, s: Statement) -> Statement:
+        def change(e: Expression) -> Expression:
+            if type(e) is not Signal or not _is_computed(e):
+                return e
+            buses = self._buses(r, e.index, 0)
+            if len(buses) == 1 and None not in buses:
+                bus = next(iter(buses))
+                return Signal(str(bus), self._shifted(r, e.index, FIRST_OF[str(bus)]))
+            if isinstance(s, (SetOutput, PulseOutput)) and "in" not in buses:
+                self._tell(s.line, "is taken as an output")
+                return e
+            self._tell(s.line, "is not modelled")
+            return CallValue("SIG", (e.index,))
+
+        if isinstance(s, (SetOutput, PulseOutput)):
+            signal = mapped(s.signal, change)
+            return replace(s, signal=signal) if isinstance(signal, Signal) else s
+        return mapped(s, change)
+
+    def _tell(self, line: int, what: str) -> None:
+        message = f"a signal whose number nothing here tells {what}: outputs, inputs and internal ones share one count"
+        help = "write the number, or set the variable to it in this file"
+        self.findings.once(Severity.WARNING, "P589", what, message, self.findings.whole_line(line), help)
+
+    def _buses(self, r: Routine, e: Expression | None, depth: int) -> set[str | None]:
+        """The kinds of signals that a number may be; None among them: nobody knows."""
+        if isinstance(e, Number):
+            return {bus_of(int(e.value))}
+        if isinstance(e, Binary) and e.operator == "+" and depth < _DEEP:
+            first = next((one for one in (e.left, e.right) if isinstance(one, Number)), None)
+            if first is not None and first.value >= min(one for one in FIRST_OF.values() if one):
+                return {bus_of(int(first.value) + 1)}  # the first of them, and which one
+        if isinstance(e, (Named, Item)) and depth < _DEEP:
+            values = self.values.get(self._key(r, e), [None])
+            return set().union(*(self._buses(r, one, depth + 1) for one in values)) if values else {None}
+        return {None}
+
+    def _shifted(self, r: Routine, e: Expression, first: int) -> Expression:
+        """The number within its kind; written out where the variable has one value."""
+        if isinstance(e, Named):
+            values = {one.value for one in self.values.get(self._key(r, e), []) if isinstance(one, Number)}
+            if len(values) == 1 and all(isinstance(v, Number) for v in self.values[self._key(r, e)]):
+                return Number(int(values.pop()) - first)
+        return Binary("-", e, Number(first)) if first else e
+
+
+def _is_computed(e: Signal) -> bool:
+    return not isinstance(e.index, (Number, Text))
+
+
+def _leaves(values: Iterable[Expression | None]) -> Iterator[Expression | None]:
+    for one in values:
+        if isinstance(one, RecordLiteral):
+            yield from _leaves(inner for _, inner in one.members)
+        elif one is not None:
+            yield one
 
 
 class _AsBody:
@@ -295,6 +421,9 @@ class _AsBody:
         self.body: list[Statement] = []
         self.open: list[type] = []
         self.next: dict[str, Any] = {}
+        self.always: dict[str, Any] = {}  # what all moves take from here on
+        self.passes = True  # CP
+        self.accuracy: tuple[Blend, ...] = (_FIRST_ACCURACY,)
         self.via: tuple[Expression, int] | None = None
 
     def line(self, text: str, number: int) -> None:
@@ -319,7 +448,9 @@ class _AsBody:
 
     def _add(self, one: Any, number: int) -> None:
         if isinstance(one, NextMoveFields):
-            self.next.update(one.fields)
+            (self.always if one.always else self.next).update(one.fields)
+        elif isinstance(one, (ContinuousPath, SetBlend)):
+            self._pass(one, number)
         elif isinstance(one, PercentOfPath):
             self._tell_percent(number)
         elif isinstance(one, Arc):
@@ -332,9 +463,21 @@ class _AsBody:
             self._block(one)
             self.body.append(one)
 
+    def _pass(self, one: ContinuousPath | SetBlend, number: int) -> None:
+        """The accuracy holds while moves pass their targets, and again when they do so again."""
+        if isinstance(one, ContinuousPath):
+            self.passes = one.on
+        else:
+            self.accuracy = one.blends
+            if not self.passes:
+                return
+        self.body.append(SetBlend(number, self.accuracy if self.passes else (_STOP,)))
+
     def _taken(self, move: Move) -> Move:
         """The move with what SPEED, ACCURACY and ACCEL before it said."""
-        fields, self.next = self.next, {}
+        fields, self.next = self.always | self.next, {}
+        if not self.passes:
+            fields.pop("blend", None)
         speeds = fields.pop("speeds", ())
         wanted = SpeedUnit.FRACTION if move.path is Path.JOINT else SpeedUnit.TRAVEL
         speed = next((s for s in speeds if s.unit in (wanted, SpeedUnit.TIME)), None)
@@ -397,6 +540,31 @@ _TYPES: Final = {
     ".INTEGER": "integer",
     ".STRINGS": "string",
 }
+
+
+def _counter(s: Statement) -> str:
+    """The type of what counts a loop: an integer, but where the loop counts fractions."""
+    counted = (s.start, s.step) if isinstance(s, For) else ()
+    fractions = [e for e in counted if isinstance(e, Number) and not float(e.value).is_integer()]
+    return "real" if fractions else "integer"
+
+
+def _constant_sizes(routines: list[Routine]) -> dict[str, tuple[Number, ...]]:
+    """Of the arrays of which every index is written out, and which no program hands to another."""
+    found: dict[str, tuple[int, ...] | None] = {}
+    for s in (s for r in routines for s in r.body):
+        handed = s.arguments if isinstance(s, Call) else ()
+        found.update((e.name.casefold(), None) for e in handed if isinstance(e, Named))
+        for e in expressions_of(s):
+            if not isinstance(e, Item) or not isinstance(e.base, Named):
+                continue
+            name, at = e.base.name.casefold(), [i.value for i in e.indices if isinstance(i, Number)]
+            known = found.get(name, (0,) * len(at))
+            if known is None or len(at) != len(e.indices) or len(known) != len(at):
+                found[name] = None
+            else:
+                found[name] = tuple(max(int(one), most) for one, most in zip(at, known, strict=True))
+    return {name: tuple(map(Number, sizes)) for name, sizes in found.items() if sizes and min(sizes) > 0}
 
 
 def _gap(element: Expression) -> tuple[str, Expression]:

@@ -37,6 +37,7 @@ from olp.ir.program import (
     Message,
     Move,
     Path,
+    Process,
     PulseOutput,
     SetAcceleration,
     SetBlend,
@@ -54,6 +55,7 @@ from olp.ir.program import Default as DefaultOf
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import NotModelledError, constants, from_zero, zyz_pose
 from olp.languages.statement_rules import BlockRules
+from olp.languages.vendor import ENDS_CYCLE
 
 FULL_SPEED: Final = 1.0  # [m/s] that 100 % of a path stand for: no program says it
 MODAL: Final = Blend(BlendKind.RADIUS)
@@ -72,9 +74,19 @@ class BlockEnd(NamedTuple):
 
 
 class NextMoveFields(NamedTuple):
-    """The fields that the next move takes, from SPEED, ACCURACY and ACCEL without ALWAYS."""
+    """The fields that the next move takes, from SPEED, ACCURACY and ACCEL without ALWAYS.
+
+    `always`: all that follow take them.
+    """
 
     fields: tuple[tuple[str, Any], ...]
+    always: bool = False
+
+
+class ContinuousPath(NamedTuple):
+    """CP: whether moves pass their targets, within the accuracy that holds, or stop there."""
+
+    on: bool
 
 
 class Arc(NamedTuple):
@@ -159,8 +171,11 @@ class AsRules(BlockRules):
     def function(self, children: list[Any]) -> Expression:
         name, arguments = str(children[0]), tuple(children[1] or ())
         word = name.upper()
-        if word in ("SIG", "BITS") and arguments:
+        if word == "SIG" and arguments:
             return _all_on(arguments)
+        if word == "BITS" and len(arguments) == 2:
+            group = _group(*arguments)
+            return CallValue(word, arguments) if group is None else group
         if word == "TIMER" and len(arguments) == 1 and isinstance(arguments[0], Number):
             return SystemValue("timer", int(arguments[0].value))
         if word in _FUNCTIONS:
@@ -249,14 +264,14 @@ class AsRules(BlockRules):
         share = Quantity(value, percent)
         if always and str(word).upper() == "ACCEL":
             return SetAcceleration(0, (Acceleration(AccelerationUnit.FRACTION, share),))
-        return NextMoveFields((("acceleration" if str(word).upper() == "ACCEL" else "deceleration", share),))
+        part = "acceleration" if str(word).upper() == "ACCEL" else "deceleration"
+        return NextMoveFields(((part, share),), bool(always))
 
     def rates(self, children: list[Any]) -> Any:
         return self.rate([children[0], self.number([children[1]]), None, None])
 
-    def continuous(self, children: list[Any]) -> Any:
-        on = str(children[0]).upper() == "ON"
-        return SetBlend(0, (Blend(BlendKind.RADIUS, Quantity(Number(1 if on else 0), mm)),))
+    def continuous(self, children: list[Any]) -> ContinuousPath:
+        return ContinuousPath(str(children[0]).upper() == "ON")
 
     def tool(self, children: list[Any]) -> SetTool:
         return SetTool(0, children[0])
@@ -284,6 +299,12 @@ class AsRules(BlockRules):
         pairs = map(_signal, children[0])
         return [SetOutput(0, signal, Number(int(on))) for signal, on in pairs]
 
+    def set_bits(self, children: list[Any]) -> SetOutput:
+        group = _group(children[0], children[1])
+        if group is None or group.bus != "out-group":
+            raise NotModelledError(children)
+        return SetOutput(0, group, children[2])
+
     def pulse(self, children: list[Any]) -> PulseOutput:
         time = Number(0.2) if children[1] is None else children[1]
         signal, on = _signal(children[0])
@@ -295,6 +316,13 @@ class AsRules(BlockRules):
 
     def wait_signals(self, children: list[Any]) -> Wait:
         return Wait(0, _all_on(children[0]), spelling="SWAIT")
+
+    def halt(self, _: list[Any]) -> Process:
+        return Process(0, "HALT")
+
+    def stop(self, _: list[Any]) -> Process:
+        """The cycle ends; the next one begins if any is left."""
+        return Process(0, ENDS_CYCLE)
 
     def name_only(self, children: list[Any]) -> str:
         return self.spelled(str(children[0]))
@@ -350,11 +378,30 @@ def _signal(number: Expression) -> tuple[Signal, bool]:
         number, on = number.operand, False
     elif isinstance(number, Number) and number.value < 0:
         number, on = Number(-number.value), False
-    if isinstance(number, Number) and 1000 < number.value < 2000:
-        return Signal("in", Number(number.value - 1000)), on
-    if isinstance(number, Number) and number.value > 2000:
-        return Signal("flag", Number(number.value - 2000)), on
+    if isinstance(number, Number):
+        bus = bus_of(int(number.value))
+        return Signal(bus, Number(number.value - FIRST_OF[bus])), on
     return Signal("out", number), on
+
+
+FIRST_OF: Final = {"out": 0, "in": 1000, "flag": 2000}  # the number before the first signal of a kind
+
+
+def bus_of(number: int) -> str:
+    """1 .. are outputs, 1001 .. inputs, 2001 .. internal signals."""
+    return "out" if number <= 1000 else "in" if number <= 2000 else "flag"
+
+
+def _group(first: Expression, count: Expression) -> Signal | None:
+    """The signals that BITS names, as a group of its own; None for internal ones and computed numbers."""
+    if not isinstance(first, Number) or not isinstance(count, Number):
+        return None
+    start, last = int(first.value), int(first.value) + int(count.value) - 1
+    bus = bus_of(start)
+    if bus == "flag" or bus_of(last) != bus or not 1 <= start <= last < start + 32:
+        return None
+    here = FIRST_OF[bus]
+    return Signal(f"{bus}-group", Text(f"BITS_{bus.upper()}_{start - here}_{last - here}"))
 
 
 def _all_on(numbers: Any) -> Expression:

@@ -38,6 +38,7 @@ LIMITS: Final = Limits(
     has_repeat=False,
     has_break=False,
     has_parameters=False,
+    for_counts_whole=True,
     one_routine_per_file=True,
     external_axes=6,
     has_override=False,

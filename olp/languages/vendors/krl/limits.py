@@ -79,6 +79,7 @@ LIMITS: Final = Limits(
     watches=True,
     position_read_in="move",
     integer_type="INT",
+    for_counts_whole=True,
     has_integers=True,
     unset_variables=True,
     value_types=ValueTypes(signals_are_states=True),
