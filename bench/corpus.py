@@ -297,9 +297,10 @@ def general(message: str) -> str:
 
 
 def arms(vendor: str) -> list[str]:
-    """Arms of the language's maker, spread over the sizes; those whose pulses are known, where there are some."""
+    """Arms of the language's maker (olp has none: KUKA's), spread over the sizes; those with known pulses, if any."""
     maker = maker_of(vendor).casefold().replace(" ", "-")
-    own = [name for name in robot_names() if name.startswith(f"{maker}/")] or ["kuka/kr16-2"]
+    names = robot_names()
+    own = [n for n in names if n.startswith(f"{maker}/")] or [n for n in names if n.startswith("kuka/")]
     six = [name for name in own if len(load_robot(name).axes) == 6] or own
     six = [name for name in six if load_robot(name).knows_pulses] or six
     step = max(1, len(six) // _TRIED)

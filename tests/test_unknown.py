@@ -148,6 +148,21 @@ def test_nothing_is_taken_for_the_first_move_where_olp_toml_forbids_it(tmp_path:
     assert not np.any(plan.kind == StepKind.MOVE)
 
 
+def test_what_unknown_functions_return_is_taken_so_that_the_program_moves(tmp_path: Path) -> None:
+    (tmp_path / "served.script").write_text(
+        'def served():\n  server = rpc_factory("xmlrpc", "http://127.0.0.1:40404")\n'
+        "  ready = server.start()\n  if not ready:\n    halt\n  end\n  if server.job() != 7:\n    halt\n  end\n"
+        "  movej([0.1, -1.3, 1.2, -0.4, 0.5, 0.6])\n  movej([0.4, -1.1, 1.0, -0.2, 0.3, 0.5])\nend\n"
+    )
+    plan = olp.read(tmp_path / "served.script").plan("universal-robots/ur10e")
+    assert list(plan.line[plan.kind == StepKind.MOVE]) == [10, 11]
+    found = {d.line: d.message.split(":")[0] for d in plan.diagnostics if d.code == "I118"}
+    assert found == {
+        3: "what server.start returns is taken as true",
+        7: "what server.job returns is taken as 7",
+    }
+
+
 def test_a_program_that_moves_keeps_its_inputs_off(tmp_path: Path) -> None:
     body = GUARDED.replace("IF NOT", f"LIN {POSE}\nIF NOT")
     assert "I118" not in told(planned(tmp_path, body), "warning")

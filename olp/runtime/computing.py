@@ -19,7 +19,7 @@ from olp.robots.geometry import (
 )
 from olp.runtime.data import FUNCTIONS
 from olp.runtime.evaluate import evaluate, finite, number, round_half_away, whole
-from olp.runtime.memory import Array, AssumedZero, PositionValue, Value
+from olp.runtime.memory import Array, AssumedResult, PositionValue, Value
 from olp.runtime.poses import as_position, raw_pose, with_pose
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
@@ -355,8 +355,9 @@ def call_function(m: Machine, e: Function) -> Value:
     """The function's value. Raises StatementError for one that is not known, or has too few arguments."""
     function = FUNCTIONS.get(e.name) or _FURTHER.get(e.name)
     if function is None and not m.conventions.known_functions:
-        m.assume(f"{e.name[:60]} is not known here: its value is taken as 0")
-        return AssumedZero(0)
+        taken = 0 if m.made_up is None else m.made_up.result(e.name)
+        m.assume(f"{e.name[:60]} is not known here: its value is taken as {str(taken).lower()}")
+        return taken if isinstance(taken, bool) else AssumedResult(taken)
     if function is None:
         raise StatementError(
             "I216", f"{e.name} is not known to the interpreter", "say its result in olp.toml"

@@ -85,6 +85,10 @@ class TakenValues(MadeUp):
             return None
         return self._told(UnknownThing("argument", number), type_)
 
+    def result(self, name: str) -> int | bool:
+        given = self._told(UnknownThing("result", name), "result")
+        return given if isinstance(given, bool) else int(given or 0)
+
 
 def values_that_move(attempt: Callable[[Given], Try], first: Try, numbers: Sequence[int]) -> Given | None:
     """What to take for what nothing tells, None where no move is found. `numbers`: that the program compares with."""
@@ -110,7 +114,9 @@ class _Search:
         return tried
 
     def _others(self, type_: str) -> Sequence[int | bool]:
-        return (True,) if type_ == "boolean" else self.numbers
+        if type_ == "boolean":
+            return (True,)
+        return (True, *self.numbers) if type_ == "result" else self.numbers
 
     def one_by_one(self, first: Try) -> Given | None:
         self.asked = dict(first.asked)
@@ -191,12 +197,18 @@ def spelled(thing: UnknownThing) -> str:
         return f"argument {thing.name} of the main routine"
     if isinstance(thing.name, tuple) and isinstance(thing.name[0], Store):
         return f"{VARIABLE_LETTERS[thing.name[0]]}{int(thing.name[1]):03d}"
-    return str(thing.name)
+    return f"what {str(thing.name)[:60]} returns" if thing.kind == "result" else str(thing.name)
+
+
+_TOLD_ELSEWHERE: Final = {
+    "argument": "run the program that calls it",
+    "result": "only the controller knows: check what follows",
+}
 
 
 def where_told(thing: UnknownThing) -> str:
-    if thing.kind == "argument":
-        return "run the program that calls it"
+    if thing.kind in _TOLD_ELSEWHERE:
+        return _TOLD_ELSEWHERE[thing.kind]
     table = "inputs" if thing.kind == "signal" else "names" if isinstance(thing.name, str) else "variables"
     return f"say in olp.toml what it is, under [{table}]"
 

@@ -134,6 +134,10 @@ class MadeUp:
         type_ = type_ or self.types.get(str(thing.name), "")
         return self._position(thing, False, type_) if type_ in _POSITIONS else self._plain(thing, type_)
 
+    def result(self, name: str) -> int | bool:
+        """What a function returns that is not known here."""
+        return 0
+
     def argument(self, number: int, type_: str) -> Value | None:
         """What the main routine takes, by the place among its parameters."""
         thing = UnknownThing("argument", number)

@@ -42,8 +42,8 @@ class Record:
     partial: bool = False
 
 
-class AssumedZero(int):
-    """The 0 that is taken for what a function returns which is not known here; each element of it is one, too."""
+class AssumedResult(int):
+    """What is taken for the value of a function that is not known here; each element of it is one, too."""
 
 
 @dataclass(slots=True)

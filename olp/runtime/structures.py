@@ -11,7 +11,7 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Item, Member, Named, PositionLiteral, Unknown, Variable
 from olp.ir.points import PointKind, PointState, Sector
 from olp.robots.geometry import Pose, quaternion_from_rotation
-from olp.runtime.memory import ACTIVE, Array, AssumedZero, PositionValue, Record, Value
+from olp.runtime.memory import ACTIVE, Array, AssumedResult, PositionValue, Record, Value
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
@@ -59,7 +59,7 @@ def read_item(m: Machine, e: Item) -> Value:
 
 def _element(value: Value, index: int, e: Item) -> Value:
     items: list[Value | None]
-    if isinstance(value, AssumedZero):
+    if isinstance(value, AssumedResult):
         return value
     if isinstance(value, Array):
         items = value.items
