@@ -1307,3 +1307,76 @@ def test_a_call_that_rapid_leaves_out_behind_a_decided_condition_is_told(target)
 def test_a_call_that_changes_nothing_is_no_loss_behind_a_decided_condition(target):
     told = [loss.says for loss in losses(early([]), "rapid", target)]
     assert not any("does not call" in reason for reason in told)
+
+
+# --- Text that no compiler takes ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("target", "rows"),
+    [
+        (
+            "rapid",
+            ['"n "\\Num:=n;', '"b "\\Bool:=b;', '"s "\\Bool:=di2=1;', '"t " + t;', "TPWrite ValToStr(n);"],
+        ),
+        (
+            "krl",
+            [
+                '"%g",TEXT_VALUE)',
+                'temp_string[]="TRUE"',
+                "IF $IN[2]==TRUE THEN",
+                "StrAdd(TEXT_WHOLE[],t_1[])",
+            ],
+        ),
+        ("inform", ['CAT$ S002 "n " S001', "IFTHEN B000<>0", "IFTHEN IN#(2)=ON", 'CAT$ S001 "t " S000']),
+    ],
+)
+def test_values_that_a_message_shows_are_made_texts(target, rows):
+    """URScript's textmsg takes any value: numbers and states were joined with texts as if they were such."""
+    shown = ["n = 3", "b = True", 't = "abc"', 'textmsg("n ", n)', 'textmsg("b ", b)']
+    text = translated(
+        script(*shown, 'textmsg("s ", get_standard_digital_in(2))', 'textmsg("t ", to_str(t))', "textmsg(n)"),
+        "urscript",
+        target,
+    )
+    for row in rows:
+        assert row in text
+
+
+def test_a_message_of_tp_names_the_signal_that_it_shows():
+    assert "MESSAGE[s <in 2>]" in translated(
+        script('textmsg("s ", get_standard_digital_in(2))'), "urscript", "tp"
+    )
+
+
+FUNCTION_OF_A_SIGNAL = (
+    "def part():\n  def shut(go):\n    set_digital_out(1, go)\n    return get_digital_in(2)\n  end\n"
+    "  shut(True)\n  shut(get_digital_in(3))\n  if shut(False):\n    sleep(1)\n  end\nend\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("target", "rows"),
+    [
+        (
+            "rapid",
+            ["VAR bool unused_boolean;", "unused_boolean:=shut(TRUE);", "shut(di3=1);", "RETURN di2=1;"],
+        ),
+        ("krl", ["unused_boolean=shut (TRUE)", "unused_boolean=shut ($IN[3])", "RETURN $IN[2]"]),
+    ],
+)
+def test_a_function_that_is_called_for_what_it_does_gives_its_result_to_a_variable(target, rows):
+    text = translated(FUNCTION_OF_A_SIGNAL, "urscript", target)
+    for row in rows:
+        assert row in text
+
+
+def test_a_first_value_stands_behind_its_declaration_and_never_behind_a_later_one():
+    """`ok` was set to FALSE behind the declaration of `i`, after it had been set."""
+    rows = ["if get_digital_in(1):", "  ok = True", "end", "i = 0", "while i < 2:", "  i = i + 1", "end"]
+    text = translated(script("ok = False", *rows, "set_digital_out(3, ok)"), "urscript", "krl")
+    assert text.count("ok=FALSE") == 1
+    call = ["def part():", "  def f():", "    return get_digital_in(1)", "  end", "  n = 0", "  while n < 2:"]
+    call += ["    ok = f()", "    n = n + 1", "  end", "  i = 0", "  set_digital_out(3, ok)", "end", ""]
+    text = translated("\n".join(call), "urscript", "krl")
+    assert text.index("DECL BOOL ok") < text.index("ok=FALSE") < text.index("ok=f ()")

@@ -197,6 +197,8 @@ class _Shared:
         result = self.results.get(s.routine.casefold())
         if s.result is not None and result is not None:
             after = [Assign(s.line, s.result, result), *after]
+        elif s.result is not None:
+            self.work.lose(s, Fate.REFUSED, "statement", f"the result of {s.routine}, which returns none")
         return [*before, replace(s, arguments=(), result=None), *after]
 
     def handed_over(

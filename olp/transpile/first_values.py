@@ -309,8 +309,8 @@ def _with_zeros(program: Program) -> tuple[Routine, ...]:
             state = ways.before[r.name][index]
             read = _names_read(s) & own[r.name].keys() if state is not None else set()
             open_ |= {name for name in read if ENTRY in (state or {}).get(("local", name), {ENTRY})}
-        rows = [row for name, rows in own[r.name].items() if name in open_ for row in rows]
-        routines.append(replace(r, body=_behind_declarations(r.body, rows)) if rows else r)
+        rows = {name: rows for name, rows in own[r.name].items() if name in open_}
+        routines.append(replace(r, body=tuple(_behind_declarations(r.body, rows))) if rows else r)
     return tuple(routines)
 
 
@@ -345,6 +345,8 @@ def _names_read(s: Statement) -> set[str]:
         case For(variable=Named()):
             for e in (s.start, s.stop, s.step):
                 note_names(e, found)
+        case Call(result=Named()):
+            note_names(replace(s, result=None), found)
         case ReadInput(target=Named()) | Declare():
             pass
         case _:
@@ -352,9 +354,19 @@ def _names_read(s: Statement) -> set[str]:
     return found
 
 
-def _behind_declarations(body: tuple[Statement, ...], rows: list[Assign]) -> tuple[Statement, ...]:
-    last = max((at for at, s in enumerate(body) if isinstance(s, (Begin, Declare))), default=-1)
-    return (*body[: last + 1], *rows, *body[last + 1 :])
+def _behind_declarations(body: tuple[Statement, ...], rows: Mapping[str, list[Assign]]) -> list[Statement]:
+    """`rows`: what sets each name to zero, behind its declaration and those that follow that one."""
+    found: list[Statement] = []
+    waiting = {name.casefold(): assigns for name, assigns in rows.items()}
+    declared = {s.name.casefold() for s in body if type(s) is Declare}
+    due = [row for name in waiting.keys() - declared for row in waiting[name]]
+    for s in body:
+        if due and not isinstance(s, (Begin, Declare)):
+            found, due = [*found, *due], []
+        found.append(s)
+        if type(s) is Declare:
+            due += waiting.get(s.name.casefold(), [])
+    return [*found, *due]
 
 
 # --- Saved values ---

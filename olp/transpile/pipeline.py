@@ -65,7 +65,15 @@ from olp.transpile.source_only import comment_texts, foreign_words, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import decided_early, hoist, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
-from olp.transpile.typed_values import enumerations, exclusive, manual_modes, powers, states, typed_values
+from olp.transpile.typed_values import (
+    enumerations,
+    exclusive,
+    manual_modes,
+    powers,
+    shown_values,
+    states,
+    typed_values,
+)
 from olp.transpile.unroll import executed
 from olp.transpile.watches import watches
 
@@ -212,6 +220,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         powers,
         decided_early,
         exclusive,
+        shown_values,
         helper_routines,
         states,
         manual_modes,

@@ -18,6 +18,7 @@ from olp.ir.expressions import (
     NamedArgument,
     Number,
     RecordLiteral,
+    Signal,
     SignalState,
     Store,
     Text,
@@ -398,11 +399,15 @@ def _with_names(e: Expression) -> str:
         return "".join(map(_with_names, e.arguments))
     if isinstance(e, Function) and e.arguments:
         return _with_names(e.arguments[0])
+    if isinstance(e, Compare) and e.right == SignalState(True):
+        return _with_names(e.left)
+    if isinstance(e, Signal) and isinstance(e.index, Number | Text):
+        return f"<{e.bus} {e.index.value}>"
     names: set[str] = set()
     note_names(Assign(0, Named(""), e), names)
     if isinstance(e, Number):
         return f"{e.value:g}"
-    return f"<{' '.join(sorted(names - {''})) or '…'}>"
+    return f"<{' '.join(sorted(names - {''})) or '...'}>"
 
 
 def _is_resolved(target: Expression, resolved: Set[str], unresolved: Set[str]) -> bool:

@@ -148,7 +148,11 @@ class Values:
                 return e
             case CallValue():
                 return self._called(e, before)
+            case Function("text-of-value", (first, *_)) if self._is_state(first):
+                return self._state(first, before)
             case Function() if not self._is_position(e):
+                if e.name == "text-of-value" and not self._is_lone(e):
+                    self._tell_decimals(e)
                 function = self._function(e, before)
                 if not self.simple and not alone and not self._is_lone(e):
                     return function
@@ -197,6 +201,16 @@ class Values:
         before.append(Assign(self.line, place, e.base))
         return replace(e, base=place)
 
+    def _is_state(self, e: Expression) -> bool:
+        return kind_of_value(self.symbols, self.routine, e) == "boolean"
+
+    def _state(self, e: Expression, before: list[Statement]) -> Named:
+        """A condition's text in a variable."""
+        condition, target = self.condition(e, before), self.temporary("string")
+        on, off = Assign(self.line, target, Text("TRUE")), Assign(self.line, target, Text("FALSE"))
+        before += [If(self.line, condition), on, Else(self.line), off, EndIf(self.line)]
+        return target
+
     def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
         known = ("integer", "real", "string", *_READ.values())
         target = self.temporary(kind if kind in known else "integer")
@@ -217,6 +231,11 @@ class Values:
         """Whether the target has this as the right side of an assignment only, of variables alone."""
         return type(e) is Function and e.name in self.work.limits.lone_functions
 
+    def _tell_decimals(self, e: Function) -> None:
+        if kind_of_value(self.symbols, self.routine, e.arguments[0]) != "integer":
+            says = f"{language_of(self.work.target)} decides with how many decimals a number is written as a text"
+            self.work.lose(self.line, Fate.APPROXIMATED, "text", says)
+
     def _register(self, e: Expression, before: list[Statement]) -> Expression:
         """A value in a variable, literals too."""
         found = self.value(e, before, alone=True)
@@ -227,8 +246,7 @@ class Values:
     def _lone(self, e: Function, before: list[Statement]) -> Expression:
         """A function of texts as the target writes it."""
         if e.name == "text-of-value":
-            says = f"{language_of(self.work.target)} decides with how many decimals a number is written as a text"
-            self.work.lose(self.line, Fate.APPROXIMATED, "text", says)
+            self._tell_decimals(e)
             return self._register(e.arguments[0], before)
         if e.name == "joined-text" and len(e.arguments) > 2:
             e = Function(e.name, (Function(e.name, e.arguments[:-1]), e.arguments[-1]))
@@ -804,7 +822,7 @@ class _Texts(Values):
         if e.name == "match-in-text":
             return self._place(e, before)
         first, *more = e.arguments
-        if e.name == "text-of-value" and kind_of_value(self.symbols, self.routine, first) == "boolean":
+        if e.name == "text-of-value" and self._is_state(first):
             return self._state(first, before)
         if e.name == "text-of-value" and not more:
             says = f"{language_of(self.work.target)} writes a number with up to six digits as a text"
@@ -822,11 +840,8 @@ class _Texts(Values):
         self.made[target] = row
         return target
 
-    def _state(self, e: Expression, before: list[Statement]) -> Named:
-        target = self.temporary("string")
-        on, off = Assign(self.line, target, Text("TRUE")), Assign(self.line, target, Text("FALSE"))
-        before += [If(self.line, e), on, Else(self.line), off, EndIf(self.line)]
-        return target
+    def condition(self, e: Expression, before: list[Statement]) -> Expression:
+        return e
 
     def _place(self, e: Function, before: list[Statement]) -> Named:
         """One more than the length of the text where the target says 0."""

@@ -8,7 +8,7 @@ stand in the module, never in a routine.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from olp.ir import terminology
@@ -19,6 +19,7 @@ from olp.ir.expressions import (
     Expression,
     Function,
     Logic,
+    Member,
     Named,
     Number,
     PositionLiteral,
@@ -31,13 +32,16 @@ from olp.ir.expressions import (
 )
 from olp.ir.program import (
     Assign,
+    Call,
     Declare,
     Else,
     EndIf,
     If,
+    Message,
     Move,
     PathTrigger,
     Program,
+    Return,
     Routine,
     SetOutput,
     Statement,
@@ -68,20 +72,29 @@ def typed_values(program: Program, work: TranslationContext) -> Program:
         for s in routine.body:
             rows += [s] if calls_nothing(s) or sets_numbers(s) else own.statement(routine.name, s)
         routines.append(with_rows(routine, rows))
-    return with_routines(program, routines)
+    program = with_routines(program, routines)
+    return replace(program, data=(*program.data, *own.unused.values())) if own.unused else program
 
 
 @dataclass(slots=True)
 class _Typing:
+    """`unused`: what takes the results of functions that are called for what they do, by type."""
+
     types: ValueTypes
     symbols: Symbols
     work: TranslationContext
+    unused: dict[str, Declare] = field(default_factory=dict)
 
     def statement(self, routine: str, s: Statement) -> list[Statement]:
         if not isinstance(s, (Move, Declare)):
-            s = mapped(s, lambda e: self._compared(routine, e))
+            s = mapped(s, lambda e: self._handed(routine, self._compared(routine, e)))
         if isinstance(s, Assign):
-            return self._assigned(routine, s)
+            return self._assigned(routine, s, self._kind(routine, s.target))
+        if isinstance(s, Return) and s.value is not None:
+            own = self.symbols.routines.get(routine)
+            return self._assigned(routine, s, "" if own is None else own.returns)
+        if isinstance(s, Call):
+            return [self._called(routine, s)]
         if isinstance(s, Move) and s.triggers and self.types.signals_are_states:
             return [replace(s, triggers=tuple(self._trigger(routine, one) for one in s.triggers))]
         if isinstance(s, SetOutput) and _is_digital(s.signal) and self.types.signals_are_states:
@@ -91,9 +104,29 @@ class _Typing:
     def _trigger(self, routine: str, one: PathTrigger) -> PathTrigger:
         return one._replace(value=self._as_state(routine, one.value)) if _is_digital(one.signal) else one
 
-    def _assigned(self, routine: str, s: Assign) -> list[Statement]:
-        wanted, given = self._kind(routine, s.target), self._kind(routine, s.value)
-        if wanted == given or not wanted or not given:
+    def _called(self, routine: str, s: Call) -> Call:
+        """A call whose arguments are of the types that are asked for, and whose result goes somewhere."""
+        arguments = tuple(self._argument(routine, one) for one in s.arguments)
+        called = self.symbols.routines.get(s.routine)
+        if called is None or not called.returns or s.result is not None or s.jump:
+            return replace(s, arguments=arguments)
+        kind = called.returns
+        if kind not in self.unused:
+            self.unused[kind] = Declare(0, self.work.helper(f"unused_{kind}"), kind, shared=True)
+        return replace(s, arguments=arguments, result=Named(self.unused[kind].name))
+
+    def _handed(self, routine: str, e: Expression) -> Expression:
+        if type(e) is not CallValue or not e.arguments:
+            return e
+        return replace(e, arguments=tuple(self._argument(routine, one) for one in e.arguments))
+
+    def _argument(self, routine: str, e: Expression) -> Expression:
+        return Compare("=", e, SignalState(True)) if self._kind(routine, e) == "signal" else e
+
+    def _assigned(self, routine: str, s: Assign | Return, wanted: str) -> list[Statement]:
+        """A statement whose value is of the type `wanted`."""
+        given = self._kind(routine, s.value)
+        if wanted == given or not wanted or not given or s.value is None:
             return [s]
         if wanted == "boolean" and given == "signal":
             return [replace(s, value=Compare("=", s.value, SignalState(True)))]
@@ -273,6 +306,65 @@ def exclusive(program: Program, work: TranslationContext) -> Program:
         for r in program.routines
     ]
     return with_routines(program, routines)
+
+
+# --- Texts of values ---
+# Some languages take a number or a state where they show a text, and write it as one; others want that to be said.
+
+_JOINED: Final = "joined-text"
+_AS_TEXT: Final = "text-of-value"
+_NO_TEXTS: Final = _NUMBERS | _PLACES | {"boolean"}
+
+
+def shown_values(program: Program, work: TranslationContext) -> Program:
+    """Numbers, states and positions that are shown, or parts of a text, as texts; texts of texts as these."""
+    if not any(_shows_values(s) for r in program.routines for _, s in work.look(r).rare):
+        return program
+    symbols = work.symbols(program)
+
+    def shown(e: Expression, routine: str) -> Expression:
+        if type(e) is Member or kind_of_value(symbols, routine, e) not in _NO_TEXTS:
+            return e
+        return Function(_AS_TEXT, (_as_state(e, symbols, routine),))
+
+    def change(e: Expression, routine: str) -> Expression:
+        if type(e) is not Function or not e.arguments:
+            return e
+        if e.name == _JOINED:
+            return replace(e, arguments=tuple(shown(one, routine) for one in e.arguments))
+        if e.name == _AS_TEXT:
+            first, *more = e.arguments
+            if kind_of_value(symbols, routine, first) == "string":
+                return first
+            return replace(e, arguments=(_as_state(first, symbols, routine), *more))
+        return e
+
+    def row(s: Statement, routine: str) -> Statement:
+        if not _shows_values(s):
+            return s
+        s = mapped(s, lambda e: change(e, routine))
+        return replace(s, text=shown(s.text, routine)) if type(s) is Message else s
+
+    routines = [
+        changed_rare(r, work.look(r), lambda s, name=r.name: row(s, name))  # type: ignore[misc]
+        for r in program.routines
+    ]
+    return with_routines(program, routines)
+
+
+def _shows_values(s: Statement) -> bool:
+    if calls_nothing(s):
+        return False
+    if type(s) is Message and type(s.text) is not Text:
+        return True
+    return any(type(e) is Function and e.name in (_JOINED, _AS_TEXT) for e in expressions_of(s))
+
+
+def _as_state(e: Expression, symbols: Symbols, routine: str) -> Expression:
+    """A signal that is on or off as a condition, any other value as it is."""
+    if type(e) is Signal and kind_of_value(symbols, routine, e) == "boolean":
+        return Compare("=", e, SignalState(True))
+    return e
 
 
 def powers(program: Program, work: TranslationContext) -> Program:

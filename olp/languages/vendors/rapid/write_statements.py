@@ -341,11 +341,19 @@ class RapidStatements(RapidMoves):
 
     def write_message(self, s: st.Message) -> Lines:
         match s.text:
-            case ex.Function("joined-text", (ex.Text() as text, ex.Function("text-of-value", (value,)))):
-                return f"TPWrite {self.value(text)}\\Num:={self.value(value)};"
+            case ex.Function("joined-text", (ex.Text() as text, ex.Function("text-of-value", (value,)))) if (
+                option := self._shown_as(value)
+            ):
+                return f"TPWrite {self.value(text)}\\{option}:={self.value(value)};"
             case ex.Text(text) if len(text) > LONGEST_TEXT and not self.own:
                 return [f"TPWrite {quoted(part)};" for part in wrap(text, LONGEST_TEXT)]
         return f"TPWrite {self.value(s.text)};"
+
+    def _shown_as(self, value: ex.Expression) -> str:
+        """The option of TPWrite that shows a value, "" where only its text can be shown."""
+        if isinstance(value, (ex.Compare, ex.Logic)) or self.type_of(value) == "bool":
+            return "Bool"
+        return "Num" if type(value) is not ex.Named or self.own or self.type_of(value) == "num" else ""
 
     def write_process(self, s: st.Process) -> Lines:
         if not self.own and s.name != LIMITS.program_end:
