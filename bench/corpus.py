@@ -75,6 +75,7 @@ _MOTION = {
     "pdl2": rb"(?im)^\s*move(?:fly)?\s",
     "val3": rb"\bmove[jlc]\s*\(",
 }
+_TEMPLATE = rb"\{\{ *\w+ *\}\}|\{% "  # a text that some program fills in first is no program yet
 # A program that runs by itself: a module without main, and the controller's own routines, are only called.
 _RUNS = {"rapid": rb"(?im)^\s*proc\s+main\s*\("}
 _LIBRARIES = {"krl": ("system", "tp")}  # folders
@@ -206,7 +207,7 @@ def _stop(*_: object) -> None:
 def judge(path: Path, vendor: str, works: Sequence[Work]) -> Outcome:
     """Reads, writes back, times and translates one file; nothing it does may raise."""
     raw = path.read_bytes()
-    complete = bool(re.search(_WHOLE[vendor], raw, re.MULTILINE))
+    complete = bool(re.search(_WHOLE[vendor], raw, re.MULTILINE)) and not re.search(_TEMPLATE, raw)
     runs = path.parent.name.lower() not in _LIBRARIES.get(vendor, ()) and re.search(
         _RUNS.get(vendor, b""), raw
     )
