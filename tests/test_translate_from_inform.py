@@ -7,10 +7,12 @@ from translated_texts import ROBOT, converted, inform, module, read, script, tra
 
 from olp.core.source import decode
 from olp.fluent import read_source
-from olp.ir.program import Move
+from olp.ir.expressions import FrameRef, Logic, Number, Signal, Text, Unary
+from olp.ir.program import Move, Path, Process, SpeedUnit
 from olp.robots.robot import load_robot
 from olp.transpile import Context
-from olp.transpile.convert import convert, runs_of
+from olp.transpile.compare import WRITTEN, compare_plans
+from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
 from olp.transpile.receipt import receipt_of
 
@@ -179,3 +181,124 @@ def test_a_loop_that_counts_fractions_is_a_while(target):
     assert "FOR i" not in made
     assert "FOR R" not in made
     assert not [kind for kind, _ in objections(text, "rapid", target)]
+
+
+# --- steps that Kawasaki's pendant teaches -----------------------------------------------------------------------
+
+TABLES = (
+    ".AUXDATA\nACCUR 2.0 10.0 50.0 100.0 1.0\nSPEED 5.0 20.0 30.0 40.0 50.0 60.0 70.0 80.0 90.0 100.0\n"
+    "TIMER 0.0 0.1 0.2 0.3 0.4 0.7 0.6 0.7 0.8 0.9\n.END\n"
+)
+POSTURE = "#[0,-20,-100,0,-60,0]"
+
+
+def steps(*rows, tables=TABLES):
+    """The statements of a program of taught steps, and what its reader tells."""
+    text = tables + as_program(*rows, data="")
+    program = read_source(decode(text.encode(), "main.as"))
+    assert not [d for d in program.diagnostics if d.is_error]
+    return program.routines[0].body[1:], [d.message for d in program.diagnostics]
+
+
+def test_a_taught_step_has_the_levels_of_its_controller():
+    body, told = steps(
+        f"JOINT SPEED0 ACCU1 TIMER0 TOOL2 WORK0 CLAMP OX= WX= {POSTURE} ;",
+        f"LINEAR 250. ACCU3 TIMER5 TOOL1 WORK0 CLAMP OX=3,-4 WX=1007,-2 {POSTURE} ;",
+    )
+    joint, line, on, off, pause, wait = body
+    assert (joint.path, line.path) == (Path.JOINT, Path.LINEAR)
+    assert (joint.speed.unit, joint.speed.value.literal) == (SpeedUnit.FRACTION, 0.05)
+    assert (line.speed.unit, line.speed.value.literal) == (SpeedUnit.TRAVEL, 0.25)
+    assert (joint.blend.value.literal, line.blend.value.literal) == (0.002, 0.05)
+    assert (joint.tool, line.tool) == (FrameRef("tool", Number(2)), FrameRef("tool", Number(1)))
+    assert (on.signal.index, on.value, off.signal.index, off.value) == (
+        Number(3),
+        Number(1),
+        Number(4),
+        Number(0),
+    )
+    assert pause.duration.literal == 0.7
+    assert wait.condition == Logic(Signal("in", Number(7)), (("and", Unary("not", Signal("in", Number(2)))),))
+    assert not joint.other
+    assert not line.other
+    assert any("at the end of a step" in one for one in told)
+    assert not any("as delivered" in one for one in told)
+
+
+def test_without_tables_the_levels_are_those_of_a_controller_as_delivered():
+    (move,), told = steps(
+        f"JOINT SPEED9 ACCU4 TIMER0 TOOL1 WORK0 CLAMP1 (OFF,0,0,O) 2 (OFF,0,0,O) OX= WX= {POSTURE} ;",
+        tables="",
+    )
+    assert (move.speed.value.literal, move.blend.value.literal) == (1.0, 0.1)
+    assert any("as delivered" in one for one in told)
+
+
+def test_clamps_are_instructions_of_their_own_where_they_change():
+    off, on = "CLAMP1 (OFF,0,0,O)", "CLAMP1 (ON,0,0,C)"
+    rows = [
+        f"LINEAR SPEED4 ACCU1 TIMER0 TOOL0 WORK0 {clamp} OX= WX= {POSTURE} ;" for clamp in (off, on, on, off)
+    ]
+    body, _ = steps(*rows)
+    assert [s.arguments for s in body if isinstance(s, Process)] == [
+        (("1", Text("ON")),),
+        (("1", Text("OFF")),),
+    ]
+
+
+def test_arcs_of_two_steps_and_work_offsets():
+    tail = f"SPEED4 ACCU1 TIMER0 TOOL0 WORK0 CLAMP OX= WX= {POSTURE} ;"
+    (arc,), _ = steps(f"CIR1 {tail}", f"CIR2 {tail}")
+    assert arc.path is Path.CIRCULAR
+    assert arc.via is not None
+    (move,), _ = steps(f"JOINT SPEED4 ACCU1 TIMER0 TOOL0 WORK3 CLAMP OX= WX= {POSTURE} ;")
+    assert move.other == (("WORK3", Text("")),)
+
+
+def test_a_level_that_no_controller_has_is_an_error():
+    text = as_program(f"JOINT SPEED4 ACCU7 TIMER0 TOOL0 WORK0 CLAMP OX= WX= {POSTURE} ;", data="")
+    told = [d for d in read_source(decode(text.encode(), "main.as")).diagnostics if d.is_error]
+    assert [(d.code, d.message, d.help) for d in told] == [("P580", "there is no ACCU7", "ACCU1 to ACCU4")]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_lines_to_joint_values_lead_to_the_pose_of_the_tool(target):
+    text = script(
+        "set_tcp(p[0,0,0.1,0,0,0])",
+        "movej([0,-1.57,1.57,-1.57,-1.57,0])",
+        "movel([0.2,-1.5,1.5,-1.57,-1.57,0],v=0.1)",
+    )
+    program = read(text, "urscript")
+    robot = load_robot("universal-robots/ur10e")
+    made = convert(program, target, Context(robot=robot, on_loss="comment"))
+    assert not [one for one in made.translated.losses if one.leaves_out]
+    plans = program.plan(robot=robot), run_converted(made, target, robot, program)
+    assert compare_plans(*plans, tolerances=WRITTEN).is_equal
+
+
+def test_a_line_to_joint_values_with_a_tool_that_nobody_knows_is_told():
+    taught = (
+        "///TOOL 1",
+        "///POSTYPE PULSE",
+        "///PULSE",
+        "C000=0,0,0,0,-40000,0",
+        "C001=10000,5000,1000,0,-42000,0",
+    )
+    text = inform("MOVJ C000 VJ=20.00 PL=0", "MOVL C001 V=100.0 PL=0", points=taught).replace(
+        "NPOS 0", "NPOS 2"
+    )
+    told = converted(text, "inform", "krl").translated
+    assert any("computed as if its tool were zeros" in one.says for one in told.losses)
+    assert {kind for kind, _ in objections(text, "inform", "krl")} == {"named"}
+
+
+def test_what_stands_beside_a_word_that_is_left_out_is_in_both_runs():
+    on = f"JOINT SPEED4 ACCU1 TIMER0 TOOL0 WORK0 CLAMP1 (ON,0,0,C) OX=3 WX= {POSTURE} ;"
+    text = as_program(on, data="")
+    program = link(read_source(decode(text.encode(), "main.as"))).program
+    robot = load_robot("kawasaki/rs020n")
+    made = convert(program, "rapid", Context(robot=robot, on_loss="comment"))
+    runs = runs_of(program, made, "rapid", (robot, None))
+    receipt = receipt_of(link(program), made.translated, "rapid", tuple(made.files), runs, (robot, None))
+    assert {one.kind for one in receipt.verdict.objections} == {"left-out"}
+    assert receipt.comparison.steps == 2

@@ -1009,7 +1009,6 @@ def test_a_record_that_is_returned_and_compared_as_a_whole_stays_refused():
         (krl("DECL E6POS P1", "LIN P1:{Z 5}"), "krl", "rapid", "omitted"),
         (tp("UTOOL[R[1]]=PR[2]"), "tp", "inform", "assigned"),
         (tp("R[2]=VR[1].MODELID"), "tp", "rapid", "word VR[1].MODELID"),
-        (script("movel([1, 1, 1, 1, 1, 1], v=0.2)"), "urscript", "rapid", "joint angles"),
     ],
 )
 def test_what_the_target_has_no_words_for_is_refused_with_its_line(text, vendor, target, says):

@@ -175,6 +175,7 @@ class Limits:
     has_override: bool = True  # a statement that scales all speeds
     has_elseif: bool = True
     has_endless: bool = True  # a WHILE whose condition always holds
+    joint_lines: bool = True  # lines and arcs may lead to joint values
     has_relative: bool = True  # a move by an offset from where the arm stands
     nested_logic: bool = True  # AND and OR in parentheses
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else

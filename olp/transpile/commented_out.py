@@ -267,7 +267,8 @@ def _nodes(
                 branches = [(m, _nodes(program, inside, lines, work)) for m, inside in node.branches]
                 result.append(Block(branches, node.closer))
         elif node.line in lines and not isinstance(node, (Begin, End, Declare, Comment)):
-            result += _all(program, [node], lines[node.line], work)
+            rows = _all(program, [node], lines[node.line], work)
+            result += [row for row in rows if not (isinstance(row, Comment) and result[-1:] == [row])]
         else:
             result.append(node)
     return result

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import codecs
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,10 +24,11 @@ from olp.core.memory_limit import no_garbage_collection
 from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointBlock, PointTable
 from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Routine, Statement, Wait
+from olp.ir.terminology import kind_of
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of, refuse_unwritable
 from olp.transpile.commented_out import LeftOut
-from olp.transpile.context import Context, Fate, Translated
+from olp.transpile.context import Context, Fate, Loss, Translated
 from olp.transpile.dead_code import name_of
 from olp.transpile.pipeline import MOST_AGAIN, asked_inputs, canonical, plan_of, refusals
 
@@ -402,7 +403,7 @@ def runs_of(
     unknown = SharedUnknowns(source, converted.translated, vendor)
     plain = MadeUp(types=unknown.types)
     losses = converted.translated.losses
-    left = _without(source, {loss.line for loss in losses if loss.leaves_out and loss.fate is Fate.COMMENTED})
+    left = _without(source, [loss for loss in losses if loss.leaves_out and loss.fate is Fate.COMMENTED])
     starts = tuple(routine.name for routine in source.routines if routine.starts)
     others = [replace(left, main=start) for start in starts]
     first = [plan_of(left, robots[0], None, None, plain)]
@@ -436,14 +437,22 @@ def runs_of(
     return PlanRuns((*first, *further), tuple(there), origins, tuple(made_up), labels)
 
 
-def _without(program: Program, lines: Set[int]) -> Program:
-    """The program with nothing in the lines that are left out of its translation."""
+def _without(program: Program, losses: Sequence[Loss]) -> Program:
+    """The program with nothing in the place of the statements that are left out of its translation."""
+    from olp.transpile.receipt import partly_left_out
+
+    lines = {loss.line for loss in losses}
     if not lines:
         return program
-    routines = [
-        replace(r, body=tuple(_nothing(s) if s.line in lines else s for s in r.body))
-        for r in program.routines
-    ]
+    lost = {(loss.line, loss.statement) for loss in losses}
+    partly = partly_left_out(program, losses)
+    routines = []
+    for r in program.routines:
+        rows = [
+            _nothing(s) if s.line in lines and (s.line not in partly or (s.line, kind_of(s)) in lost) else s
+            for s in r.body
+        ]
+        routines.append(replace(r, body=tuple(rows)))
     return replace(program, routines=tuple(routines))
 
 

@@ -148,6 +148,7 @@ def _target(
             points.work.need_robot(s, "a straight move to a point in joint values is known by its robot only")
             return None
         literal, base = seen
+        points.tell_tool(s, base.tool)
         key = (routine.name, written.store, isinstance(written, Taught), -1 - number)
         name = points.names.get(key)
         if name is None:
@@ -291,6 +292,11 @@ class Points:
             self.work.need_robot(None, problem.diagnostics[0].message)
             return None
 
+    def tell_tool(self, s: Move, number: int) -> None:
+        """Where a line to joint values leads is not known without its tool."""
+        if f"tool {number}" in self.work.cell().gaps:
+            tell_zeros(self.work, s, "tool", f"tool {number}")
+
     def in_space(
         self, routine: Routine, store: Store, taught: bool, number: int
     ) -> tuple[PositionLiteral, PointState] | None:
@@ -303,6 +309,16 @@ class Points:
             return None
         state = PointState(PointKind.POSE, "base", tool=point.state.tool)
         return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles())), state
+
+
+def tell_zeros(work: TranslationContext, s: Move, kind: str, label: str) -> None:
+    """Notes that a line or arc to joint values was computed without its tool or frame, whose value no file tells."""
+    says = f"a {s.path.value} move to joint values leads to their pose, computed as if its {kind} were zeros"
+    work.lose(s, Fate.APPROXIMATED, "pose", says)
+    work.ask(
+        "give the values of these in olp.toml and translate again, as lines to joint values depend on them",
+        label,
+    )
 
 
 def _targets(s: Statement) -> Iterator[Expression]:

@@ -55,7 +55,7 @@ from olp.transpile.modal_state import modal
 from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
 from olp.transpile.partial_positions import computed_axes, externals, partial, turned_together
-from olp.transpile.postures import configurations, postures
+from olp.transpile.postures import configurations, postures, reached
 from olp.transpile.quaternions import own_components, quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
@@ -246,6 +246,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         postures,
         modal,
         here,
+        reached,
         externals,
         *((executed,) if work.context.flat else ()),
         configurations,

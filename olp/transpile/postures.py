@@ -7,19 +7,24 @@ whatever the language. With `--target-robot` each robot's file says how its join
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, Function, Item, Member, Named, PositionLiteral
+from olp.ir.expressions import Expression, FrameRef, Function, Item, Member, Named, Number, PositionLiteral
+from olp.ir.points import PointKind, PointState
 from olp.ir.program import Assign, Declare, Move, Path, Program, Statement
 from olp.ir.transformer import edited, expressions_of, mapped
+from olp.robots.coordinate_systems import Cell
+from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import readings_of_joints, same_posture
 from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
-from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.symbols import base_of, symbols_of
+from olp.transpile.context import Fate, TranslationContext, cell_of
+from olp.transpile.move_lowering import tell_zeros
+from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 Floats = NDArray[np.float64]
 _SAME = 1e-7  # [m]
@@ -244,6 +249,81 @@ def _clean(value: float) -> float:
     """Without the noise of the conversion: to 1e-9 deg."""
     return round(value / deg, 9) * deg
 
+
+# --- Lines to joint values ---
+# For languages whose lines and arcs lead to poses alone: the pose that the arm reaches with the joint values.
+
+
+def reached(program: Program, work: TranslationContext) -> Program:
+    """Lines and arcs to joint values lead to the pose that the tool has there, as far as its value is known."""
+    if work.limits.joint_lines or work.source.vendor == work.target:
+        return program
+    own = _Reached(work, work.symbols(program))
+    routines = [replace(r, body=tuple([own.statement(r.name, s) for s in r.body])) for r in program.routines]
+    return replace(program, routines=tuple(routines)) if own.found else program
+
+
+@dataclass(slots=True)
+class _Reached:
+    work: TranslationContext
+    symbols: Symbols
+    found: bool = False
+    cell: Cell | None = None
+
+    def statement(self, routine: str, s: Statement) -> Statement:
+        if type(s) is not Move or s.path is Path.JOINT or s.relative is not None:
+            return s
+        changes: dict[str, object] = {}
+        targets = [self._literal(routine, e) for e in s.targets]
+        via = None if s.via is None else self._literal(routine, s.via)
+        if via is None and not any(targets):
+            return s
+        robot = self.work.target_robot or self.work.robot
+        if robot is None or robot.geometry is None:
+            self.work.need_robot(s, "a straight move to joint values is known by its robot only")
+            return s
+        if self.cell is None:
+            self.cell = cell_of(self.work.source, robot)
+        place = self._place(routine, s)
+        poses = [e if at is None else self._pose(at, place) for e, at in zip(s.targets, targets, strict=True)]
+        changes["targets"] = tuple(poses)
+        if via is not None:
+            changes["via"] = self._pose(via, place)
+        self.found = True
+        return edited(s, changes)
+
+    def _literal(self, routine: str, e: Expression) -> PositionLiteral | None:
+        value = self.symbols.fixed_value(routine, e)
+        return value if isinstance(value, PositionLiteral) and value.kind == "joint" else None
+
+    def _place(self, routine: str, s: Move) -> tuple[Pose, Pose]:
+        """The move's tool on the flange and its frame in the base; what no file tells is the flange and the base."""
+        poses = []
+        for kind, e in (("tool", s.tool), ("user", s.frame)):
+            value = self.symbols.fixed_value(routine, e)
+            number = e.number if isinstance(e, FrameRef) else None
+            if isinstance(number, Number):
+                value = self.work.systems.get((kind, int(number.value)))
+            if isinstance(value, PositionLiteral) and value.kind == "pose":
+                poses.append(Pose.from_xyz_angles(value.values[:6]))
+                continue
+            poses.append(Pose.identity())
+            if e is not None and number != Number(0) and not (isinstance(e, FrameRef) and number is None):
+                label = str(number.value) if isinstance(number, Number) else "(computed)"
+                tell_zeros(self.work, s, _NAMED[kind], f"{_NAMED[kind]} {label}")
+        return poses[0], poses[1]
+
+    def _pose(self, at: PositionLiteral, place: tuple[Pose, Pose]) -> Expression:
+        assert self.cell is not None
+        tool, frame = place
+        flange = self.cell.pose(0, PointState(PointKind.JOINT, "joint"), at.values)
+        if flange is None:
+            return at
+        pose = frame.inverse() @ flange @ tool
+        return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()), at.external)
+
+
+_NAMED: Final = {"tool": "tool", "user": "frame"}
 
 # --- Configurations ---
 # Arm configurations: kept where the target says them; where it does not, told.

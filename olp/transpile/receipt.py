@@ -54,6 +54,7 @@ _EXPLAINS: Final = {
     "configuration": ("position", "orientation", "speed"),
     "joints": ("position", "orientation", "speed"),
     "base": ("position", "orientation"),
+    "pose": ("position", "orientation", "path", "speed"),
     "option": ("path", "orientation"),
     "wait": ("wait", "order"),
     "duration": ("wait", "signal", "order"),
@@ -229,6 +230,18 @@ class Receipt:
         return self.places.get(loss.line, (self.source, loss.line))
 
 
+def partly_left_out(program: Program, losses: Sequence[Loss]) -> set[int]:
+    """Lines that hold several statements, of which some are left out and others are not: losses tell their kinds."""
+    lost = {(loss.line, loss.statement) for loss in losses}
+    lines = {loss.line for loss in losses if loss.line}
+    left: set[int] = set()
+    kept: set[int] = set()
+    for s in program.statements() if lines else ():
+        if s.line in lines:
+            (left if (s.line, kind_of(s)) in lost else kept).add(s.line)
+    return left & kept
+
+
 def receipt_of(
     linked: Linked,
     translated: Translated,
@@ -243,6 +256,8 @@ def receipt_of(
         {x.line for x in translated.losses if x.part == "statement" and (x.fate is Fate.EXACT) is exact}
         for exact in (True, False)
     )
+    partly = partly_left_out(linked.program, [x for x in translated.losses if x.part == "statement"])
+    comments, left_out = comments | partly, left_out - partly
     compared = partial(
         compare_plans,
         without=left_out,

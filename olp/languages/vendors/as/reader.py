@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -48,6 +48,7 @@ from olp.ir.program import (
     Next,
     Parameter,
     Path,
+    Process,
     Program,
     PulseOutput,
     Repeat,
@@ -63,7 +64,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of, mapped
 from olp.languages.findings import Findings
-from olp.languages.lark_host import changed
+from olp.languages.lark_host import BrokenLineError, changed
 from olp.languages.short_reader import (
     Codes,
     LineParser,
@@ -77,7 +78,18 @@ from olp.languages.short_reader import (
     zyz_pose,
 )
 
-from .rules import FIRST_OF, Arc, AsRules, BlockEnd, ContinuousPath, NextMoveFields, PercentOfPath, bus_of
+from .block_steps import LEVELS, Levels, TaughtStep, step_of
+from .rules import (
+    FIRST_OF,
+    Arc,
+    AsRules,
+    BlockEnd,
+    BlockStep,
+    ContinuousPath,
+    NextMoveFields,
+    PercentOfPath,
+    bus_of,
+)
 
 _CODES: Final = Codes("P580", "P581", "P582", "P583", "P584", "P585")
 _MARK = re.compile(
@@ -121,6 +133,7 @@ class _AsFile:
         self.room = _MOST_ROOM
         self.elements: dict[str, dict[tuple[int, ...], Expression]] = {}
         self._values = shelf("as rows")
+        self.levels = LEVELS | _levels(findings.source.lines)
 
     def read(self) -> Program:
         source = self.findings.source
@@ -235,7 +248,7 @@ class _AsFile:
     def _routine(self, head: re.Match[str], number: int) -> tuple[Routine, int]:
         lines, start = self.findings.source.lines, number
         self.kinds[number - 1] = LineKind.RECORD
-        body = _AsBody(self.findings, self.parser)
+        body = _AsBody(self.findings, self.parser, self.levels)
         number += 1
         closed = False
         while number <= len(lines) and not closed:
@@ -416,7 +429,9 @@ def _leaves(values: Iterable[Expression | None]) -> Iterator[Expression | None]:
 class _AsBody:
     """The instructions of one program, with what the next move takes and which block is open."""
 
-    def __init__(self, findings: Findings, parser: LineParser) -> None:
+    def __init__(self, findings: Findings, parser: LineParser, levels: Levels) -> None:
+        self.levels = levels
+        self.clamps: dict[str, str] = {}  # the state of each that a step has set
         self.findings, self.parser, self.kinds = findings, parser, findings.kinds
         self.body: list[Statement] = []
         self.open: list[type] = []
@@ -455,6 +470,11 @@ class _AsBody:
             self._tell_percent(number)
         elif isinstance(one, Arc):
             self._arc(one, number)
+        elif isinstance(one, BlockStep):
+            try:
+                self._step(step_of(one, self.levels, number), number)
+            except BrokenLineError as broken:
+                self.findings.error("P580", str(broken), self.findings.whole_line(number), broken.wanted)
         elif isinstance(one, BlockEnd):
             self._end(number)
         elif isinstance(one, Move):
@@ -462,6 +482,26 @@ class _AsBody:
         else:
             self._block(one)
             self.body.append(one)
+
+    def _step(self, step: TaughtStep, number: int) -> None:
+        """A step that was taught: its move, then what it does at its end."""
+        for kind, message in step.assumed:
+            help = "see that the controller does so; the tables are in the .AUXDATA of a saved controller"
+            self.findings.once(Severity.INFO, "P589", kind, message, self.findings.whole_line(number), help)
+        if step.move.speed is not None and step.move.speed.native:
+            self._tell_percent(number)
+        move = step.move
+        if not self.passes:
+            move = changed(move, blend=_STOP)
+        if step.arc is None:
+            self.body.append(move)
+        else:
+            self._arc(Arc(move.targets[0], step.arc), number, move)
+        for clamp, state in step.clamps:
+            if self.clamps.get(clamp, "OFF") != state:
+                self.body.append(Process(number, "CLAMP", ((clamp, Text(state)),)))
+            self.clamps[clamp] = state
+        self.body += step.at_end
 
     def _pass(self, one: ContinuousPath | SetBlend, number: int) -> None:
         """The accuracy holds while moves pass their targets, and again when they do so again."""
@@ -485,7 +525,8 @@ class _AsBody:
             self._tell_percent(move.line)
         return changed(move, speed=speed, **fields)  # type: ignore[no-any-return]
 
-    def _arc(self, arc: Arc, number: int) -> None:
+    def _arc(self, arc: Arc, number: int, taught: Move | None = None) -> None:
+        """`taught`: the move of a step that was taught, with speed and accuracy of its own."""
         span = self.findings.whole_line(number)
         if not arc.end:
             if self.via is not None:  # a chain of arcs: only the last two points make one here
@@ -498,6 +539,9 @@ class _AsBody:
             )
         else:
             via, self.via = self.via[0], None
+            if taught is not None:
+                self.body.append(changed(taught, via=via))
+                return
             blend = Blend(BlendKind.RADIUS)
             self.body.append(self._taken(Move(number, Path.CIRCULAR, (arc.target,), blend=blend, via=via)))
 
@@ -540,6 +584,23 @@ _TYPES: Final = {
     ".INTEGER": "integer",
     ".STRINGS": "string",
 }
+
+
+def _levels(lines: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """What the tables of a saved controller say of the levels of steps that were taught."""
+    found: dict[str, tuple[float, ...]] = {}
+    inside = False
+    for line in lines if any(".auxdata" in line[:20].casefold() for line in lines) else ():
+        parts = line.split()
+        if line.lstrip().startswith("."):
+            inside = line.lstrip().upper().startswith(".AUXDATA") or (
+                inside and line.lstrip().startswith(".*")
+            )
+        elif inside and parts and parts[0].upper() in LEVELS and all(map(_NUMBER.fullmatch, parts[1:])):
+            values = tuple(map(float, parts[1:]))
+            if len(values) >= len(LEVELS[parts[0].upper()]) and all(map(math.isfinite, values)):
+                found.setdefault(parts[0].upper(), values)
+    return found | {"saved": (1.0,)} if found else found
 
 
 def _counter(s: Statement) -> str:

@@ -11,7 +11,6 @@ from olp.core.units import deg, minute, mm, percent
 from olp.ir.expressions import (
     CallValue,
     Expression,
-    FrameRef,
     Function,
     Item,
     Logic,
@@ -94,6 +93,13 @@ class Arc(NamedTuple):
 
     target: Expression
     end: bool
+
+
+class BlockStep(NamedTuple):
+    """A step as the pendant teaches it: a move and what is done at its end, with levels that the controller holds."""
+
+    words: str
+    target: Expression
 
 
 class PercentOfPath(NamedTuple):
@@ -224,13 +230,8 @@ class AsRules(BlockRules):
         second = isinstance(number, Number) and number.value == 2
         return Move(0, Path.JOINT, (Named("#HOME2" if second else "#HOME"),), blend=MODAL)
 
-    def block_step(self, children: list[Any]) -> Move:
-        """A step taught in block form: its speed and accuracy are classes that the controller holds."""
-        words = str(children[0]).split()
-        tool = next((int(w[4:]) for w in words if w[:4].upper() == "TOOL" and w[4:].isdigit()), 0)
-        path = Path.JOINT if words[0].upper() == "JOINT" else Path.LINEAR
-        other = tuple((word, Text("")) for word in words[1:])
-        return Move(0, path, (children[1],), blend=MODAL, tool=FrameRef("tool", Number(tool)), other=other)
+    def block_step(self, children: list[Any]) -> BlockStep:
+        return BlockStep(str(children[0]), children[1])
 
     # --- what holds for the next move, or from here on ----------------------------------------------------
 

@@ -23,6 +23,7 @@ RESERVED: Final = frozenset(_WORDS.split())
 LONGEST_TEXT: Final = 80  # [characters], of a string (kernel manual)
 
 LIMITS = Limits(
+    joint_lines=False,
     started="main",
     speeds_needed=True,
     angles_together=True,
