@@ -1,6 +1,6 @@
 """Declared readings: programs with, under each line, what the line means, written by hand in the vendor's samples.
 
-`samples/NAME/readings/*.reading` holds the files of one folder, one after the other:
+`samples/NAME/readings/*.reading` holds the files of one folder, and of folders in it, one after the other:
 
     === part.src
     S   WAIT SEC 0.35
@@ -262,6 +262,7 @@ def _written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[Pat
             if name.endswith(_AS_READ):
                 continue
             text = vendor.newline.join([*text_of(rows), ""]) if rows else ""
+            (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(text.encode("utf-8"))
         yield folder
 

@@ -109,7 +109,7 @@ class LoadFindings:
         mostly = (
             not shared and len(self.known) >= _ENOUGH_NAMES and len(names) <= max(1, MOST_MISSING * total)
         )
-        spellings = {name.casefold(): name for name in declared}
+        spellings = {name.casefold(): name for name in sorted(declared)}
         told: set[str] = set()
         for name, span, what in self.unknown:
             if name.casefold() in told:

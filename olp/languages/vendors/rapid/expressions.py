@@ -128,11 +128,18 @@ class RapidExpressionRules(Transformer[Token, Any]):
         return Binary(operator, left, right)
 
     def _places(self, operator: str, left: Any, right: Any) -> Function | None:
-        """A sum of two pos, or a pos times a number, component by component; None for numbers."""
+        """A sum of two pos, or a pos times a number, component by component; of two pos * is the vector product.
+
+        None for numbers.
+        """
         parts: tuple[Expression, ...]
         is_place = [literals.is_place(one, self.names) for one in (left, right)]
-        if operator == "*":
-            if is_place.count(True) != 1:
+        if operator == "*" and all(is_place):
+            (a, b, c), (x, y, z) = map(literals.place_parts, (left, right))
+            products = ((b, z, c, y), (c, x, a, z), (a, y, b, x))
+            parts = tuple(Binary("-", Binary("*", p, q), Binary("*", r, s)) for p, q, r, s in products)
+        elif operator == "*":
+            if not any(is_place):
                 return None
             pos, factor = (left, right) if is_place[0] else (right, left)
             parts = tuple(Binary("*", part, factor) for part in literals.place_parts(pos))
@@ -220,8 +227,6 @@ class RapidExpressionRules(Transformer[Token, Any]):
                 return literals.turn_of(base), place
             if key in ("robax", "extax"):
                 return literals.axes_of(base, key), place
-        elif kind == "tooldata" and key in ("cog", "aom"):
-            return Member(base, name), place
         return Member(base, self._member_name(kind, name)), place
 
     def _member_name(self, kind: str, name: str) -> str:
@@ -331,7 +336,7 @@ class RapidExpressionRules(Transformer[Token, Any]):
             return Signal(bus, value.index)
         if isinstance(value, Named):
             return Signal(bus, Text(value.name))
-        if value is None or isinstance(value, RapidAggregate):
+        if not isinstance(value, (Item, Member, Unknown)):
             raise BrokenLineError("a signal is missing", word="", wanted="the name of a signal")
         return Signal(bus, value)
 

@@ -157,14 +157,10 @@ def _robtarget(value: RapidAggregate, names: RapidNames) -> Expression:
     configuration, external = numbers(arm, 4), numbers(axes, 6)
     if literal is not None and configuration is not None and external is not None:
         return with_axes(literal, configuration, external)
-    pose = literal or _computed(place, turn)
+    pose = _computed(place, turn)
     rest = [] if configuration == (0, 0, 0, 0) else [_named("conf", arm, "confdata", names)]
     if external != (NOT_CONNECTED,) * 6:
         rest.append(_named("axes", axes, "extjoint", names))
-    if isinstance(pose, PositionLiteral):
-        if not rest:
-            return pose
-        pose = _computed(place, turn)
     return Function(pose.name, (*pose.arguments, *rest))
 
 

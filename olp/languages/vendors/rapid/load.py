@@ -218,8 +218,6 @@ class _Reader:
             if word == "module":
                 m.name = self.key(1)
                 self.at += 2
-                if self.key() == "(":
-                    self.until(")")
             elif word in _KINDS:
                 m.data += [d for d, _ in self.declaration(local, m.values)]
             elif word in _ROUTINES:
@@ -693,7 +691,7 @@ def _function(
 def _called(s: list[RapidToken], at: int) -> str:
     """The function whose arguments hold the token."""
     depth = 0
-    for i in range(at - 1, 0, -1):
+    for i in reversed(range(at)):
         depth += (s[i].text == ")") - (s[i].text == "(")
         if depth < 0:
             return s[i - 1].key

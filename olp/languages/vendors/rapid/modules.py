@@ -270,6 +270,8 @@ class ModuleReader:
         if not self._handler:
             self._handler = clause.line
             self._blocks.close()
+            if self._body and type(self._body[-1]) is Comment and self._body[-1].line == clause.line:
+                self._body.pop()  # it is part of the line, which is kept word for word
         self._handlers[clause.line] = "LISTED" if "(" in clause.text else frame.name
         message = "a handler is kept and not modelled: in a plan nothing fails"
         self._findings.once(Severity.INFO, "P461", "", message, span_of(clause))

@@ -119,9 +119,6 @@ class RapidNames:
     def bus_of(self, name: str) -> str | None:
         """The signal that an undeclared name stands for, by its use or its beginning, None when it is none."""
         key = name.lower()
-        declared = self.type_of(name)
-        if declared:
-            return SIGNAL_TYPES.get(declared) and self.signals.get(key, SIGNAL_TYPES[declared])
         if key in self.signals:
             return self.signals[key]
         return None if key in self.routines else signal_like(name)

@@ -71,7 +71,7 @@ def main_of(routines: tuple[Routine, ...]) -> str:
 # A .pgf: the list of a program's modules, which are read from the same folder.
 
 _MODULE: Final = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
-_LARGEST: Final = 64 * 1024 * 1024  # bytes of all modules
+_MOST_BYTES: Final = 64 * 1024 * 1024  # bytes of all modules
 _MOST: Final = 200  # modules
 
 
@@ -123,7 +123,7 @@ def _module(findings: Findings, source: Source, name: str, span: Span) -> Source
             one.name for one in os.scandir(folder or ".") if one.name.lower() == wanted and one.is_file()
         ]
         path = os.path.join(folder, name if name in entries or not entries else entries[0])
-        if os.path.islink(path) or os.path.getsize(path) > _LARGEST:
+        if os.path.islink(path) or os.path.getsize(path) > _MOST_BYTES:
             raise OSError(0, "it is a link, or too large")
         return load(path)
     except (OSError, ValueError) as problem:

@@ -241,7 +241,7 @@ class ClauseRules(RapidExpressionRules):
         (name, postfixes), value = children
         base: Expression = Named(self.names.spelled(name))
         last = postfixes[-1].lower() if postfixes and isinstance(postfixes[-1], str) else ""
-        if any(isinstance(one, str) and one.lower() == "robconf" for one in postfixes[-2:]):
+        if any(isinstance(one, str) and one.lower() == "robconf" for one in postfixes):
             return self._process("robconf", " ".join(self.raw.removesuffix(";").split()))
         if last in ("trans", "rot"):
             place = self.parts(base, postfixes[:-1])
