@@ -1379,3 +1379,23 @@ def test_a_first_value_stands_behind_its_declaration_and_never_behind_a_later_on
     call += ["    ok = f()", "    n = n + 1", "  end", "  i = 0", "  set_digital_out(3, ok)", "end", ""]
     text = translated("\n".join(call), "urscript", "krl")
     assert text.index("DECL BOOL ok") < text.index("ok=FALSE") < text.index("ok=f ()")
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp", "inform"])
+def test_whole_numbers_below_and_above_are_computed_where_the_target_has_no_word(target):
+    rows = [
+        "x = -2.5",
+        "sleep(floor(7 / 2))",
+        "sleep(ceil(x) + 4)",
+        "sleep(floor(x) + 4)",
+        "sleep(ceil(2.0))",
+    ]
+    assert not [x for x in losses(script(*rows), "urscript", target) if x.leaves_out]
+    assert run_elsewhere(script(*rows), "urscript", target).durations.tolist() == [3.0, 2.0, 1.0, 2.0]
+
+
+def test_what_a_variable_begins_with_is_a_constant_in_rapid():
+    """VAR takes constant expressions alone; a signal is no truth value there."""
+    text = translated(script("n = 5", "m = n + 1", "s = get_digital_in(2)", "sleep(m)"), "urscript", "rapid")
+    for row in ("VAR num n:=5;", "VAR num m;", "m:=n + 1;", "VAR bool s;", "s:=di2=1;"):
+        assert row in text

@@ -12,6 +12,7 @@ from olp.ir.program import (
     Assign,
     Begin,
     Declare,
+    Else,
     End,
     EndIf,
     EndWhile,
@@ -29,10 +30,11 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 
 _BITS: Final = ("and", "or", "xor")
+_WHOLE: Final = ("floor", "ceil", "trunc")
 
 
 def helper_routines(program: Program, work: TranslationContext) -> Program:
-    """Powers, the larger and the smaller of two numbers, and bits, computed by routines where the target has none."""
+    """Powers, whole numbers, the larger of two numbers and bits, computed by routines where the target has none."""
     if not work.limits.lacks:
         return program
     own = _Helpers(work)
@@ -65,7 +67,7 @@ class _Helpers:
                 says = f"{language} has no bits of numbers: a loop computes them, of whole numbers from 0 on"
                 self.work.lose(s, Fate.APPROXIMATED, "value", says)
             return self._called(e.operator, (e.left, e.right))
-        if not isinstance(e, Function) or len(e.arguments) != 2:
+        if not isinstance(e, Function) or len(e.arguments) != (1 if e.name in _WHOLE else 2):
             return e
         if e.name == "power" and "power" in self.work.limits.lacks:
             says = f"{language} has no powers: a loop multiplies, for whole exponents from 0 on"
@@ -122,6 +124,25 @@ def _larger(names: _HelperNames, function: str) -> Routine:
     return _routine(names, ("real", "real", "real"), rows)
 
 
+def _whole(names: _HelperNames, function: str) -> Routine:
+    """The nearest whole number, and one less or more where it lies on the other side."""
+    a, result = names.a, names.result
+    above, below = Compare(">", result, a), Compare("<", result, a)
+    down: list[Statement] = [If(0, above), Assign(0, result, Binary("-", result, Number(1))), EndIf(0)]
+    up: list[Statement] = [If(0, below), Assign(0, result, Binary("+", result, Number(1))), EndIf(0)]
+    rows = {"floor": down, "ceil": up}.get(function) or [
+        If(0, Compare(">", a, Number(0))),
+        *down,
+        Else(0),
+        *up,
+        EndIf(0),
+    ]
+    nearest = Assign(0, result, Function("round", (a,)))
+    body = [Begin(0), Declare(0, result.name, "integer", None), nearest, *rows, Return(0, result), End(0)]
+    given = (Parameter(a.name, "real"),)
+    return Routine(names.routine, 0, tuple(body), PointTable(), parameters=given, returns="integer")
+
+
 def _bits(names: _HelperNames, operator: str) -> Routine:
     """Bit by bit, the lowest first; `count` is the value of the bit."""
     _, a, b, result, count = names
@@ -155,5 +176,6 @@ _WRITTEN: Final[dict[str, Callable[[_HelperNames, str], Routine]]] = {
     "power": _power,
     "max": _larger,
     "min": _larger,
+    **dict.fromkeys(_WHOLE, _whole),
     **dict.fromkeys(_BITS, _bits),
 }

@@ -54,6 +54,7 @@ from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
 _NUMBERS: Final = frozenset({"integer", "real"})
 _PLACES: Final = frozenset({"position", "joints"})
+_LITERALS: Final = frozenset({Number, Text, SignalState, PositionLiteral, RecordLiteral, Unary, Binary})
 _MODULE_DATA: Final = frozenset({"tool", "frame"})
 _NOTHING: Final = PositionLiteral("pose", (0.0,) * 6)
 
@@ -88,6 +89,8 @@ class _Typing:
     def statement(self, routine: str, s: Statement) -> list[Statement]:
         if not isinstance(s, (Move, Declare)):
             s = mapped(s, lambda e: self._handed(routine, self._compared(routine, e)))
+        if isinstance(s, Declare):
+            return self._begun(routine, s)
         if isinstance(s, Assign):
             return self._assigned(routine, s, self._kind(routine, s.target))
         if isinstance(s, Return) and s.value is not None:
@@ -103,6 +106,17 @@ class _Typing:
 
     def _trigger(self, routine: str, one: PathTrigger) -> PathTrigger:
         return one._replace(value=self._as_state(routine, one.value)) if _is_digital(one.signal) else one
+
+    def _begun(self, routine: str, s: Declare) -> list[Statement]:
+        """A variable that begins with what is computed is set where it was declared."""
+        if (
+            s.value is None
+            or s.storage != "variable"
+            or all(type(e) in _LITERALS for e in expressions_of(s.value))
+        ):
+            return [s]
+        begins = Assign(s.line, Named(s.name), s.value, s.comment)
+        return [replace(s, value=None, comment=""), *self.statement(routine, begins)]
 
     def _called(self, routine: str, s: Call) -> Call:
         """A call whose arguments are of the types that are asked for, and whose result goes somewhere."""

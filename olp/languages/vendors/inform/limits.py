@@ -100,7 +100,7 @@ LIMITS: Final = Limits(
     tasks=15,  # of the larger controllers; smaller ones have five
     task_name="SUB{}",
     message=32,
-    lacks=frozenset({"power", "max", "min", "and", "or", "xor"}),
+    lacks=frozenset({"power", "max", "min", "floor", "ceil", "trunc", "and", "or", "xor"}),
     text_quote='"',
     refuses=frozenset(
         {

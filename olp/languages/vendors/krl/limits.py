@@ -93,7 +93,7 @@ LIMITS: Final = Limits(
     clock_form="$TIMER[{}]",
     clock_unit=0.001,
     zeroing_stops=False,
-    lacks=frozenset({"power", "max", "min"}),
+    lacks=frozenset({"power", "max", "min", "floor", "ceil"}),
     text_quote='"',
     refuses=frozenset(
         {

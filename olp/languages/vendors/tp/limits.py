@@ -130,7 +130,7 @@ LIMITS: Final = Limits(
     ),
     message=24,
     fixed_messages=True,
-    lacks=frozenset({"power", "max", "min", "and", "or", "xor"}),
+    lacks=frozenset({"power", "max", "min", "floor", "ceil", "and", "or", "xor"}),
     text_quote="'",
     refuses=frozenset(
         {
