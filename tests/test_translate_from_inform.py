@@ -302,3 +302,37 @@ def test_what_stands_beside_a_word_that_is_left_out_is_in_both_runs():
     receipt = receipt_of(link(program), made.translated, "rapid", tuple(made.files), runs, (robot, None))
     assert {one.kind for one in receipt.verdict.objections} == {"left-out"}
     assert receipt.comparison.steps == 2
+
+
+# --- what AS programs take, and names that nothing declares -----------------------------------------------------
+
+
+GO = ".PROGRAM go(.&p, .spd, .#j)\n  SPEED .spd MM/S ALWAYS\n  JMOVE .#j\n  LMOVE .p\n.END\n"
+
+
+@pytest.mark.parametrize(
+    ("target", "head"),
+    [
+        ("rapid", "PROC go(robtarget n__p,num n__spd,jointtarget n___j)"),
+        ("krl", "DEF go (_p :IN,_spd :IN,__j :IN)"),
+    ],
+)
+def test_signs_tell_the_types_of_parameters_which_are_values_where_a_number_is_given(target, head):
+    lines, _ = as_lines("CALL go(p2, 30, #p1)", target=target, data=GO + AS_DATA)
+    assert head in lines
+
+
+def test_names_that_nothing_declares_are_what_their_sign_says():
+    lines, _losses = as_lines("HOME", "JMOVE #q", target="rapid")
+    assert "PERS jointtarget n__HOME; !not declared in the source" in lines
+    assert "PERS jointtarget n__q; !not declared in the source" in lines
+    assert sum(line.startswith("MoveAbsJ n__") for line in lines) == 2
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_elements_of_an_array_that_no_row_teaches_are_zeros_and_told(target):
+    data = ".TRANS\nq[0] 0 600 300 90 180 0\nq[2] 100 600 300 90 180 0\n.END\n"
+    _lines, losses = as_lines("FOR i = 0 TO 2 STEP 2", "LMOVE q[i]", "END", target=target, data=data)
+    assert [one.says for one in losses if "elements" in one.says] == [
+        "elements of q have no values: zeros are written in their places"
+    ]

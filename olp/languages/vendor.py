@@ -148,6 +148,9 @@ class Conventions:
         frozenset()
     )  # system variables, case folded: where the arm left its path
     leaving_process: str = ""  # ends that routine and all up to the one that began to watch
+    name_signs: Mapping[str, str] = field(
+        default_factory=dict
+    )  # the sign that begins the names of a type -> the type
     assumed_codes: frozenset[str] = (
         frozenset()
     )  # of findings of the reader that tell what it has assumed: the statement there is no exact translation

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
-from typing import Final
+from typing import Final, TypeGuard
 
 from olp.ir.expressions import (
     Binary,
@@ -86,7 +86,24 @@ def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContex
         work.lose(s, Fate.APPROXIMATED, "value", says)
         work.ask("set what no file at hand gives a value", s.name)
         return replace(s, value=None)
+    value = _taught(s, value, work)
     return s if value is s.value else replace(s, value=value)
+
+
+def _taught(s: Declare, value: Expression | None, work: TranslationContext) -> Expression | None:
+    """An array of which some positions have no values, with zeros in their places."""
+    if not isinstance(value, RecordLiteral) or work.source.vendor == work.target:
+        return value
+    found = mapped(value, lambda e: replace(e, values=(0.0,) * 6) if _is_untaught(e) else e)
+    if found is not value:
+        says = f"elements of {s.name} have no values: zeros are written in their places"
+        work.lose(s, Fate.APPROXIMATED, "value", says)
+        work.ask("teach what no file here declares, or copy its values", f"elements of {s.name}")
+    return found
+
+
+def _is_untaught(e: Expression) -> TypeGuard[PositionLiteral]:
+    return type(e) is PositionLiteral and bool(e.values) and all(v != v for v in e.values[:6])
 
 
 def _known(e: Expression, symbols: Symbols, routine: str) -> Expression:

@@ -104,7 +104,12 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
         program = _flattened(program, records, work)
         uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     also = work.conventions.own_names
-    own = {name for name in uses if name.startswith("$") or (also is not None and also.fullmatch(name))}
+    signs = work.conventions.name_signs
+    own = {
+        name
+        for name in uses
+        if (name[0] == "$" and "$" not in signs) or (also is not None and also.fullmatch(name))
+    }
     told = {name for name in own if _is_status(name, uses[name])}  # whoever runs it has to tell them there
     own -= told
     _refuse_own(program, own, work)
@@ -250,7 +255,7 @@ def _tell(use: Use, work: TranslationContext) -> None:
     if TARGET in use.kinds and use.kind == "position":
         kind = "a Cartesian position, which it may not be"
     verb = "taught" if use.kind in PLACES else "set"
-    own = use.name.startswith("$")
+    own = use.name[0] == "$" and "$" not in work.conventions.name_signs
     where = "tells of the source's controller" if own else "is not declared here"
     says = f"{use.name} {where}: taken for {kind}"
     size = ""
@@ -350,6 +355,10 @@ def uses_of(program: Program, work: TranslationContext) -> dict[str, Use]:
     for routine in program.routines:
         seen.look_at(routine)
     seen.spread()
+    signs = conventions_of(program.vendor).name_signs
+    for use in seen.uses.values() if signs else ():
+        sign = next((kind for sign, kind in signs.items() if use.name.startswith(sign)), None)
+        use.kinds = use.kinds if sign is None else {sign}
     if not conventions_of(program.vendor).whole_numbers:
         for use in seen.uses.values():
             use.kinds = {"real" if kind == "integer" else kind for kind in use.kinds}

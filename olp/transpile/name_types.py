@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import Item, Member, Named
+from olp.ir.expressions import CallValue, Item, Member, Named
 from olp.ir.program import Call, End, Parameter, Program, Return, Routine, StartTask, Statement
+from olp.ir.transformer import expressions_of
 from olp.transpile.constant_folding import paired
 from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of
@@ -99,11 +100,29 @@ _ROUNDS: Final = 5  # of routines that hand a parameter on
 
 
 def references(program: Program, work: TranslationContext) -> Program:
-    """`PROC a(PERS tooldata t)` as `PROC a(tooldata t)` where nothing assigns to t, here or in what it is handed to."""
+    """`PROC a(PERS tooldata t)` as `PROC a(tooldata t)` where nothing assigns to t, here or in what it is handed to.
+
+    A language that hands on variables takes no number in their place: there by value too, if some call gives one.
+    """
     if work.limits.reference_parameters:
-        return program
+        foreign = work.source.vendor != work.target
+        return _by_value(program) if foreign and _hands_values(program) else program
     program = _by_value(program)
     return _returned(program) if work.limits.returned_parameters else program
+
+
+def _hands_values(program: Program) -> bool:
+    """Whether a call hands a parameter that is a reference anything else than a variable."""
+    taken = {r.name.casefold(): r.parameters for r in program.routines}
+    for s in program.statements():
+        calls: list[Call | CallValue] = [s] if isinstance(s, Call) else []
+        calls += [e for e in expressions_of(s) if isinstance(e, CallValue)]
+        for call in calls:
+            references = {p.name for p in taken.get(call.routine.casefold(), ()) if p.by_reference}
+            given = paired(taken.get(call.routine.casefold(), ()), call.arguments)
+            if any(name in references and not isinstance(e, (Named, Item, Member)) for name, e in given):
+                return True
+    return False
 
 
 def _by_value(program: Program) -> Program:

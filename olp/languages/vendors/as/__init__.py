@@ -27,7 +27,11 @@ class As(Vendor):
         "SetSpeed PulseOutput Label Jump ElseIf While EndWhile For Next Switch EndSwitch Pause Repeat "
         "Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
     )
-    conventions = Conventions(clocks_run=True)
+    conventions = Conventions(
+        clocks_run=True,
+        name_signs={"#": "joints", "$": "string"},
+        assumed_codes=frozenset({"P588", "P589"}),
+    )
     comment_prefix = ";"
     trailing_comment_prefix = " ;"
     comment_length = 100

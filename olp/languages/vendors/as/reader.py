@@ -669,10 +669,22 @@ def _parted(text: str) -> tuple[str, str | None]:
 
 
 def _parameters(text: str, rules: AsRules) -> Iterator[Parameter]:
-    for part in text.split(","):
-        name = re.sub(r"\[.*", "", part).replace("&", "").replace("]", "").strip()
+    """What a program takes: `&` marks a place, `#` joint values, `$` a text; all others are numbers."""
+    for part in re.split(r",(?![\s,]*\])", text):
+        name, _, indices = part.partition("[")
+        name = name.strip()
+        signs = name[:3]
+        kind = (
+            "position" if "&" in signs else "joints" if "#" in signs else "string" if "$" in signs else "real"
+        )
+        name = name.replace("&", "")
         if name:
-            yield Parameter(rules.spelled(name), by_reference=True)
+            yield Parameter(
+                rules.spelled(name),
+                "" if indices else kind,
+                by_reference=True,
+                native="[]" if indices else "",
+            )
 
 
 def _main(routines: list[Routine]) -> str:
