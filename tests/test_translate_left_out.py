@@ -6,6 +6,7 @@ from tp_listings import read as read_tp
 from translated_texts import VENDORS
 
 import olp
+from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.robots.robot import load_robot
 from olp.transpile import Context
@@ -130,3 +131,85 @@ def test_a_move_together_with_a_table_is_a_plain_one_while_every_table_stands(an
     made = convert(read_tp(text), "rapid", Context(load_robot("fanuc/m-20ia"), on_loss="comment"))
     fates = {loss.fate.value for loss in made.translated.losses if "COORD" in loss.says}
     assert fates == {fate}
+
+
+BROKEN = f"""MODULE m
+  CONST robtarget pHome := {POSE};
+  VAR num count := 3;
+  PROC main()
+    MoveL pHome, v100, fine, tool0;
+    grip 2;
+    IF ready(2) > 1 THEN
+      SetDO do4, 1;
+    ENDIF
+    SetDO do5, 1;
+  ENDPROC
+  PROC grip(num n)
+    ! closes the jaws
+    IF n > 1 THEN
+      SetDO do1, 1; ! on
+      WaitTime 0.5);
+    ENDIF
+    count := ;
+  ENDPROC
+  FUNC num ready(num n)
+    RETURN n * ;
+  ENDFUNC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "rapid"])
+def test_a_routine_with_an_error_is_its_text_as_comments_and_the_rest_is_converted(tmp_path, target):
+    losses, text, plan = converted(BROKEN, "m.mod", target, tmp_path)
+    gone = {loss.line for loss in losses if loss.leaves_out}
+    # The function has no value, so the block that asks for it goes, too.
+    assert gone == {7, 8, 9, 14, 15, 16, 17, 18, 21}
+    (call,) = [loss for loss in losses if loss.line == 6]
+    assert call.fate is Fate.APPROXIMATED
+    assert call.says == "grip is not converted: unexpected ')'"
+    assert " closes the jaws" in text
+    assert len(plan.moves) == 1
+
+
+def test_a_translation_without_a_routine_is_no_success_and_tells_its_errors(tmp_path, capsys):
+    (tmp_path / "m.mod").write_text(BROKEN)
+    asked = ["convert", str(tmp_path / "m.mod"), "--to", "krl", "-o", str(tmp_path / "out")]
+    robot = ["--robot", "yaskawa/gp25"]
+    assert main([*asked, *robot]) == 2
+    assert "error[P451]" in capsys.readouterr().err
+    assert main([*asked, *robot, "--on-loss", "comment"]) == 1
+    told = capsys.readouterr().err
+    assert all(f"m.mod:{line}:" in told for line in (16, 18, 21))
+    assert "warning[X015]: ready is not converted: unexpected ';'" in told
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("SetDO do5, 1;", "SetDO do5, 1);"),  # in the main routine
+        ("PROC grip(num n)", "PROC grip(num n,)"),  # in the head of another
+        ("VAR num count := 3;", "VAR num count := ;"),  # in no routine
+    ],
+)
+def test_an_error_elsewhere_than_in_a_called_routine_stops_a_translation(tmp_path, old, new):
+    with pytest.raises(OlpError) as refused:
+        converted(BROKEN.replace(old, new), "m.mod", "krl", tmp_path)
+    assert {d.code for d in refused.value.diagnostics} == {"P451"}
+
+
+CALLER = "DEF caller()\nPTP {A1 10,A2 -80,A3 90,A4 0,A5 20,A6 0}\ncallee()\nEND\n"
+CALLEE = "DEF callee()\n$OUT[1]=TRUE\na=0,b=0\nEND\n"
+
+
+def test_an_error_in_a_called_file_is_one_of_the_translation(tmp_path):
+    (tmp_path / "callee.src").write_text(CALLEE)
+    (tmp_path / "caller.src").write_text(CALLER)
+    linked = link(olp.read(tmp_path / "caller.src"), "rapid")
+    with pytest.raises(OlpError) as refused:
+        convert(linked.program, "rapid", Context(robot=ROBOT))
+    (found,) = map(linked.located, refused.value.diagnostics)
+    assert (found.code, found.file, found.line) == ("P404", str(tmp_path / "callee.src"), 3)
+    made = convert(linked.program, "rapid", Context(robot=ROBOT, on_loss="comment"))
+    lost = [linked.place(loss.line) for loss in made.translated.losses if loss.leaves_out]
+    assert lost == [(str(tmp_path / "callee.src"), 2), (str(tmp_path / "callee.src"), 3)]

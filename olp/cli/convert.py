@@ -43,7 +43,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--on-loss",
         choices=("error", "comment"),
         default="error",
-        help="what becomes of a statement that the target cannot express (default: error)",
+        help="what becomes of a statement that the target cannot express, and of a called routine with an error "
+        "(default: error)",
     )
     parser.add_argument(
         "--flat",
@@ -93,13 +94,14 @@ def run(args: Namespace) -> int:
     for part in parts:
         job = part.program.path
         try:
-            found, receipt = _convert(part, context, args)
+            found, receipt, unconverted = _convert(part, context, args)
         except OlpError as problem:
             found_wrong = [diagnostic.at(job) for diagnostic in problem.diagnostics]
             told += [one for one in found_wrong if one.code != DATA_ALONE]
             alone += [one for one in found_wrong if one.code == DATA_ALONE]
             continue
         told += [d.at(job) for d in part.program.diagnostics if not d.is_error]
+        told += unconverted
         for name, data in found.items():
             if files.setdefault(name, data) != data:
                 says = f"two programs that share nothing make the file {name}"
@@ -146,12 +148,18 @@ def _wholes(jobs: list[Path], args: Namespace, told: list[Diagnostic]) -> list[W
     return [Whole(program, ()) for program in programs]
 
 
-def _convert(part: Whole, context: Context, args: Namespace) -> tuple[dict[str, bytes], Receipt]:
+def _convert(
+    part: Whole, context: Context, args: Namespace
+) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
+    """The files, the receipt, and what was wrong in routines that are not converted."""
+    from olp.transpile.commented_out import UNCONVERTED, with_texts
     from olp.transpile.convert import convert, runs_of
     from olp.transpile.link import link
     from olp.transpile.receipt import receipt_of
 
     linked = link(part.program, args.to, part.others)
+    if args.on_loss == "comment":
+        linked = replace(linked, program=with_texts(linked.program, args.to))
     try:
         converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
     except OlpError as refused:
@@ -162,7 +170,8 @@ def _convert(part: Whole, context: Context, args: Namespace) -> tuple[dict[str, 
     receipt = receipt_of(
         linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
     )
-    return converted.files, receipt
+    unconverted = [linked.located(d) for d in linked.program.diagnostics if d.code == UNCONVERTED]
+    return converted.files, receipt, unconverted
 
 
 def _tolerances(given: list[str]) -> Tolerances:

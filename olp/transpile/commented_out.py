@@ -1,4 +1,7 @@
-"""What the target was found not to say, as comments: statements, values of data, data, and routines by their heads."""
+"""What the target was found not to say, as comments: statements, values of data, data, and routines by their heads.
+
+A routine with an error in its text is not converted: it becomes its text, each line of which is a comment there.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from olp.core.diagnostic import Severity
 from olp.ir.block_structure import Block, Node, flat, parse
 from olp.ir.expressions import (
     CallValue,
@@ -31,6 +35,7 @@ from olp.ir.program import (
     Disabled,
     End,
     Move,
+    Opaque,
     Program,
     ReadInput,
     Return,
@@ -60,6 +65,7 @@ class LeftOut:
 
     lines: dict[int, str] = field(default_factory=dict)
     gone: dict[int, str] = field(default_factory=dict)
+    empty: dict[str, str] = field(default_factory=dict)  # routines of which nothing is left, case folded
 
     def add(self, found: Mapping[int, str]) -> bool:
         """Whether this leaves out more than before."""
@@ -68,6 +74,82 @@ class LeftOut:
         self.lines.update(new)
         self.gone.update(again)
         return bool(new or again)
+
+
+# --- Routines with an error ---
+
+UNCONVERTED = "X015"
+
+
+def owner(routines: Iterable[Routine], line: int) -> Routine | None:
+    """The routine that a line stands in: the innermost around it, else the last one before it."""
+    before = sorted((r for r in routines if r.line <= line), key=lambda r: r.line)
+    around = [r for r in before if max(r.last_line, *(s.line for s in r.body), 0) >= line]
+    found = around or before
+    return found[-1] if found else None
+
+
+def with_texts(program: Program, to: str) -> Program:
+    """The program, for another language, with the texts of its routines that have an error: a warning then (X015).
+
+    The errors stay, and the routines too, where one stands in a main routine, in a head or in no routine.
+    """
+    if program.vendor == to:
+        return program
+    main = program.main or (program.routines[0].name if program.routines else "")
+    wrong: dict[str, list[int]] = {}
+    told = []
+    for d in program.diagnostics:
+        if d.is_error:
+            inside = owner(program.routines, d.line) if d.file in ("", program.path) else None
+            if inside is None or inside.name == main or inside.starts or inside.line == d.line:
+                return program
+            wrong.setdefault(inside.name, []).append(d.line)
+            says = f"{inside.name} is not converted: {d.message}"
+            d = replace(d, code=UNCONVERTED, message=says, severity=Severity.WARNING)
+        told.append(d)
+    routines = tuple(_as_text(program, r, wrong[r.name]) if r.name in wrong else r for r in program.routines)
+    return replace(program, routines=routines, diagnostics=tuple(told)) if wrong else program
+
+
+def _as_text(program: Program, routine: Routine, wrong: Iterable[int]) -> Routine:
+    """`wrong`: the lines of its errors, which hold no statement."""
+    written: dict[int, list[Statement]] = {line: [] for line in wrong}
+    for s in routine.body:
+        written.setdefault(s.line, []).append(s)
+    first = min((s.line for s in routine.body), default=min(written))
+    body: list[Statement] = []
+    for line in range(first, max(written) + 1):
+        here = written.get(line, [])
+        text = program.source.line(line).strip()
+        if here and all(isinstance(s, (Begin, End, Comment)) for s in here):
+            body += here
+        elif text:
+            body.append(Opaque(line, text))
+    return replace(routine, body=tuple(body), data=())
+
+
+def text_alone(program: Program) -> LeftOut:
+    """What is left out of a program for the routines that are their text: see `with_texts`."""
+    out = LeftOut()
+    for d in program.diagnostics:
+        routine = owner(program.routines, d.line) if d.code == UNCONVERTED else None
+        if routine is None or routine.name.casefold() in out.empty:
+            continue
+        out.empty[routine.name.casefold()] = d.message
+        out.lines.update({s.line: d.message for s in routine.body if isinstance(s, Opaque)})
+        if routine.returns:
+            out.lines[routine.line] = d.message
+    return out
+
+
+def _tell_callers(program: Program, out: LeftOut, work: TranslationContext) -> None:
+    for s in program.statements() if out.empty else ():
+        if isinstance(s, (Call, StartTask)) and s.routine.casefold() in out.empty and s.line not in out.lines:
+            work.lose(s, Fate.APPROXIMATED, "call", out.empty[s.routine.casefold()])
+
+
+# --- Statements, data, heads ---
 
 
 def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Program:
@@ -79,6 +161,7 @@ def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Progr
     program, bodies = _without_heads(program, out, lost)
     lines = {**_users(program, lost), **bodies, **out.lines}
     _tell_users(program, lines, work)
+    _tell_callers(program, out, work)
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
 
 
@@ -134,7 +217,9 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
         names: set[str] = set()
         for one in (s, *(s.means if isinstance(s, Disabled) else ())):
             note_names(one, names)
-        names.update(e.name for e in expressions_of(s) if isinstance(e, Function))
+        for e in expressions_of(s):
+            if isinstance(e, (Function, CallValue)):
+                names.add(e.name if isinstance(e, Function) else e.routine)
         if isinstance(s, (Call, StartTask)):
             names.add(s.routine)
         why = next((name for name in sorted(names) if name.casefold() in lost), None)

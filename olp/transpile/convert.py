@@ -27,7 +27,7 @@ from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Rout
 from olp.ir.terminology import kind_of
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of, refuse_unwritable
-from olp.transpile.commented_out import LeftOut
+from olp.transpile.commented_out import text_alone, with_texts
 from olp.transpile.context import Context, Fate, Loss, Translated
 from olp.transpile.dead_code import name_of
 from olp.transpile.pipeline import MOST_AGAIN, asked_inputs, canonical, plan_of, refusals
@@ -190,10 +190,13 @@ def convert(
     """`program` as files of the language `vendor`.
 
     Raises OlpError with the program's own errors, with what the target cannot say (X002, X011, X014), and where the
-    question needs a robot (X012). With `on_loss` "comment" statements that cannot be said become comments.
+    question needs a robot (X012). With `on_loss` "comment" statements that cannot be said become comments, and
+    routines with an error, but the main one.
     """
     refuse_unwritable(vendor)
     context = context or Context()
+    if context.on_loss == "comment":
+        program = with_texts(program, vendor)
     raise_errors([found.at(program.path) for found in program.diagnostics])
     # Statements are many, small and without cycles.
     with no_garbage_collection():
@@ -203,7 +206,7 @@ def convert(
 def _converted(
     program: Program, vendor: str, context: Context, encoding: str | None, date: str | None
 ) -> Converted:
-    left_out = LeftOut()
+    left_out = text_alone(program)
     for _ in range(_ROUNDS):
         translated = canonical(program, vendor, context, left_out)
         raise_errors(translated.problems)

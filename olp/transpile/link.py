@@ -8,13 +8,14 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
-from olp.core.diagnostic import Diagnostic
+from olp.core.diagnostic import Diagnostic, errors
 from olp.core.source import Source
 from olp.ir.expressions import CallValue, Expression, Named, Number, RecordLiteral, Store, Variable
 from olp.ir.program import Call, Declare, Disabled, Move, Parameter, Program, Routine, Statement
 from olp.ir.statements import is_same
 from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
 from olp.languages.vendor import find_vendor, vendor_names
+from olp.transpile.commented_out import owner
 from olp.transpile.name_types import KINDS
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
 
@@ -171,6 +172,7 @@ class _Joined:
     # By the file that names it, and the name there, case folded: its name in the whole
     renamed_routines: dict[tuple[int, str], str] = field(default_factory=dict)
     renamed_data: dict[tuple[int, str], str] = field(default_factory=dict)
+    errors: list[Diagnostic] = field(default_factory=list)  # of the routines of other files
     public: dict[str, str] = field(
         default_factory=dict
     )  # shared data of a name that is another file's own here
@@ -187,7 +189,8 @@ class _Joined:
         source = Source(program.source.path, program.source.raw, program.source.encoding, tuple(self.lines))
         main = program.main or (program.routines[0].name if program.routines else "")
         routines, data = self._respelt()
-        joined = replace(program, source=source, routines=routines, data=data, main=main)
+        found = (*program.diagnostics, *self.errors)
+        joined = replace(program, source=source, routines=routines, data=data, main=main, diagnostics=found)
         return Linked(_as_called(joined, self.plainly), tuple(self.parts))
 
     def _respelt(self) -> tuple[tuple[Routine, ...], tuple[Declare, ...]]:
@@ -247,6 +250,7 @@ class _Joined:
                 routine = replace(routine, name=new, starts=(job.source, found.name.casefold()) in starts)
                 self.routines.append(routine)
                 self.sources[id(routine.body)] = job.source
+                self.errors += self._errors_of(found, other)
             if names[id(found)] != found.name:
                 self.renamed_routines[(source, name.casefold())] = names[id(found)]
         self._add_layouts()
@@ -258,6 +262,14 @@ class _Joined:
                 replace(r, starts=False) if r.starts and r.name.casefold() in called else r
                 for r in self.routines
             ]
+
+    def _errors_of(self, routine: Routine, other: Program) -> list[Diagnostic]:
+        """What is wrong in the text of a routine of another file, at its line in the whole."""
+        return [
+            replace(d, line=d.line + self.offsets[id(other)], file="")
+            for d in errors(other.diagnostics)
+            if d.file in ("", other.path) and owner(other.routines, d.line) is routine
+        ]
 
     def _add_layouts(self) -> None:
         """The structures of other files that data, parameters and results here are of."""
@@ -434,6 +446,7 @@ def _shifted(routine: Routine, offset: int) -> Routine:
         body=tuple([_moved(s, offset) for s in routine.body]),
         data=tuple([_moved(d, offset) for d in routine.data]),
         line=routine.line + offset,
+        last_line=routine.last_line and routine.last_line + offset,
     )
 
 
