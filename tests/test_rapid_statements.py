@@ -657,3 +657,23 @@ def test_cp1252_letters_survive() -> None:
     program = read_source(decode(text, "a.mod"), vendor="rapid")
     assert program.to_bytes() == text
     assert program.data[0].name == "nMaß"
+
+
+def test_an_operand_behind_a_decided_condition_is_not_evaluated():
+    counted = (
+        "VAR num a{3}:=[4,5,6];",
+        "VAR num n:=0;",
+        "FUNC bool up()",
+        "n:=n+1;",
+        "RETURN TRUE;",
+        "ENDFUNC",
+    )
+    body = (
+        "FOR i FROM 1 TO 5 DO",
+        "IF i<=3 AND a{i}>4 OR i>4 OR up() WaitTime 1;",
+        "ENDFOR",
+        "WaitTime 10*n;",
+    )
+    plan = read(module(body, counted)).plan()
+    assert not plan.diagnostics
+    assert sum(plan.durations) == 1 + 1 + 1 + 1 + 1 + 20

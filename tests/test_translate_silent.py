@@ -1399,3 +1399,29 @@ def test_what_a_variable_begins_with_is_a_constant_in_rapid():
     text = translated(script("n = 5", "m = n + 1", "s = get_digital_in(2)", "sleep(m)"), "urscript", "rapid")
     for row in ("VAR num n:=5;", "VAR num m;", "m:=n + 1;", "VAR bool s;", "s:=di2=1;"):
         assert row in text
+
+
+# --- order of evaluation ------------------------------------------------------------------------------------
+
+INC = ("FUNC num inc(num k)", "n:=n+k;", "RETURN n;", "ENDFUNC")
+FAR = ("FUNC num far(num k)", "RETURN Abs(k-3*n)+Abs(n-7*k);", "ENDFUNC")
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("x:=n+inc(2);",),
+        ("x:=Max(n,inc(2));",),
+        ("x:=inc(1)+n+inc(2);",),
+        ("IF n<2 AND inc(2)>0 THEN", "x:=4;", "ENDIF"),
+        ("IF n>2 XOR inc(2)>2 THEN", "x:=5;", "ENDIF", "x:=x+n;"),
+        ("x:=far(1)+far(5);",),
+        ("FOR i FROM 1 TO far(n)-5 DO", "x:=x+Abs(n-7)+Abs(n+1);", "ENDFOR"),
+    ],
+)
+def test_what_stands_left_of_a_call_is_read_before_it(rows, target):
+    text = module(*rows, "WaitTime x;", data=("VAR num x:=0;", "VAR num n:=1;", *INC, *FAR))
+    here, there = read(text, "rapid").plan(), run_elsewhere(text, "rapid", target)
+    assert here.durations.sum() > 0
+    assert here.durations.sum() == pytest.approx(there.durations.sum())

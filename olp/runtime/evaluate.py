@@ -36,6 +36,7 @@ from olp.ir.expressions import (
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
 from olp.ir.statements import is_same
+from olp.ir.transformer import expressions_of
 from olp.runtime.assumptions import VARIABLE_LETTERS
 from olp.runtime.jobs import RunnableRoutine
 from olp.runtime.memory import (
@@ -383,13 +384,24 @@ def _zero_like(value: Value, problem: StatementError) -> Value:
 
 
 def _logic(m: Machine, e: Logic) -> Value:
-    # Every operand is evaluated: which inputs are read must not depend on the order of writing.
     result = holds(m, e.first)
     for word, condition in e.rest:
-        value = holds(m, condition)
-        result = _JOINED[word](result, value)
+        if m.conventions.stops_early and result is _DECIDED_BY.get(word):
+            _read_inputs(m, condition)
+        else:
+            result = _JOINED[word](result, holds(m, condition))
     return result
 
+
+def _read_inputs(m: Machine, condition: Expression) -> None:
+    """Reads the inputs of an operand that is not evaluated: which are read must not depend on the order of writing."""
+    for e in expressions_of(condition):
+        if type(e) is Signal and type(e.index) in _WRITTEN:
+            evaluate(m, e)
+
+
+_WRITTEN = (Number, Text)
+_DECIDED_BY: Mapping[str, bool] = {"and": False, "or": True}  # on the left, whatever stands on the right
 
 _JOINED: Mapping[str, Callable[[bool, bool], bool]] = {
     "and": lambda a, b: a and b,

@@ -43,6 +43,7 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols, base_of, kind_of_value
+from olp.transpile.temporaries import joins_calls
 from olp.transpile.typed_values import whole_decimals
 
 _AS_TEXT: Final = "text-of-value"
@@ -70,7 +71,7 @@ def functions(program: Program, work: TranslationContext) -> Program:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)
-            if type(e) is Logic and not work.limits.has_xor:
+            if type(e) is Logic and not work.limits.has_xor and not joins_calls(e):
                 e = _without_xor(e)
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
 

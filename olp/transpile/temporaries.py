@@ -5,7 +5,7 @@ A loop whose condition needs such a computation becomes one that is left from wi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -62,7 +62,7 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
+from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
 # --- Temporary values ---
 # Values and conditions that languages with registers can write; what they cannot is computed into variables beforehand.
@@ -87,11 +87,16 @@ class Values:
     symbols: Symbols
     declared: list[Declare] = field(default_factory=list)
     routine: str = ""
-    spare: dict[str, list[Named]] = field(
+    scope: str = ""  # the routine, where a statement of it calls one that needs temporaries of its own
+    spare: dict[tuple[str, str], list[Named]] = field(
         default_factory=dict
-    )  # temporaries by type, used anew by each statement
+    )  # temporaries by scope and type, used anew by each statement
     used: dict[str, int] = field(default_factory=dict)
     line: int = 0  # of the statement under way
+    changes: Mapping[str, frozenset[str]] = field(
+        default_factory=dict
+    )  # name, case folded -> the routines that change it
+    quiet: Set[str] = frozenset()  # routines, case folded, that change nothing but their own variables
 
     @property
     def simple(self) -> bool:
@@ -99,18 +104,19 @@ class Values:
         return not self.work.limits.nested_logic
 
     def temporary(self, kind: str) -> Named:
-        """A variable for one value within one statement."""
+        """A variable for one value within one statement, of the routine's own where that calls another."""
         at = self.used.get(kind, 0)
         self.used[kind] = at + 1
-        pool = self.spare.setdefault(kind, [])
+        pool = self.spare.setdefault((self.scope, kind), [])
         if at == len(pool):
-            pool.append(Named(self.work.helper(f"temp_{kind}")))
-            declare = Declare(0, pool[-1].name, kind, None, shared=True)
-            self.declared.append(declare)
-            from olp.transpile.symbols import Symbol
-
-            self.symbols.table[("", pool[-1].name)] = Symbol(pool[-1].name, kind, assigned=1)
+            pool.append(self._made(kind))
         return pool[at]
+
+    def _made(self, kind: str) -> Named:
+        name = Named(self.work.helper(f"temp_{kind}"))
+        self.declared.append(Declare(0, name.name, kind, None, shared=True))
+        self.symbols.table[("", name.name)] = Symbol(name.name, kind, assigned=1)
+        return name
 
     def _as_flag(self, line: int, target: Expression, value: Expression, comment: str = "") -> list[Node]:
         """A condition's value in a variable: 1 where it holds, else 0."""
@@ -143,6 +149,7 @@ class Values:
         """An expression that the target can write; `alone`: a single value, as most instructions take it."""
         if _asks_reading(e):
             e = self._read(e, before)
+        e = self._in_order(e, before)
         match e:
             case Number() | Text() | SignalState() | Named():
                 return e
@@ -329,15 +336,64 @@ class Values:
         if not kind and handed is not None:
             kind = kind_of_value(self.symbols, self.routine, handed.result)
         target = self.temporary(kind or wanted)
-        arguments = tuple(self.value(a, before) for a in e.arguments)
+        arguments = tuple(self.value(a, before) for a in self._each_in_order(e.arguments, before))
         before.append(Call(0, e.routine, arguments, result=target))
         return target
+
+    # --- order of evaluation ----------------------------------------------------------------------------
+
+    def _is_loud(self, e: Expression) -> bool:
+        """Whether a routine is called in it that changes more than its own variables."""
+        return any(type(x) is CallValue and x.routine.casefold() not in self.quiet for x in expressions_of(e))
+
+    def _in_order(self, e: Expression, before: list[Statement], later: bool = False) -> Expression:
+        """What stands left of a call that may change it, read before that call. `later`: a call follows `e`."""
+        if not later and not self._is_loud(e):
+            return e
+        match e:
+            case CallValue():
+                return self._called(e, before) if later else e
+            case Compare(operator, left, right) if later and is_condition(left):
+                return Compare("<>", self._flag_variable(e, before), Number(0))
+            case Binary(operator, left, right) | Compare(operator, left, right):
+                left, right = self._each_in_order((left, right), before, later)
+                return replace(e, left=left, right=right)
+            case Logic(first, rest):
+                parts = self._each_in_order((first, *(part for _, part in rest)), before, later)
+                words = (word for word, _ in rest)
+                return Logic(parts[0], tuple(zip(words, parts[1:], strict=True)))
+            case Unary(operator, operand):
+                return Unary(operator, self._in_order(operand, before, later))
+            case Function():
+                return replace(e, arguments=self._each_in_order(e.arguments, before, later))
+            case Signal() if later:
+                if is_condition(e):
+                    return Compare("<>", self._flag_variable(e, before), Number(0))
+                return self._kept(e, "integer", before)
+            case Named() | Item() | Member() if later and self._may_change(e):
+                kind = kind_of_value(self.symbols, self.routine, e)
+                return e if kind in ("tool", "frame") else self._kept(e, kind or "real", before)
+            case _:
+                return e
+
+    def _each_in_order(
+        self, parts: tuple[Expression, ...], before: list[Statement], later: bool = False
+    ) -> tuple[Expression, ...]:
+        return tuple(
+            self._in_order(part, before, later or any(map(self._is_loud, parts[at:])))
+            for at, part in enumerate(parts, 1)
+        )
+
+    def _may_change(self, e: Expression) -> bool:
+        """Whether a routine that is called may change a variable, or what it is a part of."""
+        name = base_of(e)
+        return name is None or bool(self.changes.get(name.name.casefold(), frozenset()) - {self.routine})
 
     # --- conditions -------------------------------------------------------------------------------------
 
     def condition(self, e: Expression, before: list[Statement]) -> Expression:
         """A condition that the target can write."""
-        e = self._with_indices(e, before)
+        e = self._with_indices(self._in_order(self._called_once(e, before), before), before)
         if not self.simple:
             return mapped(self._with_values(e, before), self._plain_flag)
         plain = self._comparison(e, before)
@@ -350,6 +406,22 @@ class Values:
         # No order of writing says it: each part that stands in parentheses becomes a flag.
         rest = tuple((word, self._flag(part, before)) for word, part in plain.rest)
         return Logic(self._flag(plain.first, before), rest)
+
+    def _called_once(self, e: Expression, before: list[Statement]) -> Expression:
+        """A condition in which an exclusive OR, which the target lacks, makes no call twice."""
+        if not any(type(x) is Logic and joins_calls(x) for x in expressions_of(e)):
+            return e
+        return mapped(e, lambda x: self._unlike(x, before) if type(x) is Logic and joins_calls(x) else x)
+
+    def _unlike(self, e: Logic, before: list[Statement]) -> Expression:
+        found = e.first
+        for operator, right in e.rest:
+            if operator == "xor":
+                flags = self._flag_variable(found, before), self._flag_variable(right, before)
+                found = Compare("<>", *flags)
+            else:
+                found = Logic(found, ((operator, right),))
+        return found
 
     def _with_indices(self, e: Expression, before: list[Statement]) -> Expression:
         """The signals of an expression by numbers that stand in a variable."""
@@ -480,6 +552,12 @@ def is_condition(e: Expression) -> bool:
             return False
 
 
+def joins_calls(e: Logic) -> bool:
+    """Whether an exclusive OR joins what a routine computes."""
+    xor = any(operator == "xor" for operator, _ in e.rest)
+    return xor and any(type(x) is CallValue for x in expressions_of(e))
+
+
 # --- Conditions that stop early ---
 
 _QUIET: Final = (Assign, Begin, Comment, Declare, Else, ElseIf, End, EndIf, If, Return)
@@ -489,7 +567,7 @@ def decided_early(program: Program, work: TranslationContext) -> Program:
     """Tells where the target may call a routine that the source does not: behind AND or OR, which decide before it."""
     if not work.conventions.stops_early or work.target_conventions.stops_early:
         return program
-    quiet = {routine.name.casefold() for routine in program.routines if _changes_nothing(routine)}
+    quiet = _quiet_of(program)
     for routine in program.routines:
         for s in routine.body:
             if not calls_nothing(s):
@@ -502,11 +580,27 @@ def decided_early(program: Program, work: TranslationContext) -> Program:
     return program
 
 
-def _called_behind(s: Statement, quiet: set[str]) -> Iterator[str]:
+def _called_behind(s: Statement, quiet: Set[str]) -> Iterator[str]:
     """The routines that a condition of a statement calls right of an AND or an OR, but those that change nothing."""
     parts = [part for e in expressions_of(s) if type(e) is Logic for _, part in e.rest]
     called = {x.routine for part in parts for x in expressions_of(part) if type(x) is CallValue}
     yield from sorted(name for name in called if name.casefold() not in quiet)
+
+
+def _quiet_of(program: Program) -> Set[str]:
+    return {routine.name.casefold() for routine in program.routines if _changes_nothing(routine)}
+
+
+def _changes_of(program: Program) -> Mapping[str, frozenset[str]]:
+    """Which routines change a variable, by its name, case folded."""
+    found: dict[str, set[str]] = {}
+    for routine in program.routines:
+        for s in routine.body:
+            for part in ("target", "variable", "result"):
+                name = base_of(getattr(s, part, None))
+                if name is not None:
+                    found.setdefault(name.name.casefold(), set()).add(routine.name)
+    return {name: frozenset(routines) for name, routines in found.items()}
 
 
 def _changes_nothing(routine: Routine) -> bool:
@@ -526,9 +620,16 @@ def _changes_nothing(routine: Routine) -> bool:
 # --- Temporaries ---
 
 
+def _calls(node: Node) -> bool:
+    """Whether a statement, or a statement of a block that is none of those in it, computes by calling a routine."""
+    if isinstance(node, Block):
+        return any(map(_calls, (*(marker for marker, _ in node.branches), node.closer)))
+    return any(type(e) is CallValue for e in expressions_of(node))
+
+
 def hoist(program: Program, work: TranslationContext) -> Program:
     """For languages with registers: expressions that they can write, all else computed into variables beforehand."""
-    own = _Hoist(work, symbols_of(program))
+    own = _Hoist(work, symbols_of(program), changes=_changes_of(program), quiet=_quiet_of(program))
     routines = tuple(own.routine_of(routine) for routine in program.routines)
     return replace(program, routines=routines, data=(*program.data, *own.declared))
 
@@ -546,14 +647,19 @@ class _Hoist(Values):
 
     # --- statements -------------------------------------------------------------------------------------
 
+    def _begin(self, node: Node) -> None:
+        """The temporaries of a statement are free for the next one."""
+        self.used.clear()
+        self.scope = self.routine if _calls(node) else ""
+
     def nodes(self, nodes: list[Node]) -> list[Node]:
         result: list[Node] = []
         for node in nodes:
             if calls_nothing(node) and _is_written_out(node):
                 result.append(node)
                 continue
-            self.used.clear()
             self.line = node.opener.line if isinstance(node, Block) else node.line
+            self._begin(node)
             if isinstance(node, Block):
                 result += _stamped(self._block(node), node.opener.line)
             else:
@@ -565,7 +671,7 @@ class _Hoist(Values):
         if isinstance(head, If):
             return self._if(block)
         inside = [(marker, self.nodes(rows)) for marker, rows in block.branches]
-        self.used.clear()
+        self._begin(block)
         before: list[Statement] = []
         if isinstance(head, While):
             condition = self.condition(head.condition, before)
@@ -581,14 +687,24 @@ class _Hoist(Values):
             value = self.value(head.value, before, alone=True)
             return [*before, Block([(replace(head, value=value), []), *inside[1:]], block.closer)]
         if isinstance(head, For):
+            parts = (head.start, head.stop, *(() if head.step is None else (head.step,)))
+            values = [self.value(e, before, alone=True) for e in self._each_in_order(parts, before)]
+            # The controller looks at the bound again in each round, when the temporaries hold other values.
+            values[1:] = [self._lasting(e, before) for e in values[1:]]
             head = replace(
-                head,
-                start=self.value(head.start, before, alone=True),
-                stop=self.value(head.stop, before, alone=True),
-                step=None if head.step is None else self.value(head.step, before, alone=True),
+                head, start=values[0], stop=values[1], step=None if head.step is None else values[2]
             )
             return [*before, Block([(head, inside[0][1])], block.closer)]
         return [Block(inside, block.closer)]
+
+    def _lasting(self, e: Expression, before: list[Statement]) -> Expression:
+        """A temporary as a variable that no other statement uses."""
+        if not any(e in pool for pool in self.spare.values()):
+            return e
+        kind = kind_of_value(self.symbols, self.routine, e)
+        target = self._made(kind)
+        before.append(Assign(self.line, target, e))
+        return target
 
     def _if(self, block: Block) -> list[Node]:
         head = block.opener
@@ -600,7 +716,7 @@ class _Hoist(Values):
         ]
         for at, (marker, rows) in enumerate(block.branches[1:], 1):
             if isinstance(marker, ElseIf):
-                self.used.clear()
+                self._begin(marker)
                 needed: list[Statement] = []
                 condition = self.condition(marker.condition, needed)
                 if needed:
@@ -639,7 +755,8 @@ class _Hoist(Values):
                     new = self._move(new, before)
                 return [*before, new]
             case Call():
-                arguments = tuple(self.value(a, before, alone=True) for a in s.arguments)
+                given = self._each_in_order(s.arguments, before)
+                arguments = tuple(self.value(a, before, alone=True) for a in given)
                 return [*before, replace(s, arguments=arguments)]
             case Update(operand=operand) if operand is not None and self._has_lone(operand):
                 value = self.value(operand, before, alone=True)
@@ -684,7 +801,8 @@ class _Hoist(Values):
         if isinstance(e, Item):
             return self._index(e, before)
         arguments = tuple(
-            self._position(a, before) if self._is_position(a) else self.value(a, before) for a in e.arguments
+            self._position(a, before) if self._is_position(a) else self.value(a, before)
+            for a in self._each_in_order(e.arguments, before)
         )
         return replace(e, arguments=arguments)
 
@@ -711,7 +829,9 @@ class _Hoist(Values):
                 return [*before, replace(s, target=target)]
             return [*before, *self._as_flag(s.line, target, value, s.comment)]
         if isinstance(value, Function) and not self._is_position(value):
-            value = self._function(value, before)
+            value = self._function(
+                replace(value, arguments=self._each_in_order(value.arguments, before)), before
+            )
         elif self._is_position(value):
             value = self._position(value, before)
         elif isinstance(value, CallValue):
@@ -728,7 +848,10 @@ class _Hoist(Values):
             and not is_number(s.signal.bus)
         ):
             if not self.simple:
-                value = self._with_indices(s.value, before)
+                if any(type(x) is CallValue for x in expressions_of(s.value)):
+                    value = self.condition(s.value, before)
+                else:
+                    value = self._with_indices(s.value, before)
                 return [*before, s if value is s.value else replace(s, value=value)]
             condition = self.condition(s.value, before)
             on: list[Node] = [replace(s, value=SignalState(True))]
