@@ -261,7 +261,7 @@ def _wanted(names: object) -> str:
     """The terminals that would have done, in words; nothing when they are many."""
     if not isinstance(names, (set, frozenset, list, tuple)):
         return ""
-    found = {str(name) for name in names} - {"$END", "BLANK"}
+    found = {str(name) for name in names} - {"$END", "BLANK", "PLACEHOLDER"}
     if len(found & _EXPRESSION) >= 4:
         found = (found - _EXPRESSION - {"MINUS", "PLUS", "BOOLEAN", "NOT"}) | {"an expression"}
     operators = {
