@@ -13,7 +13,7 @@ _SYSTEM_FOLDERS = ("", "System", "R1/System", "KRC/R1/System")
 _TREES = ("R1", "KRC")
 _MOST_FOLDERS, _DEEPEST = 200, 6
 _CONFIG = "$config.dat"
-_LARGEST = 8 * 1024 * 1024  # bytes
+_MOST_BYTES = 8 * 1024 * 1024  # bytes
 _GLOBAL = re.compile(r"\s*(?:DECL\s+)?GLOBAL\s", re.IGNORECASE)
 
 
@@ -131,6 +131,6 @@ def _config(folder: Path) -> Path | None:
 
 
 def _load(path: Path | None) -> Source | None:
-    if path is None or path.stat().st_size > _LARGEST:
+    if path is None or path.stat().st_size > _MOST_BYTES:
         return None
     return load(path)

@@ -100,7 +100,7 @@ class StatementRules(DeclarationRules):
         signal, state, time = children
         if type(signal) is Named:
             signal = Signal("out", Text(signal.name))  # named in a list that is not here
-        if type(signal) is not Signal:
+        if type(signal) is not Signal or signal.bus == "in":
             raise BrokenLineError(
                 "PULSE switches an output", word="PULSE", wanted="PULSE ($OUT[1], TRUE, 0.5)"
             )

@@ -327,7 +327,7 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
                 file.members[name[0].casefold()] = _components(rest)
         return []
     explicit = re.search(r"\b(?:DECL|CONST)\b", match["head"], re.IGNORECASE) or kind in _TYPES
-    if not explicit or kind in _WORDS - {"signal"}:
+    if not explicit or kind in _WORDS - _IN_PLACE:
         return None
     found = []
     for part in _parts(match["names"]):
