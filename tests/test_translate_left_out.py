@@ -213,3 +213,15 @@ def test_an_error_in_a_called_file_is_one_of_the_translation(tmp_path):
     made = convert(linked.program, "rapid", Context(robot=ROBOT, on_loss="comment"))
     lost = [linked.place(loss.line) for loss in made.translated.losses if loss.leaves_out]
     assert lost == [(str(tmp_path / "callee.src"), 2), (str(tmp_path / "callee.src"), 3)]
+
+
+def test_of_a_listing_with_an_error_among_its_positions_the_instructions_are_comments(tmp_path):
+    called = listing("J P[1] 100% FINE", "DO[1]=ON", head=HEAD.replace("PART", "CALLED"))
+    (tmp_path / "called.ls").write_text(called.replace("12.500", "12.5o0", 1))
+    (tmp_path / "part.ls").write_text(listing("J P[1] 100% FINE", "CALL CALLED"))
+    linked = link(olp.read(tmp_path / "part.ls"), "krl")
+    made = convert(linked.program, "krl", Context(robot=ROBOT, on_loss="comment"))
+    gone = [linked.place(loss.line)[1] for loss in made.translated.losses if loss.leaves_out]
+    lines = [called.splitlines()[n - 1].strip() for n in gone]
+    assert lines[:2] == ["1:  J P[1] 100% FINE ;", "2:  DO[1]=ON ;"]
+    assert "/POS" not in lines

@@ -117,9 +117,9 @@ def _as_text(program: Program, routine: Routine, wrong: Iterable[int]) -> Routin
     written: dict[int, list[Statement]] = {line: [] for line in wrong}
     for s in routine.body:
         written.setdefault(s.line, []).append(s)
-    first = min((s.line for s in routine.body), default=min(written))
+    inside = [s.line for s in routine.body] or [*written]
     body: list[Statement] = []
-    for line in range(first, max(written) + 1):
+    for line in sorted({*range(min(inside), max(inside) + 1), *written}):
         here = written.get(line, [])
         text = program.source.line(line).strip()
         if here and all(isinstance(s, (Begin, End, Comment)) for s in here):
