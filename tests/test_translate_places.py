@@ -266,7 +266,7 @@ def test_a_station_that_stands_still_is_no_group_that_moves(second):
     points += ["C00001=900.000,100.000,500.000,180.0000,0.0000,0.0000"]
     points += ["///POSTYPE PULSE", "///PULSE", "EC00000=100,200", f"EC00001={second}"]
     rows = [f"MOVL C0000{n} V=100.0 PL=0 +MOVJ EC0000{n} VJ=50.00" for n in (0, 1)]
-    text = inform(*rows, points=points).replace("NPOS 0,0,0", "NPOS 2,0,2")
+    text = inform(*rows, points=points).replace("NPOS 2,0,0", "NPOS 2,0,2")
     text = text.replace("///GROUP1 RB1", "///GROUP1 RB1\n///GROUP2 ST1")
     made = converted(text, "inform", "krl")
     if second == "100,200":

@@ -270,3 +270,17 @@ def test_a_wait_beside_a_word_that_became_a_comment_is_compared(target):
     assert proof(source, target).verdict.agrees
     words = {"krl": "WAIT SEC 0.2", "tp": "WAIT 0.2(sec)", "inform": "TIMER T=0.20", "urscript": "sleep(0.2)"}
     assert "difference" in {one.kind for one in proof(source, target, (words[target], "")).verdict.objections}
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp", "urscript"])
+@pytest.mark.parametrize("word", ["TF", "BF", "UF#(3)"])
+def test_a_move_by_an_offset_of_inform_has_the_tool_of_the_point_before(word, target):
+    """The flange was moved by it, though the point before names tool 1."""
+    points = [
+        "///TOOL 1", "///POSTYPE BASE", "///RECTAN", "///RCONF 0,0,0,0,0,0,0,0",
+        "C00000=900.000,0.000,400.000,180.0000,0.0000,0.0000", "P00010=0.000,0.000,50.000,0.0000,0.0000,0.0000",
+    ]  # fmt: skip
+    text = inform("MOVJ C00000 VJ=50.00", f"IMOV P010 V=100.0 PL=0 {word}", points=points)
+    receipt = proof(text, target, vendor="inform")
+    assert {one.kind for one in receipt.verdict.objections} <= {"named"}
+    assert not [x for x in receipt.losses if x.leaves_out]

@@ -48,8 +48,8 @@ def krl(*rows):
 
 
 def inform(*rows, points=()):
-    count = sum(row.startswith("P") for row in points)
-    head = ["/JOB", "//NAME PART", "//POS", f"///NPOS 0,0,0,{count},0,0"]
+    taught, variables = (sum(row.startswith(letter) for row in points) for letter in "CP")
+    head = ["/JOB", "//NAME PART", "//POS", f"///NPOS {taught},0,0,{variables},0,0"]
     head += [*points, "//INST", "///DATE 2026/03/02 14:07", "///ATTR SC,RW", "///GROUP1 RB1", "NOP"]
     return "\r\n".join([*head, *rows, "END", ""])
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, Final
 
@@ -24,9 +24,10 @@ from olp.ir.expressions import (
     Variable,
 )
 from olp.ir.points import Point, PointKind, PointState
-from olp.ir.program import Assign, Declare, Move, Path, Routine, Statement, Update
+from olp.ir.program import Assign, Declare, Move, Path, Program, Routine, Statement, Update
 from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, is_written_out
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.reaching_definitions import UNSET, Key, reaching
 
 Value = Callable[[Any], Any]  # of whatever holds expressions
 _VALUES: Final = (
@@ -43,6 +44,59 @@ _VALUES: Final = (
     "other",
 )
 _MOVING: Final = ("tool", "master-tool")
+_TOOL: Final[Key] = ("tool",)
+
+
+def relative_tools(program: Program, work: TranslationContext) -> Program:
+    """Moves by an offset with the tool of the taught move before, which is the one that holds there."""
+    relative = [
+        (r, index, s)
+        for r in program.routines
+        for index, s in enumerate(r.body)
+        if type(s) is Move and s.relative is not None and s.tool is None
+    ]
+    if not relative or not work.conventions.taught_frames:
+        return program
+    tools: list[Expression] = []
+
+    def taught(s: Statement) -> Mapping[Key, int]:
+        if type(s) is not Move or s.tool is None:
+            return {}
+        if s.tool not in tools:
+            tools.append(s.tool)
+        return {_TOOL: tools.index(s.tool)}
+
+    ways = reaching(program, taught, frozenset({Move}))
+    changed: dict[str, dict[int, Move]] = {}
+    for r, index, s in relative:
+        found = ways.at(r.name, index, _TOOL)
+        held = {at for at in found if at >= 0}
+        if len(held) == 1:
+            changed.setdefault(r.name, {})[index] = edited(s, _systems(s, tools[held.pop()]))
+        elif held:
+            work.lose(s, Fate.REFUSED, "frame", "a move by an offset behind moves with different tools")
+        if UNSET in found:
+            work.lose(
+                s, Fate.APPROXIMATED, "frame", "a move by an offset may run before any move that names a tool"
+            )
+    routines = tuple(
+        replace(r, body=tuple(changed[r.name].get(at, s) for at, s in enumerate(r.body)))
+        if r.name in changed
+        else r
+        for r in program.routines
+    )
+    return replace(program, routines=routines)
+
+
+def _systems(s: Move, tool: Expression) -> dict[str, Any]:
+    """The tool of a move by an offset, and the frame in whose directions it counts as its own."""
+    relative = s.relative
+    assert relative is not None
+    if s.frame is not None:
+        return {"tool": tool}
+    if relative.kind in ("tool", "own"):
+        return {"tool": tool, "frame": FrameRef("base")}
+    return {"tool": tool, "frame": relative, "relative": FrameRef("own")}
 
 
 def has_names(s: Move) -> bool:

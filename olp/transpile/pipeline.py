@@ -52,6 +52,7 @@ from olp.transpile.helper_routines import helper_routines
 from olp.transpile.implicit_declarations import undeclared
 from olp.transpile.integer_inference import whole_numbers
 from olp.transpile.modal_state import modal
+from olp.transpile.move_lowering import relative_tools
 from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
 from olp.transpile.partial_positions import computed_axes, externals, partial, turned_together
@@ -237,6 +238,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         quaternions,
         vectors,
         lift,
+        relative_tools,
         sums,
         lasting,
         undeclared,
