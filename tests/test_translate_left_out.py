@@ -225,3 +225,18 @@ def test_of_a_listing_with_an_error_among_its_positions_the_instructions_are_com
     lines = [called.splitlines()[n - 1].strip() for n in gone]
     assert lines[:2] == ["1:  J P[1] 100% FINE ;", "2:  DO[1]=ON ;"]
     assert "/POS" not in lines
+
+
+def test_an_error_in_one_program_of_a_cell_leaves_the_others(tmp_path, capsys):
+    for name, wrong in (("afirst", "DO[2]=ONN"), ("bnext", "DO[3]=ON"), ("clast", "DO[4]=ON")):
+        text = listing("R[7]=R[7]+1", "J P[1] 100% FINE", wrong, head=HEAD.replace("PART", name.upper()))
+        (tmp_path / f"{name}.ls").write_text(text)
+    asked = ["convert", str(tmp_path), "--to", "krl", "-o", str(tmp_path / "out"), "--robot", "fanuc/m-20ia"]
+    assert main(asked) == 2
+    assert main([*asked, "--on-loss", "comment"]) == 1
+    told = capsys.readouterr()
+    assert "from AFIRST: 0 steps" in told.out
+    assert "from CLAST: 2 steps, no differences" in told.out
+    text = "".join(path.read_text("latin-1") for path in (tmp_path / "out").glob("*.src"))
+    assert ";not translated: 3:  DO[2]=ONN" in text
+    assert {"$OUT[3]=TRUE", "$OUT[4]=TRUE"} <= set(text.split())

@@ -92,7 +92,7 @@ def owner(routines: Iterable[Routine], line: int) -> Routine | None:
 def with_texts(program: Program, to: str) -> Program:
     """The program, for another language, with the texts of its routines that have an error: a warning then (X015).
 
-    The errors stay, and the routines too, where one stands in a main routine, in a head or in no routine.
+    The errors stay, and the routines too, where one stands in the main routine, in a head or in no routine.
     """
     if program.vendor == to:
         return program
@@ -102,7 +102,7 @@ def with_texts(program: Program, to: str) -> Program:
     for d in program.diagnostics:
         if d.is_error:
             inside = owner(program.routines, d.line) if d.file in ("", program.path) else None
-            if inside is None or inside.name == main or inside.starts or inside.line == d.line:
+            if inside is None or inside.name == main or inside.line == d.line:
                 return program
             wrong.setdefault(inside.name, []).append(d.line)
             says = f"{inside.name} is not converted: {d.message}"

@@ -96,7 +96,8 @@ class Whole(NamedTuple):
 def wholes(programs: Sequence[Program]) -> list[Whole]:
     """The programs as wholes, each in the place of its first one.
 
-    First stands a program that no other one of its whole needs: one with a main routine, else that needs most files.
+    First stands a program that no other one of its whole needs: one with a main routine, else without an error, else
+    that needs most files.
     """
     files: list[set[Path]] = []
     numbers: list[set[tuple[Store, int]]] = []
@@ -114,9 +115,10 @@ def wholes(programs: Sequence[Program]) -> list[Whole]:
     for name in dict.fromkeys(group):
         members = [n for n, one in enumerate(group) if one == name]
 
-        def place(n: int, members: list[int] = members) -> tuple[bool, bool, bool, int]:
+        def place(n: int, members: list[int] = members) -> tuple[bool, bool, bool, bool, int]:
             needed = any(Path(programs[n].path).absolute() in files[m] for m in members if m != n)
-            return not programs[n].routines, needed, not programs[n].main, -len(files[n])
+            broken = bool(errors(programs[n].diagnostics))
+            return not programs[n].routines, needed, not programs[n].main, broken, -len(files[n])
 
         first = min(members, key=place)
         found.append(Whole(programs[first], tuple(Path(programs[n].path) for n in members if n != first)))
