@@ -97,7 +97,7 @@ def test_a_percent_of_the_axis_acceleration_is_of_the_rated_one(target, pattern)
         "///ANGLE",
         "C00000=34.0000,0.0000,0.0000,0.0000,-28.0000,0.0000",
     ]
-    source = inform("MOVJ C00000 VJ=25.00 PL=0 ACC=50", points=points).replace("NPOS 0", "NPOS 1")
+    source = inform("MOVJ C00000 VJ=25.00 PL=0 ACC=50", points=points)
     expected = {"urscript": math.radians(210), "krl": 50.0}[target]
     assert found_number(pattern, translated(source, "inform", target)) == pytest.approx(expected, rel=1e-6)
 
@@ -112,7 +112,7 @@ def test_an_acceleration_within_a_branch_is_not_believed_behind_it():
         "MOVJ C00001 VJ=25.00 PL=0 ACC=50",
         "ENDIF",
     )
-    source = inform(*rows, "MOVJ C00000 VJ=25.00 PL=0 ACC=50", points=points).replace("NPOS 0", "NPOS 2")
+    source = inform(*rows, "MOVJ C00000 VJ=25.00 PL=0 ACC=50", points=points)
     assert re.findall(r"AccSet (\d+)", translated(source, "inform", "rapid")) == ["80", "50", "50"]
     assert re.findall(r"\$ACC_AXIS\[6\]=(\d+)", translated(source, "inform", "krl")) == [
         "100",

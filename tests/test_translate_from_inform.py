@@ -38,7 +38,7 @@ def objections(text, vendor, target):
 def test_the_stop_handlers_of_inline_forms_take_no_place_in_the_pairs_of_statements():
     rows = ("MOVJ C001 VJ=20.00", "WAIT B001=1", "MOVJ C002 VJ=40.00", "DOUT OT#(1) ON")
     taught = [row.replace("P00", "C00") for row in POINTS]
-    text = inform(*rows, points=taught).replace("NPOS 0,0,0,0", "NPOS 2,0,0,0")
+    text = inform(*rows, points=taught)
     assert {kind for kind, _ in objections(text, "inform", "krl")} <= {"named"}
 
 
@@ -284,9 +284,7 @@ def test_a_line_to_joint_values_with_a_tool_that_nobody_knows_is_told():
         "C000=0,0,0,0,-40000,0",
         "C001=10000,5000,1000,0,-42000,0",
     )
-    text = inform("MOVJ C000 VJ=20.00 PL=0", "MOVL C001 V=100.0 PL=0", points=taught).replace(
-        "NPOS 0", "NPOS 2"
-    )
+    text = inform("MOVJ C000 VJ=20.00 PL=0", "MOVL C001 V=100.0 PL=0", points=taught)
     told = converted(text, "inform", "krl").translated
     assert any("computed as if its tool were zeros" in one.says for one in told.losses)
     assert {kind for kind, _ in objections(text, "inform", "krl")} == {"named"}

@@ -138,7 +138,7 @@ def as_inform(program: list[Construct]) -> str:
                 rows.append(f"TIMER T={seconds:.2f}")
     flags = ",".join("0" * 24)
     head = ["///TOOL 0", "///POSTYPE BASE", "///RECTAN", f"///RCONF {flags}"] if points else []
-    return inform(*rows, points=[*head, *points]).replace("///NPOS 0", f"///NPOS {len(points)}")
+    return inform(*rows, points=[*head, *points])
 
 
 def as_script(program: list[Construct]) -> str:
