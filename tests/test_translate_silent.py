@@ -1425,3 +1425,12 @@ def test_what_stands_left_of_a_call_is_read_before_it(rows, target):
     here, there = read(text, "rapid").plan(), run_elsewhere(text, "rapid", target)
     assert here.durations.sum() > 0
     assert here.durations.sum() == pytest.approx(there.durations.sum())
+
+
+def test_an_output_beside_a_move_that_is_not_waited_for_is_no_part_of_it():
+    """`MoveLDO \\\\Conc` is no instruction, and would switch at the end of the move."""
+    points = ["///TOOL 0", "///POSTYPE BASE", "///RECTAN", "///RCONF 0,0,0,0,0,0,0,0"]
+    points += [f"C0000{n}=900.000,{y}.000,400.000,180.0000,0.0000,0.0000" for n, y in ((0, 0), (1, 200))]
+    rows = ["MOVJ C00000 VJ=50.00 PL=0", "MOVL C00001 V=300.0 PL=2 NWAIT", "DOUT OT#(5) ON"]
+    text = translated(inform(*rows, points=points), "inform", "rapid")
+    assert re.search(r"MoveL \\Conc,P1,v300,z\w+,tool0;\s+SetDO do5,1;", text)

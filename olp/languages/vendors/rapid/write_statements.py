@@ -457,7 +457,7 @@ class RapidStatements(RapidMoves):
 
     def _switching(self, move: st.Move, following: st.Statement) -> Joined | None:
         """MoveLDO: an output that is set in the corner at the move's end, which nothing may stop."""
-        if type(following) is not st.SetOutput or following.signal.bus != "out":
+        if type(following) is not st.SetOutput or following.signal.bus != "out" or move.no_wait:
             return None
         size = None if move.blend is None or move.blend.value is None else move.blend.value.literal
         if not size or not isinstance(following.value, ex.SignalState):
