@@ -216,12 +216,12 @@ def convert(
     from olp.languages.vendor import read as read_plainly
     from olp.transpile.context import Context
     from olp.transpile.convert import convert as translate
-    from olp.transpile.link import link
+    from olp.transpile.link import link, with_starts
 
     context = Context(as_robot(robot), as_robot(target_robot), on_loss=on_loss, forms=not plain, entry=True)
     linked = link(read_plainly(path, encoding=encoding), to)
     try:
-        return translate(linked.program, to, context).files
+        return translate(with_starts(linked.program), to, context).files
     except OlpError as refused:
         raise OlpError(*map(linked.located, refused.diagnostics)) from None
 

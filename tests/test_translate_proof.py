@@ -12,8 +12,10 @@ from olp.cli.convert import ACCEPTABLE as OPTIONS
 from olp.robots.robot import load_robot
 from olp.runtime.interpreter import run
 from olp.runtime.plan import BlendCode
+from olp.transpile.context import Context
+from olp.transpile.convert import convert as translate
 from olp.transpile.convert import runs_of
-from olp.transpile.link import link
+from olp.transpile.link import link, with_starts
 from olp.transpile.receipt import _EXPLAINS, ACCEPTABLE, receipt_of
 from olp.transpile.receipt_text import as_text
 
@@ -284,3 +286,22 @@ def test_a_move_by_an_offset_of_inform_has_the_tool_of_the_point_before(word, ta
     receipt = proof(text, target, vendor="inform")
     assert {one.kind for one in receipt.verdict.objections} <= {"named"}
     assert not [x for x in receipt.losses if x.leaves_out]
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp"])
+def test_routines_that_nobody_calls_are_started_each_with_what_they_use(target):
+    rows = [
+        "PROC first()", "MoveL p1,v100,fine,t1;", "WaitTime n;", "n:=n+1;", "ENDPROC",
+        "PROC second()", "MoveL p2,v100,fine,t1;", "WaitTime n+m;", "third;", "ENDPROC",
+        "PROC third()", "m:=m+1;", "MoveL p3,v100,fine,t1;", "ENDPROC",
+    ]  # fmt: skip
+    data = [*PLACES, "PERS tooldata t1:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"]
+    data += ["VAR num n:=2;", "VAR num m:=3;"]
+    source = with_starts(read("\r\n".join(["MODULE M", *data, *rows, "ENDMODULE"]), "rapid"))
+    assert [r.name for r in source.routines if r.starts] == ["second"]
+    made = translate(source, target, Context(robot=ROBOT, on_loss="comment"))
+    runs = runs_of(source, made, target, (ROBOT, None))
+    found = receipt_of(link(source), made.translated, target, tuple(made.files), runs, (ROBOT, None))
+    assert found.verdict.holds()
+    assert not found.unreached
+    assert [(name, one.steps, one.differences) for name, one in found.starts.items()] == [("second", 3, [])]

@@ -154,12 +154,13 @@ def _convert(
     """The files, the receipt, and what was wrong in routines that are not converted."""
     from olp.transpile.commented_out import UNCONVERTED, with_texts
     from olp.transpile.convert import convert, runs_of
-    from olp.transpile.link import link
+    from olp.transpile.link import link, with_starts
     from olp.transpile.receipt import receipt_of
 
     linked = link(part.program, args.to, part.others)
     if args.on_loss == "comment":
         linked = replace(linked, program=with_texts(linked.program, args.to))
+    linked = replace(linked, program=with_starts(linked.program))
     try:
         converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
     except OlpError as refused:

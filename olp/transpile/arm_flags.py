@@ -266,7 +266,8 @@ def _left_open(program: Program, work: TranslationContext) -> Program:
         return program
     main = program.main or program.routines[0].name
     routines = [
-        _unwatched(r, open_moves) if known else _never(r) if r.name == main else r for r in program.routines
+        _unwatched(r, open_moves) if known else _never(r) if r.name == main or r.starts else r
+        for r in program.routines
     ]
     return replace(program, routines=tuple(routines))
 

@@ -348,7 +348,7 @@ class _Lift:
             else:
                 body += self.statement(routine, s)
         local: tuple[Statement, ...] = tuple(self._declared(routine.name))
-        if routine.name == (self.program.main or self.program.routines[0].name):
+        if routine.starts or routine.name == (self.program.main or self.program.routines[0].name):
             local = (*local, *self.array_initial)
         at = 1 if body and type(body[0]).__name__ == "Begin" else 0
         body[at:at] = local

@@ -26,6 +26,7 @@ from olp.ir.points import PointKind
 from olp.ir.program import (
     Assign,
     Begin,
+    Call,
     Comment,
     Declare,
     DefineFrame,
@@ -318,13 +319,20 @@ def frames(program: Program, work: TranslationContext) -> Program:
             systems.note_components(routine, shared)
     data = program.data if work.limits.named_frames else _with_copied(program, systems)
     main = program.main or (routines[0].name if routines else "")
-    routines = tuple(systems.routine_with_values(routine, routine.name == main) for routine in routines)
+    routines = tuple(
+        systems.routine_with_values(routine, routine.name == main or _begins_moving(routine))
+        for routine in routines
+    )
     if not work.limits.named_frames:
         data = tuple(declare for declare in data if declare.type not in ("tool", "frame"))
         routines = tuple(
             replace(r, data=tuple(d for d in r.data if d.type not in ("tool", "frame"))) for r in routines
         )
     return replace(program, routines=routines, data=(*data, *systems.declared))
+
+
+def _begins_moving(routine: Routine) -> bool:
+    return routine.starts and any(isinstance(s, (Call, Move)) for s in routine.body)
 
 
 def _with_copied(program: Program, systems: _Systems) -> tuple[Declare, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from itertools import count
@@ -11,9 +12,31 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 from olp.core.diagnostic import Diagnostic, errors
 from olp.core.source import Source
 from olp.ir.expressions import CallValue, Expression, Named, Number, RecordLiteral, Store, Variable
-from olp.ir.program import Call, Declare, Disabled, Move, Parameter, Program, Routine, Statement
+from olp.ir.program import (
+    Assign,
+    Call,
+    Comment,
+    Declare,
+    Disabled,
+    Dwell,
+    Else,
+    ElseIf,
+    EndIf,
+    For,
+    If,
+    Move,
+    Parameter,
+    Program,
+    PulseOutput,
+    Return,
+    Routine,
+    SetOutput,
+    Statement,
+    Wait,
+    While,
+)
 from olp.ir.statements import is_same
-from olp.ir.transformer import Change, edited, expressions_of, mapped, note_names
+from olp.ir.transformer import Change, calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.transpile.commented_out import owner
 from olp.transpile.name_types import KINDS
@@ -84,6 +107,42 @@ def link(program: Program, to: str = "", others: Sequence[Path] = ()) -> Linked:
     joined.add_routines(others)
     joined.add_data()
     return joined.linked()
+
+
+_MOVES_OR_WAITS: Final = (Call, Dwell, Move, PulseOutput, SetOutput, Wait)
+_WITHOUT_NAMES: Final = (Assign, Else, ElseIf, EndIf, For, If, Return, SetOutput, While)
+_NAME: Final = re.compile(r"\w+")
+
+
+def with_starts(program: Program) -> Program:
+    """The program with its routines that nothing in it names as starts, beside the main one: somebody runs them."""
+    if len(program.routines) < 2:
+        return program
+    named = _named_routines(program)
+    first = program.main or program.routines[0].name
+
+    def starts(r: Routine) -> bool:
+        if r.returns or r.name == first or r.name.casefold() in named:
+            return False
+        return any(isinstance(s, _MOVES_OR_WAITS) for s in r.body)
+
+    return with_routines(program, (replace(r, starts=True) if starts(r) else r for r in program.routines))
+
+
+def _named_routines(program: Program) -> set[str]:
+    """What may be the name of a routine in any statement, case folded."""
+    found: set[str] = set()
+    for routine in program.routines:
+        for s in routine.body:
+            if calls_nothing(s) or sets_numbers(s) or isinstance(s, Comment):
+                continue
+            if isinstance(s, Call):
+                found.add(s.routine.casefold())
+            if isinstance(s, (*_WITHOUT_NAMES, Call, Move)):
+                found |= {e.routine.casefold() for e in expressions_of(s) if type(e) is CallValue}
+            else:
+                found |= set(_NAME.findall(repr(s).casefold()))
+    return found
 
 
 class Whole(NamedTuple):

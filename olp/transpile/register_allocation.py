@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -35,6 +35,7 @@ from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.ir.program import (
     Assign,
     Begin,
+    Call,
     Case,
     Comment,
     ControlGroup,
@@ -49,7 +50,7 @@ from olp.ir.program import (
     Until,
     While,
 )
-from olp.ir.transformer import edited, is_usual, is_written_out, mapped
+from olp.ir.transformer import edited, is_usual, is_written_out, mapped, note_names
 from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
 from olp.transpile.arrays import largest_indices, sizes_of
@@ -422,6 +423,24 @@ _VALUES: Final = (
 )  # fmt: skip
 
 
+_BEGINS: Final = "see that these are started and not called: each sets what it uses to its first values"
+
+
+def names_from(start: Routine, program: Program) -> Set[str]:
+    """The names that a routine and those that it calls have."""
+    routines = {r.name.casefold(): r for r in program.routines}
+    found: set[str] = set()
+    todo, seen = [start], {start.name.casefold()}
+    while todo:
+        for s in todo.pop().body:
+            note_names(s, found)
+            called = routines.get(s.routine.casefold()) if isinstance(s, Call) else None
+            if called is not None and called.name.casefold() not in seen:
+                seen.add(called.name.casefold())
+                todo.append(called)
+    return found
+
+
 def number(program: Program, work: TranslationContext) -> Program:
     """For languages with registers: no name of a variable or point is left."""
     lines = {declare.name: declare.line for declare in program.data}
@@ -435,10 +454,14 @@ def number(program: Program, work: TranslationContext) -> Program:
             body.insert(0, Begin(0))
         if own.registers.framed and not isinstance(body[-1], End):
             body.append(End(0))
-        if routine.name == main:
+        begins = routine.name == main or routine.starts
+        if begins:
             at = 1 if body and isinstance(body[0], Begin) else 0
-            body[at:at] = own.prologue(program)
-        routines.append(own.routine(routine, tuple(body), routine.name == main))
+            used = None if routine.name == main else names_from(routine, program)
+            body[at:at] = own.prologue(program, used)
+            if used is not None:
+                work.ask(_BEGINS, routine.name)
+        routines.append(own.routine(routine, tuple(body), begins))
     own.tell_enlarged()
     return replace(program, routines=tuple(routines), data=())
 
@@ -543,11 +566,13 @@ class _Numbers(PositionNumbers):
 
     # --- the whole program ------------------------------------------------------------------------------
 
-    def prologue(self, program: Program) -> list[Statement]:
-        """Initial values, and which name is which number."""
+    def prologue(self, program: Program, used: Set[str] | None = None) -> list[Statement]:
+        """Initial values, and which name is which number. `used`: of these names alone (None: all)."""
         rows: list[Statement] = []
         comments: list[Statement] = []
         for declare in (d for d in program.data if d.name in self.numbers):
+            if used is not None and declare.name not in used:
+                continue
             symbol = self.symbols.find("", declare.name)
             if self.registers.comments:
                 comments.append(Comment(0, f"{self.work.names[('variable', declare.name)]} {declare.name}"))

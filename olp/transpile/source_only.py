@@ -729,7 +729,7 @@ def set_elsewhere(program: Program, lost: Iterable[Statement], work: Translation
         local = {s.name: s for s in r.body if isinstance(s, Declare)}
         given = _given({**shared, **local}, lines)
         _tell(program, r, given, work)
-        begun = [d for d in given if d.name in local or r.name == main]
+        begun = [d for d in given if d.name in local or r.name == main or r.starts]
         routines.append(_begun(r, begun) if begun else r)
     return replace(program, routines=tuple(routines))
 

@@ -396,8 +396,10 @@ class KrlWriter(KrlMoves):
     def _moves_first(self, routine: st.Routine) -> bool:
         """Whether a program of another language starts with this routine, and moves: KRL's own says itself how."""
         first = self.program.main or self.routines[0].name
-        moves = (type(s) is st.Move for s in self.program.statements())
-        return not self.own and routine.name == first and any(moves)
+        if routine.name != first and not routine.starts:
+            return False
+        rows = self.program.statements() if routine.name == first else routine.body
+        return not self.own and any(type(s) is st.Move for s in rows)
 
     def _header(self) -> str:
         return _HEADER if self.forms is None else HEADER_OF_FORMS
