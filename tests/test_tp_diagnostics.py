@@ -61,6 +61,8 @@ def told(text):
         ("R[1]=", "P520", "the line ends too early"),
         ("R[1]=R[2]+", "P520", "the line ends too early"),
         ("IF R[1]>2 JMP LBL[1]", "P520", "'JMP' is not expected here"),
+        ("SELECT R[1]=1,CALL ...", "P520", "this was not filled in"),
+        ("R[...]=1", "P520", "this was not filled in"),
         ("JMP LBL[9]", "P526", "LBL[9] does not exist"),
         ("L P[99] 100mm/sec FINE", "P525", "there is no position P[99]"),
         ("ENDIF", "P528", "ENDIF without IF"),

@@ -359,9 +359,7 @@ def call_function(m: Machine, e: Function) -> Value:
         m.assume(f"{e.name[:60]} is not known here: its value is taken as {str(taken).lower()}")
         return taken if isinstance(taken, bool) else AssumedResult(taken)
     if function is None:
-        raise StatementError(
-            "I216", f"{e.name} is not known to the interpreter", "say its result in olp.toml"
-        )
+        raise StatementError("I216", f"{e.name} is not known to the interpreter", "check its name")
     least = _LEAST_ARGUMENTS.get(e.name, 1)
     if len(e.arguments) < least:
         says = (

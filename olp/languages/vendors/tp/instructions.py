@@ -614,7 +614,9 @@ def _explain(problem: UnexpectedInput, text: str) -> _TpProblem:
     if column > len(text):
         return _TpProblem("the line ends too early", column, column + 1, wanted)
     word = word_at(text, column)
-    return _TpProblem(f"'{shortened(word)}' is not expected here", column, column + len(word), wanted)
+    # The pendant shows dots where nothing was filled in yet, and stops the program there.
+    says = "this was not filled in" if word.startswith("...") else f"'{shortened(word)}' is not expected here"
+    return _TpProblem(says, column, column + len(word), wanted)
 
 
 # --- User alarms ---
