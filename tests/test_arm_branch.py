@@ -11,6 +11,7 @@ from olp.ir.program import Path
 from olp.robots.kinematics import configuration_of, forward, nearest
 from olp.robots.kinematics.configuration import wrap
 from olp.robots.robot import load_robot
+from olp.runtime.arm_branch import PlannedArm
 from olp.runtime.plan import PATHS
 from olp.timing.timing import time_plan
 from olp.timing.track import states
@@ -174,3 +175,22 @@ def test_lines_that_a_program_comes_by_again_are_followed_once(tmp_path, monkeyp
     found = axes_of(read(path), GP25)
     np.testing.assert_allclose(found, np.tile([start, *ends], (9, 1)), atol=1e-7)
     assert sum(followed) <= 2 * len(ends)
+
+
+def test_runs_of_lines_that_are_solved_together_end_as_those_solved_one_by_one(tmp_path, monkeypatch):
+    generator = np.random.default_rng(11)
+    start = generator.uniform(0.4, 1.2, 6) * generator.choice([-1, 1], 6)
+    moves = [("movel", near(GP25, start, 0.08, generator)) for _ in range(12)]
+    program = script(tmp_path, GP25, start, moves)
+    text = program.to_bytes().decode().split("\n")
+    for row in (10, 7, 4):  # joint moves to written axes, each of which begins a run of lines
+        text.insert(row, f"  movej({list(map(float, near(GP25, start, 0.05, generator)))})")
+    (tmp_path / "runs.script").write_text("\n".join(text))
+    program = read(tmp_path / "runs.script")
+    with monkeypatch.context() as patch:
+        patch.setattr(PlannedArm, "_again", None)  # which solves one run after the other
+        together = axes_of(program, GP25)
+    monkeypatch.setattr(PlannedArm, "_settle", lambda *_: None)
+    np.testing.assert_array_equal(together, axes_of(program, GP25))
+    assert len(together) == 16
+    assert not np.isnan(together).any()

@@ -187,7 +187,9 @@ class PlannedArm:
         known = np.asarray(~np.isnan(result).any(axis=1))
         posed = np.asarray(says[targets] > 0)
         open_rows = (says[targets] >= WrittenPosture.NOTHING) | (posed & ~joint & self._changes(result, here))
-        breaks = np.append(np.flatnonzero(joint | ~posed), len(targets))  # where runs along lines end
+        broken = joint | ~posed  # where runs along lines end
+        self._settle(targets, result, known, open_rows, broken)
+        breaks = np.append(np.flatnonzero(broken), len(targets))
         at, end = 0, 0
         for row in np.flatnonzero(open_rows).tolist():
             if row < at:
@@ -207,6 +209,36 @@ class PlannedArm:
                 at += len(rows)
                 here = here if np.isnan(rows[-1]).any() else rows[-1]
         return result
+
+    def _settle(
+        self,
+        targets: NDArray[np.int32],
+        result: Floats,
+        known: NDArray[np.bool_],
+        open_rows: NDArray[np.bool_],
+        broken: NDArray[np.bool_],
+    ) -> None:
+        """Finds the axes of all runs of lines that begin where the axes are written, together: most programs' are.
+
+        Writes into `result` (n, k), and into `known` and `open_rows` (n,) that they are no longer open. Runs in which
+        one line is unsure are left.
+        """
+        if self.robot.geometry is None or self.robot.geometry.links is None:
+            return
+        run = np.cumsum(broken)
+        begin = np.full(len(targets) + 1, len(targets))  # of each run: its first open row
+        rows = np.flatnonzero(open_rows & ~broken)[::-1]
+        begin[run[rows]] = rows
+        before = begin[run] - 1
+        written = (before >= 0) & (known & ~open_rows)[before]
+        rows = np.flatnonzero(written & ~broken & (np.arange(len(targets)) > before))
+        if not len(rows):
+            return
+        before = before[rows]
+        joints, unsure = self._on_branch(targets[rows], result[before], rows == before + 1)
+        sure = ~np.isin(before, before[unsure])
+        rows = rows[sure]
+        result[rows], known[rows], open_rows[rows] = joints[sure], True, False
 
     def _changes(self, axes: Floats, here: Floats) -> NDArray[np.bool_]:
         """(n,) where axes (n, k) are on another branch than before, the first of them than `here`, or far away."""
@@ -254,21 +286,32 @@ class PlannedArm:
         assert self.robot.geometry is not None
         if self.robot.geometry.links is None:
             return self._remembered(targets[:_FEWEST], here, self._step_by_step)
+        first = np.arange(len(targets)) == 0
+        joints, unsure = self._on_branch(targets, np.broadcast_to(here, (len(targets), len(here))), first)
+        sure = int(unsure.argmax()) if unsure.any() else len(targets)
+        return joints[:sure] if sure else self._remembered(targets[:1], here, self._followed)
+
+    def _on_branch(
+        self, targets: NDArray[np.int32], start: Floats, first: NDArray[np.bool_]
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        """Axes (m, k) at `targets` along lines, and for which (m,) they may be others.
+
+        `start` (m, k): where the arm stands when it begins the run of lines that a target is in; `first` (m,): those
+        that begin one.
+        """
         from olp.robots.kinematics.configuration import clearance, configuration_of
         from olp.robots.kinematics.inverse import inverse
 
-        flags = configuration_of(self.robot, here)[0]
-        flags[3:] = 0
+        flags = configuration_of(self.robot, start)
+        flags[:, 3:] = 0
         joints, _ = inverse(self.robot, *self._flange(targets), flags)
-        steps = np.diff(joints, axis=0, prepend=here[None])
-        turns = _TURN * np.rint(steps / _TURN)
+        steps = joints - np.where(first[:, None], start, np.roll(joints, 1, axis=0))
+        turns = np.nan_to_num(np.rint(steps / _TURN))
         straight = np.abs(clearance(self.robot, joints).wrist) < 1e-6
-        unsure = straight | ~(np.abs(steps - turns) < _SUDDEN).all(axis=1)
-        sure = int(unsure.argmax()) if unsure.any() else len(targets)
-        if not sure:
-            return self._remembered(targets[:1], here, self._followed)
-        calm: Floats = (joints - np.cumsum(turns, axis=0))[:sure]
-        return calm
+        unsure = straight | ~(np.abs(steps - _TURN * turns) < _SUDDEN).all(axis=1)
+        total = np.cumsum(turns, axis=0)
+        begin = np.maximum.accumulate(np.where(first, np.arange(len(first)), 0))
+        return joints - _TURN * (total - (total - turns)[begin]), unsure
 
     def _remembered(
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]

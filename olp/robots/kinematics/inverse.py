@@ -193,11 +193,11 @@ def branches(robot: Robot, positions: ArrayLike, rotations: ArrayLike) -> Array:
     centres = turn_centres(robot)
     for start in range(0, count, BLOCK):
         part = slice(start, start + BLOCK)
-        arms = solve_arms(links, *columns(position[part], rotation[part]))
-        for number, arm in enumerate(arms.reshape(4, 6, -1)):
-            result[2 * number, :, part] = _readings(links, arm, centres)
-            arm[3], arm[4], arm[5] = flipped(arm[3]), -arm[4], flipped(arm[5])
-            result[2 * number + 1, :, part] = _readings(links, arm, centres)
+        arms = solve_arms(links, *columns(position[part], rotation[part])).reshape(4, 6, -1)
+        result[::2, :, part] = _readings(links, arms, centres)
+        arms[:, 3::2] = flipped(arms[:, 3::2])
+        arms[:, 4] = -arms[:, 4]
+        result[1::2, :, part] = _readings(links, arms, centres)
     return result.transpose(2, 0, 1)
 
 
@@ -243,8 +243,8 @@ def _by_flags(
 
 
 def _readings(links: Links, standard: Array, centres: Array) -> Array:
-    """Readings (6, m) wrapped about `centres`, from standard angles (6, m)."""
-    return wrap(from_standard(links, standard.T), centres).T
+    """Readings (..., 6, m) wrapped about `centres`, from standard angles (..., 6, m)."""
+    return wrap(from_standard(links, standard.swapaxes(-1, -2)), centres).swapaxes(-1, -2)
 
 
 # --- The nearest of given solutions ---

@@ -39,6 +39,7 @@ Signs = float | Array
 _STRETCH_ROUNDING = 1e-12
 # [rad] Below it R and T turn about one line: only their sum is known, and it is what must be exact.
 STRAIGHT_WRIST = 1e-7
+_BOTH = np.array([[1.0], [-1.0]])
 
 
 class Plane(NamedTuple):
@@ -176,30 +177,32 @@ def solve(
 
 def solve_arms(links: Links, position: Array, rotation: Array) -> Array:
     """(2, 2, 6, m) standard angles [rad] with B >= 0: front/rear, upper/lower elbow; nan out of reach."""
-    result = np.empty((2, 2, 6, position.shape[1]))
     p = plane(links, position, rotation)
-    for i, front in enumerate((1.0, -1.0)):
-        s = shoulder(links, p, front)
-        base = p.base if front > 0.0 else flipped(p.base)
-        for j, elbow in enumerate((-1.0, 1.0)):
-            out = result[i, j]
-            a = arm(links, p, s, elbow)
-            # 0 * sine is 0 in reach and nan beyond it: one multiplication instead of a test and a copy.
-            np.add(base, 0.0 * s.sine, out=out[0])
-            out[1], out[2] = a.lower_arm, a.upper_arm
-            out[3], out[4], out[5] = wrist(p, front, a)
+    front, elbow = _BOTH[:, None], -_BOTH
+    s = shoulder(links, p, front)
+    a = arm(links, p, s, elbow)
+    result = np.empty((2, 2, 6, position.shape[1]))
+    result[:, :, 0] = np.stack((p.base, flipped(p.base)))[:, None]
+    # 0 * sine is 0 in reach and nan beyond it: one multiplication instead of a test and a copy.
+    result[:, :, 0] += 0.0 * s.sine
+    result[:, :, 1], result[:, :, 2] = a.lower_arm, a.upper_arm
+    result[:, :, 3], result[:, :, 4], result[:, :, 5] = wrist(p, front, a)
     return result
 
 
 def _straighten(p: Plane, front: Signs, a: ElbowSolution, r: Array, b: Array, t: Array) -> None:
     """Where the wrist is straight (or folded back), sets T so that R and T together give the orientation."""
-    i = np.flatnonzero((b < STRAIGHT_WRIST) | (b > math.pi - STRAIGHT_WRIST))
-    f = np.broadcast_to(np.asarray(front), b.shape)[i]
+    i = (b < STRAIGHT_WRIST) | (b > math.pi - STRAIGHT_WRIST)
+    f, *seen = (
+        np.broadcast_to(one, b.shape)[i]
+        for one in (front, p.o_side, p.n_side, p.o_along, p.n_along, p.o_up, p.n_up)
+    )
+    o_side, n_side, o_along, n_along, o_up, n_up = seen
     c, s = a.cosine[i], a.sine[i]
     # Lower right block of Rx(-R) Ry(-B) Rx(-T), whose sum and difference with B give R + T or R - T.
-    m11, m12 = -f * p.o_side[i], f * p.n_side[i]
-    m21 = -(s * f * p.o_along[i] + c * p.o_up[i])
-    m22 = s * f * p.n_along[i] + c * p.n_up[i]
+    m11, m12 = -f * o_side, f * n_side
+    m21 = -(s * f * o_along + c * o_up)
+    m22 = s * f * n_along + c * n_up
     total = -np.arctan2(m21 - m12, m11 + m22)
     folded = np.arctan2(m21 + m12, m11 - m22)
     t[i] = np.where(b[i] < 1.0, total - r[i], r[i] + folded)
