@@ -15,7 +15,7 @@ from olp.robots.robot import load_robot, robot_names
 
 ROBOTS = [load_robot(name) for name in robot_names()]
 WRIST_ARMS = [robot for robot in ROBOTS if robot.geometry and robot.geometry.links]
-SIX_AXES = [robot for robot in ROBOTS if len(robot.axes) == 6]
+SIX_AXES = [robot for robot in ROBOTS if robot.geometry and len(robot.axes) == 6]
 
 
 def named(robots):

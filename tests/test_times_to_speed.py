@@ -24,8 +24,8 @@ IN_LIBRARY = [arm for arm in known_arms() if arm.robot in robot_names()]
 def test_a_known_arm_is_the_one_of_the_library(arm: KnownArm) -> None:
     robot = load_robot(arm.robot)
     assert robot.payload in (None, arm.payload)
-    assert robot.geometry is not None
-    assert reach_of(robot.geometry) == pytest.approx(arm.reach, abs=1e-3)
+    if robot.geometry is not None:
+        assert reach_of(robot.geometry) == pytest.approx(arm.reach, abs=1e-3)
     if not arm.worst_case:
         assert robot.speeds[:6] / robot.accelerations[:6] == pytest.approx(np.array(arm.times), abs=1e-3)
 
