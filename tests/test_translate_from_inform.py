@@ -334,3 +334,38 @@ def test_elements_of_an_array_that_no_row_teaches_are_zeros_and_told(target):
     assert [one.says for one in losses if "elements" in one.says] == [
         "elements of q have no values: zeros are written in their places"
     ]
+
+
+# --- where the arm stands ------------------------------------------------------------------------------------------
+
+
+def val3(*rows):
+    code = "".join(f"{row}\n" for row in rows)
+    text = f'<Programs>\n<Program name="start">\n<Code><![CDATA[begin\n{code}end]]></Code>\n</Program>\n</Programs>\n'
+    return read_source(decode(text.encode(), "start.pgx"), vendor="val3")
+
+
+def test_val3_reads_the_position_with_the_tool_and_in_the_frame_that_it_names():
+    program = val3("p=here(tGrip,fTable)", "q=here(flange,world)")
+    made = convert(program, "rapid", Context(robot=ROBOT, on_loss="comment"))
+    text = b"\n".join(made.files.values()).decode("cp1252")
+    assert "p:=CRobT(\\Tool:=tGrip\\WObj:=fTable);" in text
+    assert "q:=CRobT(\\Tool:=tool0\\WObj:=wobj0);" in text
+    assert "PERS wobjdata fTable;" in text
+
+
+def test_val3_says_in_the_receipt_that_moves_are_queued():
+    program = val3("movej(j,tGrip,m)", "out=true")
+    losses = convert(program, "rapid", Context(robot=ROBOT, on_loss="comment")).translated.losses
+    assert any("moves are queued" in one.says for one in losses)
+
+
+@pytest.mark.parametrize("wait", ["BREAK", "TWAIT 0.5"])
+def test_the_arm_stands_while_a_program_waits_for_a_time(wait):
+    head = ("SPEED 100 MM/S ALWAYS", "ACCURACY 20 ALWAYS", "JMOVE #p1")
+    lines, _ = as_lines(*head, "LMOVE p2", wait, "LMOVE p3", target="rapid")
+    moves = [line for line in lines if line.startswith("MoveL")]
+    assert [line.split(",")[2] for line in moves] == ["fine", "z20"]
+    lines, _ = as_lines(*head, "WHILE SIG(1001) DO", wait, "LMOVE p3", "END", target="rapid")
+    at = next(n for n, line in enumerate(lines) if line.startswith("WaitTime"))
+    assert lines[at - 1] == "WaitRob\\InPos;"

@@ -258,21 +258,22 @@ def differences(wanted: Sequence[OracleEvent], found: Sequence[OracleEvent]) -> 
 
 
 def stopped_by_advance(events: Sequence[OracleEvent], *vendors: Vendor) -> list[OracleEvent]:
-    """The events where a controller of one of `vendors` may stop exactly at a blend: see `Vendor.advance_stops`.
+    """The events where the arm may stop exactly at a blend.
 
-    Those are moves before a wait or a signal, and moves like them right before, which may be the same statement of a
-    loop.
+    Those are moves before a wait, where a controller of one of `vendors` stops there (`Vendor.advance_stops`) before a
+    signal too, and moves like them right before, which may be the same statement of a loop.
     """
-    if not any(vendor.advance_stops for vendor in vendors):
-        return list(events)
+    signals = ("output", "input") if any(vendor.advance_stops for vendor in vendors) else ()
+    stands = False  # whether a wait comes before the next move
     found: list[OracleEvent] = []
     after: OracleEvent | None = None
     for event in reversed(events):
-        waits = after is not None and after.kind in ("wait", "output", "input")
+        waits = stands or (after is not None and after.kind in signals)
         same = after is not None and "stop" in after.loose and _alike(event, after)
         if event.blend > 0.0 and (waits or same):
             event = replace(event, loose=event.loose | {"stop"})
         found.insert(0, event)
+        stands = event.kind == "wait" or (stands and event.kind in ("output", "input"))
         after = event
     return found
 

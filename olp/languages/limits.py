@@ -281,6 +281,8 @@ class Limits:
     # How a program learns that a wait has reached its limit: it is "asked", a "jump", or "": the condition tells.
     timed_out: str = "asked"
     shares_programs: bool = True  # a controller's programs call one another, and share their data
+    # The Process that waits until the arm stands, where waits for a time begin while it is on its way; "": it stands
+    stand: str = ""
     program_end: str = ""  # the Process that ends the program as a whole, whoever called the routine
     data_beside: bool = False  # data go into a file beside the program: the writer takes `pair`
     # Moves as the pendant's own editor writes them, which numbers tools and frames: the writer takes `forms`

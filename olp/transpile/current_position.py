@@ -25,7 +25,20 @@ from olp.ir.expressions import (
     PositionLiteral,
     SystemValue,
 )
-from olp.ir.program import Assign, Declare, ExternalTool, Move, Program, Routine, ShiftOff, ShiftOn, Statement
+from olp.ir.program import (
+    Assign,
+    Comment,
+    Declare,
+    Dwell,
+    ExternalTool,
+    Move,
+    Process,
+    Program,
+    Routine,
+    ShiftOff,
+    ShiftOn,
+    Statement,
+)
 from olp.ir.statements import BlendKind
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.transpile.blends import STOP
@@ -159,7 +172,19 @@ def standing(program: Program, work: TranslationContext) -> Program:
 def _current_position_moves_routine(routine: Routine, program: Program, work: TranslationContext) -> Routine:
     body = list(routine.body)
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    stand: list[int] = []  # rows before which the arm has to be told to stand
     for at, s in enumerate(body):
+        if isinstance(s, Dwell) and _is_passed(s, work):
+            before = _before(body, at)
+            passed = before is Lead.OPEN or (before is Lead.BEGIN and routine is not first)
+            if isinstance(before, int):
+                move = body[before]
+                if isinstance(move, Move) and all(isinstance(x, Comment) for x in body[before + 1 : at]):
+                    body[before] = edited(move, {"blend": STOP})
+                else:
+                    passed = True  # what stands between them acts while the arm passes
+            if passed and work.limits.stand:
+                stand.append(at)
         if not _reads(s, work):
             continue
         before = _before(body, at)
@@ -169,7 +194,17 @@ def _current_position_moves_routine(routine: Routine, program: Program, work: Tr
             open_ = any(isinstance(x, Move) and not _stops(x) for x in program.statements())
             if open_:
                 work.lose(s, Fate.APPROXIMATED, "position", _UNKNOWN)
+    if any(isinstance(x, Move) and not _stops(x) for x in program.statements()):
+        for at in reversed(stand):
+            body.insert(at, Process(body[at].line, work.limits.stand))
     return replace(routine, body=tuple(body))
+
+
+def _is_passed(s: Dwell, work: TranslationContext) -> bool:
+    """Whether the arm of the target goes on while it waits: it stands in other languages, for no time too."""
+    if work.source.vendor == work.target:
+        return False
+    return bool(work.limits.stand) or s.duration.literal == 0.0
 
 
 def _reads(s: Statement, work: TranslationContext) -> bool:

@@ -20,6 +20,7 @@ from olp.ir.expressions import (
     Logic,
     Member,
     Named,
+    NamedArgument,
     Number,
     Quantity,
     Signal,
@@ -77,6 +78,7 @@ _WORDS: Final = {
     "frame": "a frame",
 }
 _DEEPEST: Final = 6  # members of members
+_SYSTEMS_READ: Final = {"Tool": "tool", "WObj": "frame"}  # with which, and in which, a position is read
 _KEPT: Final = 20  # elements of an array with a computed index, where the target numbers its variables
 _ASKS: Final = {
     "taught": "teach what no file here declares, or copy its values",
@@ -132,10 +134,13 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
 def _tell_assumed(program: Program, work: TranslationContext) -> None:
     """Statements that mean what the reader has assumed, because no file says it."""
     codes = work.conventions.assumed_codes
-    said = {d.line: d.message for d in program.diagnostics if d.code in codes} if codes else {}
+    said: dict[int, list[str]] = {}
+    for d in program.diagnostics if codes else ():
+        if d.code in codes:
+            said.setdefault(d.line, []).append(d.message)
     for s in program.statements() if said else ():
-        if s.line in said and not isinstance(s, Comment):
-            work.lose(s, Fate.APPROXIMATED, "value", said[s.line])
+        for message in said.get(s.line, ()) if not isinstance(s, Comment) else ():
+            work.lose(s, Fate.APPROXIMATED, "value", message)
 
 
 def _is_status(name: str, use: Use) -> bool:
@@ -404,6 +409,8 @@ class _Seen:
             for e in expressions_of(s):  # whatever no rule looks into
                 if type(e) is Named:
                     self._use(e)
+                elif type(e) is NamedArgument and e.name in _SYSTEMS_READ:
+                    self.see(e.value, _SYSTEMS_READ[e.name])
 
     def spread(self) -> None:
         """Names that are compared with or assigned to each other are of one type."""

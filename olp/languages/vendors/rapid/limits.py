@@ -87,6 +87,7 @@ LIMITS = Limits(
     array_literals=True,
     has_power=True,
     program_end="EXIT",
+    stand="WaitRob",
     lacks=frozenset({"floor", "ceil", "and", "or", "xor"}),  # BitAnd, BitOr and BitXOr take bytes
     traps=TrapWords(
         data_type="intnum",

@@ -356,6 +356,8 @@ class RapidStatements(RapidMoves):
         return "Num" if type(value) is not ex.Named or self.own or self.type_of(value) == "num" else ""
 
     def write_process(self, s: st.Process) -> Lines:
+        if not self.own and s.name == LIMITS.stand:
+            return f"{s.name}\\InPos;"
         if not self.own and s.name != LIMITS.program_end:
             return self._trap_word(s)
         texts = [value.value for _, value in s.arguments if isinstance(value, ex.Text)]

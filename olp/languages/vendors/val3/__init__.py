@@ -7,7 +7,7 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import Vendor, statements
+from olp.languages.vendor import Conventions, Vendor, statements
 
 _MARK: Final = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
 
@@ -23,6 +23,7 @@ class Val3(Vendor):
         "Declare SetOverride Opaque"
     )
     data_suffixes = (".dtx", ".pjx")
+    conventions = Conventions(names_read_frames=True, assumed_codes=frozenset({"P576", "P577"}))
     comment_prefix = "//"
     trailing_comment_prefix = " //"
     comment_length = 200

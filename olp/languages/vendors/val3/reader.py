@@ -20,6 +20,7 @@ from olp.ir.expressions import (
     Item,
     Member,
     Named,
+    NamedArgument,
     Number,
     PositionLiteral,
     Quantity,
@@ -427,6 +428,9 @@ class Val3Rules(BlockRules):
             return self._port(name, arguments[0], "in")
         if name == "appro" and len(arguments) == 2:
             return Function("pose-product", arguments)
+        if name == "here" and len(arguments) == 2:
+            tool, frame = arguments
+            return Function("current-pose", (NamedArgument("Tool", tool), NamedArgument("WObj", frame)))
         if name == "here":
             return SystemValue("current-pose")
         if name == "herej":
