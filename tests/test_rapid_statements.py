@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rapid_modules import NO_AXES, codes, errors, module, move, read, statement, statements
 
+from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm
 from olp.ir.expressions import (
     Binary,
@@ -67,8 +68,9 @@ from olp.ir.program import (
     Wait,
     While,
 )
+from olp.runtime.plan import BlendCode
 from olp.timing.timing import time_plan
-from olp.transpile.convert import export
+from olp.transpile.convert import convert, export
 
 TRAVEL = SpeedUnit.TRAVEL
 
@@ -677,3 +679,27 @@ def test_an_operand_behind_a_decided_condition_is_not_evaluated():
     plan = read(module(body, counted)).plan()
     assert not plan.diagnostics
     assert sum(plan.durations) == 1 + 1 + 1 + 1 + 1 + 20
+
+
+def test_a_zone_whose_finep_is_assigned_stops_where_it_is_true():
+    data = ("VAR zonedata z:=[FALSE,30,30,30,3,30,3];", *(f"CONST robtarget p{n}:=[[{n}00,0,400],[0,1,0,0],"
+            "[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];" for n in (4, 5, 6, 7)))  # fmt: skip
+    body = ("MoveL p4,v100,z,tool0;", "z.finep:=TRUE;", "MoveL p5,v100,z,tool0;", "z.finep:=FALSE;",
+            "z.pzone_tcp:=20;", "MoveL p6,v100,z,tool0;", "MoveL p7,v100,fine,tool0;")  # fmt: skip
+    plan = read(module(body, data)).plan()
+    assert plan.moves.blend_code.tolist() == [
+        BlendCode.ZONE,
+        BlendCode.EXACT,
+        BlendCode.ZONE,
+        BlendCode.EXACT,
+    ]
+
+
+def test_a_zone_whose_finep_is_assigned_is_no_corner_in_another_language():
+    zone = "VAR zonedata z:=[FALSE,30,30,30,3,30,3];"
+    point = "CONST robtarget p:=[[400,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    program = read(module(("z.finep:=TRUE;", "MoveL p,v100,z,tool0;"), (zone, point)))
+    for target in ("inform", "krl", "tp", "urscript"):
+        with pytest.raises(OlpError, match="zone-or-stop"):
+            convert(program, target)
+    assert convert(program, "rapid").files

@@ -234,6 +234,7 @@ class Conventions:
     group_sizes: Mapping[str, int] = field(
         default_factory=dict
     )  # bus of groups -> signals in each, numbered one group after the other from 1
+    analog_values: str = "the unit of its controller"  # what the value of an analog signal counts in
     # Pulses of outputs
     off_pulse: str = ""  # how a pulse is spelt that switches off
     on_pulse: str = ""  # how one is spelt that switches on, where any other inverts

@@ -287,6 +287,11 @@ def _clock(m: Machine, given: Sequence[Expression]) -> Value:
     return 0
 
 
+def _zone_or_stop(m: Machine, arguments: Arguments) -> Value:
+    """The size of a zone, 0 where a member of it says that the move stops."""
+    return 0 if evaluate(m, arguments[0]) else evaluate(m, arguments[1])
+
+
 _FURTHER: Mapping[str, Computes] = {
     "timer": _clock,
     "abs": _plain(abs),
@@ -302,6 +307,7 @@ _FURTHER: Mapping[str, Computes] = {
     "exp": _plain(math.exp),
     "log": _plain(math.log),
     "log10": _plain(math.log10),
+    "zone-or-stop": _zone_or_stop,
     "min": _largest(min),
     "max": _largest(max),
     "pose-offset": _offset,

@@ -315,13 +315,17 @@ def _joined(run: Sequence[ComparedStep]) -> ComparedStep:
     )
 
 
+_ROUNDED = 1e-6  # [s]
+
+
 def _waited(
     step: ComparedStep, steps: Sequence[ComparedStep], at: int, until: float
 ) -> tuple[ComparedStep, int]:
-    """A wait with those that follow from the same statement, which a loop repeats, for as long as the other's is."""
+    """A wait with those that follow at once, as long as the other lasts: a loop repeats it, or one wait is several."""
     while at < len(steps) and step.duration < until and steps[at].event is None:
         last = steps[at]
-        if last.kind is not StepKind.WAIT or (last.file, last.line) != (step.file, step.line):
+        same = (last.file, last.line) == (step.file, step.line)
+        if last.kind is not StepKind.WAIT or not (same or step.duration + last.duration <= until + _ROUNDED):
             break
         lasts, seconds = step.duration + last.duration, step.seconds + last.seconds
         step, at = step._replace(duration=lasts, seconds=seconds), at + 1

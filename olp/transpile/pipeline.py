@@ -61,7 +61,7 @@ from olp.transpile.quaternions import own_components, quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
 from olp.transpile.signal_variables import signal_variables
-from olp.transpile.signals import at_ends, pulses, signal_aliases, signals
+from olp.transpile.signals import at_ends, long_waits, pulses, signal_aliases, signals
 from olp.transpile.source_only import comment_texts, foreign_words, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import decided_early, hoist, texts_by_statement
@@ -234,6 +234,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         elsewhere,
         written_systems,
         pulses,
+        long_waits,
         records,
         quaternions,
         vectors,

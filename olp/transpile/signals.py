@@ -1,4 +1,4 @@
-"""Signals by number or by name, as the target has them; the mapping file may say which is which.
+"""Signals by number or by name, as the target has them, and times as it can say them; the mapping file says which.
 
 Where signals have names and the source computes a number, a variable stands for the signal of that number. Outputs and
 waits get the variable by an assignment before them; whatever else reads a signal calls a routine that does both.
@@ -6,6 +6,7 @@ waits get the variable by an assignment before them; whatever else reads a signa
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -30,6 +31,7 @@ from olp.ir.program import (
     Assign,
     Begin,
     Declare,
+    Dwell,
     End,
     Move,
     Parameter,
@@ -43,6 +45,7 @@ from olp.ir.program import (
     Wait,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.languages.vendor import language_of
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.runtime.signals import is_number
 from olp.transpile.context import Fate, TranslationContext
@@ -135,7 +138,18 @@ class _Signals:
     def statement(self, s: Statement) -> Statement:
         if type(s) is Move and not s.has_signals:
             return s
+        if any(type(e) is Signal and "analog" in e.bus for e in expressions_of(s)):
+            self._tell_analog(s)
         return mapped(s, self.change)
+
+    def _tell_analog(self, s: Statement) -> None:
+        """Tells that an analog signal keeps its number, which another controller takes for another voltage."""
+        here, there = self.work.conventions.analog_values, self.work.target_conventions.analog_values
+        says = (
+            f"the value of an analog signal is {here} in {language_of(self.work.source.vendor)} and {there} in "
+            f"{language_of(self.work.target)}: it is written as it is, scale it"
+        )
+        self.work.lose(s, Fate.APPROXIMATED, "value", says)
 
     def change(self, e: Expression) -> Expression:
         if type(e) is Function and e.name == NUMBER:
@@ -274,6 +288,39 @@ def pulses(program: Program, work: TranslationContext) -> Program:
         program,
         routines=tuple([replace(r, body=tuple([pulse(s) for s in r.body])) for r in program.routines]),
     )
+
+
+# --- Times ---
+# Waits that last longer than the target's words can say.
+
+_MOST_PARTS: Final = 20  # waits that stand for one; longer ones are refused
+
+
+def long_waits(program: Program, work: TranslationContext) -> Program:
+    """Waits that are too long for the target as several; those of conditions are refused."""
+    longest = work.limits.longest_wait
+    if not longest:
+        return program
+
+    def rows(s: Statement) -> list[Statement]:
+        lasts = s.duration if isinstance(s, Dwell) else s.timeout if isinstance(s, Wait) else None
+        if lasts is None:
+            return [s]
+        seconds = lasts.literal
+        if seconds is None:
+            work.note_at(s, f"a wait that is computed must not last longer than {longest:g} s")
+        if seconds is None or seconds <= longest:
+            return [s]
+        count = math.ceil(seconds / longest)
+        if not isinstance(s, Dwell) or count > _MOST_PARTS:
+            says = f"a wait of up to {seconds:g} s: {longest:g} s is the longest one"
+            work.lose(s, Fate.REFUSED, "duration", says, help="wait in a loop, or --on-loss comment")
+            return [s]
+        parts = [longest] * (count - 1) + [seconds - longest * (count - 1)]
+        return [replace(s, duration=Quantity(Number(part), 1.0)) for part in parts]
+
+    routines = [replace(r, body=tuple([row for s in r.body for row in rows(s)])) for r in program.routines]
+    return replace(program, routines=tuple(routines))
 
 
 _INDEX: Final = "number"

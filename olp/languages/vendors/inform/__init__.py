@@ -25,6 +25,7 @@ class Inform(Vendor):
     blending = "yaskawa"
     written_suffix = ".JBI"
     conventions = Conventions(
+        analog_values="volts",
         usual_pulse=0.3,
         group_sizes={"in-group": 8, "out-group": 8, "in-half-group": 4, "out-half-group": 4},
         arguments_are_values=True,

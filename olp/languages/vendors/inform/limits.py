@@ -26,6 +26,7 @@ LIMITS: Final = Limits(
     modal_speed=False,
     tool_and_frame="point",
     names=r"[A-Za-z0-9_\-]+",
+    longest_wait=655.35,  # TIMER and T= of WAIT: 0.01 to 655.35 s (INFORM manual, from memory: no page at hand)
     case_sensitive=True,
     numbered={
         Store.BYTE: 100,

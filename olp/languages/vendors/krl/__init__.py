@@ -39,6 +39,7 @@ class Krl(Vendor):
     blending = "kuka"
     advance_stops = True
     conventions = Conventions(
+        analog_values="a share of 10 V",
         arm_flags=ArmFlags.SIGNS,
         frame_spelling={"tool": "TOOL_DATA[{}]", "user": "BASE_DATA[{}]"},
         frame_files={"tool": "$config.dat", "user": "$config.dat"},

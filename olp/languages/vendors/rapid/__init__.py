@@ -61,6 +61,7 @@ class Rapid(Vendor):
     comment_length = 80
     blending = "abb"
     conventions = Conventions(
+        analog_values="the unit of the signal's configuration",
         usual_pulse=0.2,
         arm_flags=ArmFlags.QUARTERS,
         actions_at_ends=True,

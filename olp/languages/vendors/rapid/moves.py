@@ -9,6 +9,8 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import (
     Expression,
     FrameRef,
+    Function,
+    Item,
     Member,
     Named,
     NamedArgument,
@@ -304,7 +306,11 @@ def blend_of(value: Expression | RapidAggregate, names: RapidNames) -> Blend:
         native = f"[{'TRUE' if flag[0].on else 'FALSE'},{','.join(map(number_text, rest))}]"
         return _blend(0.0 if flag[0].on else rest[0], native)
     native = value.name if isinstance(value, Named) else ""
-    return Blend(BlendKind.RADIUS, Quantity(Member(value, "pzone_tcp"), mm), native)
+    radius: Expression = Member(value, "pzone_tcp")
+    base = value.base if isinstance(value, Item) else value
+    if isinstance(base, Named) and base.name.lower() in names.stopping:
+        radius = Function("zone-or-stop", (Member(value, "finep"), radius))
+    return Blend(BlendKind.RADIUS, Quantity(radius, mm), native)
 
 
 def named_blend(name: str, names: RapidNames) -> Blend | None:

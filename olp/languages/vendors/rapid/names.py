@@ -37,6 +37,7 @@ _PARAMETER: Final = re.compile(
     r"(\\)?\s*(?:(INOUT|VAR|PERS|REF)\s+)?(\w+)\s+(\w+)\s*(\{[^}]{0,200}\})?\s*(?=[,|\\]|\Z)", re.IGNORECASE
 )
 _ASSIGNED: Final = re.compile(r"(?<!\\)\b(\w+)\s*(?:\{[^}{]{0,200}\}\s*)?(?:\.\s*\w+\s*){0,16}:=")
+_STOPS: Final = re.compile(r"\b(\w+)\s*(?:\{[^}{]{0,200}\}\s*)?\.\s*finep\s*:=", re.IGNORECASE)
 _USED: Final = re.compile(
     rf"\b({'|'.join(sorted(SIGNAL_USERS, key=len, reverse=True))})\b"
     r"\s*(?:\(\s*)?(?:\\\w+\s*(?::=\s*[\w.]+\s*)?(?:,\s*)?)*(\w+)",
@@ -76,6 +77,7 @@ class RapidNames:
     routines: dict[str, RoutineHead] = field(default_factory=dict)
     constants: dict[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)  # type, numbers
     assigned: set[str] = field(default_factory=set)
+    stopping: set[str] = field(default_factory=set)  # zones whose finep is assigned
     signals: dict[str, str] = field(default_factory=dict)  # name -> bus
     aliased: set[str] = field(default_factory=set)  # what AliasIO connects to a signal
     local: dict[str, str] = field(default_factory=dict)  # types of the routine that is read
@@ -190,6 +192,7 @@ def _other(names: RapidNames, text: str, inside: dict[str, str] | None) -> None:
             inside.setdefault(name.lower(), "num")
     if ":=" in text:
         names.assigned.update(name.lower() for name in _ASSIGNED.findall(text))
+        names.stopping.update(name.lower() for name in _STOPS.findall(text))
     if (alias := _ALIASED.search(text)) is not None:
         names.aliased.add(alias[1].lower())
     for user, name in _USED.findall(text):

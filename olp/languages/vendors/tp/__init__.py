@@ -29,6 +29,7 @@ class Tp(Vendor):
     comment_length = 32
     blending = "fanuc"
     conventions = Conventions(
+        analog_values="the counts of its module",
         usual_pulse=0.4,  # $DEFPULSE as delivered
         for_keeps_last=True,  # ENDFOR counts on only where the counter is not at the target value yet
         arguments_are_values=True,

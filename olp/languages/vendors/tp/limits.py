@@ -33,6 +33,8 @@ LIMITS: Final = Limits(
     modal_speed=False,
     tool_and_frame="modal",
     names=r"[A-Za-z][A-Za-z0-9_]*",
+    # $WAITTMOUT takes 0 to 32767 hundredths (industrialmonitordirect.com, wait timeout), WAIT as much (from memory)
+    longest_wait=327.67,
     numbered={Store.REAL: 200, Store.ROBOT: 100, Store.STRING: 25},
     # At controlled start (Program Limits Setup): position registers up to 2000 for one group, numbers up to 1500 of an
     # R-30iB (the numbers from memory, no page at hand); texts: no bound told.

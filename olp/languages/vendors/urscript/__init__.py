@@ -45,6 +45,7 @@ class UrScript(Vendor):
     newline = "\n"
     blending = "ur"
     conventions = Conventions(
+        analog_values="a share of the output's range",
         pose_lists=True,
         move_options=MoveOptions(manner=frozenset({"mode", "process", "v"})),  # v beside a time, which counts
         arguments_are_values=True,
