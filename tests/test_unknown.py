@@ -163,6 +163,15 @@ def test_what_unknown_functions_return_is_taken_so_that_the_program_moves(tmp_pa
     }
 
 
+def test_of_many_values_the_one_that_lets_a_program_move_is_found(tmp_path: Path) -> None:
+    ends = "".join(f"IF K{n}=={20 + n} THEN\nRETURN\nENDIF\n" for n in range(2, 13))
+    body = f"DEF UNSAID()\nDECL INT n\nn=K1\n{ends}IF n==0 THEN\nRETURN\nENDIF\nLIN {POSE}\nEND\n"
+    plan = planned(tmp_path, body)
+    found = [d.message.split(":")[0] for d in plan.diagnostics if d.code == "I118"]
+    assert found == ["k1 is taken as 1"]
+    assert np.sum(plan.kind == StepKind.MOVE) == 1
+
+
 def test_a_program_that_moves_keeps_its_inputs_off(tmp_path: Path) -> None:
     body = GUARDED.replace("IF NOT", f"LIN {POSE}\nIF NOT")
     assert "I118" not in told(planned(tmp_path, body), "warning")

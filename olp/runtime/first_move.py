@@ -7,7 +7,7 @@ several at once. What the move does not need is taken as zero again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import ClassVar, Final, NamedTuple
@@ -120,26 +120,27 @@ class _Search:
 
     def one_by_one(self, first: Try) -> Given | None:
         self.asked = dict(first.asked)
-        further = True
-        while further:
-            further = False
-            for thing in reversed(list(self.asked)):
-                if thing in self.best:
-                    continue
-                for value in self._others(self.asked[thing]):
-                    tried = self._tries({**self.best, thing: value})
-                    if tried is None:
-                        return None
-                    if tried.reached:
-                        return {**self.best, thing: value}
-                    if tried.asked.keys() - self.asked.keys():
-                        self.best[thing] = value
-                        self.asked |= {one: t for one, t in tried.asked.items() if one not in self.asked}
-                        further = True
-                        break
-                if further:
-                    break
+        waiting = self._each()
+        while (one := next(waiting, None)) is not None:
+            given = {**self.best, **one}
+            tried = self._tries(given)
+            if tried is None:
+                return None
+            if tried.reached:
+                return given
+            if tried.asked.keys() - self.asked.keys():
+                self.best.update(one)
+                self.asked |= {thing: t for thing, t in tried.asked.items() if thing not in self.asked}
+                waiting = self._each()
         return None
+
+    def _each(self) -> Iterator[Given]:
+        """One thing with another value: the first choices of all things before the second ones."""
+        free = [
+            (thing, self._others(t)) for thing, t in reversed(self.asked.items()) if thing not in self.best
+        ]
+        for rank in range(max((len(values) for _, values in free), default=0)):
+            yield from ({thing: values[rank]} for thing, values in free if rank < len(values))
 
     def several(self, first: Try) -> Given | None:
         chance = Random(0)
