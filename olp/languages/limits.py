@@ -245,6 +245,7 @@ class Limits:
     has_power: bool = False  # a function raises a number to a power
     lacks: frozenset[str] = frozenset()  # functions and operators that a routine of the translation computes
     has_integers: bool = False  # numbers that are whole by their type
+    divides_whole: bool = False  # division with a remainder takes whole numbers alone
     keeps_data: bool = False  # data beside a program live on from run to run
     unset_variables: bool = False  # a variable has no value until it is set, and reading it stops the program
     integer_type: str = (

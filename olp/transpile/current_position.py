@@ -149,6 +149,7 @@ _STRAIGHT: Final = (
     }
 )
 _STOPS: Final = "the arm stops here, because the next move is relative to its position"
+_ON_THE_WAY: Final = "it is read while the arm passes the corner before: how far it is by then is not known"
 _UNKNOWN: Final = (
     "relative to the current position: make sure that all moves that lead here stop at their ends"
 )
@@ -185,6 +186,12 @@ def _current_position_moves_routine(routine: Routine, program: Program, work: Tr
                     passed = True  # what stands between them acts while the arm passes
             if passed and work.limits.stand:
                 stand.append(at)
+        if (
+            not work.conventions.waits_before_reading
+            and _reads_place(s)
+            and isinstance(_before(body, at), int)
+        ):
+            work.lose(s, Fate.APPROXIMATED, "position", _ON_THE_WAY)
         if not _reads(s, work):
             continue
         before = _before(body, at)
@@ -211,9 +218,12 @@ def _reads(s: Statement, work: TranslationContext) -> bool:
     if isinstance(s, Move) and s.relative is not None:
         return not _is_native(s.relative, work.limits.native_offsets)
     waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
-    if not waits or calls_nothing(s):
-        return False
-    return any(
+    return waits and _reads_place(s)
+
+
+def _reads_place(s: Statement) -> bool:
+    """Whether a statement reads where the arm is."""
+    return not calls_nothing(s) and any(
         (isinstance(e, SystemValue) and e.name in _READ) or systems_of(e) is not None
         for e in expressions_of(s)
     )

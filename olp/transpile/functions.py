@@ -71,6 +71,8 @@ def functions(program: Program, work: TranslationContext) -> Program:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)
+            if type(e) is Binary and e.operator in ("div", "mod") and work.limits.divides_whole:
+                e = _divided(e, symbols, name)
             if type(e) is Logic and not work.limits.has_xor and not joins_calls(e):
                 e = _without_xor(e)
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
@@ -287,6 +289,14 @@ def _refuse_places(
     """Each language writes a position as a text in its own form."""
     if kind_of_value(symbols, routine, e.arguments[0]) in ("position", "joints", "tool", "frame"):
         work.lose(s, Fate.REFUSED, "text", "a position as a text")
+
+
+def _divided(e: Binary, symbols: Symbols, routine: str) -> Expression:
+    """A division with a remainder of numbers that may be fractions."""
+    if all(kind_of_value(symbols, routine, one) == "integer" for one in (e.left, e.right)):
+        return e
+    whole = Function("trunc", (Binary("/", e.left, e.right),))
+    return whole if e.operator == "div" else Binary("-", e.left, Binary("*", e.right, whole))
 
 
 def _without_xor(e: Logic) -> Logic:

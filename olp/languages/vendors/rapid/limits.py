@@ -44,6 +44,7 @@ LIMITS = Limits(
     keeps_data=True,
     names=r"[A-Za-z][A-Za-z0-9_]*",
     has_xor=True,
+    divides_whole=True,  # DIV and MOD of others are the error ERR_INT_NOTVAL
     # TriggIO and TriggEquip (ABB, technical reference manual, RobotWare 6)
     path_triggers=PathTriggerForms(
         most=8,
