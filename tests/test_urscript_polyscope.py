@@ -216,3 +216,29 @@ def test_damaged_files_do_not_crash() -> None:
         packed = bytearray(zlib.compress(bytes(text), wbits=31))
         packed[rng.randrange(2, len(packed))] = rng.randrange(256)
         read_source(decode(bytes(packed), "a.urp"))
+
+
+@pytest.mark.parametrize(
+    ("node", "told"),
+    [
+        ('<Wait type="Sleep"><waitTime>soon</waitTime></Wait>', "Wait without a time"),
+        ('<Wait type="Sleep"/>', "Wait without a time"),
+        ('<Loop type="Counting" count="n"><children/></Loop>', "Loop without a count"),
+        ('<Set type="AnalogOutput"><analogValue>half</analogValue></Set>', "Set without a value"),
+        ('<If type="If"><children/></If><If type="Else"><children/></If><If type="Else"><children/></If>',
+         "Else without If"),
+        ('<If type="ElseIf"><children/></If>', "ElseIf without If"),
+        ('<Switch><children><Case caseValue="1"/><Default/><Default/></children></Switch>',
+         "Default that no value leads to"),
+    ],
+)  # fmt: skip
+def test_what_a_node_does_not_say_is_told_and_not_guessed(node: str, told: str) -> None:
+    found = read(raw(node))
+    assert [d.code for d in found.diagnostics] == ["P563"]
+    assert told in found.diagnostics[0].message
+    assert not any(isinstance(s, (Dwell, While)) for s in found.routines[0].body)
+
+
+@pytest.mark.parametrize("data", [b"<?xml version='1.0'?><Installation/>", b"\xef\xbb\xbf<Installation/>"])
+def test_xml_that_is_no_program_is_one_error(data: bytes) -> None:
+    assert [d.code for d in read_source(decode(data, "a.urp")).diagnostics] == ["P562"]

@@ -166,13 +166,16 @@ class Script:
     # --- nodes ------------------------------------------------------------------------------------------
 
     def _branch(self, node: Element, kind: str, is_open: bool, move: Element | None) -> bool:
+        """Whether further branches may follow. A branch that no If is open for is told, and left out."""
+        if kind != "If" and not is_open:
+            self._unknown(f"{kind} without If")
+            return False
         condition = self._expression(node.find("expression"))
-        if kind == "If" or not is_open:
-            head = f"if ({condition if kind != 'Else' else 'True'}):"
-        else:
-            head = "else:" if kind == "Else" else f"elif ({condition}):"
+        head = {"If": f"if ({condition}):", "Else": "else:"}.get(kind, f"elif ({condition}):")
         self._block(head, self._children(node), move)
-        return True
+        if kind == "Else":
+            self._add("end")
+        return kind != "Else"
 
     def _move(self, node: Element, _: Element | None) -> None:
         self._nodes(self._children(node), node)
@@ -235,8 +238,11 @@ class Script:
     def _wait(self, node: Element, _: Element | None) -> None:
         match node.get("type"):
             case "Sleep":
-                text = (node.findtext("waitTime") or "0").strip()
-                self._add(f"sleep({text if _NUMBER.fullmatch(text) else 0})")
+                text = (node.findtext("waitTime") or "").strip()
+                if _NUMBER.fullmatch(text):
+                    self._add(f"sleep({text})")
+                else:
+                    self._unknown("Wait without a time")
                 return
             case "DigitalInput":
                 level = node.findtext("digitalValue") == "1"
@@ -258,8 +264,11 @@ class Script:
             case "ExpressionOutput":
                 self._add(self._pin(pin, "set", self._expression(node.find("expression"))))
             case "AnalogOutput":
-                text = (node.findtext("analogValue") or "0").strip()
-                self._add(self._pin(pin, "set", text if _NUMBER.fullmatch(text) else "0"))
+                text = (node.findtext("analogValue") or "").strip()
+                if _NUMBER.fullmatch(text):
+                    self._add(self._pin(pin, "set", text))
+                else:
+                    self._unknown("Set without a value")
             case "NoAction":
                 pass
             case kind:
@@ -268,12 +277,15 @@ class Script:
     def _loop(self, node: Element, move: Element | None) -> None:
         children = self._children(node)
         if node.get("type") == "Counting":
+            count = node.get("count") or ""
+            if not count.isdecimal():
+                self._unknown("Loop without a count")
+                return
             self._counters += 1
             name = self._named(node.find("loopVariable"))
             name = f"loop_{self._counters}" if name == "unknown" else name
-            count = node.get("count") or "1"
             self._add(f"{name} = 0")
-            self._block(f"while ({name} < {count if count.isdigit() else 1}):", children, move)
+            self._block(f"while ({name} < {count}):", children, move)
             self._add(f"{name} = {name} + 1", 1)
         else:
             endless = node.get("type") == "Forever"
@@ -283,14 +295,17 @@ class Script:
 
     def _switch(self, node: Element, move: Element | None) -> None:
         value = self._expression(node.find("expression"))
-        word = "if"
+        word, has_default = "if", False
         for case in self._children(node):
             number = case.get("caseValue") or ""
             if case.tag == "Case" and _NUMBER.fullmatch(number):
                 self._block(f"{word} ({value} == {number}):", self._children(case), move)
                 word = "elif"
-            elif word == "elif":
+            elif word == "elif" and not has_default:
                 self._block("else:", self._children(case), move)
+                has_default = True
+            else:
+                self._unknown(f"{case.tag} that no value leads to")
         if word == "elif":
             self._add("end")
 

@@ -81,7 +81,7 @@ _GZIP = b"\x1f\x8b"
 
 def read_program(source: Source) -> Program:
     """The program in a text. Never raises on bad text."""
-    if source.raw.startswith((_GZIP, b"<URProgram")):
+    if source.raw.startswith((_GZIP, b"<", b"\xef\xbb\xbf<")):
         return read_polyscope(source)
     return read_lines(source)
 
@@ -252,7 +252,7 @@ def read_polyscope(source: Source) -> Program:
 def _unpacked(raw: bytes) -> bytes:
     """The XML. Raises zlib.error, and ValueError for what no controller wrote."""
     unpacker = zlib.decompressobj(31)
-    plain = raw.lstrip().startswith(b"<")
+    plain = raw.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
     data = raw if plain else unpacker.decompress(raw, _LARGEST)
     if unpacker.unconsumed_tail:
         raise ValueError(f"it is larger than {_LARGEST} bytes")
