@@ -185,6 +185,20 @@ def test_take_of_a_case_gives_the_same_durations_as_the_whole():
             assert np.abs(same).max() < 1e-9, f"{term.name} {form.key}"
 
 
+def test_models_changed_together_predict_what_each_predicts_alone():
+    """The search's differences: one part of several in other places, everything else as it was."""
+    for term, form, case in FORMS:
+        beside = ModelPart(load_term("dispatch"), load_term("dispatch").forms(case)[0], np.array([0.03]))
+        part = ModelPart(term, form, np.asarray(strong(term, form, case), dtype=float))
+        model = DurationModel((beside, part) if term.name != "dispatch" else (part,))
+        last = len(model.parts) - 1
+        others = [part._replace(values=part.values * f) for f in (1.0, 0.99, 0.9)]
+        together = model.smooth_with([(last, other) for other in others], case)
+        for other, seconds_ in zip(others, together, strict=True):
+            alone = DurationModel((*model.parts[:last], other)).smooth(case)
+            np.testing.assert_array_equal(seconds_, alone, err_msg=f"{term.name} {form.key}")
+
+
 def test_the_cycle_of_the_recording_is_found():
     form, *_ = load_term("cycle-quantisation").forms(CASE)
     assert load_term("cycle-quantisation").guesses(form, CASE)[0][0] == pytest.approx(CYCLE, rel=2e-4)

@@ -11,7 +11,7 @@ import ruckig
 
 from olp.contracts.terms import rich_case
 from olp.timing.physics import cycle_quantisation, load_term
-from olp.timing.physics._motion import LAWS, Motion, MoveCorners
+from olp.timing.physics._motion import LAWS, Motion, MoveCorners, durations
 
 N = 60
 CASE = rich_case(moves=150, joint_moves=0, seed=11)
@@ -58,6 +58,35 @@ def test_jerk_limited_moves_take_what_ruckig_takes(unequal):
     short = motion.duration() < motion.way / motion.speed * 1.5
     assert 5 < short.sum() < N - 5
     assert motion.duration() == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("filtered", [0.0, 0.05])
+def test_ramps_of_short_moves_cover_their_way_exactly(filtered):
+    """Where no cruising is left, the way is half of what both ramps would cover at the highest speed."""
+    motion = motions(seed=6, n=400)
+    motion = motion.with_(filtered=np.full(400, filtered))
+    seconds, speed = motion._travel()
+    ramps = np.full(400, 2.0 * filtered)
+    for most in (motion.accelerate, motion.decelerate):
+        reached = speed * motion.jerk >= most**2
+        ramps += np.where(reached, speed / most + most / motion.jerk, 2.0 * np.sqrt(speed / motion.jerk))
+    short = speed < motion.speed
+    assert 100 < short.sum() < 300
+    assert (0.5 * speed * ramps)[short] == pytest.approx(motion.way[short], rel=1e-11)
+    assert seconds[short] == pytest.approx(ramps[short], rel=1e-11)
+
+
+def test_motions_timed_together_take_what_each_takes_alone():
+    plain, other = motions(seed=7), motions(seed=8)
+    rounded = np.where(np.arange(N) % 2, 0.01, 0.0)
+    columns = np.random.default_rng(9).uniform(0.1, 2.0, (8, N))
+    corners = MoveCorners(*columns)
+    tried = [plain, motions(seed=7, jerk=False), other]
+    for law in (*LAWS, "braking each", "share shorter"):
+        cornered = [m.with_(law=law, round_start=rounded, round_end=rounded) for m in (plain, other)]
+        tried += [*cornered, *(m.with_(corners=corners, overlap=0.5) for m in cornered)]
+    for motion, together in zip(tried, durations(tried), strict=True):
+        np.testing.assert_array_equal(together, motion.duration())
 
 
 def test_jerk_limited_moves_take_what_stepping_through_time_takes():

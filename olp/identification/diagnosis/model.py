@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from olp.timing.physics import Form, MoveTerm
 from olp.timing.physics._case import MeasuredMoves
-from olp.timing.physics._motion import Motion
+from olp.timing.physics._motion import Motion, durations
 
 Floats = NDArray[np.float64]
 
@@ -176,13 +176,16 @@ class DurationModel(NamedTuple):
         before = [case.base]
         for k in order[:-1]:
             before.append(self.parts[k].act(before[-1], case))
-        found = []
+        motions = []
         for index, part in changes:
             place = order.index(index)
             motion = part.act(before[place], case)
             for k in order[place + 1 :]:
                 motion = self.parts[k].act(motion, case)
-            smooth = _seconds_of(motion, case)
+            motions.append(motion)
+        base, found = _base(case), []
+        for motion, seconds in zip(motions, durations(motions), strict=True):
+            smooth = (case.simulated + seconds - base) * motion.rate
             found.append(smooth if motion.cycle <= 0 else smooth + (0.5 - motion.early) * motion.cycle)
         return found
 
@@ -217,8 +220,12 @@ class DurationModel(NamedTuple):
 
 def _seconds_of(motion: Motion, case: MeasuredMoves) -> Floats:
     """(n,) [s] of whole durations, before they are rounded to a cycle."""
-    base = case.once("base", case.base.duration)
-    return np.asarray((case.simulated + motion.duration() - base) * motion.rate)
+    return np.asarray((case.simulated + motion.duration() - _base(case)) * motion.rate)
+
+
+def _base(case: MeasuredMoves) -> Floats:
+    """(n,) [s] of the judged simulation's motion."""
+    return case.once("base", case.base.duration)
 
 
 def _balanced(shares: Sequence[Floats], whole: Floats) -> tuple[Floats, ...]:

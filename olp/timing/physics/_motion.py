@@ -10,6 +10,7 @@ and 3.4).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-_STEPS = 25  # of the bisection for the peak speed: a factor of 3e-8
+_STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a smaller relative step ends it
 
 
 # What a corner with rounding r saves, κ being `overlap`: nothing; what braking over the last κ r takes; a share κ of
@@ -97,6 +98,11 @@ class Motion:
         if self.law == "stop" or not ((self.round_start > 0) | (self.round_end > 0)).any():
             return np.asarray(whole)
         return np.asarray(whole - np.minimum(self._saved(top), _MOST * travel))
+
+    def _way_of_timing(self) -> tuple[object, ...]:
+        """What moves have in common that are timed in one go."""
+        jerked, corners = bool(np.isfinite(self.jerk).any()), self.corners is None
+        return self.law, self.overlap, self.split, self.reach, self.portion, jerked, corners
 
     def _saved(self, top: Floats) -> Floats:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
@@ -196,7 +202,7 @@ class Motion:
             root = np.sqrt(self.filtered**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
             return np.minimum(self.speed, 2.0 * self.way / (self.filtered + root))
         if self.filtered.any():
-            return self._bisected()
+            return self._solved()
         build = 0.5 * (self.accelerate + self.decelerate) / self.jerk
         root = np.sqrt(build**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
         reached = 2.0 * self.way / (build + root)
@@ -206,17 +212,29 @@ class Motion:
         peak = np.where(reached * self.jerk >= most, reached, unreached)
         mixed = np.nonzero((reached * self.jerk < most) & (unreached * self.jerk > least))[0]
         if len(mixed):
-            peak[mixed] = self._some(mixed, _TRAVEL)._bisected()
+            peak[mixed] = self._some(mixed, _TRAVEL)._solved()
         return np.minimum(peak, self.speed)
 
-    def _bisected(self) -> Floats:
-        """Speed (n,) [m/s] whose ramps cover the path exactly, by bisection."""
-        low, high = np.zeros_like(self.speed), self.speed.copy()
+    def _solved(self) -> Floats:
+        """Speed (n,) [m/s] whose ramps cover the path exactly, by Newton's method in logarithms.
+
+        Ramps that do not reach their acceleration are the shortest: their speed is one from above, and the way of the
+        ramps is smooth and bends upwards there.
+        """
+        peak = np.minimum(np.cbrt(self.jerk * (0.5 * self.way) ** 2), self.speed)
         for _ in range(_STEPS):
-            middle = 0.5 * (low + high)
-            over = middle * self._ramps(middle, True) > self.way
-            high, low = np.where(over, middle, high), np.where(over, low, middle)
-        return 0.5 * (low + high)
+            ramps = self._ramps(peak, True)
+            slope = ramps + 0.5 * (self._growth(peak, self.accelerate) + self._growth(peak, self.decelerate))
+            step = ramps / slope * np.log(self.way / (peak * ramps))
+            peak = np.minimum(peak * np.exp(step), self.speed)
+            if np.abs(step).max() < _EXACT:
+                break
+        return np.asarray(peak)
+
+    def _growth(self, speed: Floats, acceleration: Floats) -> Floats:
+        """(n,) [s] by which a ramp grows with the logarithm of its speed."""
+        reached = speed * self.jerk >= acceleration**2
+        return np.asarray(np.where(reached, speed / acceleration, np.sqrt(speed / self.jerk)))
 
     def top(self) -> Floats:
         """Highest speed without jerk (n,) [m/s]: the programmed speed, or less on short paths."""
@@ -240,6 +258,32 @@ _COLUMNS = tuple(
     if column.name not in ("cycle", "early", "law", "overlap", "split", "reach", "portion", "corners")
 )
 _TRAVEL = ("way", "speed", "accelerate", "decelerate", "jerk", "filtered")  # what the way alone hangs on
+
+
+def durations(motions: Sequence[Motion]) -> list[Floats]:
+    """Of each motion of the same moves what its `duration` is: those that pass corners alike in one go."""
+    alike: dict[tuple[object, ...], list[int]] = {}
+    for k, motion in enumerate(motions):
+        alike.setdefault(motion._way_of_timing(), []).append(k)
+    found = list[Floats]([np.zeros(0)] * len(motions))
+    for members in alike.values():
+        each = np.split(_stacked([motions[k] for k in members]).duration(), len(members))
+        for k, seconds in zip(members, each, strict=True):
+            found[k] = seconds
+    return found
+
+
+def _stacked(motions: Sequence[Motion]) -> Motion:
+    """The moves of all motions, one below the other."""
+    first = motions[0]
+    if len(motions) == 1:
+        return first
+    own = [vars(motion) for motion in motions]
+    columns = {name: np.concatenate([one[name] for one in own]) for name in _COLUMNS}
+    if first.corners is None:
+        return first.with_(**columns)
+    corners = zip(*(motion.corners for motion in motions if motion.corners is not None), strict=True)
+    return first.with_(**columns, corners=MoveCorners(*map(np.concatenate, corners)))
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
