@@ -369,3 +369,25 @@ def test_the_arm_stands_while_a_program_waits_for_a_time(wait):
     lines, _ = as_lines(*head, "WHILE SIG(1001) DO", wait, "LMOVE p3", "END", target="rapid")
     at = next(n for n, line in enumerate(lines) if line.startswith("WaitTime"))
     assert lines[at - 1] == "WaitRob\\InPos;"
+
+
+READING = ("MOVJ P001 VJ=20.00", "GETS PX003 $PX001", "MOVL P002 V=100.0")
+
+
+def test_the_arm_stands_where_a_job_reads_its_position():
+    text = inform(*READING, points=POINTS)
+    assert "CONTINUE" not in translated(text, "inform", "krl")
+    assert any(
+        "its position is read" in one.says for one in converted(text, "inform", "krl").translated.losses
+    )
+    moves = [line.strip() for line in translated(text, "inform", "rapid").splitlines() if "MoveJ" in line]
+    assert [line.split(",")[2] for line in moves] == ["fine"]
+
+
+def test_tool_0_of_a_job_may_be_another_than_the_flange():
+    text = inform("MOVJ P001 VJ=20.00 PL=0", points=POINTS)
+    program = read(text, "inform")
+    made = convert(program, "rapid", Context(robot=ROBOT))
+    runs = runs_of(program, made, "rapid", (ROBOT, None))
+    receipt = receipt_of(link(program), made.translated, "rapid", tuple(made.files), runs, (ROBOT, None))
+    assert any("tool 0 of the source's controller" in one for one in receipt.before_run)

@@ -182,6 +182,7 @@ class Conventions:
         False  # reading the position may name a tool and a frame; else those that hold count
     )
     waits_before_reading: bool = False  # the controller ends all motion before it reads the position
+    sets_tool_zero: bool = False  # tool 0 has values of its own like any other, and need not be the flange
     # Control flow
     arguments_are_values: bool = False  # no routine can change a variable that it is handed
     surplus_arguments: bool = False  # a call may hand over more than the routine takes

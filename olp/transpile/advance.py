@@ -51,7 +51,8 @@ from olp.transpile.reaching_definitions import Key, reaching
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _WAITING: Final = (PulseOutput, Wait, Dwell, Pause)
 _QUIET: Final = (Comment, Declare, Begin, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame)
-_ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
+_PLACE: Final = frozenset({"current-pose", "current-joints"})
+_ACTUAL: Final = _PLACE | {"timer"}
 CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
 _WORD: Final = (("", Text("CONTINUE")),)
 _SAYS: Final = "what follows waits for the arm, so it stops here whatever its blend"
@@ -62,6 +63,7 @@ _AHEAD: Final = (
 _STANDS: Final = (
     "on some paths the next statement follows an exact stop: it waits for the arm, which then stops here"
 )
+_READ: Final = "the arm stops here, because its position is read"
 _LAST: Final[Key] = ("last move",)
 _STANDING: Final = frozenset({Move, Dwell, Pause})
 _UNSEEN: Final = "whether what follows waits for the arm is not seen in this run: the blend is written"
@@ -119,13 +121,16 @@ def continued(program: Program, work: TranslationContext) -> Program:
 
     ways = reaching(program, last, _STANDING)
     stopped: set[int] = set()
+    read: set[int] = set()  # moves that stop, as the position is read behind them
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
         for index, s in enumerate(routine.body):
             if (routine.name, index) in waiting:
                 before = ways.at(routine.name, index, _LAST)
-                if before and min(before) > 0:
+                if work.conventions.waits_before_reading and _reads_place(s):
+                    read |= {n for n in before if n > 0}
+                elif before and min(before) > 0:
                     work.lose(s, Fate.APPROXIMATED, "order", _AHEAD)
                     rows.append(Process(s.line, CONTINUE, _WORD))
                 else:
@@ -134,7 +139,13 @@ def continued(program: Program, work: TranslationContext) -> Program:
         routines.append(with_rows(routine, rows))
     for n in sorted(stopped):
         work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _STANDS)
+    for n in sorted(read):
+        work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _READ)
     return with_routines(program, routines)
+
+
+def _reads_place(s: Statement) -> bool:
+    return any(isinstance(e, SystemValue) and e.name in _PLACE for e in expressions_of(s))
 
 
 def _is_standing(s: Statement, names: Set[str]) -> bool:

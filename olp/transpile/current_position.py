@@ -148,7 +148,7 @@ _STRAIGHT: Final = (
         "If",
     }
 )
-_STOPS: Final = "the arm stops here, because the next move is relative to its position"
+_STOPS: Final = "the arm stops here, because its position is read, or the next move counts from it"
 _ON_THE_WAY: Final = "it is read while the arm passes the corner before: how far it is by then is not known"
 _UNKNOWN: Final = (
     "relative to the current position: make sure that all moves that lead here stop at their ends"

@@ -8,8 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from olp.ir.expressions import Expression, FrameRef, Function, Number, Signal, Text
+from olp.ir.expressions import Expression, FrameRef, Function, Number, Signal, Taught, Text, Variable
+from olp.ir.points import PointKind
 from olp.ir.program import Assign, Call, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
+from olp.ir.program import Path as MovePath
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import conventions_of
 from olp.runtime.plan import Plan, lines_of
@@ -34,6 +36,7 @@ def before_it_runs(
         *_commented(linked, translated),
         *(() if plan is None else _beyond(plan)),
         *(f"{says}: {some(things)}" for says, things in translated.asks.items()),
+        *_tool_zero(linked.program, target),
         *_systems(translated),
         *_routines(translated.program),
         *_signals(translated, target),
@@ -102,6 +105,29 @@ def _beyond(plan: Plan) -> Iterator[str]:
             )
             if where:
                 yield f"move the base, the frames or the points, as {robot.name} {says} these targets: {where}"
+
+
+def _tool_zero(program: Program, target: str) -> Iterator[str]:
+    """Where the source's tool 0 may be another than the flange, which it is in the translation."""
+    if program.vendor == target or not conventions_of(program.vendor).sets_tool_zero:
+        return
+    for r in program.routines:
+        for s in r.body:
+            place = s.targets[0] if isinstance(s, Move) else None
+            number = place.number if isinstance(place, Taught) else _written(place)
+            if number is None or not isinstance(place, (Taught, Variable)) or not isinstance(s, Move):
+                continue
+            point = r.points.find(place.store, isinstance(place, Taught), number)
+            if point is None or point.state.tool != 0:
+                continue
+            if point.state.kind is PointKind.POSE or s.path is not MovePath.JOINT:
+                yield "see that tool 0 of the source's controller is all zeros: the flange is written in its place"
+                return
+
+
+def _written(e: Expression | None) -> int | None:
+    """The number of a variable that is written out."""
+    return int(e.index.value) if isinstance(e, Variable) and isinstance(e.index, Number) else None
 
 
 def _systems(translated: Translated) -> Iterator[str]:

@@ -35,6 +35,8 @@ class Inform(Vendor):
         first_variable=0,
         taught_frames=True,
         speed_persists=True,
+        waits_before_reading=True,
+        sets_tool_zero=True,
         blend_levels=True,
         has_records=False,
         saved_variables=True,
