@@ -133,6 +133,16 @@ def test_a_broken_reader_is_told_by_promise_input_and_difference(monkeypatch: py
     with pytest.raises(ContractError) as caught:
         check_vendor(vendor, first=True)
     assert len(caught.value.broken) == 1
+    (only,) = caught.value.broken
+    assert f"    promise  {only.name}\n" in str(only)
+    with pytest.raises(ContractError) as again:
+        check_vendor(vendor, only=only.name)
+    assert {one.name for one in again.value.broken} == {only.name}
+    check_vendor(vendor, only="states_its_conventions")
+    with pytest.raises(ValueError, match=r"has\n.*\nis_the_handling_cell: The handling"):
+        check_vendor(vendor, only="no_such_promise")
+    with pytest.raises(ValueError, match=r"\nwrites_as_declared: "):
+        check_writer(vendor, only="no_such_promise")
 
 
 def test_a_line_that_means_something_else_than_declared_is_told_with_both_meanings(

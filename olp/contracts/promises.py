@@ -16,14 +16,18 @@ _CALLS: Final = 3  # shown of an exception
 
 
 class BrokenPromise(NamedTuple):
-    """`promise`: the sentence that does not hold. `given`: the input that shows it. `differs`: what came out."""
+    """`promise`: the sentence that does not hold. `given`: the input that shows it. `differs`: what came out.
+
+    `name`: of the promise's function, which `only` of `check_vendor` and `check_writer` takes.
+    """
 
     promise: str
     given: str
     differs: str
+    name: str
 
     def __str__(self) -> str:
-        return f"{self.promise}\n    given    {self.given}\n    differs  {self.differs}"
+        return f"{self.promise}\n    promise  {self.name}\n    given    {self.given}\n    differs  {self.differs}"
 
 
 class ContractError(AssertionError):
@@ -39,6 +43,15 @@ def sentence(promise: Callable[..., object]) -> str:
     return (inspect.getdoc(promise) or promise.__name__).partition("\n")[0].rstrip(".")
 
 
+def chosen(promises: Sequence[Promise[Subject]], only: str) -> Sequence[Promise[Subject]]:
+    """The promise whose function is called `only`; all for "". Raises ValueError, which lists all, for another name."""
+    found = [one for one in promises if only in ("", one.__name__)]
+    if not found:
+        listed = "\n".join(f"{one.__name__}: {sentence(one)}" for one in promises)
+        raise ValueError(f"'{only}' is no promise of this contract, which has\n{listed}")
+    return found
+
+
 def hold(member: str, subject: Subject, promises: Sequence[Promise[Subject]], *, first: bool = False) -> None:
     """Raises ContractError with every promise that `subject` breaks; with `first` at the first one.
 
@@ -48,9 +61,11 @@ def hold(member: str, subject: Subject, promises: Sequence[Promise[Subject]], *,
     for promise in promises:
         try:
             found = islice(promise(subject), 1 if first else _MOST)
-            broken += [BrokenPromise(sentence(promise), *one) for one in found]
+            broken += [BrokenPromise(sentence(promise), *one, promise.__name__) for one in found]
         except Exception as problem:
-            broken.append(BrokenPromise(sentence(promise), "the member itself", _raised(problem)))
+            broken.append(
+                BrokenPromise(sentence(promise), "the member itself", _raised(problem), promise.__name__)
+            )
         if broken and first:
             break
     if broken:

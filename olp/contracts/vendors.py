@@ -14,7 +14,7 @@ from typing import Final
 from olp.checks.merge.merge import merge_bytes
 from olp.contracts import handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
-from olp.contracts.promises import Difference, Promise, hold
+from olp.contracts.promises import Difference, Promise, chosen, hold
 from olp.contracts.writers import WriterUnderTest, does_what_the_program_does, writes_each_kind_of_statement
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
@@ -66,16 +66,17 @@ class VendorUnderTest(handling.HandlingSample):
         return self.vendor.read(decode(raw, self.source.path, encoding or self.source.encoding))
 
 
-def check_vendor(vendor: Vendor, *, samples: Path | None = None, first: bool = False) -> None:
+def check_vendor(vendor: Vendor, *, samples: Path | None = None, first: bool = False, only: str = "") -> None:
     """Raises ContractError with every promise of a reader that `vendor` breaks.
 
     `samples`: the folder with its handling program and other programs; None: `samples/NAME` of a checkout.
-    `first`: stops at the first broken promise.
+    `first`: stops at the first broken promise. `only`: tries the one promise of this name, as the error names it;
+    raises ValueError, which lists all of them, for a name of none.
 
         from olp.contracts import check_vendor
         check_vendor(VENDOR, samples=Path("my_samples"))
     """
-    hold(f"vendor {vendor.name}", VendorUnderTest(vendor, samples), PROMISES, first=first)
+    hold(f"vendor {vendor.name}", VendorUnderTest(vendor, samples), chosen(PROMISES, only), first=first)
 
 
 # --- what the language is -----------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from olp.contracts.programs import (
     fields_that_count,
     literal,
 )
-from olp.contracts.promises import Difference, Promise, hold
+from olp.contracts.promises import Difference, Promise, chosen, hold
 from olp.core.diagnostic import OlpError, Severity
 from olp.core.source import decode, load
 from olp.core.units import mm
@@ -146,15 +146,16 @@ def read_again(
         return linked, events_of(shown, run(shown, robot_of(), folder=folder, max_steps=5000), vendor)
 
 
-def check_writer(vendor: Vendor, *, samples: Path | None = None, first: bool = False) -> None:
+def check_writer(vendor: Vendor, *, samples: Path | None = None, first: bool = False, only: str = "") -> None:
     """Raises ContractError with every promise of a writer that `vendor` breaks.
 
     `samples`: the folder with its handling program; None: `samples/NAME` of a checkout. `first`: stops at the first.
+    `only`: tries the one promise of this name, as in `check_vendor`.
 
         from olp.contracts import check_writer
         check_writer(VENDOR)
     """
-    hold(f"writer {vendor.name}", WriterUnderTest(vendor, samples), PROMISES, first=first)
+    hold(f"writer {vendor.name}", WriterUnderTest(vendor, samples), chosen(PROMISES, only), first=first)
 
 
 # --- the text ----------------------------------------------------------------------------------------------

@@ -60,6 +60,7 @@ class ToyWriter(Generator):
             "macro": "a macro by its number",
             "jump": "a call that does not come back",
             "arguments": "arguments",
+            "result": "a call that keeps what a routine returns",
         },
         st.Wait: {"timeout": "a wait with a limit"},
     }
