@@ -34,7 +34,9 @@ its losses."""
 
 
 class FolderService:
-    """One folder, served. `root`: absolute, without links."""
+    """Serves the tools for one folder. `root`: its absolute path without symbolic links. `write`: whether tools may
+    write.
+    """
 
     def __init__(self, root: Path, write: bool = False, limits: ServerLimits | None = None) -> None:
         self.root = root
@@ -43,16 +45,16 @@ class FolderService:
         self.places = asyncio.Semaphore(_AT_ONCE)
 
     def tools(self) -> list[AssistantTool[Any]]:
-        """Those that may be called here."""
+        """Return the tools that this server offers: those that write only with `write`."""
         found = map(load_tool, tool_names())
         return [tool for tool in found if self.write or not tool.writes]
 
     async def list_tools(self, context: object, asked: object) -> types.ListToolsResult:
-        """For `tools/list`."""
+        """Answer the protocol's request `tools/list`."""
         return types.ListToolsResult(tools=[self.described(tool) for tool in self.tools()])
 
     def described(self, tool: AssistantTool[Any]) -> types.Tool:
-        """A tool as the protocol describes it."""
+        """Return a tool's description in the protocol's form, with the JSON schemas of its arguments and answer."""
         name = type(tool).__module__.rpartition(".")[2]
         reads = not tool.writes and not (self.write and "output" in tool.given.model_fields)
         return types.Tool(
@@ -71,7 +73,7 @@ class FolderService:
         )
 
     async def call_tool(self, context: object, asked: types.CallToolRequestParams) -> types.CallToolResult:
-        """For `tools/call`: never raises, whatever is wrong is in the result."""
+        """Answer the protocol's request `tools/call`. Never raises: every error becomes part of the result."""
         try:
             tool = load_tool(asked.name[:100])
             if tool.writes and not self.write:
@@ -91,7 +93,9 @@ class FolderService:
         )
 
     async def worked(self, name: str, arguments: dict[str, Any]) -> dict[str, Any]:
-        """The answer of a worker. Raises OlpError: what it refuses, and Z005 when it is out of time."""
+        """Run a tool in a worker process and return its answer. Raises OlpError: what the worker rejects, and Z005
+        at the time limit.
+        """
         async with self.places:
             with tempfile.TemporaryDirectory(prefix="olp-mcp-", ignore_cleanup_errors=True) as temporary:
                 request = {
@@ -131,13 +135,13 @@ def _diagnostic(row: dict[str, Any]) -> Diagnostic:
 
 
 def refusal(diagnostics: tuple[Diagnostic, ...] | list[Diagnostic]) -> types.CallToolResult:
-    """Why there is no answer, and what would have worked."""
+    """Return an error result that shows at most 50 diagnostics."""
     text = "\n\n".join(diagnostic.render() for diagnostic in diagnostics[:50])
     return types.CallToolResult(content=[types.TextContent(type="text", text=text)], is_error=True)
 
 
 async def serve(service: FolderService) -> None:
-    """Until the client hangs up."""
+    """Serve the protocol over standard input and output until the client closes the connection."""
     server: Server[Any] = Server(
         "olp",
         version=__version__,
@@ -163,7 +167,7 @@ _KINDS |= {"float_type": "a number"}
 
 
 def check(tool: AssistantTool[Any], arguments: dict[str, Any] | None) -> dict[str, Any]:
-    """The arguments with their defaults. Raises OlpError (Z006) with everything that is wrong."""
+    """Return the validated arguments, with defaults filled in. Raises OlpError (Z006) with up to 20 problems."""
     try:
         return tool.given.model_validate(arguments or {}).model_dump()
     except ValidationError as refused:

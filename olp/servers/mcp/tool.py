@@ -18,7 +18,7 @@ from olp.servers.folder import Folder
 
 
 class ToolArguments(BaseModel):
-    """The arguments of a tool. Each has its unit in its name."""
+    """The arguments that every tool takes. A number has its unit in its name."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -26,12 +26,12 @@ class ToolArguments(BaseModel):
         200,
         ge=1,
         le=10_000,
-        description="at most so many rows of each list of the answer; what is cut is said",
+        description="at most this many rows per list of the answer; `truncated` names the lists that were cut",
     )
 
 
 class ToolAnswer(BaseModel):
-    """What every tool answers besides its own."""
+    """The keys that the answer of every tool has."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -45,21 +45,23 @@ class ToolAnswer(BaseModel):
 
 
 class ToolCall(Protocol):
-    """What a tool may use."""
+    """The environment of one call: the served folder, a temporary folder, and the command line."""
 
     folder: Folder
     temporary: Path  # empty, and gone after the call
     write: bool
 
     def run(self, *words: str) -> Ran:
-        """Runs `olp WORD…`. Raises OlpError for bad input."""
+        """Run `olp WORD…` and return its exit status and output. Raises OlpError for bad input."""
 
 
 Arguments = TypeVar("Arguments", bound=ToolArguments)
 
 
 class AssistantTool(ABC, Generic[Arguments]):
-    """One file of `tools/` has one subclass; the file's name is the tool's."""
+    """A tool that an assistant can call. Each file of `tools/` defines one subclass; the file's name is the tool's
+    name.
+    """
 
     title: ClassVar[str]
     description: ClassVar[str]
@@ -69,21 +71,21 @@ class AssistantTool(ABC, Generic[Arguments]):
 
     @abstractmethod
     def ask(self, given: Arguments, call: ToolCall) -> dict[str, Any]:
-        """The answer, without `truncated`. Raises OlpError for bad input."""
+        """Return the answer as JSON data, without the key `truncated`. Raises OlpError for bad input."""
 
 
 def tool_names() -> tuple[str, ...]:
-    """Every tool, sorted."""
+    """Return the names of all tools, sorted."""
     return file_names(AssistantTool, "tools")
 
 
 def load_tool(name: str) -> AssistantTool[Any]:
-    """Raises OlpError (Z006) for a name that is none."""
+    """Return the tool of this name. Raises OlpError (Z006) for an unknown name."""
     return load_from(AssistantTool, name, "tool", "Z006", folder="tools")
 
 
 class Timed(ToolArguments):
-    """What every tool takes that has to time a program; the same as the options of `olp time`."""
+    """The arguments of every tool that times programs; they mean the same as the options of `olp time`."""
 
     robot: str | None = Field(
         None,
@@ -114,7 +116,9 @@ class Timed(ToolArguments):
     )
 
     def words(self, folder: Folder) -> Iterator[str]:
-        """These as options. Raises OlpError for a path that is refused."""
+        """Yield these arguments as options of the command line. Raises OlpError for a path outside of the server's
+        folder.
+        """
         if self.robot is not None:
             yield f"--robot={robot_word(self.robot, folder)}"
         for option, path in (("signature", self.signature), ("assumptions", self.assumptions)):
@@ -129,12 +133,14 @@ class Timed(ToolArguments):
 
 
 def robot_word(text: str, folder: Folder) -> str:
-    """A robot's name as it is, a robot file below the folder. Raises OlpError."""
+    """Return a robot's name unchanged, and a robot file as a path below the folder. Raises OlpError for a path
+    outside.
+    """
     return folder.inside(text)
 
 
 class ListedPrograms(Timed):
-    """Timed programs."""
+    """The programs to time, and how they are timed."""
 
     jobs: list[str] = Field(
         min_length=1,
@@ -143,20 +149,22 @@ class ListedPrograms(Timed):
     )
 
     def programs(self, folder: Folder) -> Sequence[str]:
-        """The paths for the command line. Raises OlpError for what is refused, missing or too much."""
+        """Return the programs' paths. Raises OlpError for a path that is outside of the folder or missing, or too
+        many programs.
+        """
         from olp.languages.vendor import vendor_suffixes
 
         return folder.programs(self.jobs, vendor_suffixes())
 
 
 class AnswerRow(BaseModel):
-    """May grow."""
+    """A row of an answer. Later versions may add keys."""
 
     model_config = ConfigDict(extra="allow")
 
 
 class DiagnosticRow(AnswerRow):
-    """A problem, a warning or a note at a place of a file; line 0 is the file as a whole."""
+    """An error, a warning or a note at a place of a file; line 0 means the file as a whole."""
 
     code: str = Field(description="stable; `olp help CODE` explains it")
     severity: str = Field(description="error, warning or info")
@@ -168,14 +176,14 @@ class DiagnosticRow(AnswerRow):
 
 
 class Assumed(AnswerRow):
-    """What the program does not say and was taken for granted."""
+    """An assumption that olp made because the program does not state the value."""
 
     line: int
     says: str
 
 
 class Segment(AnswerRow):
-    """One executed move, wait or signal, in the order of execution; a line in a loop comes several times."""
+    """One executed move, wait or signal, in order of execution; a line in a loop appears once per pass."""
 
     line: int
     statement: str
@@ -190,7 +198,9 @@ class Segment(AnswerRow):
 
 
 class ProgramRow(AnswerRow):
-    """One timed program. low_s to high_s is the interval of the real cycle time, null without a signature."""
+    """One timed program. The real cycle time is expected from low_s to high_s [s], which are null without a
+    signature.
+    """
 
     file: str
     robot: str | None
@@ -208,7 +218,7 @@ class ProgramRow(AnswerRow):
 
 
 class Found(AnswerRow):
-    """A finding of check, diff or lint."""
+    """One finding of check, diff or lint."""
 
     code: str = Field(description="stable; `olp help CODE` explains it")
     level: str = Field(description="error, warning or note")
@@ -221,7 +231,7 @@ class Found(AnswerRow):
 
 
 class JudgedRow(AnswerRow):
-    """One thing that was judged: a budget, a file, a pair of versions."""
+    """One judged item: a budget, a file, or a pair of versions."""
 
     name: str
     file: str
@@ -233,7 +243,7 @@ class JudgedRow(AnswerRow):
 
 
 class JudgedAnswer(ToolAnswer):
-    """What check, diff and lint answer."""
+    """The findings, judged items and summary that check, diff and lint return."""
 
     findings: list[Found]
     items: list[JudgedRow]

@@ -22,7 +22,7 @@ _TOLD = 8_000  # characters of notes
 
 
 class OneCall:
-    """What the tool may use."""
+    """The environment of one call, as `ToolCall` describes it."""
 
     def __init__(self, folder: Folder, temporary: Path, write: bool, command_line: CommandLine) -> None:
         self.folder = folder
@@ -31,7 +31,9 @@ class OneCall:
         self._command_line = command_line
 
     def run(self, *words: str) -> Ran:
-        """Runs `olp WORD…` in the folder. Raises OlpError for bad input."""
+        """Run `olp WORD…` in the folder. Raises OlpError (Z008) where the command ends with status 2 and prints no
+        answer.
+        """
         ran = captured(self._command_line, words)
         if ran.status == 2 and not ran.printed:
             raise OlpError(error("Z008", "there is no answer", help=_short(ran.told)))
@@ -43,7 +45,7 @@ def _short(text: str) -> str:
 
 
 def answer(request: dict[str, Any], command_line: CommandLine) -> dict[str, Any]:
-    """Never raises."""
+    """Run one request and return {"answer": …} or {"diagnostics": […]}. Never raises."""
     try:
         return {"answer": _answer(request, command_line)}
     except OlpError as refused:
@@ -72,7 +74,9 @@ def _answer(request: dict[str, Any], command_line: CommandLine) -> dict[str, Any
 
 
 def main(command_line: CommandLine) -> None:
-    """Standard input to standard output; whatever else is printed goes to the error stream."""
+    """Read one request from standard input and write its answer to standard output; other prints go to standard
+    error.
+    """
     out = os.dup(1)
     os.dup2(2, 1)
     told = answer(json.load(sys.stdin.buffer), command_line)
@@ -87,7 +91,12 @@ def main(command_line: CommandLine) -> None:
 
 
 def fit(whole: dict[str, Any], rows: int, most: int) -> dict[str, Any]:
-    """`whole` with at most `rows` rows per list and `most` characters, and `truncated`. Raises OlpError (Z010)."""
+    """Return `whole` with at most `rows` rows per list and at most `most` characters, and name the lists that were
+    cut.
+
+    The key `truncated` of the result lists them. The files of a program are never cut. Raises OlpError (Z010) where
+    one row per list is still too long.
+    """
     while True:
         cut: list[str] = []
         shown = {key: _cut(value, key, rows, cut) for key, value in whole.items()}

@@ -10,7 +10,7 @@ from olp.servers.mcp.tool import AssistantTool, Timed, ToolAnswer, ToolCall
 
 
 class AnnotateGiven(Timed):
-    """One program, and where the new one goes."""
+    """The program to annotate, and the file for the annotated copy."""
 
     job: str = Field(max_length=1024, description="the program, a path below the server's folder")
     output: str = Field(max_length=1024, description="the file to write; never the program itself")
@@ -19,13 +19,13 @@ class AnnotateGiven(Timed):
 
 
 class AnnotateAnswer(ToolAnswer):
-    """What was written."""
+    """The path of the file that was written."""
 
     file: str
 
 
 class Annotate(AssistantTool[AnnotateGiven]):
-    """Writes."""
+    """Runs `olp annotate`. Writes one file, so the tool is only there on a server with --write."""
 
     title: ClassVar[str] = "Write predicted times into a program"
     description: ClassVar[str] = (

@@ -11,7 +11,7 @@ from olp.servers.mcp.tool import AnswerRow, AssistantTool, JudgedAnswer, ListedP
 
 
 class CheckGiven(ListedPrograms):
-    """Programs, and the budgets that hold for them."""
+    """The programs to check, and the file with their cycle-time budgets."""
 
     budgets: str | None = Field(
         None,
@@ -21,7 +21,7 @@ class CheckGiven(ListedPrograms):
 
 
 class Total(AnswerRow):
-    """One program."""
+    """The predicted times [s] of one program; null where it could not be timed."""
 
     file: str
     total_s: float | None
@@ -32,13 +32,13 @@ class Total(AnswerRow):
 
 
 class CheckAnswer(JudgedAnswer):
-    """One item per budget."""
+    """The judged budgets (`items`), their findings, and the predicted times of each program."""
 
     programs: list[Total]
 
 
 class Check(AssistantTool[CheckGiven]):
-    """Without its cache: nothing is written."""
+    """Runs `olp check` without its cache, because a cache would write into the user's folder."""
 
     title: ClassVar[str] = "Are the cycle-time budgets held?"
     description: ClassVar[str] = (

@@ -18,7 +18,7 @@ _LANGUAGES = f"{', '.join(_FIRST)} or {_LAST}"
 
 
 class ConvertGiven(ToolArguments):
-    """One program, and where it goes."""
+    """The program to translate, the target language, and where the translation is written."""
 
     job: str = Field(max_length=1024, description="the program, a path below the server's folder")
     to: str = Field(max_length=20, description=f"the language: {_LANGUAGES}")
@@ -46,14 +46,16 @@ class ConvertGiven(ToolArguments):
 
 
 class ConvertedText(AnswerRow):
-    """One file of the new program; text null where it was written into the folder `output`."""
+    """One file of the translated program; `text` is null where the file was written into the folder `output`."""
 
     name: str
     text: str | None
 
 
 class ConvertAnswer(ToolAnswer):
-    """The new program's files, and what was kept, changed and left out."""
+    """The files of the translated program, and the receipt of what is exact, approximated, commented out or
+    rejected.
+    """
 
     files: list[ConvertedText]
     receipt: dict[str, Any] = Field(
@@ -62,7 +64,7 @@ class ConvertAnswer(ToolAnswer):
 
 
 class Convert(AssistantTool[ConvertGiven]):
-    """Without --write nothing is left behind."""
+    """Runs `olp convert`. Without `output`, the text is returned and no file is written into the user's folder."""
 
     title: ClassVar[str] = "A robot program in another robot's language"
     description: ClassVar[str] = (

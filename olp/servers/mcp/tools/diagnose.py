@@ -11,7 +11,7 @@ from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArgum
 
 
 class DiagnoseGiven(ToolArguments):
-    """A recording."""
+    """The recording to diagnose, and optionally the program and robot it belongs to."""
 
     recording: str = Field(
         max_length=1024,
@@ -24,7 +24,7 @@ class DiagnoseGiven(ToolArguments):
 
 
 class OmittedEffect(AnswerRow):
-    """One thing that the simulation left out."""
+    """One physical effect that the simulation left out, with its parameters and the evidence for it."""
 
     term: str = Field(description="a name of the physics, such as jerk or settling")
     says: str
@@ -33,7 +33,7 @@ class OmittedEffect(AnswerRow):
 
 
 class DiagnoseAnswer(ToolAnswer):
-    """Schema olp.diagnosis/1."""
+    """The diagnosis in the schema olp.diagnosis/1: a verdict, the errors, and the effects that were left out."""
 
     verdict: str = Field(description="explained, partly explained, nothing to explain, or cannot tell")
     data: dict[str, Any]
@@ -43,7 +43,7 @@ class DiagnoseAnswer(ToolAnswer):
 
 
 class Diagnose(AssistantTool[DiagnoseGiven]):
-    """`olp diagnose RECORDING --json -`."""
+    """Runs `olp diagnose RECORDING --json -`."""
 
     title: ClassVar[str] = "What does a simulation leave out?"
     description: ClassVar[str] = (

@@ -18,7 +18,7 @@ _PATH = "a program or a folder below the server's folder, or a git revision such
 
 
 class DiffGiven(Timed):
-    """Two versions."""
+    """The two versions to compare: two programs, two folders, or two git revisions."""
 
     old: str = Field(max_length=1024, description=_PATH)
     new: str = Field(max_length=1024, description=f"{_PATH}; '.' is the working copy when old is a revision")
@@ -29,7 +29,9 @@ class DiffGiven(Timed):
 
 
 class ChangedLine(AnswerRow):
-    """A line that takes another time."""
+    """A line whose predicted time [s] differs between the versions, with the cause; null where one version lacks
+    the line.
+    """
 
     file: str
     old_line: int | None
@@ -42,7 +44,7 @@ class ChangedLine(AnswerRow):
 
 
 class Compared(AnswerRow):
-    """One program in both versions; null where it is missing."""
+    """The predicted times [s] of one program in both versions; null in the version that lacks the program."""
 
     file: str
     old_s: float | None
@@ -52,13 +54,13 @@ class Compared(AnswerRow):
 
 
 class DiffAnswer(JudgedAnswer):
-    """One object per program that changed."""
+    """The programs that were compared, with the lines whose time changed."""
 
     programs: list[Compared]
 
 
 class Diff(AssistantTool[DiffGiven]):
-    """Revisions are those of a git repository in the folder itself."""
+    """Runs `olp diff`. Revisions are those of a git repository whose root is the server's folder."""
 
     title: ClassVar[str] = "What a new version of a program costs"
     description: ClassVar[str] = (

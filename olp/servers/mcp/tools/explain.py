@@ -10,7 +10,7 @@ from olp.servers.mcp.tool import AssistantTool, Timed, ToolAnswer, ToolCall
 
 
 class ExplainGiven(Timed):
-    """One line of one program."""
+    """The program, and the line of it to explain."""
 
     job: str = Field(max_length=1024, description="the program, a path below the server's folder")
     line: int = Field(ge=1, le=10_000_000, description="its line, counted from 1 as in an editor")
@@ -20,7 +20,7 @@ class ExplainGiven(Timed):
 
 
 class ExplainAnswer(ToolAnswer):
-    """Words."""
+    """The explanation as text."""
 
     text: str = Field(
         description="phases of the move in s, mm and mm/s, what limits each, the load of the axes, what would help"
@@ -28,7 +28,7 @@ class ExplainAnswer(ToolAnswer):
 
 
 class Explain(AssistantTool[ExplainGiven]):
-    """The words that a person gets."""
+    """Runs `olp time JOB --explain LINE` and returns the text that the command line prints."""
 
     title: ClassVar[str] = "Why one line takes its time"
     description: ClassVar[str] = (

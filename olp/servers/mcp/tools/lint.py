@@ -11,14 +11,14 @@ from olp.servers.mcp.tool import AssistantTool, JudgedAnswer, ListedPrograms, To
 
 
 class LintGiven(ListedPrograms):
-    """Programs, and which rules count."""
+    """The programs to check for motion mistakes, and the rules to apply."""
 
     select: list[str] = Field([], max_length=50, description="only these rules, such as W001; default: all")
     ignore: list[str] = Field([], max_length=50, description="not these rules")
 
 
 class Lint(AssistantTool[LintGiven]):
-    """Finds; it changes nothing."""
+    """Runs `olp lint` without fixes: reports findings and changes no file."""
 
     title: ClassVar[str] = "Motion mistakes in robot programs"
     description: ClassVar[str] = (

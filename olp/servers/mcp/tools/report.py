@@ -10,21 +10,21 @@ from olp.servers.mcp.tool import AssistantTool, ListedPrograms, ToolAnswer, Tool
 
 
 class ReportGiven(ListedPrograms):
-    """Programs, and the page."""
+    """The programs to report on, and the file for the HTML page."""
 
     output: str = Field(max_length=1024, description="the file to write, such as report.html")
     force: bool = Field(False, description="write over the page that is there; its totals make the trend")
-    title: str = Field("", max_length=200, description="stands on top")
+    title: str = Field("", max_length=200, description="heading of the page")
 
 
 class ReportAnswer(ToolAnswer):
-    """What was written."""
+    """The path of the page that was written."""
 
     file: str
 
 
 class ReportTool(AssistantTool[ReportGiven]):
-    """Writes."""
+    """Runs `olp report`. Writes one file, so the tool is only there on a server with --write."""
 
     title: ClassVar[str] = "A page with Gantt, speed and path"
     description: ClassVar[str] = (

@@ -11,7 +11,7 @@ from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArgum
 
 
 class RobotsGiven(ToolArguments):
-    """Which robots."""
+    """The robots to list."""
 
     robots: list[str] = Field(
         [], max_length=100, description="names such as yaskawa/gp25 or gp25, or robot files; default: all"
@@ -19,7 +19,7 @@ class RobotsGiven(ToolArguments):
 
 
 class RobotRow(AnswerRow):
-    """One robot; null is not known."""
+    """The data of one robot; null where a value is not known."""
 
     robot: str
     maker: str
@@ -35,13 +35,13 @@ class RobotRow(AnswerRow):
 
 
 class RobotsAnswer(ToolAnswer):
-    """One object per robot."""
+    """One entry per robot."""
 
     robots: list[RobotRow]
 
 
 class Robots(AssistantTool[RobotsGiven]):
-    """`olp robots --format json`."""
+    """Runs `olp robots --format json`."""
 
     title: ClassVar[str] = "Known robots"
     description: ClassVar[str] = (

@@ -14,19 +14,19 @@ _LANGUAGES = ", ".join(f"{one.title} {one.suffixes[0]}" for one in map(find_vend
 
 
 class TimeGiven(ListedPrograms):
-    """Programs, and how they are timed."""
+    """The programs to time, and how much detail to return."""
 
     summary: bool = Field(False, description="only the totals, no segments")
 
 
 class TimeAnswer(ToolAnswer):
-    """One object per program."""
+    """The predicted times of each program."""
 
     programs: list[ProgramRow]
 
 
 class Time(AssistantTool[TimeGiven]):
-    """The keys of a program are those of `olp time --format json`."""
+    """Runs `olp time --format json`; each program has the keys of that format."""
 
     title: ClassVar[str] = "Cycle time of robot programs"
     description: ClassVar[str] = (

@@ -11,28 +11,28 @@ from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArgum
 
 
 class Language(AnswerRow):
-    """One robot language."""
+    """One robot language: its title and file suffixes."""
 
     title: str
     suffixes: list[str]
 
 
 class SupportRow(AnswerRow):
-    """What one language does with one statement."""
+    """Whether one language reads, and how exactly it writes, one kind of statement."""
 
     reads: bool
     writes: str | None = Field(description="exact, approximated, or null: not at all")
 
 
 class VendorsAnswer(ToolAnswer):
-    """By name."""
+    """The robot languages by name, and which statements each one reads and writes."""
 
     vendors: dict[str, Language]
     statements: dict[str, dict[str, SupportRow]] = Field(description="statement -> language -> support")
 
 
 class Vendors(AssistantTool[ToolArguments]):
-    """`olp vendors --format json`."""
+    """Runs `olp vendors --format json`."""
 
     title: ClassVar[str] = "Robot languages"
     description: ClassVar[str] = (
