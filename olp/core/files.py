@@ -65,7 +65,10 @@ def refuse_inputs(path: str | Path, inputs: Iterable[str | Path]) -> None:
 
 
 def write_together(files: Mapping[Path, bytes]) -> None:
-    """Writes all files or none, each whole. Raises OSError."""
+    """Write all files, or none of them when one cannot be written. Raises OSError.
+
+    Each file is written beside its target first; the targets are replaced when all of them are written.
+    """
     parts = {_beside(target): target for target in files}
     try:
         for part, target in parts.items():
@@ -78,12 +81,16 @@ def write_together(files: Mapping[Path, bytes]) -> None:
 
 
 def _beside(target: Path) -> Path:
-    """A hidden file that nobody has: one that a killed run has left is never in the way."""
+    """Return the path of a new hidden file in the target's folder; its random name cannot clash with a file left by
+    a killed run.
+    """
     return target.with_name(f".olp-{os.urandom(8).hex()}.part")
 
 
 def _into_device(target: Path, data: bytes) -> None:
-    """Raises OSError, also for a pipe that nobody reads: it would be waited for."""
+    """Write `data` to a device or pipe. Raises OSError, also for a pipe without a reader, instead of waiting for
+    one.
+    """
     descriptor = os.open(target, os.O_WRONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))
     with open(descriptor, "wb") as file:
         if hasattr(os, "set_blocking"):
@@ -119,9 +126,10 @@ MOST_BYTES = 500_000_000  # of an input that has no bound of its own
 
 
 def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int | None = None) -> bytes:
-    """The bytes of a plain file that has at most `most`; only the `first` of them where asked.
+    """Return the bytes of a plain file of at most `most` bytes; with `first`, only its first `first` bytes.
 
-    Raises OSError, also for what is no plain file: a pipe would be waited for, and a device may never end.
+    Raises OSError for a larger file and for anything else than a plain file: reading a pipe or a device may never
+    end.
     """
     # Without blocking, for what was a file may be a pipe when it is opened.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))
@@ -137,7 +145,7 @@ def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int 
 
 
 def parse_json(data: str | bytes) -> Any:
-    """What a JSON text holds. Raises ValueError, also for one that nests without an end or is no UTF-8."""
+    """Return the value of a JSON text. Raises ValueError, also for text that nests too deeply or is not UTF-8."""
     try:
         return json.loads(data.decode("utf-8-sig") if isinstance(data, bytes) else data)
     except UnicodeDecodeError:
@@ -147,14 +155,14 @@ def parse_json(data: str | bytes) -> Any:
 
 
 def from_os_error(problem: OSError) -> Diagnostic:
-    """What the operating system refused, as a diagnostic: which file, and why in its own words."""
+    """Return an operating system's error as a diagnostic (C005) with the file and the system's reason."""
     file = problem.filename if problem.filename is not None else ""
     says = problem.strerror or str(problem)
     return error("C005", says, file=os.fsdecode(file), help=_ADVICE.get(type(problem), ""))
 
 
 def absent(paths: Iterable[str | Path]) -> list[Diagnostic]:
-    """A finding (C003) for each that does not exist."""
+    """Return one diagnostic (C003) for each path that does not exist."""
     return [
         error("C003", "no such file or folder", file=str(path)) for path in paths if not Path(path).exists()
     ]
@@ -218,12 +226,14 @@ def _search(root: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -
 
 
 def utf8(text: str) -> bytes:
-    """The bytes of a file; bytes of names that were no text are written as their codes."""
+    """Encode `text` as UTF-8; undecodable bytes of file names (surrogates) are written as escapes."""
     return text.encode("utf-8", "backslashreplace")
 
 
 def shown(text: str) -> bytes:
-    """What standard output takes: in its encoding, and if it is a terminal, nothing that steers it."""
+    """Encode `text` for standard output. On a terminal, control characters other than olp's own styles are made
+    visible.
+    """
     if sys.stdout.isatty():
         text = visible_styled(text)
     text = text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -37,13 +37,13 @@ _FILE, _LINK = ("100644", "100755", "100664"), "120000"
 
 
 def git(*arguments: str, cwd: str | Path | None = None, given: bytes = b"") -> bytes | None:
-    """What git answers to one of the commands above; None where it refuses. Raises OlpError (U002) without git."""
+    """Run one of the commands above and return its output; None where git fails. Raises OlpError (U002) without git."""
     asked = _run(arguments, cwd, given)
     return asked.stdout if asked.returncode == 0 else None
 
 
 def asked_of_git(*arguments: str, cwd: str | Path | None = None, given: bytes = b"") -> bytes:
-    """What git answers. Raises OlpError (U002) where it refuses."""
+    """Run one of the commands above and return its output. Raises OlpError (U002) where git fails."""
     asked = _run(arguments, cwd, given)
     if asked.returncode:
         raise OlpError(error("U002", f"git: {asked.stderr.decode(errors='replace').strip()[:200]}"))
@@ -51,7 +51,11 @@ def asked_of_git(*arguments: str, cwd: str | Path | None = None, given: bytes = 
 
 
 def merged_text(ours: str, base: str, theirs: str, size: int) -> tuple[bytes, bool]:
-    """Git's own merge of three plain texts, and whether it has no conflict. Raises OlpError (U002)."""
+    """Merge three text files with `git merge-file`: (merged text, whether it has no conflict). Raises OlpError
+    (U002).
+
+    `ours`, `base`, `theirs`: paths. `size`: the number of characters of a conflict marker.
+    """
     labels = ("-L", "ours", "-L", "base", "-L", "theirs")
     asked = _run(("merge-file", "-p", "-q", f"--marker-size={size}", *labels, ours, base, theirs), None, b"")
     if not 0 <= asked.returncode < 128:
@@ -62,7 +66,7 @@ def merged_text(ours: str, base: str, theirs: str, size: int) -> tuple[bytes, bo
 
 
 def files_of(revision: str, cwd: str | Path | None = None) -> dict[PurePosixPath, tuple[str, str]]:
-    """Path -> (mode, object) of every file and link of a revision. Raises OlpError (U002)."""
+    """Return the (mode, object) of each file and link of a revision, by path. Raises OlpError (U002)."""
     listed = asked_of_git("ls-tree", "-r", "-z", "--full-tree", revision, cwd=cwd)
     found = {}
     for row in os.fsdecode(listed).split("\0"):
@@ -79,10 +83,11 @@ def lay_out(
     folder: Path,
     cwd: str | Path | None = None,
 ) -> None:
-    """Writes the files that `wanted` names, or that are in a folder that it names, below `folder`.
+    """Write below `folder` the files that `wanted` names, or that are in a folder that it names; all files where it
+    is empty.
 
-    A link becomes the file of the same revision that it leads to, and nothing where it leads elsewhere.
-    Raises OlpError (U002).
+    A link is replaced by the file of the same revision that it points to, and is left out where it points
+    elsewhere. Raises OlpError (U002).
     """
     names = [name for name in files if not wanted or any(name.is_relative_to(path) for path in wanted)]
     for name, data in _contents(files, names, cwd):
@@ -107,13 +112,13 @@ def _contents(
 def _led_to(
     name: PurePosixPath, target: str, files: dict[PurePosixPath, tuple[str, str]]
 ) -> PurePosixPath | None:
-    """The plain file of the revision that a link leads to."""
+    """Return the plain file of the revision that a link points to; None where there is none."""
     path = PurePosixPath(os.path.normpath(name.parent / target).replace("\\", "/"))
     return path if path in files and files[path][0] != _LINK else None
 
 
 def _blobs(objects: Sequence[str], cwd: str | Path | None) -> Iterator[bytes]:
-    """The bytes of objects, as stored: `cat-file --batch` runs no filter and no text conversion."""
+    """Yield the stored bytes of each object. `cat-file --batch` runs no filter and no text conversion."""
     if not objects:
         return
     answer = asked_of_git("cat-file", "--batch", cwd=cwd, given="\n".join(objects).encode() + b"\n")

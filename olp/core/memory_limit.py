@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 
 class CacheShelf:
-    """Results by their key. What one round does not ask for is gone in the next but one."""
+    """Results by key. A result that a whole round does not ask for is dropped at the end of that round."""
 
     __slots__ = ("_new", "_old")
 
@@ -28,7 +28,7 @@ class CacheShelf:
         self._old: dict[Hashable, Any] = {}
 
     def get(self, key: Hashable) -> Any:
-        """None where nothing is known."""
+        """Return the result of `key`; None where there is none."""
         found = self._new.get(key)
         if found is None:
             found = self._old.get(key)
@@ -40,7 +40,7 @@ class CacheShelf:
         self._new[key] = result
 
     def turn(self, finished: bool) -> None:
-        """A round is over; one that was broken off has not asked for everything."""
+        """End a round. An unfinished one has not asked for all its keys, so no result is dropped after it."""
         if not finished:
             self._old.update(self._new)
             return
@@ -48,7 +48,7 @@ class CacheShelf:
 
 
 class TextCache:
-    """Shelves by their name; one memory per text."""
+    """Named shelves of results, one cache per text."""
 
     def __init__(self) -> None:
         self._shelves: dict[str, CacheShelf] = {}
@@ -65,7 +65,7 @@ class TextCache:
 
 
 class SupersededError(Exception):
-    """Newer work has come: nobody wants the result any more."""
+    """Raised when newer work has made a result obsolete."""
 
 
 class _Rounds(local):
@@ -80,7 +80,10 @@ _rounds = _Rounds()
 
 @contextmanager
 def remembering(memory: TextCache, wanted: Callable[[], bool] = lambda: True) -> Iterator[None]:
-    """While it lasts, this thread looks results up in `memory` and puts them there; `check` asks who wants them."""
+    """Use `memory` for the results of this thread as long as the context lasts.
+
+    `wanted`: returns whether the result is still of use; `check` calls it.
+    """
     rounds = _rounds.open
     rounds.append((memory, wanted))
     finished = False
@@ -93,14 +96,14 @@ def remembering(memory: TextCache, wanted: Callable[[], bool] = lambda: True) ->
 
 
 def check() -> None:
-    """For long work, now and then. Raises SupersededError where somebody has said that it is no longer wanted."""
+    """Raise SupersededError where the result is no longer wanted. Long computations call this from time to time."""
     rounds = _rounds.open
     if rounds and not rounds[-1][1]():
         raise SupersededError
 
 
 def shelf(name: str) -> CacheShelf | None:
-    """The shelf of that name, None where nobody remembers."""
+    """Return the shelf of this name; None outside of `remembering`."""
     rounds = _rounds.open
     return rounds[-1][0].shelf(name) if rounds else None
 

@@ -15,14 +15,19 @@ Base = TypeVar("Base")
 
 @lru_cache(maxsize=64)
 def file_names(base: type, folder: str = "") -> tuple[str, ...]:
-    """The modules beside that of `base`, or in `folder` beside it, sorted, without loading them; none with _ first."""
+    """Return the names of the modules beside that of `base`, or in `folder` beside it, sorted, without importing
+    them.
+
+    Modules whose name starts with _ and that of `base` are left out.
+    """
     return member_names(_package(base, folder), base.__module__.rpartition(".")[2])
 
 
 def member_names(package: str, besides: str = "") -> tuple[str, ...]:
-    """The modules of `package`, sorted, without loading them; none with _ first, and not `besides`, its base.
+    """Return the names of the modules of `package`, sorted, without importing them.
 
-    By the package's name: for those below it, which must not import it.
+    Modules whose name starts with _ and the module `besides` are left out. `package` is a name because packages
+    below it must not import it.
     """
     names = (module.name for module in pkgutil.iter_modules(importlib.import_module(package).__path__))
     return tuple(sorted(name for name in names if name != besides and not name.startswith("_")))
@@ -38,10 +43,11 @@ def load_from(
     others: tuple[str, ...] = (),
     values: Mapping[str, Any] | None = None,
 ) -> Base:
-    """An instance, made with `values`, of the class that the module `name` derives from `base` (see `file_names`).
+    """Return an instance of the subclass of `base` that the module `name` defines, made with the arguments
+    `values`.
 
-    Raises OlpError (`code`) for a name that is none, listing `others` and those there are; `kind` says what it is in
-    words.
+    `kind`: the word for such a member in messages. Raises OlpError (`code`) for an unknown name, with a list of
+    `others` and the known ones, and for a module without such a class.
     """
     assert isinstance(base, type)
     known = file_names(base, folder)

@@ -40,5 +40,5 @@ def read_text(kind: str, name: str) -> str:
 
 @cache
 def code_meanings() -> Mapping[str, str]:
-    """Code -> one line of Markdown. Rules of `olp lint` are not among them: they explain themselves."""
+    """Return the meaning of each diagnostic's code as one line of Markdown. Rules of `olp lint` describe themselves."""
     return parse_toml(read_text("core", "codes.toml"))

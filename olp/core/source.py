@@ -105,12 +105,12 @@ def decode(raw: bytes, path: str = "", encoding: str | None = None) -> Source:
 
 
 def file_name(path: str) -> str:
-    """The last part of a path, whichever system wrote it."""
+    """Return the last part of a path with the separators of any system."""
     return path.replace("\\", "/").rpartition("/")[2]
 
 
 def file_stem(path: str) -> str:
-    """The same without its suffix; a name of a suffix alone stays."""
+    """Return `file_name` without its suffix; a name that is only a suffix stays as it is."""
     name = file_name(path)
     return name.rpartition(".")[0] or name
 
@@ -163,23 +163,25 @@ _serial = count(1)
 
 
 def put(path: str | os.PathLike[str], raw: bytes) -> None:
-    """From now on the file `path` holds `raw` for everybody in this process."""
+    """Make `raw` the content of the file `path` for this process, as an editor with unsaved changes needs."""
     _texts[_key(path)] = (next(_serial), raw)
 
 
 def drop(path: str | os.PathLike[str]) -> None:
-    """The file on the disk counts again."""
+    """Undo `put`: the content on the disk counts again."""
     _texts.pop(_key(path), None)
 
 
 def text(path: str | os.PathLike[str]) -> bytes | None:
-    """What stands in the editor, None where the file is not open."""
+    """Return the content that `put` set; None where there is none."""
     known = _texts.get(_key(path)) if _texts else None
     return None if known is None else known[1]
 
 
 def stamp(path: str | os.PathLike[str]) -> tuple[int, int] | None:
-    """Another one for every text that was put: (a negative number, size [bytes]); None where the file is not open."""
+    """Return a version of the content that `put` set: (a new negative number per `put`, size [bytes]); None where
+    there is none.
+    """
     known = _texts.get(_key(path)) if _texts else None
     return None if known is None else (-known[0], len(known[1]))
 

@@ -18,7 +18,7 @@ from olp.core.diagnostic import visible_styled
 
 
 class Screen(io.TextIOWrapper):
-    """A text stream to a terminal that passes no control but line feeds, tabs and olp's own styles."""
+    """A text stream to a terminal that passes no control characters except line feeds, tabs and olp's own styles."""
 
     def write(self, text: str, /) -> int:
         return super().write(visible_styled(text))
@@ -32,7 +32,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Rows as CSV, in which no text is a formula."""
+    """Return the rows as CSV in which a spreadsheet takes no text for a formula."""
     text = io.StringIO()
     plain = csv.writer(text, lineterminator="\n")
     quoted = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL)
@@ -46,14 +46,14 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def to_cell(value: object) -> object:
-    """`value` as a cell that shows what it is: a text that would be computed is marked as text."""
+    """Return `value` as a cell; a text that a spreadsheet would take for a formula gets an apostrophe in front."""
     if not isinstance(value, str) or not _FORMULA.match(value) or _NUMBER.fullmatch(value):
         return value
     return f"'{value}"
 
 
 def from_cell(text: str) -> str:
-    """The text that `to_cell` made a cell of."""
+    """Return the text that `to_cell` was given."""
     return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
@@ -67,12 +67,14 @@ YELLOW: Final = "33"
 
 
 def paint(text: str, style: str) -> str:
-    """`text` in a style."""
+    """Return `text` with the terminal codes of `style` around it."""
     return f"\x1b[{style}m{text}\x1b[0m" if text else text
 
 
 def wanted(stream: TextIO) -> bool:
-    """Whether somebody watches `stream` on a terminal that shows colour (https://no-color.org is respected)."""
+    """Return whether `stream` is a terminal that shows colour; the variable NO_COLOR (https://no-color.org) turns
+    it off.
+    """
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not stream.isatty():
         return False
     if sys.platform == "win32":

@@ -30,7 +30,7 @@ _INTEGER = 2**63  # TOML's own bound
 
 
 def toml_text(path: str | os.PathLike[str], errors: str = "strict") -> str:
-    """The text of a file; editors of Windows put a mark in front and CR LF at the ends.
+    """Return the text of a file without a byte-order mark, with LF as line ends.
 
     Raises OSError and, unless `errors` says otherwise, UnicodeDecodeError.
     """
@@ -38,7 +38,9 @@ def toml_text(path: str | os.PathLike[str], errors: str = "strict") -> str:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The document. Raises TOMLDecodeError, also for what would take all memory or end the interpreter."""
+    """Return the document as a dictionary. Raises TOMLDecodeError, also for a document beyond the bounds of size
+    and depth.
+    """
     if len(text) > _MOST_BYTES:
         raise TOMLDecodeError(f"more than {_MOST_BYTES // 1_000_000} MB")
     # The library makes a table for each part of a key, and remembers all keys above each.
@@ -63,14 +65,16 @@ def is_number(value: object) -> TypeGuard[float]:
 
 
 def is_told_enough(problems: list[Diagnostic], code: str, file: str) -> bool:
-    """Whether a hundred problems of one file are told, and the last of them says that there are more."""
+    """Return whether the limit of reported problems of one file is reached; adds a last one that says so."""
     if len(problems) == _MOST_TOLD:
         problems.append(error(code, "this file has more problems than are listed here", file=file))
     return len(problems) > _MOST_TOLD
 
 
 def _check(document: dict[str, Any]) -> None:
-    """Raises TOMLDecodeError for more values, deeper ones or other numbers and texts than any reader is made for."""
+    """Raise TOMLDecodeError where the document exceeds the bounds: the number of values, their depth, numbers and
+    texts.
+    """
     count = 0
     level: list[Any] = [document]
     for _ in range(_MOST_DEPTH):
@@ -109,7 +113,7 @@ ROBOT_NAME: Final = re.compile(r"[a-z0-9][a-z0-9._-]{0,40}/[a-z0-9][a-z0-9._-]{0
 
 
 def shown(value: float) -> str:
-    """A number without needless zeros: a TOML integer where it is whole."""
+    """Return a number without trailing zeros, at most nine decimals; a whole number becomes a TOML integer."""
     return f"{value + 0.0:.9f}".rstrip("0").rstrip(".")
 
 
@@ -119,5 +123,5 @@ def quoted(text: str) -> str:
 
 
 def plain(text: str) -> str:
-    """Text for a comment: TOML allows no control characters there."""
+    """Return `text` for a comment, with "?" for each control character, which TOML forbids there."""
     return "".join(c if c.isprintable() else "?" for c in text)
