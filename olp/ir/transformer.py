@@ -45,9 +45,10 @@ _PLAIN: Final = frozenset(
 
 
 def mapped(node: T, change: Change) -> T:
-    """`node` with `change` done to every expression in it, inner ones first. The same object where nothing changes.
+    """Return `node` with `change` applied to every expression in it, inner ones first; the same object where
+    nothing changes.
 
-    Numbers that are written out as a quantity (a speed, a time) are left alone.
+    Literal numbers of a quantity (a speed, a time) are not passed to `change`.
     """
     return cast(T, _mapped(node, change))
 
@@ -97,7 +98,7 @@ def _mapped(node: Any, change: Change) -> Any:
 
 
 def _mapped_move(s: Move, change: Change) -> Move:
-    """`mapped` for a usual move (see `is_usual`), as nearly all are."""
+    """`mapped` for a usual move (see `is_usual`), which nearly all moves are; faster than the general way."""
     changes: dict[str, Any] = {}
     targets = s.targets
     if len(targets) == 1 and type(targets[0]) in _LEAVES:
@@ -130,12 +131,12 @@ def _mapped_move(s: Move, change: Change) -> Move:
 
 
 def edited(s: Move, changes: dict[str, Any]) -> Move:
-    """A move with some fields replaced, several times as fast as `dataclasses.replace`: there are as many as moves."""
+    """Return a move with some fields replaced; several times as fast as `dataclasses.replace`."""
     return _changed_move(s, changes)
 
 
 def is_usual(s: Move) -> bool:
-    """Whether a move has nothing beside targets, speed, blend, tool, frame and numbers that are written out."""
+    """Return whether a move has only targets, speed, blend, tool, frame and literal numbers."""
     if (
         s.parts
         or s.other
@@ -159,7 +160,9 @@ def is_usual(s: Move) -> bool:
 
 
 def is_written_out(s: Move) -> bool:
-    """Whether a move goes to one place, a name at most, and all else of it is numbers that are written out."""
+    """Return whether a move goes to one place, which is at most a name, and everything else in it is a literal
+    number.
+    """
     tool, frame, speed, blend = s.tool, s.frame, s.speed, s.blend
     return (
         len(s.targets) == 1
@@ -195,7 +198,7 @@ def _members(members: Members, change: Change) -> Members:
 
 
 def replaced(node: Any, changed: dict[str, Any]) -> Any:
-    """A dataclass or named tuple with some fields replaced."""
+    """Return a dataclass or named tuple with some fields replaced."""
     if type(node) is Move:
         return edited(node, changed)
     if type(node) is Declare:
@@ -222,7 +225,7 @@ _ATOMS: Final = frozenset(
 
 
 def expressions_of(node: object) -> list[Expression]:
-    """Every expression in a statement or expression, inner ones first."""
+    """Return every expression in a statement or expression, inner ones first."""
     found: list[Expression] = []
 
     def note(expression: Expression) -> Expression:
@@ -234,7 +237,7 @@ def expressions_of(node: object) -> list[Expression]:
 
 
 def changed_by(s: object) -> Iterator[str]:
-    """The variables that a statement may give another value, those handed to routines among them."""
+    """Yield the names of the variables whose value a statement may change, including those passed to routines."""
     given: list[Any] = []
     if isinstance(s, (Assign, Update, ReadInput)):
         given.append(s.target)
@@ -252,7 +255,7 @@ def changed_by(s: object) -> Iterator[str]:
 
 
 def note_names(node: Any, found: set[str]) -> None:
-    """Adds the name of every variable that a statement or expression has."""
+    """Add to `found` the name of every variable in a statement or expression."""
     kind = type(node)
     if kind is Named:
         found.add(node.name)
@@ -280,7 +283,7 @@ def note_names(node: Any, found: set[str]) -> None:
 
 
 def sets_numbers(s: object) -> bool:
-    """Whether a statement sets modal speeds or blends to numbers that are written out, and does nothing else."""
+    """Return whether a statement only sets modal speeds or blends to literal numbers."""
     parts: tuple[Speed | Blend, ...]
     if type(s) is SetSpeed and s.turn is None:
         parts = s.speeds
@@ -292,5 +295,7 @@ def sets_numbers(s: object) -> bool:
 
 
 def calls_nothing(s: object) -> bool:
-    """Whether a statement is a move to a plain target, so that no call and no computation is in it."""
+    """Return whether a statement is a usual move to a plain target, so that it contains neither a call nor a
+    computation.
+    """
     return type(s) is Move and type(s.targets[0]) in _LEAVES and is_usual(s)

@@ -10,7 +10,10 @@ from olp.ir.program import LineKind
 
 
 class Findings:
-    """`kinds`: one LineKind per line of the source, filled by all readers."""
+    """Collects the diagnostics of one source file, and what each of its lines was understood as.
+
+    `kinds`: one `LineKind` per line of the source; every reader fills it.
+    """
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -19,7 +22,9 @@ class Findings:
         self._repeated: dict[tuple[str, str], tuple[int, int]] = {}
 
     def add(self, severity: Severity, code: str, message: str, where: Span | int, help: str = "") -> None:
-        """One finding at a place or in a line; an error marks its line."""
+        """Add a diagnostic at a span or for a whole line (a number from 1). An error sets the line's kind to
+        `LineKind.ERROR`.
+        """
         span = self.whole_line(where) if isinstance(where, int) else where
         if severity is Severity.ERROR and 0 < span.line <= len(self.kinds):
             self.kinds[span.line - 1] = LineKind.ERROR
@@ -49,7 +54,9 @@ class Findings:
     def once(
         self, severity: Severity, code: str, key: str, message: str, where: Span | int, help: str = ""
     ) -> None:
-        """A finding told at its first place only, with the number of its places."""
+        """Add a diagnostic at its first place only and count its further places; `key` and `code` say what counts
+        as the same.
+        """
         known = self._repeated.get((code, key))
         if known is not None:
             if severity is Severity.ERROR:
@@ -60,18 +67,20 @@ class Findings:
         self.add(severity, code, message, where, help)
 
     def extend(self, diagnostics: list[Diagnostic]) -> None:
-        """Findings of others about whole lines: file and text are filled in."""
+        """Add diagnostics about whole lines that another part found; the file's path and the line's text are filled
+        in.
+        """
         for one in diagnostics:
             self.add(one.severity, one.code, one.message, one.line, one.help)
 
     def whole_line(self, number: int) -> Span:
-        """The text of a line, without the blanks around it."""
+        """Return the span of a line's text without leading and trailing blanks. `number` counts from 1."""
         text = self.source.line(number)
         start = len(text) - len(text.lstrip()) + 1
         return Span(number, start, max(len(text.rstrip()), start) + 1)
 
     def result(self) -> tuple[Diagnostic, ...]:
-        """All findings in the order of the text."""
+        """Return all diagnostics in order of their lines; one that was counted says in how many more lines it holds."""
         found = list(self._found)
         for place, count in self._repeated.values():
             if count > 1:

@@ -56,7 +56,7 @@ It = TypeVar("It")
 
 
 class CannotSayError(Exception):
-    """The language has no words for it. `help`: what could be done."""
+    """Raised where the language cannot express something. `help`: what the user can do about it."""
 
     def __init__(self, message: str, help: str = "") -> None:
         super().__init__(message)
@@ -64,7 +64,9 @@ class CannotSayError(Exception):
 
 
 class Joined(NamedTuple):
-    """Statements that only together are one instruction: its lines, how many statements they say, their comment."""
+    """Several statements written as one instruction: its lines, the number of statements it covers, and their
+    comment.
+    """
 
     lines: list[str]
     taken: int
@@ -91,7 +93,7 @@ def decimal(value: float, at_least: int = 0, holder: str = "program") -> str:
 
 
 def without_noise(value: float) -> float:
-    """What another unit made of a number, with nine digits: without the noise of the conversion."""
+    """Return `value` rounded to nine significant digits, which removes the rounding errors of a unit conversion."""
     return float(f"{value:.9g}")
 
 
@@ -207,19 +209,23 @@ class Generator(ABC):
 
     @property
     def source_language(self) -> str:
-        """How people call the language that the program was read from."""
+        """Return the name of the language that the program was read from, such as INFORM (the last word of the
+        vendor's title).
+        """
         return language_of(self.program.vendor)
 
     def written(self) -> tuple[dict[str, object], list[Diagnostic]]:
-        """The values for the language's template, and an error for everything that the language cannot say."""
+        """Return the values for the language's template, and an error (X002) for everything that the language
+        cannot express.
+        """
         return self.template_values(), self.problems
 
     @abstractmethod
     def template_values(self) -> dict[str, object]:
-        """What the language's jinja2 template puts together; `problems` grows by what cannot be said."""
+        """Return the values for the language's jinja2 template; errors are added to `problems`."""
 
     def lose(self, problem: CannotSayError, line: int) -> None:
-        """Notes an error (X002) in a line of the source."""
+        """Add an error (X002) for a line of the source."""
         text = self.program.source.line(line)
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
         message = f"{self.language} cannot express this: {problem}"

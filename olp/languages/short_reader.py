@@ -59,7 +59,7 @@ class _Slot(NamedTuple):
 
 
 class _FilledToken(Token):
-    """A token that tells no position: made in a third of the time, and there are some in each line."""
+    """A token without a position in the text, which is made in a third of the time."""
 
     __slots__ = ()
     start_pos = line = column = end_line = end_column = end_pos = None
@@ -71,7 +71,7 @@ class _FilledToken(Token):
 
 
 class AlikeLines:
-    """A grammar's trees of the shapes of lines. Safe to share between threads."""
+    """Parse trees of a grammar by the shape of the line, digits aside. May be shared between threads."""
 
     def __init__(self, grammar: Grammar) -> None:
         self.grammar = grammar
@@ -79,7 +79,7 @@ class AlikeLines:
         self._lock = Lock()
 
     def read(self, text: str, use: Callable[[Tree[Token]], Result]) -> Result:
-        """What `use` makes of the line's tree, which it must not keep and whose tokens tell no positions.
+        """Return `use(tree)` for the line's tree. `use` must not keep the tree; its tokens have no positions.
 
         Raises lark's UnexpectedInput and what `use` raises.
         """
@@ -104,7 +104,7 @@ class AlikeLines:
 
 
 def _slots(tree: Tree[Token], text: str) -> list[_Slot] | None:
-    """None where a token is not what stands in the text."""
+    """Return the tokens with digits in a tree; None where a token differs from the text it stands for."""
     found = []
     runs = _DIGITS.findall(text)
     for node in tree.iter_subtrees():
@@ -142,7 +142,9 @@ class Codes(NamedTuple):
 
 
 class NotModelledError(Exception):
-    """A line that is understood and has no place in the neutral program."""
+    """Raised by a rule for a line that is understood and that no statement of the program can express: it becomes
+    `Opaque`.
+    """
 
 
 @lru_cache(maxsize=16)
@@ -152,7 +154,7 @@ def _lines(language: str) -> AlikeLines:
 
 
 class LoweringRules(Protocol):
-    """What `ValueRules` of statement_rules.py are to the parser."""
+    """The part of `ValueRules` (statement_rules.py) that `LineParser` uses."""
 
     settled_by: Hashable
     asked: list[tuple[str, str]] | None
@@ -163,9 +165,11 @@ class LoweringRules(Protocol):
 
 
 class LineParser:
-    """Understands the lines of one program. `known`: first words, upper case, that the grammar takes.
+    """Parses single lines of one program into statements.
 
-    `moves`: first words of moves, a line of which is never left out without a warning.
+    `known`: first words, in upper case, of the instructions that the grammar knows; a line that begins with one and
+    does not parse is an error, any other is kept as `Opaque`. `moves`: first words of moves; a move that is kept as
+    `Opaque` is reported as a warning.
     """
 
     def __init__(
@@ -182,7 +186,9 @@ class LineParser:
         self._shelf = shelf(f"{language} lowered") if rules.settled_by is not None else None
 
     def parse(self, text: str, number: int) -> list[Any]:
-        """What the instruction in line `number` stands for; empty where it is broken. Never raises."""
+        """Return the statements of the instruction in line `number` (from 1); an empty list where it has an error.
+        Never raises.
+        """
         from lark.exceptions import UnexpectedInput
 
         self.findings.kinds[number - 1] = LineKind.STATEMENT
@@ -204,7 +210,9 @@ class LineParser:
         return here
 
     def _lowered(self, text: str) -> tuple[list[tuple[str, str]], list[Any]]:
-        """The names that the rules asked for, where somebody remembers, and what they make of the text."""
+        """Return the statements that the rules make of the text, and the names they asked for where results are
+        kept.
+        """
         rules = self._rules
         asked: list[tuple[str, str]] = []
         rules.asked = None if self._shelf is None else asked
@@ -215,7 +223,9 @@ class LineParser:
         return asked, found if isinstance(found, list) else [found]
 
     def _lowered_before(self, text: str) -> tuple[list[tuple[str, str]], list[Any]] | None:
-        """The same as it was before, on the line where it stood, if its names are spelled as they were then."""
+        """Return the earlier result for the same text, if the names in it are still spelled the same; None where
+        there is none.
+        """
         known = None if self._shelf is None else self._shelf.get((text, self._rules.settled_by))
         if known is None:
             return None
@@ -226,7 +236,7 @@ class LineParser:
         return known  # type: ignore[no-any-return]
 
     def opaque(self, text: str, number: int) -> Opaque:
-        """The line word for word, which is told once per instruction."""
+        """Return the line word for word as `Opaque`; each instruction word is reported once."""
         word = _first_word(text)
         self.findings.kinds[number - 1] = LineKind.OPAQUE
         span = self.findings.whole_line(number)
@@ -278,12 +288,14 @@ def words(text: str) -> frozenset[str]:
 
 
 def with_comment(statement: Any, comment: str) -> Any:
-    """The statement with what stands behind it; one that holds its whole text keeps that."""
+    """Return the statement with its trailing comment; a statement without such a field, which keeps its whole text,
+    as it is.
+    """
     return replace(statement, comment=comment) if hasattr(statement, "comment") else statement
 
 
 def wanted_by(refused: UnexpectedInput) -> str:
-    """What the grammar would have taken, in words."""
+    """Return a list, in words, of at most six tokens that the grammar expected at the error."""
     names = expected(refused)
     words = sorted(name.lower().replace("_", " ").strip() for name in names if not name.startswith("$"))
     return ", ".join(words[:6]) + (" …" if len(words) > 6 else "")
@@ -295,7 +307,7 @@ def _first_word(text: str) -> str:
 
 
 def is_readable(findings: Findings, codes: Codes, mark: re.Pattern[str], what: str) -> bool:
-    """Whether the file is text of this language; if not, one error says so."""
+    """Return whether the file is text of this language; if not, add one error and mark every line."""
     source = findings.source
     if source.encoding.startswith("utf-16") or b"\0" in source.raw:
         message = "this is binary or UTF-16, not program text"
@@ -374,23 +386,25 @@ def _pose(
 
 
 def joints(values: Iterable[float]) -> PositionLiteral:
-    """Axis values [deg]."""
+    """Return a joint position from axis values [deg]."""
     return PositionLiteral("joint", tuple(v * deg for v in values))
 
 
 def constants(values: Iterable[Expression]) -> list[float] | None:
-    """The numbers, None where one is computed."""
+    """Return the values of literal numbers; None where one of them is computed."""
     found = [one.value for one in values if isinstance(one, Number)]
     return [float(v) for v in found] if len(found) == len(list(values)) else None
 
 
 def from_zero(index: Expression) -> Expression:
-    """An index that counts from 0 as one from 1."""
+    """Return the index that counts from 1 for one that counts from 0."""
     return Number(index.value + 1) if isinstance(index, Number) else Binary("+", index, Number(1))
 
 
 def array(type_: str, elements: Mapping[tuple[int, ...], Expression], missing: Expression) -> RecordLiteral:
-    """The elements of an array, by their indices from 0, with `missing` in the gaps."""
+    """Return the literal of an array from its elements by their indices, which count from 0, with `missing` in the
+    gaps.
+    """
     size = max(index[0] for index in elements) + 1
     rows: dict[int, dict[tuple[int, ...], Expression]] = {}
     for index, value in elements.items():
