@@ -21,7 +21,9 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 
 @dataclass(frozen=True, slots=True)
 class ServerLimits:
-    """The defaults hold a cell of a few hundred jobs; a call beyond them is refused, never answered in part unsaid."""
+    """Limits of one call, sufficient for a cell of a few hundred jobs. A call beyond them is rejected, or says what
+    was cut.
+    """
 
     seconds: float = 60.0  # [s] of the clock, then the worker is ended
     memory: int = 4_000_000_000  # [bytes] of address space of the worker
@@ -30,7 +32,7 @@ class ServerLimits:
     answer: int = 200_000  # characters of one answer
 
     def as_json(self) -> dict[str, float]:
-        """For the worker's request."""
+        """Return the limits for the request of a worker."""
         return asdict(self)
 
 
@@ -43,13 +45,13 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class Folder(NamedTuple):
-    """`root`: an existing folder, absolute, without links. It is the worker's current folder as well."""
+    """The folder that a server may use. `root`: its absolute path without links, also the worker's current folder."""
 
     root: Path
     limits: ServerLimits = ServerLimits()
 
     def inside(self, text: str) -> str:
-        """`text` as a path below the root, as the command line takes it. Raises OlpError (Z001, Z002)."""
+        """Return `text` as a path relative to the root, for the command line. Raises OlpError (Z001, Z002)."""
         plain = self._plain(text)
         real = Path(os.path.realpath(self.root / plain))
         if not real.is_relative_to(self.root):
@@ -63,7 +65,9 @@ class Folder(NamedTuple):
         return plain
 
     def programs(self, texts: Sequence[str], suffixes: Sequence[str]) -> list[str]:
-        """Paths of programs or folders of them. Raises OlpError with all that is refused, missing or too much."""
+        """Return the paths of programs, or of folders with programs. Raises OlpError with every path that is
+        outside, missing or too large.
+        """
         from olp.core.files import absent, expand_paths
 
         words = self.all_inside(texts)
@@ -80,7 +84,7 @@ class Folder(NamedTuple):
         return words
 
     def all_inside(self, texts: Sequence[str]) -> list[str]:
-        """`inside` of each. Raises OlpError with all that are refused."""
+        """Return `inside` of each text. Raises OlpError with all paths that are rejected."""
         words: list[str] = []
         problems: list[Diagnostic] = []
         for text in texts:
@@ -93,9 +97,9 @@ class Folder(NamedTuple):
         return words
 
     def new(self, text: str, suffixes: Sequence[str] = (), *, force: bool = False) -> str:
-        """A path below the root that may be written, with one of `suffixes` when there are some.
+        """Return a path below the root that may be written; `suffixes`: those allowed, any where empty.
 
-        Raises OlpError: Z001, Z002, Z006 for another suffix, Z009 for a file that is there without `force`.
+        Raises OlpError: Z001, Z002, Z006 for another suffix, Z009 for an existing file without `force`.
         """
         plain = self.inside(text)
         if suffixes and not plain.lower().endswith(tuple(suffixes)):
@@ -138,13 +142,13 @@ class Folder(NamedTuple):
 
 
 def too_large(file: str, size: int, most: int) -> Diagnostic:
-    """Z003; sizes in bytes."""
+    """Return the error Z003 for a file of `size` bytes where `most` bytes are read."""
     says = f"this file has {size / 1e6:.1f} MB, {most / 1e6:g} MB are read"
     return error("Z003", says, file=file, help="split the program, or ask the command line")
 
 
 def _word(path: str) -> str:
-    """A path that no argument parser takes for an option."""
+    """Return the path in a form that an argument parser does not take for an option."""
     return f"./{path}" if path.startswith("-") else path
 
 

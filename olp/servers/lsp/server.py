@@ -44,13 +44,15 @@ Json = dict[str, Any]
 
 
 class Places:
-    """`encoding`: the unit of columns that client and server have agreed on (utf-8, utf-16, utf-32)."""
+    """Converts columns between the protocol and olp. `encoding`: the agreed unit of columns (utf-8, utf-16 or
+    utf-32).
+    """
 
     def __init__(self, encoding: str = "utf-16") -> None:
         self.encoding = encoding
 
     def units(self, text: str, column: int) -> int:
-        """Code units before `column` of a line."""
+        """Return the number of code units before `column` (from 1) of a line."""
         before = text[: column - 1]
         if self.encoding == "utf-32" or before.isascii():
             return len(before)
@@ -59,7 +61,7 @@ class Places:
         return len(before) + sum(ord(c) > 0xFFFF for c in before)
 
     def column(self, text: str, units: int) -> int:
-        """The column behind that many code units of a line; its end where it is shorter."""
+        """Return the column (from 1) behind `units` code units of a line; the end of a shorter line."""
         if self.encoding == "utf-32" or text.isascii():
             return min(units, len(text)) + 1
         width = _utf8 if self.encoding == "utf-8" else _utf16
@@ -76,7 +78,9 @@ class Places:
         return {"line": max(number, 1) - 1, "character": self.units(line(number), column)}
 
     def range(self, line: Line, number: int, column: int = 1, end_column: int = 0) -> Json:
-        """Of one line; `end_column` 0: to its end."""
+        """Return the protocol's range from `column` to `end_column` of one line; `end_column` 0 means the end of
+        the line.
+        """
         text = line(number)
         stop = end_column or len(text) + 1
         return {
@@ -102,7 +106,7 @@ def _utf16(character: str) -> int:
 
 
 def path_of(uri: str) -> str:
-    """The file that a URI means; the URI itself where it means none."""
+    """Return the path of a file's URI; any other URI unchanged."""
     try:
         return to_fs_path(uri) or uri
     except ValueError:
@@ -110,7 +114,7 @@ def path_of(uri: str) -> str:
 
 
 def uri_of(path: str) -> str:
-    """The URI of a path, or of what `path_of` gave back as it was."""
+    """Return the URI of a path; a URI that `path_of` left unchanged stays as it is."""
     if urlsplit(path).scheme not in ("", "file") and len(urlsplit(path).scheme) > 1:
         return path
     return from_fs_path(path) or path
@@ -120,7 +124,7 @@ _CHANGE = b'"textDocument/didChange"'
 
 
 class OlpLanguageServer(LanguageServer):
-    """`arrived`: how many changes have come in, handled or not."""
+    """The language server. `arrived`: the number of changes that have been received, processed or not."""
 
     protocol: Protocol
 
@@ -135,12 +139,14 @@ class OlpLanguageServer(LanguageServer):
             import_module(f"olp.servers.lsp.features.{module.name}").register(self, self.service)
 
     def configure(self, given: object) -> None:
-        """Takes settings and times everything anew."""
+        """Take over the client's settings and time every open text again."""
         self.service.configure(settings_of(given))
         self.work.refresh()
 
     def ask_again(self) -> None:
-        """Asks the client to ask again for what stands beside lines: something else than the text has changed."""
+        """Ask the client to request inlay hints and code lenses again, because something else than the text has
+        changed.
+        """
         capabilities = self.client_capabilities.workspace
         if capabilities is None:
             return
@@ -150,14 +156,13 @@ class OlpLanguageServer(LanguageServer):
             self.protocol.send_request(types.WORKSPACE_CODE_LENS_REFRESH)
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """One line in the log: a client can do nothing about a mistake in olp, and a box in the way of the text helps
-        nobody."""
+        """Log an internal error in one line; the client is not shown a message, because its user cannot act on it."""
         logging.getLogger("olp.lsp").warning("%s: %s", type(error).__name__, str(error).partition("\n")[0])
 
     # --- transport --------------------------------------------------------------------------------------
 
     def serve(self, incoming: BinaryIO, outgoing: BinaryIO) -> None:
-        """Speaks with one client until it says exit or goes away."""
+        """Serve one client until it sends `exit` or closes the connection."""
         gone = (BrokenPipeError, asyncio.IncompleteReadError, KeyboardInterrupt)
         with suppress(*gone):
             asyncio.run(self._serve(incoming.fileno(), outgoing))
@@ -170,7 +175,7 @@ class OlpLanguageServer(LanguageServer):
         await run_async(Event(), reader, self.protocol, None, self.report_server_error)
 
     def _pump(self, loop: asyncio.AbstractEventLoop, reader: asyncio.StreamReader, incoming: int) -> None:
-        """Reads whatever comes, at once: the loop then handles all of it before it computes anything."""
+        """Pass all received bytes on at once, so that the loop handles every message before it computes anything."""
         try:
             while data := os.read(incoming, 1 << 20):
                 self.arrived += data.count(_CHANGE)
@@ -181,7 +186,7 @@ class OlpLanguageServer(LanguageServer):
 
 
 def start() -> None:
-    """Serves the client at standard input and output."""
+    """Serve the client on standard input and output."""
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
     logging.getLogger("pygls").setLevel(logging.CRITICAL)  # its log holds whole texts, and tracebacks
     outgoing = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
@@ -200,7 +205,7 @@ def start() -> None:
 
 
 class Raw:
-    """An answer that is JSON already."""
+    """An answer that is already JSON."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
@@ -222,11 +227,11 @@ class Protocol(LanguageServerProtocol):
         self._server.texts.closed(params.text_document.uri)
 
     def tell(self, method: str, params: Any) -> None:
-        """A notification whose parameters are JSON already."""
+        """Send a notification whose parameters are already JSON."""
         self._send_data({"jsonrpc": "2.0", "method": method, "params": params})
 
     def plain(self, thing: Any) -> Any:
-        """A type of the protocol as JSON."""
+        """Return an object of the protocol as JSON data."""
         return self._converter.unstructure(thing)
 
     def structure_message(self, data: dict[str, Any]) -> Any:
@@ -262,7 +267,7 @@ def _without_traceback(error: types.ResponseError) -> dict[str, Any]:
 
 
 class Texts:
-    """`uris`: path -> URI as the client writes it, of every open text."""
+    """The open texts. `uris`: path -> URI as the client writes it."""
 
     def __init__(self, server: OlpLanguageServer) -> None:
         self._server = server
@@ -304,7 +309,7 @@ _TIDY = 3.0  # [s], before garbage is looked for
 
 
 class Scheduler:
-    """`arrived`: counts the changes that the reader has seen, handled or not."""
+    """Decides which open text is analysed next, and sends its diagnostics to the client."""
 
     def __init__(self, server: OlpLanguageServer) -> None:
         self._server = server
@@ -316,21 +321,21 @@ class Scheduler:
         self._answered = time.monotonic()
 
     def changed(self, path: str) -> None:
-        """The text of `path` is another one: it comes first, then those that need it."""
+        """Schedule the analysis of the changed text first, and of the texts that depend on it."""
         self._concern(path)
         self._dirty.pop(path, None)
         self._dirty[path] = None
         self._soon()
 
     def _concern(self, path: str) -> None:
-        """Other texts that the change of `path` may have made out of date."""
+        """Forget the analyses of the texts that depend on `path`, and schedule them."""
         service = self._server.service
         for other in service.dependents(path):
             service.forget(other)
             self._dirty.setdefault(other)
 
     def refresh(self) -> None:
-        """Nothing that is known holds any more: settings or files of the disk have changed."""
+        """Forget every analysis and schedule all open texts, because settings or files on the disk have changed."""
         self._server.service.forget()
         for path in self._server.service.documents:
             self._dirty.setdefault(path)
@@ -344,7 +349,7 @@ class Scheduler:
         self._soon()
 
     async def current(self, uri: str) -> Analysis | None:
-        """What is known of the newest text, None where none is open."""
+        """Wait for and return the analysis of the newest text; None where the text is not open."""
 
         path, service = path_of(uri), self._server.service
         while path in service.documents and not service.is_current(path):
@@ -356,7 +361,7 @@ class Scheduler:
         return service.analyses.get(path)
 
     async def complete(self, uri: str) -> Analysis | None:
-        """The same with what the rules find, for whoever cannot wait until nobody types."""
+        """Return `current` with the findings of lint's rules added, without waiting for an idle moment."""
         from olp.servers.language.service import complete
 
         if await self.current(uri) is None:
@@ -374,7 +379,7 @@ class Scheduler:
             asyncio.get_running_loop().call_soon(self._next)
 
     def _next(self) -> None:
-        """The text that was changed last."""
+        """Analyse the text that was changed last."""
         self._scheduled = False
         if self._dirty:
             path, _ = self._dirty.popitem()
@@ -415,13 +420,13 @@ class Scheduler:
         self._idle = asyncio.get_running_loop().call_later(seconds, what)
 
     def _rules(self) -> None:
-        """Programs that go on and on to their end, then the rules of lint over all texts, until one changes."""
+        """Finish the timing of long programs, then run lint's rules over all texts, until a text changes."""
         self._idle = None
         if self._complete():
             self._step(rule_runs(self._server.service))
 
     def _complete(self) -> bool:
-        """False where a keystroke has come meanwhile."""
+        """Finish the analyses that were cut short. Returns False where a change arrives meanwhile."""
         service, seen = self._server.service, self._server.arrived
         for path in [path for path, analysis in service.analyses.items() if analysis.partial]:
             try:
@@ -444,7 +449,7 @@ class Scheduler:
         self._later(0.0, lambda: self._step(runs))
 
     def _tidy(self) -> None:
-        """Looks for garbage while nobody waits; the collector never runs by itself."""
+        """Collect garbage in an idle moment; the automatic collector is switched off."""
         self._idle = None
         gc.collect()
         gc.freeze()
@@ -457,14 +462,14 @@ _SEVERITIES = {Weight.ERROR: 1, Weight.WARNING: 2, Weight.INFO: 3, Weight.HINT: 
 
 
 class Publisher:
-    """`_told`: file -> owner (the text whose analysis tells it) -> its marks, as sent last."""
+    """Sends diagnostics to the client. `_told`: file -> the text whose analysis reports it -> the marks sent last."""
 
     def __init__(self, server: OlpLanguageServer) -> None:
         self._server = server
         self._told: dict[str, dict[str, list[FindingMark]]] = {}
 
     def publish(self, owner: str, found: list[FindingMark]) -> None:
-        """What the text `owner` tells now, in place of what it told before."""
+        """Replace the diagnostics that the analysis of the text `owner` reported before by `found`."""
         files: dict[str, list[FindingMark]] = {owner: []}
         for mark in found:
             files.setdefault(mark.file or owner, []).append(mark)
@@ -475,7 +480,7 @@ class Publisher:
             self._put(file, owner, told)
 
     def forget(self, owner: str) -> None:
-        """The text is closed: it tells nothing any more."""
+        """Remove all diagnostics that a closed text reported."""
         for file in [file for file, tellers in self._told.items() if owner in tellers]:
             self._put(file, owner, [])
 

@@ -17,7 +17,7 @@ def register(server: OlpLanguageServer, service: ProgramService) -> None:
 
     @server.feature(types.INITIALIZED)
     def initialized(_: types.InitializedParams) -> None:
-        """Asks to be told of files that programs need, where the client can tell."""
+        """Ask the client to report changes of files that programs need, where it can."""
         workspace = server.client_capabilities.workspace
         watching = None if workspace is None else workspace.did_change_watched_files
         if watching is None or not watching.dynamic_registration:
@@ -41,4 +41,4 @@ def register(server: OlpLanguageServer, service: ProgramService) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     def saved(params: types.DidSaveTextDocumentParams) -> None:
-        """Nothing changes: the text is known already."""
+        """Do nothing: the saved text is known from its changes."""

@@ -39,7 +39,7 @@ def register(server: OlpLanguageServer, service: ProgramService) -> None:
 
 
 async def _analysis(server: OlpLanguageServer, params: Any) -> Analysis | None:
-    """Of the text that `params.uri` names; None where no such text is open."""
+    """Return the analysis of the open text that `params.uri` names; None where no such text is open."""
     uri = getattr(params, "uri", None)
     return await server.work.current(uri) if isinstance(uri, str) else None
 
@@ -54,7 +54,7 @@ def _timed(analysis: Analysis | None, segments: bool) -> Raw:
 
 
 def _files(server: OlpLanguageServer, analysis: Analysis) -> list[str]:
-    """Those that run by their numbers, then those that only say something about them, such as lists of data."""
+    """Return the URIs of the files that run, in the order of their numbers, then those that the analysis also needs."""
     run = [analysis.path] if analysis.timing is None else [s.path for s in analysis.timing.plan.sources]
     paths = [*run, *(path for path in analysis.needs if path not in run)]
     return [server.texts.uris.get(path) or uri_of(path) for path in paths]
