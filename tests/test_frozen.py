@@ -14,7 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from olp.core.fast_dataclass import changer, fast_init
-from olp.ir.expressions import Binary, FrameRef, Function, Named, Number, PositionLiteral, Quantity
+from olp.ir.expressions import (
+    Binary,
+    FrameRef,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    RecordLiteral,
+)
 from olp.ir.program import Assign, Declare
 from olp.ir.statements import Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.ir.transformer import expressions_of, note_names
@@ -134,7 +143,9 @@ def test_names_that_are_noted_are_those_of_all_expressions() -> None:
         blend = Blend(BlendKind.RADIUS, Quantity(some() or Number(1), 0.001))  # type: ignore[arg-type]
         via = some() if chance.random() < 0.3 else None
         move = Move(1, Path.LINEAR, (some() or Number(0),), speed, blend, tool=some(), frame=some(), via=via)  # type: ignore[arg-type]
-        for s in (move, Assign(1, names[0], some() or Number(2)), Declare(1, "d", "real", some())):  # type: ignore[arg-type]
+        record = RecordLiteral("data", (("a", some() or Number(1)), ("b", some() or Number(2))))  # type: ignore[arg-type]
+        declared = [Declare(1, "d", "real", some()), Declare(1, "d", "data", record)]  # type: ignore[arg-type]
+        for s in (move, Assign(1, names[0], some() or Number(2)), *declared):  # type: ignore[arg-type]
             found: set[str] = set()
             note_names(s, found)
             assert found == {e.name for e in expressions_of(s) if type(e) is Named}

@@ -275,9 +275,12 @@ def note_names(node: Any, found: set[str]) -> None:
     elif kind is Function:
         for e in node.arguments:
             note_names(e, found)
-    elif kind is Declare and type(node.value) in _LEAVES and not node.sizes:
-        if type(node.value) is Named:
-            found.add(node.value.name)
+    elif kind is RecordLiteral:
+        for _, e in node.members:
+            note_names(e, found)
+    elif kind is Declare and not node.sizes:
+        if node.value is not None:
+            note_names(node.value, found)
     elif kind not in _LEAVES and not sets_numbers(node):
         found.update([e.name for e in expressions_of(node) if type(e) is Named])
 

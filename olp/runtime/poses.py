@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import matmul
 from typing import Final
 
 import numpy as np
@@ -97,15 +98,21 @@ def _check_whole(value: PositionValue) -> None:
 
 def raw_pose(value: PositionValue) -> Pose:
     """The six numbers as a pose in their own frame. Raises StatementError (I213) for pulses and joints."""
+    return _pose_of(_bytes_of(value))
+
+
+def _bytes_of(value: PositionValue) -> bytes:
+    """The six numbers of a pose. Raises StatementError (I213) for pulses and joints."""
     if value.state.kind is not PointKind.POSE or len(value.values) < _POSE_SIZE:
         raise StatementError("I213", "this needs a Cartesian position", "convert it first")
-    return _pose_of(np.array(value.values[:_POSE_SIZE], dtype=np.float64).tobytes())
+    return np.array(value.values[:_POSE_SIZE], dtype=np.float64).tobytes()
 
 
 @lru_cache(maxsize=1024)
-def _pose_of(numbers: bytes) -> Pose:
-    """Moves have few frames and tools. What all of them share cannot be written to."""
-    pose = Pose.from_xyz_angles(np.frombuffer(numbers))
+def _pose_of(*frames: bytes) -> Pose:
+    """A pose in frames, the outermost first. Moves have few of them. What all share cannot be written to."""
+    first, *inner = (Pose.from_xyz_angles(np.frombuffer(numbers)) for numbers in frames)
+    pose = reduce(matmul, inner, first)
     pose.position.setflags(write=False)
     pose.rotation.setflags(write=False)
     return pose
@@ -546,8 +553,7 @@ def _work_pose(value: Value) -> Pose:
     members = {name.casefold(): member for name, member in value.members.items()}
     if _OUTER not in members:
         return raw_pose(as_position(_member(value, _FLANGE)))
-    outer = raw_pose(as_position(members[_OUTER]))
-    return outer @ raw_pose(as_position(members[_INNER])) if _INNER in members else outer
+    return _pose_of(*(_bytes_of(as_position(members[part])) for part in (_OUTER, _INNER) if part in members))
 
 
 def _member(value: Value, names: tuple[str, ...]) -> Value:

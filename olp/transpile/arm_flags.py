@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.fast_dataclass import changer
 from olp.ir.expressions import Expression, Function, Named, PositionLiteral
 from olp.ir.points import sectors_of_turns
 from olp.ir.program import Begin, Comment, Declare, Move, ObeyFlags, Path, Program, Routine, Statement
@@ -26,6 +28,7 @@ _ARM = 3  # flags that all makers have: wrist, elbow, front or back; behind them
 _TURN = 2.0 * math.pi
 _SIX = 6
 _SAME = 1e-3  # [rad]
+_changed_literal: Final = changer(PositionLiteral)
 
 
 def with_flags(program: Program, work: TranslationContext) -> Program:
@@ -179,9 +182,11 @@ class _Literals:
         """The program with flags in its literals; a move that reaches one otherwise has its own."""
         chosen: dict[int, PositionLiteral] = {}
         for key, (literal, lines) in self.used.items():
-            counts = sum((self.at_line.get(line, Counter()) for line in lines), Counter[Flags]())
+            counts: Counter[Flags] = Counter()
+            for line in lines:
+                counts.update(self.at_line.get(line, {}))
             if counts:
-                chosen[key] = _flagged(literal, counts.most_common(1)[0][0])
+                chosen[key] = _flagged(literal, _most_frequent(counts))
             elif literal.sectors:
                 chosen[key] = replace(literal, sectors=())  # of another maker, and no robot explains them
 
@@ -216,8 +221,10 @@ class _Literals:
         common = chosen.get(id(value))
         if common is None or type(value) is not PositionLiteral:
             return s
-        own = _flagged(value, counts.most_common(1)[0][0])
-        return s if own == common else edited(s, {"targets": (own,)})
+        flags = _most_frequent(counts)
+        if flags == (common.configuration, common.sectors):
+            return s
+        return edited(s, {"targets": (_flagged(value, flags),)})
 
 
 def _has_flags(robot: Robot) -> bool:
@@ -242,7 +249,11 @@ def literal_of_target(e: Expression, symbols: Symbols, routine: str) -> Position
 
 
 def _flagged(literal: PositionLiteral, flags: Flags) -> PositionLiteral:
-    return replace(literal, configuration=flags[0], sectors=flags[1])
+    return _changed_literal(literal, {"configuration": flags[0], "sectors": flags[1]})
+
+
+def _most_frequent(counts: Counter[Flags]) -> Flags:
+    return max(counts, key=counts.__getitem__)
 
 
 def _left_open(program: Program, work: TranslationContext) -> Program:

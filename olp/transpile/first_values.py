@@ -53,7 +53,8 @@ from olp.transpile.context import Fate, TranslationContext, world_of
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.symbols import Symbols, base_of, symbols_of
 
-_PLAIN: Final = (Number, Text, SignalState, PositionLiteral, type(None))
+_NUMBERS_AND_TEXTS: Final = (Number, Text, SignalState)
+_PLAIN: Final = (*_NUMBERS_AND_TEXTS, PositionLiteral, type(None))
 _LEFT: Final = (Named, Item, Binary)  # what is not known before the program runs
 _SETTING: Final = frozenset({Assign, For, ReadInput, Call, Clear})
 _DEEPEST: Final = 20  # a value that names a value that names …
@@ -61,7 +62,7 @@ _DEEPEST: Final = 20  # a value that names a value that names …
 
 def first_values(program: Program, work: TranslationContext) -> Program:
     """All data of the program with literal values."""
-    if all(type(d.value) in _PLAIN for d in program.data) and not any(r.data for r in program.routines):
+    if all(_is_plain(d.value) for d in program.data) and not any(r.data for r in program.routines):
         return program
     symbols = symbols_of(program)
     routines = tuple(
@@ -73,7 +74,7 @@ def first_values(program: Program, work: TranslationContext) -> Program:
 
 
 def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContext) -> Declare:
-    if type(s.value) in _PLAIN or isinstance(s.value, Signal):
+    if _is_plain(s.value) or isinstance(s.value, Signal):
         return s
     value: Expression | None = s.value
     for _ in range(_DEEPEST):
@@ -88,6 +89,13 @@ def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContex
         return replace(s, value=None)
     value = _taught(s, value, work)
     return s if value is s.value else replace(s, value=value)
+
+
+def _is_plain(value: Expression | None) -> bool:
+    """Whether a value is written out: nothing in it is computed, nor a position to be taught."""
+    if type(value) is RecordLiteral:
+        return all(type(e) in _NUMBERS_AND_TEXTS for _, e in value.members)
+    return type(value) in _PLAIN
 
 
 def _taught(s: Declare, value: Expression | None, work: TranslationContext) -> Expression | None:

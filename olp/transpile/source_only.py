@@ -60,7 +60,14 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
+from olp.ir.transformer import (
+    calls_nothing,
+    expressions_of,
+    is_written_out,
+    mapped,
+    note_names,
+    sets_numbers,
+)
 from olp.languages.vendor import (
     ACKNOWLEDGED,
     ENDS_CYCLE,
@@ -424,7 +431,7 @@ def _read_records(routine: Routine) -> set[str]:
     """Those of the forms' records, in capitals, whose members a statement reads: the reader could not resolve them."""
     read: set[str] = set()
     for s in routine.body:
-        if not (isinstance(s, Comment) or sets_numbers(s)):
+        if not (isinstance(s, Comment) or sets_numbers(s) or (isinstance(s, Move) and is_written_out(s))):
             taken = s.value if isinstance(s, Assign) else s
             members = (e.base for e in expressions_of(taken) if isinstance(e, Member))
             read.update(base.name.upper() for base in members if isinstance(base, Named))

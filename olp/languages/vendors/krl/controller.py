@@ -45,7 +45,7 @@ from olp.ir.statements import (
     SpeedUnit,
     Statement,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import expressions_of, is_written_out, mapped, sets_numbers
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl.grammar import line_parser
 from olp.languages.vendors.krl.scope import Scope
@@ -77,11 +77,14 @@ _STATE: Final = "STATE_T"
 
 def with_own_layouts(program: Program) -> Program:
     """The program with the layouts of the controller's own types, where a statement takes a record of them apart."""
+    reading = _reading(program)
+    taken = {_root(e).upper() for s in reading for e in expressions_of(s) if type(e) is Member}
+    taken |= {_root(s.target).upper() for s in reading if isinstance(s, Assign) and _is_record(s)}
+    if not taken:
+        return program
+    taken |= {e.name.upper() for s in _copies(program, taken) for e in expressions_of(s) if type(e) is Named}
     rows = list(_declared(program))
     known = {d.name.upper() for d in rows}
-    taken = {_root(e).upper() for s in _reading(program) for e in expressions_of(s) if type(e) is Member}
-    taken |= {_root(s.target).upper() for s in _reading(program) if isinstance(s, Assign) and _is_record(s)}
-    taken |= {e.name.upper() for s in _copies(program, taken) for e in expressions_of(s) if type(e) is Named}
     extra = [
         Declare(0, name, kind, None, shared=True, native=kind)
         for name, kind in _ACTUAL.items()
@@ -109,14 +112,15 @@ def _declared(program: Program) -> Iterator[Declare]:
         yield from (s for s in r.body if type(s) is Declare)
 
 
-def _reading(program: Program) -> Iterator[Statement]:
-    for s in program.statements():
-        if _is_read(s):
-            yield s
+def _reading(program: Program) -> list[Statement]:
+    return [s for s in program.statements() if _is_read(s)]
 
 
 def _is_read(s: Statement) -> bool:
-    return isinstance(s, Move) or not (isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s))
+    """Whether a statement may read a record, a setting or a place of the controller's, or call a function."""
+    if type(s) is Move:
+        return not is_written_out(s) or _is_place(s.targets[0])
+    return not (isinstance(s, Declare) or sets_numbers(s))
 
 
 def _copies(program: Program, taken: set[str]) -> Iterator[Assign]:
@@ -170,14 +174,15 @@ _PLACES: Final = {"$H_POS": "H_POS", "$AXIS_HOME": "AXIS_HOME"}
 
 def with_kept_settings(program: Program) -> Program:
     """The program with variables for the settings that it reads."""
-    read = {key for s in _reading(program) for e in _values(s) if (key := _setting(e))}
+    reading = _reading(program)
+    read = {key for s in reading for e in _values(s) if (key := _setting(e))}
     # Of single axes, where one variable for all would be another value.
-    read -= {_setting(s.target) for s in program.statements() if isinstance(s, Assign)} - _WHOLE
+    read -= {_setting(s.target) for s in reading if isinstance(s, Assign)} - _WHOLE
     places = {
         e.name.upper()
-        for s in _reading(program)
+        for s in reading
         for e in (_values(s) if not isinstance(s, Assign) else expressions_of(s.value))
-        if type(e) is Named and e.name.upper() in _PLACES
+        if type(e) is Named and _is_place(e)
     }
     if not read and not places:
         return program
@@ -220,6 +225,10 @@ def _values(s: Statement) -> list[Expression]:
     if isinstance(s, Assign) and _setting(s.target):
         return expressions_of(s.value)
     return expressions_of(s)
+
+
+def _is_place(e: Expression) -> bool:
+    return type(e) is Named and e.name.upper() in _PLACES
 
 
 def _setting(e: Expression) -> str:

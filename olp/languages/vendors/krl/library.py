@@ -626,9 +626,14 @@ def without_unknown_types(program: Program) -> Program:
 
 def _as_text(d: Declare, known: set[str]) -> Declare:
     """A variable that begins with a constant of such a type (`#FAST`): the constant is a text."""
-    unknown = _is_unknown(replace(d, value=None), known)
-    return replace(d, type="string", native="CHAR") if unknown and isinstance(d.value, Text) else d
+    if isinstance(d.value, Text) and _has_unknown_type(d, known):
+        return replace(d, type="string", native="CHAR")
+    return d
 
 
 def _is_unknown(d: Declare, known: set[str]) -> bool:
-    return d.value is None and d.type not in _OWN_TYPES and d.type.casefold() not in known
+    return d.value is None and _has_unknown_type(d, known)
+
+
+def _has_unknown_type(d: Declare, known: set[str]) -> bool:
+    return d.type not in _OWN_TYPES and d.type.casefold() not in known
