@@ -40,7 +40,7 @@ _TOLD = 200  # diagnostics of one answer
 
 
 def cell(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The table of `olp time FOLDER`; {} where nothing has changed since the answer with the stamp `known`."""
+    """Return the table of `olp time FOLDER`; {} where no file has changed since the answer with the stamp `known`."""
     from olp.languages.vendor import vendor_suffixes
     from olp.reports.batch import Job, time_files
     from olp.reports.formats.report import Options
@@ -83,7 +83,9 @@ def _stamp_files(update: Callable[[bytes], None], folder: str, names: Sequence[s
 
 
 def cell_table(parts: Sequence[ReportPart]) -> dict[str, Any]:
-    """Programs in the order of `olp time`, called ones below their caller; totals over those that are started."""
+    """Return the rows in the order of `olp time`, called programs below their caller, and totals over the started
+    programs.
+    """
     from olp.reports.batch import shown
     from olp.reports.cell import ProgramCost, cell_tree, spelled_time, told_branches
     from olp.reports.formats._table import at_least
@@ -131,7 +133,7 @@ def compare(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def what_if_lines(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Which lines of a program can be changed, and their times as they are [s]."""
+    """Return the lines of a program that can be changed, and their present times [s]."""
     from olp.checks.what_if import editable_lines, seconds_by_line
     from olp.runtime.plan import leaves_open
 
@@ -150,7 +152,7 @@ def what_if_lines(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def what_if_times(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The times [s] with the changes of a request, whole and line by line. Nothing is written."""
+    """Return the times [s] with the requested changes, in total and per line. No file is written."""
     from olp.checks.what_if import seconds_by_line
     from olp.identification.timing_job import time_program
 
@@ -167,14 +169,14 @@ def what_if_times(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def what_if_files(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The edited files: name -> text as hexadecimal bytes, for a download."""
+    """Return the edited files for a download: name -> content as hexadecimal digits."""
     program, _ = _timed(desk, desk.file(given))
     edited = _edited(program, given)
     return {Path(one.path).name: one.raw.hex() for one in edited.sources or (program.source,)}
 
 
 def page(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The page of `olp report` about a program as it stands on the disk, or with the changes of a request."""
+    """Return the page of `olp report` about a program on the disk, with the requested changes if there are some."""
     file = desk.file(given)
     job = _with_override(desk.setting.job, given)
     words = [*desk.setting.words]
@@ -203,7 +205,7 @@ def _in_place_of_files(sources: Sequence[Source]) -> Iterator[None]:
 
 
 def _timed(desk: Desk, file: str) -> tuple[Program, Timing]:
-    """The program as it stands on the disk, and its times; those of the last request while nothing changed."""
+    """Return the program on the disk and its times; those of the last request while no file has changed."""
     from olp.identification.timing_job import time_program
     from olp.languages.vendor import read
 
@@ -255,7 +257,7 @@ def _is_change(row: Any) -> bool:
 
 
 def _with_override(job: TimingJob, given: Mapping[str, Any]) -> TimingJob:
-    """With the program override of the request [%], if it has one. Raises OlpError (Z006)."""
+    """Return the job with the request's program override [%], if there is one. Raises OlpError (Z006)."""
     percent = given.get("override")
     if percent is None:
         return job
@@ -265,7 +267,9 @@ def _with_override(job: TimingJob, given: Mapping[str, Any]) -> TimingJob:
 
 
 def diagnose(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The report of `olp diagnose` about the files that were dropped on the page; only in a worker of its own."""
+    """Return the diagnosis of the files that were dropped on the page. Runs in a worker of its own, because it
+    changes the current folder.
+    """
     job = str(desk.setting.folder / desk.file(given, "job")) if given.get("job") else ""
     # What is told then names the files as they came, not by where they lie meanwhile.
     os.chdir(desk.temporary)
@@ -284,7 +288,7 @@ ANSWERS: dict[str, Callable[[Desk, Mapping[str, Any]], dict[str, Any]]] = {
 
 
 def answered(desk: Desk, request: dict[str, Any]) -> bytes:
-    """The answer as a message. Never raises."""
+    """Return the answer to a request as a message. Never raises."""
     try:
         return packed({"answer": ANSWERS[request["ask"]](desk, request["given"])})
     except OlpError as refused:
@@ -302,7 +306,7 @@ def answered(desk: Desk, request: dict[str, Any]) -> bytes:
 
 
 def main(command_line: CommandLine) -> None:
-    """Until standard input ends. Whatever is printed besides answers goes to the error stream."""
+    """Answer requests until standard input ends. Other prints go to standard error."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     setting = WorkerSetting.from_json(received(sys.stdin.buffer))

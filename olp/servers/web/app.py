@@ -46,7 +46,7 @@ _ALONE = 1  # recordings at once
 
 
 class PageWorker:
-    """One process and its own temporary folder, which goes with it."""
+    """A worker process and its temporary folder, which is removed with it."""
 
     def __init__(self, process: Process, temporary: tempfile.TemporaryDirectory[str]) -> None:
         self._process = process
@@ -64,7 +64,9 @@ class PageWorker:
         return Path(os.path.realpath(self._temporary.name))
 
     async def ask(self, request: dict[str, Any], seconds: float) -> dict[str, Any]:
-        """The answer. Raises OlpError: what the worker refuses, and Z005; then it has to be ended."""
+        """Return the answer. Raises OlpError: what the worker rejects, and Z005, after which the worker must be
+        ended.
+        """
         try:
             told = await asyncio.wait_for(self._asked(request), seconds)
         except TimeoutError:
@@ -93,7 +95,7 @@ class PageWorker:
 
 
 class WorkerPool:
-    """`seconds` [s]: of one request."""
+    """The worker processes of the page. `seconds` [s]: the time limit of one request."""
 
     def __init__(self, setting: WorkerSetting, seconds: float) -> None:
         self._setting = setting
@@ -104,11 +106,11 @@ class WorkerPool:
         self._alone = asyncio.Semaphore(_ALONE)
 
     async def warm(self) -> None:
-        """Starts the workers before somebody waits for them."""
+        """Start the workers before the first request."""
         self._free = [await self._start() for _ in range(_KEPT)]
 
     async def ask(self, what: str, given: dict[str, Any]) -> dict[str, Any]:
-        """The answer of a kept worker. Raises OlpError."""
+        """Return the answer of one of the running workers. Raises OlpError."""
         async with self._places:
             worker = self._free.pop() if self._free else await self._start()
             try:
@@ -122,7 +124,9 @@ class WorkerPool:
     async def ask_alone(
         self, what: str, given: dict[str, Any], fill: Callable[[Path], None]
     ) -> dict[str, Any]:
-        """The answer of a worker for this request alone, whose folder `fill` has filled. Raises OlpError."""
+        """Return the answer of a new worker for this request alone; `fill` puts the files into its folder. Raises
+        OlpError.
+        """
         async with self._alone:
             worker = await self._start()
             try:
@@ -132,7 +136,7 @@ class WorkerPool:
                 await self._end(worker)
 
     async def close(self) -> None:
-        """Ends all workers, also those that are at work."""
+        """End all workers, busy ones included."""
         for worker in list(self._all):
             await self._end(worker)
 
@@ -176,9 +180,10 @@ _PROBLEM_POLICY: Final = f"{_OWN}frame-ancestors 'self'"
 
 
 class Doorkeeper:
-    """Lets through who knows the token and asks this host by its own name; the rest learn nothing.
+    """Lets requests pass that carry the token and name this host; all others get no information.
 
-    Another name in Host is another site's, whose name leads here (DNS rebinding); another Origin is another page.
+    A foreign Host header means that another site's name resolves to this machine (DNS rebinding); a foreign Origin
+    header means that another page sent the request.
     """
 
     def __init__(self, app: ASGIApp, token: str, port: int) -> None:
@@ -225,7 +230,9 @@ def _with_headers(send: Send) -> Send:
 
 
 def _bounded(scope: Scope, receive: Receive) -> Receive:
-    """Raises OlpError (Z003) when more comes than one may send, whatever its header says."""
+    """Return `receive` with a limit of the body's size, whatever its header states. Raises OlpError (Z003) beyond
+    it.
+    """
     most = MOST_BYTES if scope["path"].endswith("/api/diagnose") else _MOST_JSON
     size = 0
 
@@ -244,7 +251,7 @@ Answer = Callable[["FolderSite", Request], Awaitable[Response]]
 
 
 def told(answer: Answer) -> Callable[[FolderSite, Request], Awaitable[Response]]:
-    """What is refused or fails becomes diagnostics: as JSON, or as a page where a page was asked for."""
+    """Wrap a handler so that errors become diagnostics: as JSON, or as a page where a page was requested."""
 
     async def answered(site: FolderSite, request: Request) -> Response:
         status = 422

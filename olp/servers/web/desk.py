@@ -63,13 +63,13 @@ class WorkerSetting:
 
 
 def packed(message: Any) -> bytes:
-    """The bytes of a message."""
+    """Return a message as bytes: its length in `HEAD` bytes, then its JSON text."""
     data = json.dumps(message, allow_nan=False).encode("utf-8", "replace")
     return len(data).to_bytes(HEAD, "big") + data
 
 
 def received(stream: BinaryIO) -> Any:
-    """The next message; None at the end."""
+    """Return the next message of the stream; None at its end."""
     head = stream.read(HEAD)
     if len(head) < HEAD:
         return None
@@ -86,7 +86,7 @@ class Desk:
     timed: tuple[tuple[str, str], Program, Timing] | None = None
 
     def file(self, given: Mapping[str, Any], name: str = "file") -> str:
-        """A file of the folder that the request names. Raises OlpError (Z001, Z002, Z006)."""
+        """Return the path of a file of the folder that the request names. Raises OlpError (Z001, Z002, Z006)."""
         path = given.get(name)
         if not isinstance(path, str):
             raise OlpError(error("Z006", f"{name}: must be a text, the path of a file"))
@@ -96,11 +96,11 @@ class Desk:
         return plain
 
     def ran(self, *words: str) -> bytes:
-        """What `olp WORD…` printed. Raises OlpError for bad input."""
+        """Return what `olp WORD…` printed. Raises OlpError for bad input."""
         return captured(self.command_line, words).printed
 
     def page(self, *words: str) -> str:
-        """What `olp WORD…` wrote to the file that it gets behind its words. Raises OlpError for bad input."""
+        """Run `olp WORD… FILE` and return the text that it wrote to FILE. Raises OlpError for bad input."""
         target = self.temporary / "page.html"
         try:
             captured(self.command_line, [*words, str(target)])
@@ -116,7 +116,9 @@ _PART = re.compile(r'[^\x00-\x1f\x7f<>:"/\\|?*]{1,200}')
 
 
 def plain_path(name: str) -> PurePosixPath:
-    """The path that an upload or an archive says, below a folder of its own. Raises OlpError (Z012)."""
+    """Return the relative path that an upload or an archive names. Raises OlpError (Z012) for one that is not
+    allowed.
+    """
     parts = name.split("/")
     plain = len(parts) <= _DEEPEST and all(
         _PART.fullmatch(part) and not part.endswith((".", " ")) for part in parts
@@ -128,7 +130,7 @@ def plain_path(name: str) -> PurePosixPath:
 
 
 def diagnosed(desk: Desk, folder: Path, job: str) -> dict[str, Any]:
-    """The report about the files in `folder`. `job`: the program that ran, "" for none. Raises OlpError."""
+    """Return the diagnosis of the recording in `folder`. `job`: the program that ran, "" for none. Raises OlpError."""
     for archive in [file for file in _files(folder) if file.suffix.lower() == ".zip"]:
         _unpack(archive)
         archive.unlink()
@@ -181,7 +183,7 @@ def _logs(desk: Desk, files: Sequence[Path], tables: Sequence[Path]) -> list[Pat
 
 
 def _unpack(archive: Path) -> None:
-    """The files of an archive, beside it. Raises OlpError (Z003, Z012) before one of them is written."""
+    """Extract an archive beside it. Raises OlpError (Z003, Z012) before any file is written."""
     try:
         with zipfile.ZipFile(io.BytesIO(read_input(archive, MOST_BYTES))) as packed:
             members = [member for member in packed.infolist() if not member.is_dir()]
