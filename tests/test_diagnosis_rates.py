@@ -8,7 +8,7 @@ import recordings
 from cpu_time import cpu_time_below
 
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.axis_rates import PLACES, limits_from_times, rates_of
+from olp.identification.diagnosis.axis_rates import PLACES, _over, limits_from_times, rates_of
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recorded_plan import case_of
@@ -375,3 +375,12 @@ def test_a_stretched_arm_slows_joint_moves_as_far_as_the_first_axis_is_the_slowe
     best = fit(DurationModel((ModelPart(term, form, np.array([0.3])),)), moves, Noise(1e-5), 30)
     assert best.model.parts[0].values == pytest.approx([0.8], rel=1e-3)
     np.testing.assert_allclose(best.model.seconds(moves), measured, atol=1e-4)
+
+
+def test_a_limit_that_a_step_of_the_fit_takes_beyond_all_numbers_is_none():
+    per = np.array([[1.0, 2.0], [2.0, 1.0]])
+    logs = np.array([0.0, 800.0, 0.0, 0.0])  # speeds of two axes, then accelerations
+    with np.errstate(all="raise"):
+        off, (fastest, _), _ = _over(logs, per, per, np.ones(2), together=True)
+    np.testing.assert_array_equal(fastest, [0, 0])
+    assert off == pytest.approx(np.log([2.0 / np.sqrt(0.5), 3.0]))

@@ -642,8 +642,8 @@ def _over(
 ) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats]]:
     """(n,) logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
     that logarithm changes with those of the two limits."""
-    speeds, accelerations = np.exp(logs.reshape(2, -1))
-    with np.errstate(divide="ignore", over="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):  # a step of the fit may lead to a limit that is none
+        speeds, accelerations = np.exp(logs.reshape(2, -1))
         paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
     at = np.arange(len(sim))
     if together:

@@ -144,7 +144,7 @@ def _answer(
         before=errors_of(case.residual, case.measured),
         heldout_before=errors_of(raw, named.clean.measured),
         heldout_after=errors_of(held, named.clean.measured),
-        placebo=evidence.placebo(named.fit, named.clean, named.noise, named.shelf),
+        placebo=evidence.placebo(named.fit, named.clean, named.shelf),
         notes=(*notes, *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
         log=_log_json(log),

@@ -352,7 +352,7 @@ def found_in(case: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
 
 
 def placebo(
-    fitted: ModelFit, case: MeasuredMoves, noise: Noise, shelf: PartShelf, times: int = 200, seed: int = 1
+    fitted: ModelFit, case: MeasuredMoves, shelf: PartShelf, times: int = 200, seed: int = 1
 ) -> float:
     """Share of shuffles of what the model leaves among the moves in which some term would be worth its price, to first
     order: the largest of all gains, so that looking at many terms is counted (P. Westfall, S. Young, 1993)."""

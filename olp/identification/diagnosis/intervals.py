@@ -80,7 +80,7 @@ def parameters_with_intervals(
     index_of = {id(part): k for k, part in enumerate(fitted.model.parts)}
     for k, (part, parameter, value) in enumerate(parameters_of(fitted.model)):
         if part.term.name == LATTICE:
-            error = _QUANTILE * _lattice_error(case, fitted, value)
+            error = _QUANTILE * _lattice_error(case, value)
             told = FittedParameter(value, parameter.unit, value - error, value + error)
         else:
             told = _told(parameter, value, low[k], high[k])
@@ -217,7 +217,7 @@ def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -
     return _Errors(np.where(known, np.sqrt(plain), 0.0), np.where(known, np.sqrt(whole), 0.0))
 
 
-def _lattice_error(case: MeasuredMoves, fitted: ModelFit, cycle: float) -> float:
+def _lattice_error(case: MeasuredMoves, cycle: float) -> float:
     """[s] of a cycle: the durations are m c + noise, so the variance is s² / Σ m² (a line through the origin)."""
     counts = np.round(case.measured / cycle)
     off = case.measured - counts * cycle

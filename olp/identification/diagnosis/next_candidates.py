@@ -128,7 +128,7 @@ def _rows(
     run = 0
     for line, share in product(range(len(lines.start)), _SPEEDS):
         whole, speed = float(lines.length[line]), round(round(share * top / _PACE) * _PACE, 7)
-        if speed <= 0 or not _possible(case, lines, line, speed, top):
+        if speed <= 0 or not _possible(case, lines, line, speed):
             continue
         parts = [p for p in _PARTS if SHORTEST <= p * whole <= _LONGEST * speed] + [_STROKE / whole]
         for load, when in product(range(loads), times):
@@ -151,7 +151,7 @@ def usual_rounding(case: MeasuredMoves) -> float:
     return float(np.median(rounded)) if len(rounded) else _USUAL_ROUNDING
 
 
-def _possible(case: MeasuredMoves, lines: StraightLines, line: int, speed: float, top: float) -> bool:
+def _possible(case: MeasuredMoves, lines: StraightLines, line: int, speed: float) -> bool:
     """Nothing faster than recorded, but where every axis stays below its rated speed all along."""
     rated = case.rates.rated if case.rates is not None and case.rates.exact else None
     if lines.rates is None or not lines.checked[line] or rated is None:
