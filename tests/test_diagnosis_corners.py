@@ -139,3 +139,17 @@ def test_a_single_move_is_judged_without_a_word_of_the_libraries(tmp_path, recwa
     few = replace(one, moves=one.moves.take(np.arange(1))) if hasattr(one.moves, "take") else one
     diagnose.diagnose_recording(few)
     assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
+
+
+def test_a_corner_into_another_job_is_one_and_the_end_of_the_recording_tells_no_stop(tmp_path):
+    """A job that calls another one was taken to stop: its roundings were left over, or counted as settling."""
+    made, rng = programmed()
+    made.stop[-1], made.blend[-1] = False, 0.02
+    real = driven(made)
+    alone = recorded(tmp_path, made, real, real, rng)
+    jobs = tuple(f"JOB{n // 4}" for n in range(len(alone.moves)))
+    one, several = (case_of(x).case for x in (alone, replace(alone, moves=replace(alone.moves, job=jobs))))
+    np.testing.assert_array_equal(several.stop_start, one.stop_start)
+    np.testing.assert_array_equal(several.stop_end, one.stop_end)
+    assert one.stop_end.sum() == made.stop.sum()
+    assert not one.stop_end[-1]

@@ -116,7 +116,7 @@ def _case(
         end=moves.end[rows],
         turn=_turn(moves)[rows],
         stop_start=stop_start[rows],
-        stop_end=stop_end[rows],
+        stop_end=(stop_end & _is_told(moves))[rows],
         blend=blend[rows],
         blend_start=blend_start[rows],
         corner=_corner(moves)[rows],
@@ -374,12 +374,13 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
 
 
 def _ends(moves: RecordedMoves) -> tuple[Mask, Mask, Rows]:
-    """Which moves begin at, and end in, an exact stop; and the row each goes on from, -1 for none."""
+    """Which moves begin at, and end in, an exact stop; and the row each goes on from, -1 for none.
+
+    A job that calls another one goes on from where the arm is: controllers round such a corner as any other.
+    """
     stop_end = moves.stops.copy() | (moves.kind == WAIT)
     before = np.full(len(moves), -1, dtype=np.int64)
-    same = np.array([False, *(a == b for a, b in zip(moves.job[:-1], moves.job[1:], strict=True))])
-    same &= np.concatenate([[False], (moves.cycle[1:] == moves.cycle[:-1])])
-    before[1:] = np.where(same[1:], np.arange(len(moves) - 1), -1)
+    before[1:] = np.where(moves.cycle[1:] == moves.cycle[:-1], np.arange(len(moves) - 1), -1)
     stop_start = np.ones(len(moves), dtype=bool)
     has = before >= 0
     stop_start[has] = stop_end[before[has]]
@@ -390,6 +391,13 @@ def _ends(moves: RecordedMoves) -> tuple[Mask, Mask, Rows]:
     follows = np.zeros(len(moves), dtype=bool)
     follows[:-1] = has[1:] & (gap[1:] <= _NEAR * 10) & (moves.kind[1:] != WAIT)
     return stop_start, stop_end | ~follows, np.where(stop_start, -1, before)
+
+
+def _is_told(moves: RecordedMoves) -> Mask:
+    """(n,) Whether the recording tells how a move ends: not of a last one that is rounded into what is not recorded."""
+    told = np.ones(len(moves), dtype=bool)
+    told[-1:] = moves.stops[-1:] | (moves.kind[-1:] == WAIT)
+    return told
 
 
 def _blends(recording: Recording, notes: list[str]) -> Floats:
