@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis import diagnose
+from olp.identification.diagnosis.case_making import _ends
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 
@@ -153,3 +154,8 @@ def test_a_corner_into_another_job_is_one_and_the_end_of_the_recording_tells_no_
     np.testing.assert_array_equal(several.stop_end, one.stop_end)
     assert one.stop_end.sum() == made.stop.sum()
     assert not one.stop_end[-1]
+    nowhere = np.full_like(alone.moves.start, np.nan)
+    unplaced = replace(alone.moves, job=jobs, start=nowhere, end=nowhere)
+    stops, _, _ = _ends(unplaced)
+    assert stops[::4].all()
+    assert not stops.all()

@@ -376,16 +376,20 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
 def _ends(moves: RecordedMoves) -> tuple[Mask, Mask, Rows]:
     """Which moves begin at, and end in, an exact stop; and the row each goes on from, -1 for none.
 
-    A job that calls another one goes on from where the arm is: controllers round such a corner as any other.
+    A job that calls another one goes on from where the arm is: controllers round such a corner as any other. Where no
+    positions show that the next job begins there, the arm is taken to stop.
     """
     stop_end = moves.stops.copy() | (moves.kind == WAIT)
+    gap = np.zeros(len(moves))
+    gap[1:] = np.linalg.norm(moves.start[1:] - moves.end[:-1], axis=1)
+    same_job = np.array([True, *(a == b for a, b in zip(moves.job[:-1], moves.job[1:], strict=True))])
+    goes_on = (same_job | np.isfinite(gap))[1:] & (moves.cycle[1:] == moves.cycle[:-1])
+    gap = np.nan_to_num(gap)
     before = np.full(len(moves), -1, dtype=np.int64)
-    before[1:] = np.where(moves.cycle[1:] == moves.cycle[:-1], np.arange(len(moves) - 1), -1)
+    before[1:] = np.where(goes_on, np.arange(len(moves) - 1), -1)
     stop_start = np.ones(len(moves), dtype=bool)
     has = before >= 0
     stop_start[has] = stop_end[before[has]]
-    gap = np.zeros(len(moves))
-    gap[1:] = np.nan_to_num(np.linalg.norm(moves.start[1:] - moves.end[:-1], axis=1))
     stop_start |= gap > _NEAR * 10
     # The last move before a jump or the file's end has nothing to round into.
     follows = np.zeros(len(moves), dtype=bool)
