@@ -34,6 +34,12 @@ _OPENERS = {If: "IFTHEN", While: "WHILE", For: "FOR", Switch: "SWITCH", Repeat: 
 _CLOSERS = {EndIf: If, EndWhile: While, Next: For, EndSwitch: Switch, Until: Repeat}
 LOOPS: Final = (While, For, Repeat)
 _BRANCHES = {ElseIf: If, Else: If, Case: Switch, Default: Switch}
+# Message and help of what does not pair, without a keyword: for languages with other words.
+UNPAIRED: Final = {
+    "P110": ("this block is never closed", "add its end after its last statement"),
+    "P111": ("this belongs to a block that is not open", "remove it, or open the block above it"),
+    "P114": ("this belongs inside of a loop", "remove it, or put it into a loop"),
+}
 _CLOSER_WORD = {If: "ENDIF", While: "ENDWHILE", For: "NEXT", Switch: "ENDSWITCH", Repeat: "UNTIL"}
 
 

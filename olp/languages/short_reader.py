@@ -327,25 +327,17 @@ def unreadable(vendor: str, source: Source, findings: Findings) -> Program:
     return Program(vendor, source, (), findings.result(), bytes(findings.kinds))
 
 
-# What is told of blocks that do not pair, without a keyword: the line is shown, and each language has its own words.
-_UNPAIRED: Final = {
-    "P110": ("this block is never closed", "add its end after its last statement"),
-    "P111": ("this belongs to a block that is not open", "remove it, or open the block above it"),
-    "P114": ("this belongs inside of a loop", "remove it, or put it into a loop"),
-}
-
-
 def check_blocks(findings: Findings, body: Sequence[Statement], code: str) -> None:
     """Reports each block that is not closed or not opened, and each label that is missing or repeated, as `code`.
 
     `body`: the statements of one routine.
     """
-    from olp.ir.block_structure import pair
+    from olp.ir.block_structure import UNPAIRED, pair
 
     for problem in pair(body).problems:
         span = findings.whole_line(problem.line) if problem.line else Span(0)
         tell = findings.error if problem.is_error else findings.warning
-        message, help = _UNPAIRED.get(problem.code, (problem.message, problem.help))
+        message, help = UNPAIRED.get(problem.code, (problem.message, problem.help))
         tell(code, message.replace("*", ""), span, help.replace("*", ""))
 
 

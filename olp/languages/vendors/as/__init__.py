@@ -24,7 +24,7 @@ class As(Vendor):
     title = "Kawasaki AS"
     suffixes = (".as", ".pg")
     reads = statements(
-        "SetSpeed PulseOutput Label Jump ElseIf While EndWhile For Next Switch EndSwitch Pause Repeat "
+        "SetSpeed PulseOutput Process Label Jump ElseIf While EndWhile For Next Switch EndSwitch Pause Repeat "
         "Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
     )
     conventions = Conventions(
