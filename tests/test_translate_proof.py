@@ -305,3 +305,19 @@ def test_routines_that_nobody_calls_are_started_each_with_what_they_use(target):
     assert found.verdict.holds()
     assert not found.unreached
     assert [(name, one.steps, one.differences) for name, one in found.starts.items()] == [("second", 3, [])]
+
+
+def test_a_routine_is_a_start_whatever_words_of_ours_its_name_is():
+    """A routine called Message was taken for one that a statement names, and never run."""
+    ours = ["Message", "signal", "tool", "value"]
+    rows = [
+        "PROC first()",
+        'TPWrite "go"+NumToStr(2,0);',
+        "MoveL p1,v100,fine,tool0;",
+        "SetDO do1,1;",
+        "ENDPROC",
+    ]
+    for name in ours:
+        rows += [f"PROC {name}()", "WaitTime 1;", "ENDPROC"]
+    source = with_starts(read("\r\n".join(["MODULE M", *PLACES, *rows, "ENDMODULE"]), "rapid"))
+    assert [r.name for r in source.routines if r.starts] == ours

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from enum import Enum
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from olp.core.diagnostic import Diagnostic, errors
 from olp.core.source import Source
-from olp.ir.expressions import CallValue, Expression, Named, Number, RecordLiteral, Store, Variable
+from olp.ir.expressions import CallValue, Expression, Function, Named, Number, RecordLiteral, Store, Variable
 from olp.ir.program import (
     Assign,
     Call,
@@ -112,6 +113,8 @@ def link(program: Program, to: str = "", others: Sequence[Path] = ()) -> Linked:
 _MOVES_OR_WAITS: Final = (Call, Dwell, Move, PulseOutput, SetOutput, Wait)
 _WITHOUT_NAMES: Final = (Assign, Else, ElseIf, EndIf, For, If, Return, SetOutput, While)
 _NAME: Final = re.compile(r"\w+")
+# Fields of statements and expressions that hold no word of the program, and comments.
+_OWN_WORDS: Final = frozenset({"bus", "comment", "kind", "operator", "spelling", "storage", "type"})
 
 
 def with_starts(program: Program) -> Program:
@@ -141,8 +144,23 @@ def _named_routines(program: Program) -> set[str]:
             if isinstance(s, (*_WITHOUT_NAMES, Call, Move)):
                 found |= {e.routine.casefold() for e in expressions_of(s) if type(e) is CallValue}
             else:
-                found |= set(_NAME.findall(repr(s).casefold()))
+                found |= {word for text in _texts(s) for word in _NAME.findall(text.casefold())}
     return found
+
+
+def _texts(node: object) -> Iterator[str]:
+    """Every text in a statement, names and kept words alike; no word of this package, such as a name of a field."""
+    if isinstance(node, str):
+        if not isinstance(node, Enum):
+            yield node
+    elif isinstance(node, (tuple, frozenset)):
+        for part in node:
+            yield from _texts(part)
+    elif is_dataclass(node) and not isinstance(node, type):
+        own = _OWN_WORDS if type(node) is not Function else _OWN_WORDS | {"name"}
+        for one in fields(node):
+            if one.name not in own:
+                yield from _texts(getattr(node, one.name))
 
 
 class Whole(NamedTuple):
