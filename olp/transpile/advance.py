@@ -45,14 +45,14 @@ from olp.languages.vendor import find_vendor, vendor_names
 from olp.runtime.plan import BlendCode, StepKind
 from olp.runtime.signals import PERIPHERY
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.current_position import reads_place
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.reaching_definitions import Key, reaching
 
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _WAITING: Final = (PulseOutput, Wait, Dwell, Pause)
 _QUIET: Final = (Comment, Declare, Begin, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame)
-_PLACE: Final = frozenset({"current-pose", "current-joints"})
-_ACTUAL: Final = _PLACE | {"timer"}
+_ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
 CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
 _WORD: Final = (("", Text("CONTINUE")),)
 _SAYS: Final = "what follows waits for the arm, so it stops here whatever its blend"
@@ -128,7 +128,7 @@ def continued(program: Program, work: TranslationContext) -> Program:
         for index, s in enumerate(routine.body):
             if (routine.name, index) in waiting:
                 before = ways.at(routine.name, index, _LAST)
-                if work.conventions.waits_before_reading and _reads_place(s):
+                if work.conventions.waits_before_reading and reads_place(s):
                     read |= {n for n in before if n > 0}
                 elif before and min(before) > 0:
                     work.lose(s, Fate.APPROXIMATED, "order", _AHEAD)
@@ -142,10 +142,6 @@ def continued(program: Program, work: TranslationContext) -> Program:
     for n in sorted(read):
         work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _READ)
     return with_routines(program, routines)
-
-
-def _reads_place(s: Statement) -> bool:
-    return any(isinstance(e, SystemValue) and e.name in _PLACE for e in expressions_of(s))
 
 
 def _is_standing(s: Statement, names: Set[str]) -> bool:

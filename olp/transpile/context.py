@@ -9,7 +9,7 @@ from __future__ import annotations
 import collections.abc
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf, nan
@@ -99,6 +99,18 @@ class Loss:
     def leaves_out(self) -> bool:
         """Whether nothing of the statement is left in the target but a comment."""
         return self.fate is not Fate.APPROXIMATED and self.part == "statement"
+
+
+def partly_left_out(program: Program, losses: Sequence[Loss]) -> set[int]:
+    """Lines that hold several statements, of which some are left out and others are not: losses tell their kinds."""
+    lost = {(loss.line, loss.statement) for loss in losses}
+    lines = {loss.line for loss in losses if loss.line}
+    left: set[int] = set()
+    kept: set[int] = set()
+    for s in program.statements() if lines else ():
+        if s.line in lines:
+            (left if (s.line, kind_of(s)) in lost else kept).add(s.line)
+    return left & kept
 
 
 @dataclass(frozen=True, slots=True)

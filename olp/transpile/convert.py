@@ -28,7 +28,7 @@ from olp.ir.terminology import kind_of
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of, refuse_unwritable
 from olp.transpile.commented_out import text_alone, with_texts
-from olp.transpile.context import Context, Fate, Loss, Translated
+from olp.transpile.context import Context, Fate, Loss, Translated, partly_left_out
 from olp.transpile.dead_code import name_of
 from olp.transpile.pipeline import MOST_AGAIN, asked_inputs, canonical, plan_of, refusals
 
@@ -442,8 +442,6 @@ def runs_of(
 
 def _without(program: Program, losses: Sequence[Loss]) -> Program:
     """The program with nothing in the place of the statements that are left out of its translation."""
-    from olp.transpile.receipt import partly_left_out
-
     lines = {loss.line for loss in losses}
     if not lines:
         return program

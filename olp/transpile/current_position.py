@@ -188,7 +188,7 @@ def _current_position_moves_routine(routine: Routine, program: Program, work: Tr
                 stand.append(at)
         if (
             not work.conventions.waits_before_reading
-            and _reads_place(s)
+            and reads_place(s)
             and isinstance(_before(body, at), int)
         ):
             work.lose(s, Fate.APPROXIMATED, "position", _ON_THE_WAY)
@@ -218,10 +218,10 @@ def _reads(s: Statement, work: TranslationContext) -> bool:
     if isinstance(s, Move) and s.relative is not None:
         return not _is_native(s.relative, work.limits.native_offsets)
     waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
-    return waits and _reads_place(s)
+    return waits and reads_place(s)
 
 
-def _reads_place(s: Statement) -> bool:
+def reads_place(s: Statement) -> bool:
     """Whether a statement reads where the arm is."""
     return not calls_nothing(s) and any(
         (isinstance(e, SystemValue) and e.name in _READ) or systems_of(e) is not None

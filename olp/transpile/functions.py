@@ -44,9 +44,8 @@ from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
 from olp.transpile.symbols import Symbols, base_of, kind_of_value
 from olp.transpile.temporaries import joins_calls
-from olp.transpile.typed_values import whole_decimals
+from olp.transpile.typed_values import AS_TEXT, whole_decimals
 
-_AS_TEXT: Final = "text-of-value"
 _NEAR = 0.01  # [rad] by which the calibration of one arm moves the joints that reach a pose
 
 
@@ -65,9 +64,9 @@ def functions(program: Program, work: TranslationContext) -> Program:
 
         def change(e: Expression, name: str = routine.name, at: list[Statement] = at) -> Expression:
             e = _shorter(e, symbols, name)
-            if type(e) is Function and e.name == _AS_TEXT:
+            if type(e) is Function and e.name == AS_TEXT:
                 _refuse_places(e, at[0], symbols, name, work)
-            if not work.limits.text_decimals and type(e) is Function and e.name == _AS_TEXT:
+            if not work.limits.text_decimals and type(e) is Function and e.name == AS_TEXT:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)

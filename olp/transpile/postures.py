@@ -325,6 +325,7 @@ class _Reached:
 
 _NAMED: Final = {"tool": "tool", "user": "frame"}
 
+
 # --- Configurations ---
 # Arm configurations: kept where the target says them; where it does not, told.
 

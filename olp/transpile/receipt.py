@@ -27,7 +27,7 @@ from olp.ir.terminology import kind_of
 from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
-from olp.transpile.context import PROCESS, Fate, Loss, Translated
+from olp.transpile.context import PROCESS, Fate, Loss, Translated, partly_left_out
 from olp.transpile.correspondence import MadeUpRun, blamed, renamer
 from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
@@ -228,18 +228,6 @@ class Receipt:
     def place(self, loss: Loss) -> tuple[str, int]:
         """File and line of a loss; line 0: the program as a whole."""
         return self.places.get(loss.line, (self.source, loss.line))
-
-
-def partly_left_out(program: Program, losses: Sequence[Loss]) -> set[int]:
-    """Lines that hold several statements, of which some are left out and others are not: losses tell their kinds."""
-    lost = {(loss.line, loss.statement) for loss in losses}
-    lines = {loss.line for loss in losses if loss.line}
-    left: set[int] = set()
-    kept: set[int] = set()
-    for s in program.statements() if lines else ():
-        if s.line in lines:
-            (left if (s.line, kind_of(s)) in lost else kept).add(s.line)
-    return left & kept
 
 
 def receipt_of(

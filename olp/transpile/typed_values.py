@@ -326,7 +326,7 @@ def exclusive(program: Program, work: TranslationContext) -> Program:
 # Some languages take a number or a state where they show a text, and write it as one; others want that to be said.
 
 _JOINED: Final = "joined-text"
-_AS_TEXT: Final = "text-of-value"
+AS_TEXT: Final = "text-of-value"
 _NO_TEXTS: Final = _NUMBERS | _PLACES | {"boolean"}
 
 
@@ -339,14 +339,14 @@ def shown_values(program: Program, work: TranslationContext) -> Program:
     def shown(e: Expression, routine: str) -> Expression:
         if type(e) is Member or kind_of_value(symbols, routine, e) not in _NO_TEXTS:
             return e
-        return Function(_AS_TEXT, (_as_state(e, symbols, routine),))
+        return Function(AS_TEXT, (_as_state(e, symbols, routine),))
 
     def change(e: Expression, routine: str) -> Expression:
         if type(e) is not Function or not e.arguments:
             return e
         if e.name == _JOINED:
             return replace(e, arguments=tuple(shown(one, routine) for one in e.arguments))
-        if e.name == _AS_TEXT:
+        if e.name == AS_TEXT:
             first, *more = e.arguments
             if kind_of_value(symbols, routine, first) == "string":
                 return first
@@ -371,7 +371,7 @@ def _shows_values(s: Statement) -> bool:
         return False
     if type(s) is Message and type(s.text) is not Text:
         return True
-    return any(type(e) is Function and e.name in (_JOINED, _AS_TEXT) for e in expressions_of(s))
+    return any(type(e) is Function and e.name in (_JOINED, AS_TEXT) for e in expressions_of(s))
 
 
 def _as_state(e: Expression, symbols: Symbols, routine: str) -> Expression:
