@@ -106,6 +106,23 @@ def test_what_only_the_inputs_let_happen_is_compared_too():
     assert [one.line for one in receipt.again[0].found] == [14]
 
 
+def test_what_comes_behind_a_wait_that_is_not_timed_out_is_compared():
+    rows = [*ROWS[:2], "WaitDI di6,1\\MaxTime:=5\\TimeFlag:=late;", "IF late RETURN;", *ROWS[2:4]]
+    source = module(*rows, data=[*PLACES, "VAR bool late;"])
+    receipt = proof(source, "krl", ("$OUT[3]=TRUE", "$OUT[3]=FALSE"))
+    assert receipt.comparison.is_equal
+    assert [one.line for one in receipt.again[0].found] == [12]
+
+
+def test_the_proof_takes_no_notice_of_what_lies_in_the_folder_for_temporary_files(tmp_path, monkeypatch):
+    left = "GLOBAL DEF DROP()\nPTP {A1 10}\nEND\n"
+    (tmp_path / "left.src").write_text(left, encoding="ascii", newline="\r\n")
+    (tmp_path / "olp.toml").write_text("[inputs]\nIN5 = 1\n", encoding="ascii")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    receipt = proof(module("drop;", *ROWS, data=PLACES), "krl")
+    assert [one for one in receipt.verdict.objections if one.kind == "difference"] == []
+
+
 def test_what_the_reader_can_accept_is_what_a_verdict_knows():
     assert OPTIONS == ACCEPTABLE
 

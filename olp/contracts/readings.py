@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import math
 import re
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -41,6 +40,7 @@ from olp.contracts.oracle import DEG, MM
 from olp.contracts.promises import Difference
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic, OlpError
+from olp.core.files import temporary_cell
 from olp.core.source import load
 from olp.ir.expressions import (
     Binary,
@@ -255,9 +255,7 @@ def text_of(rows: Iterable[str]) -> list[str]:
 @contextmanager
 def _written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[Path]:
     """A folder with the texts of these files; nothing else is in it or beside it, where languages look, too."""
-    with tempfile.TemporaryDirectory() as above:
-        folder = Path(above) / "cell"
-        folder.mkdir()
+    with temporary_cell() as folder:
         for name, rows in files.items():
             if name.endswith(_AS_READ):
                 continue

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -29,6 +28,7 @@ from olp.contracts.programs import (
 )
 from olp.contracts.promises import Difference, Promise, chosen, hold
 from olp.core.diagnostic import OlpError, Severity
+from olp.core.files import temporary_cell
 from olp.core.source import decode, load
 from olp.core.units import mm
 from olp.ir.expressions import Number, Quantity, Signal, SignalState
@@ -127,9 +127,7 @@ def read_again(
 
     `beside`: a folder with data that they need.
     """
-    with tempfile.TemporaryDirectory() as above:
-        folder = Path(above) / "cell"  # some languages look into the folders beside theirs
-        folder.mkdir()
+    with temporary_cell() as folder:
         for path in beside.iterdir() if beside is not None else ():
             if path.is_file() and path.suffix.lower() not in vendor.suffixes:
                 (folder / path.name).write_bytes(path.read_bytes())

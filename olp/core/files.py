@@ -13,7 +13,9 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -142,6 +144,19 @@ def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int 
     if kind.st_size > most or len(data) > most:
         raise OSError(errno.EFBIG, f"this file has more than {most / 1e6:g} MB", os.fspath(path))
     return data
+
+
+@contextmanager
+def temporary_cell() -> Iterator[Path]:
+    """An empty folder for the programs of a cell, deleted afterwards.
+
+    Readers look for routines and settings in the folders around a program. Those around this one are empty, whatever
+    lies in the system's folder for temporary files, and the search for an olp.toml ends there as at a repository.
+    """
+    with tempfile.TemporaryDirectory(prefix="olp-") as above:
+        for name in ("cell", ".git"):
+            Path(above, name).mkdir()
+        yield Path(above, "cell")
 
 
 def parse_json(data: str | bytes) -> Any:

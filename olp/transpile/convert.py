@@ -317,17 +317,15 @@ def _read_again(
     converted: Converted, vendor: str, robot: Robot | None, source: Program | None
 ) -> Iterator[tuple[list[Program], PlanAgain]]:
     """The programs of the files, and what runs them: inputs of the source, how many statements, made-up values."""
-    import tempfile
-    from pathlib import Path
-
+    from olp.core.files import temporary_cell
     from olp.languages.vendor import find_vendor, read
     from olp.runtime.interpreter import run
 
-    with tempfile.TemporaryDirectory() as folder:
-        paths = [Path(folder, name) for name in converted.files]
+    with temporary_cell() as folder:
+        paths = [folder / name for name in converted.files]
         for path, data in zip(paths, converted.files.values(), strict=True):
             path.write_bytes(data)
-        main = Path(folder, converted.main)
+        main = folder / converted.main
         program = read(main, vendor=vendor)
         raise_errors(program.diagnostics)
         suffixes = find_vendor(vendor).suffixes

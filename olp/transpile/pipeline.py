@@ -130,10 +130,11 @@ def plan_of(
 
 
 def asked_inputs(program: Program) -> dict[SignalKey, tuple[int, ...]]:
-    """The inputs that a program decides by, each on; what is only waited for comes anyway."""
+    """The inputs that a program decides by, each on; what is waited for without a limit comes anyway."""
     found: dict[SignalKey, tuple[int, ...]] = {}
     for s in program.statements():
-        if not calls_nothing(s) and not sets_numbers(s) and not isinstance(s, Wait):
+        comes = isinstance(s, Wait) and s.timeout is None
+        if not comes and not calls_nothing(s) and not sets_numbers(s):
             found |= dict.fromkeys(_inputs(s), (1,))
     return found
 

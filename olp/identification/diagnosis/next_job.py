@@ -5,7 +5,6 @@ Codes: N040 the job cannot be written, N041 what has to be looked at before it r
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, warning
-from olp.core.files import write_output
+from olp.core.files import temporary_cell, write_output
 from olp.core.source import decode
 from olp.core.units import mm, percent
 from olp.identification.diagnosis.result import NextExperiment, NextMove
@@ -101,8 +100,8 @@ def _translated(
     from olp.transpile.context import Context
     from olp.transpile.convert import convert
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = FilePath(folder) / f"{path.stem.upper()}.JBI"
+    with temporary_cell() as folder:
+        file = folder / f"{path.stem.upper()}.JBI"
         file.write_bytes(data)
         found = convert(read(str(file)), vendor, Context(recording.robot))
     beside = {name: more for name, more in found.files.items() if name != found.main}
@@ -264,12 +263,12 @@ def _looked_at(data: bytes, recording: Recording, tool_number: int) -> tuple[Dia
         told.append(
             "the tool is not given: the job's points are those of TOOL 0, which must be the recorded tool"
         )
-    with tempfile.TemporaryDirectory() as folder:
-        file = FilePath(folder) / f"{NAME}.JBI"
+    with temporary_cell() as folder:
+        file = folder / f"{NAME}.JBI"
         file.write_bytes(data)
         if recording.tool is not None:
             text = tool_file(tool_number, recording.tool)
-            (FilePath(folder) / "TOOL.CND").write_text(text, encoding="ascii")
+            (folder / "TOOL.CND").write_text(text, encoding="ascii")
         program = read(str(file))
         found = list(program.diagnostics)
         if recording.robot is not None:

@@ -6,7 +6,6 @@ Code: Q006 the job does not do what was designed.
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path as FilePath
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import write_output
+from olp.core.files import temporary_cell, write_output
 from olp.core.source import decode
 from olp.core.units import deg, mm, percent
 from olp.identification.probe.experiment import Experiment
@@ -115,12 +114,12 @@ def _prove(experiment: Experiment, data: bytes) -> tuple[tuple[int, ...], float]
     from olp.timing.retiming.along import along_path
     from olp.timing.timing import time_plan
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = FilePath(folder) / f"{NAME}.JBI"
+    with temporary_cell() as folder:
+        file = folder / f"{NAME}.JBI"
         file.write_bytes(data)
         if experiment.wanted.tool is not None:
             text = tool_file(experiment.wanted.tool_number, experiment.wanted.tool)
-            (FilePath(folder) / "TOOL.CND").write_text(text, encoding="ascii")
+            (folder / "TOOL.CND").write_text(text, encoding="ascii")
         program = read(str(file))
         plan = run(program, experiment.wanted.robot)
         limits = along_path(plan)

@@ -165,7 +165,7 @@ class KrlWriter(KrlMoves):
     step = "  "
     deepest = 20
     comment_form = " ;{}"
-    joins = frozenset(MODAL)
+    joins = frozenset({*MODAL, st.Process})
     forgets = CLOSES | BRANCHES | {st.While, st.For, st.Repeat, st.Label, st.Call}
 
     def __init__(self, program: st.Program, pair: bool, forms: bool = False) -> None:
@@ -246,13 +246,21 @@ class KrlWriter(KrlMoves):
     def write_wait(self, s: st.Wait) -> Lines:
         if s.timeout is None:
             return f"WAIT FOR {self.condition(s.condition)}"
+        return self._polled(s, continued=False)
+
+    def _polled(self, s: st.Wait, continued: bool) -> list[str]:
+        """A wait with a limit, which KRL does not have: a loop that asks. `continued`: CONTINUE before each reading."""
+        assert s.timeout is not None
         condition, limit = self.value(ex.Unary("not", s.condition)), self.seconds(s.timeout)
+        ahead = ["CONTINUE"] if continued else []
         return [
             "WAITED=0.0",
+            *ahead,
             f"WHILE {condition} AND (WAITED<{limit})",
             f"  WAIT SEC {_POLL}",
             f"  WAITED=WAITED+{_POLL}",
             "ENDWHILE",
+            *ahead,
             f"TIMED_OUT={condition}",
         ]
 
@@ -320,7 +328,12 @@ class KrlWriter(KrlMoves):
     # --- bodies -----------------------------------------------------------------------------------------
 
     def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
-        """The call of BAS that statements of KRL's own programs stand for."""
+        """The call of BAS that statements of KRL's own programs stand for, or a wait with a limit behind CONTINUE."""
+        if isinstance(s := body[place], st.Process):
+            wait = body[place + 1] if s.name == "continue" and place + 1 < len(body) else None
+            if isinstance(wait, st.Wait) and wait.timeout is not None:
+                return Joined(self._polled(wait, continued=True), 2, wait.comment)
+            return None
         taken = self.bas.call(body, place) if self.own else None
         if taken is None:
             return None
