@@ -1434,3 +1434,14 @@ def test_an_output_beside_a_move_that_is_not_waited_for_is_no_part_of_it():
     rows = ["MOVJ C00000 VJ=50.00 PL=0", "MOVL C00001 V=300.0 PL=2 NWAIT", "DOUT OT#(5) ON"]
     text = translated(inform(*rows, points=points), "inform", "rapid")
     assert re.search(r"MoveL \\Conc,P1,v300,z\w+,tool0;\s+SetDO do5,1;", text)
+
+
+@pytest.mark.parametrize(("target", "rows"), [("krl", "n=0\r\nm[1]=1\r\nm[2]=2\r\n"), ("rapid", "n:=0;")])
+def test_variables_that_each_run_of_a_script_sets_first_do_not_go_on_where_the_last_run_stopped(target, rows):
+    up = ("def up():", "n = n + 1", "m[1] = m[0] + n", "end")
+    text = translated(
+        script("global n = 0", "global m = [1, 2]", *up, "up()", "if n > 1:", "sleep(m[1])", "end"),
+        "urscript",
+        target,
+    )
+    assert rows in re.sub(r"\n +", "\n", text)

@@ -160,7 +160,7 @@ def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Progr
     program = _without_data(program, out, lost, work)
     program, bodies = _without_heads(program, out, lost)
     lines = {**_users(program, lost), **bodies, **out.lines}
-    _tell_users(program, lines, work)
+    lines |= _tell_users(program, lines, work)
     _tell_callers(program, out, work)
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
 
@@ -228,8 +228,12 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
     return found
 
 
-def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationContext) -> None:
-    """Statements that stay, but need what one that goes would have set, at first or second hand."""
+def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationContext) -> dict[int, str]:
+    """Statements that stay, but need what one that goes would have set, at first or second hand.
+
+    Moves to such a place go, too, as nobody knows where it is: their lines, and why.
+    """
+    places: dict[int, str] = {}
     unset = _unset(program, lines)
     surely = set(unset)
     unset = {**_handed(program, lines), **unset}
@@ -253,7 +257,17 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
             setting = program.source.line(unset[name]).strip()
             how = "sets in a way that the target cannot" if name in surely else "may set, which is left out"
             says = f"it needs {spelled}, which '{setting}' {how}"
-            work.lose(s, Fate.APPROXIMATED, "value", says)
+            if isinstance(s, Move) and name in surely and name in _places_of(s):
+                places.setdefault(s.line, says)
+            else:
+                work.lose(s, Fate.APPROXIMATED, "value", says)
+    return places
+
+
+def _places_of(s: Move) -> dict[str, str]:
+    """The variables that say where a move goes, as `_read_by`."""
+    bare = Move(s.line, s.path, s.targets, parts=s.parts, via=s.via, tool=s.tool, frame=s.frame)
+    return _read_by(replace(bare, offset=s.offset, tool_offset=s.tool_offset))
 
 
 def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:

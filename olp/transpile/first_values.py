@@ -251,6 +251,7 @@ _ANEW: Final = "set these back before each start, as they keep their values from
 
 def begun(program: Program, work: TranslationContext) -> Program:
     """Numbers and truth values with the zero that they begin with in the source."""
+    program = _set_by_runs(program, work)
     if not work.limits.unset_variables:
         return program
     _ask_anew(program, work)
@@ -274,15 +275,52 @@ def _ask_anew(program: Program, work: TranslationContext) -> None:
     """Data that begin anew with each run in the source, that statements change, and that the target keeps."""
     if not work.conventions.data_begin_anew:
         return
-    changed = {
-        base.name
-        for s in program.statements()
-        if type(s) is Assign and (base := base_of(s.target)) is not None
-    }
-    for d in program.data:
-        own = d.name not in work.helpers and d.comment != UNDECLARED
-        if d.name in changed and d.storage == "variable" and d.type in _ZEROS and own:
+    for d in _changed_data(program, work):
+        if d.type in _ZEROS:
             work.ask(_ANEW, d.name)
+
+
+def _changed_data(program: Program, work: TranslationContext) -> list[Declare]:
+    """The variables of the source, none of a routine's own, that statements change."""
+    changed = {name for s in program.statements() for name, _ in _parts_set(s)}
+    return [
+        d
+        for d in program.data
+        if d.name in changed
+        and d.storage == "variable"
+        and d.name not in work.helpers
+        and d.comment != UNDECLARED
+    ]
+
+
+def _set_by_runs(program: Program, work: TranslationContext) -> Program:
+    """Where each run of the source sets the first values of its variables, so does each start of the translation:
+    what the target declares holds in its first run alone."""
+    if not work.conventions.data_set_by_run:
+        return program
+    rows = {
+        d.name: [Assign(d.line, place, value) for place, value in _elements(Named(d.name), d.value)]
+        for d in _changed_data(program, work)
+        if d.value is not None
+    }
+    if not rows:
+        return program
+    main = program.main or program.routines[0].name
+    routines = [
+        replace(r, body=tuple(_behind_declarations(r.body, rows))) if r.name == main or r.starts else r
+        for r in program.routines
+    ]
+    return replace(program, routines=tuple(routines))
+
+
+def _elements(place: Named | Item, value: Expression) -> Iterator[tuple[Named | Item, Expression]]:
+    """A value by what sets it: an array by its elements."""
+    if not (isinstance(value, RecordLiteral) and all(not name for name, _ in value.members)):
+        yield place, value
+        return
+    base, before = (place.base, place.indices) if isinstance(place, Item) else (place, ())
+    for n, (_, part) in enumerate(value.members, 1):
+        yield from _elements(Item(base, (*before, Number(n))), part)
 
 
 def _note_element(e: Item, name: str, used: dict[str, set[tuple[int, ...]] | None]) -> None:
@@ -380,18 +418,42 @@ def _names_read(s: Statement) -> set[str]:
 
 
 def _behind_declarations(body: tuple[Statement, ...], rows: Mapping[str, list[Assign]]) -> list[Statement]:
-    """`rows`: what sets each name to zero, behind its declaration and those that follow that one."""
-    found: list[Statement] = []
+    """`rows`: what sets each name first, behind its declaration and those that follow that one.
+
+    What the body does not declare is set behind the declarations at its head, before one that reads it.
+    """
     waiting = {name.casefold(): assigns for name, assigns in rows.items()}
     declared = {s.name.casefold() for s in body if type(s) is Declare}
-    due = [row for name in waiting.keys() - declared for row in waiting[name]]
-    for s in body:
-        if due and not isinstance(s, (Begin, Declare)):
+    first = [name for name in waiting if name not in declared]
+    head = _head(body, set(first))
+    found: list[Statement] = []
+    due: list[Assign] = []
+    for index, s in enumerate(body):
+        if index == head:
+            due += [row for name in first for row in waiting[name]]
+        if due and (index == head or not isinstance(s, (Begin, Declare))):
             found, due = [*found, *due], []
         found.append(s)
         if type(s) is Declare:
             due += waiting.get(s.name.casefold(), [])
-    return [*found, *due]
+    rest = [row for name in first for row in waiting[name]] if head == len(body) else []
+    return [*found, *due, *rest]
+
+
+def _head(body: tuple[Statement, ...], names: set[str]) -> int:
+    """Where a body's declarations end, with comments between them; before the first that reads one of `names`."""
+    end = 0
+    for index, s in enumerate(body):
+        if not isinstance(s, (Begin, Declare, Comment)):
+            break
+        if type(s) is Declare and s.value is not None:
+            read: set[str] = set()
+            note_names(s.value, read)
+            if names & {name.casefold() for name in read}:
+                break
+        if not isinstance(s, Comment):
+            end = index + 1
+    return end
 
 
 # --- Saved values ---

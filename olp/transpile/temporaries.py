@@ -59,7 +59,7 @@ from olp.ir.program import (
     Wait,
     While,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, mapped
+from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
@@ -903,7 +903,12 @@ def texts_by_statement(program: Program, work: TranslationContext) -> Program:
     routines = tuple(
         own.routine_of(r) if has else r for r, has in zip(program.routines, with_texts, strict=True)
     )
-    return replace(program, routines=routines, data=(*program.data, *own.texts.declared))
+    used: set[str] = set()
+    for r, has in zip(routines, with_texts, strict=True):
+        for s in r.body if has else ():
+            note_names(s, used)
+    needed = (d for d in own.texts.declared if d.name in used)  # others were taken up by the statement itself
+    return replace(program, routines=routines, data=(*program.data, *needed))
 
 
 _PUT_TOGETHER: Final = frozenset({"joined-text", "text-of-value", "part-of-text", "match-in-text"})

@@ -49,6 +49,7 @@ class UrScript(Vendor):
         pose_lists=True,
         move_options=MoveOptions(manner=frozenset({"mode", "process", "v"})),  # v beside a time, which counts
         arguments_are_values=True,
+        data_set_by_run=True,
         window_process="popup",
         manner_processes={"sync": "how long a step of the controller is"},
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
