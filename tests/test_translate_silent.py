@@ -1445,3 +1445,38 @@ def test_variables_that_each_run_of_a_script_sets_first_do_not_go_on_where_the_l
         target,
     )
     assert rows in re.sub(r"\n +", "\n", text)
+
+
+def test_a_pulse_that_inverts_is_told_where_the_program_switches_the_output_on():
+    rows = ("SetDO doLamp,1;", "PulseDO\\PLength:=0.5,doLamp;", "PulseDO\\PLength:=0.5,doOther;")
+    told = [loss.line for loss in losses(module(*rows), "rapid", "krl") if loss.part == "option"]
+    assert told == [4]
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_a_remainder_for_a_group_of_outputs_is_computed_before(target):
+    text = module("n:=37;", "SetGO goState,n MOD 16;", "WaitTime n MOD 5;", data=("VAR num n:=0;",))
+    here, there = read(text, "rapid").plan(), run_elsewhere(text, "rapid", target)
+    assert [e.value for plan in (here, there) for e in plan.events.values()] == [5.0, 5.0]
+    assert here.durations.sum() == pytest.approx(there.durations.sum()) == 2.0
+
+
+def test_an_element_of_a_position_is_added_to_in_counts():
+    """What `D001 / 1000` is of whole numbers is published nowhere."""
+    text = module(
+        "x:=x+5;", "p1.trans.x:=p1.trans.x+x-50;", "MoveL p1,v100,fine,tool0;", data=TARGETS
+    ).replace("CONST", "VAR")
+    written = translated(text, "rapid", "inform")
+    assert re.search(r"SET (D\d+)  EXPRESS D\d+ \+ R\d+ \* 1000 - 50000", written)
+
+
+def test_a_shift_in_the_axes_of_the_tool_with_a_turn_that_is_written_out():
+    text = module("x:=20;", "MoveL RelTool(p1,0,x,-2*x\\Rx:=10\\Rz:=15),v100,fine,tool0;", data=TARGETS)
+    plan, other = read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", "inform")
+    assert compare_plans(plan, other, speeds=False, blends=False).is_equal
+
+
+def test_an_override_that_each_run_of_the_source_begins_without_is_asked_for():
+    text = module("VelSet 50,5000;", "MoveL p1,v100,fine,tool0;", data=TARGETS)
+    made = converted(text, "rapid", "krl")
+    assert any("the override, to 100 %" in things for things in made.translated.asks.values())

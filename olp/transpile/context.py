@@ -62,6 +62,9 @@ Planned: TypeAlias = "Callable[[bool], Plan | None]"
 PROCESS: Final = (
     "process"  # part of a loss: what a move does besides moving, without which the work is not done
 )
+SET_BACK: Final = (
+    "set these back before each start, as they keep their values from run to run"  # to be asked for
+)
 LOST: Final = (
     "lost"  # the kind of a tool or frame whose choice is left out; its number is the line of that choice
 )

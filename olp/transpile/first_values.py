@@ -49,7 +49,7 @@ from olp.ir.program import (
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.runtime.assumptions import Given
 from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, saved_position
-from olp.transpile.context import Fate, TranslationContext, world_of
+from olp.transpile.context import SET_BACK, Fate, TranslationContext, world_of
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.symbols import Symbols, base_of, symbols_of
 
@@ -246,7 +246,6 @@ POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in whic
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
 _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets one by one
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
-_ANEW: Final = "set these back before each start, as they keep their values from run to run"
 
 
 def begun(program: Program, work: TranslationContext) -> Program:
@@ -277,7 +276,7 @@ def _ask_anew(program: Program, work: TranslationContext) -> None:
         return
     for d in _changed_data(program, work):
         if d.type in _ZEROS:
-            work.ask(_ANEW, d.name)
+            work.ask(SET_BACK, d.name)
 
 
 def _changed_data(program: Program, work: TranslationContext) -> list[Declare]:

@@ -39,7 +39,7 @@ from olp.ir.program import (
 from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import limits_of
 from olp.runtime.poses import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
-from olp.transpile.context import LOST, Fate, TranslationContext
+from olp.transpile.context import LOST, SET_BACK, Fate, TranslationContext
 from olp.transpile.current_position import HERE, UNSEEN, System, read_here, solves
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
@@ -415,6 +415,11 @@ class _Modal:
                 rows.append(Assign(s.line, wanted[1], _counted(value, key)))
         comment = getattr(s, "comment", "")
         if isinstance(s, SetOverride) and self.work.limits.has_override:
+            if (
+                self.work.conventions.override_begins_anew
+                and not self.work.target_conventions.override_begins_anew
+            ):
+                self.work.ask(SET_BACK, "the override, to 100 %")
             return [s]
         if comment:
             rows.insert(0, Comment(s.line, comment))

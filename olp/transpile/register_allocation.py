@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from olp.core.units import deg, mm
 from olp.ir import terminology
@@ -29,6 +30,7 @@ from olp.ir.expressions import (
     SystemValue,
     Taught,
     Text,
+    Unary,
     Variable,
 )
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
@@ -352,26 +354,21 @@ class PositionNumbers:
     def _relative(
         self, by: tuple[Expression, ...], place: Place, before: list[Statement], line: int
     ) -> Expression:
-        values = [*by, *[Number(0)] * (6 - len(by))]
-        scales = [0.001] * 3 + [math.pi / 180] * 3
-        literal = [v.value for v in values if isinstance(v, Number)]
-        if len(literal) == len(values):
-            from olp.robots.geometry import Pose, rotation_from_angles
-            from olp.transpile.records import literal_of
+        """A pose in the tool's axes: written out, or with computed places that are added up while the program runs."""
+        from olp.robots.geometry import Pose
+        from olp.transpile.records import literal_of
 
-            si = [v * scale for v, scale in zip(literal, scales, strict=True)]
-            # RelTool turns about x, then the new y, then the new z.
-            turn = np.eye(3)
-            for axis in range(3):
-                angles = np.zeros(3)
-                angles[axis] = si[3 + axis]
-                turn = turn @ rotation_from_angles(angles)
-            return self.constant(literal_of(Pose(np.array(si[:3]), turn)), place)
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
-        before.append(Assign(line, result, self.constant(PositionLiteral("pose", (0.0,) * 6), place)))
-        self._add(result, values[:3], before, line)
-        if any(v != Number(0) and v != Number(0.0) for v in values[3:]):
+        values = [*by, *[Number(0)] * (6 - len(by))]
+        literal = [v.value for v in values if isinstance(v, Number)]
+        turn = _turned(values[3:])
+        if turn is None:
             self.work.lose(line, Fate.REFUSED, "target", "a turn that is computed")
+            turn = np.eye(3)
+        if len(literal) == len(values):
+            return self.constant(literal_of(Pose(np.array(literal[:3]) * mm, turn)), place)
+        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        before.append(Assign(line, result, self.constant(literal_of(Pose(np.zeros(3), turn)), place)))
+        self._add(result, values[:3], before, line)
         return result
 
     def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
@@ -396,15 +393,46 @@ class PositionNumbers:
         return name
 
 
+def _turned(angles: Sequence[Expression]) -> npt.NDArray[np.float64] | None:
+    """The rotation of RelTool: about x, then the new y, then the new z [deg]; None where an angle is computed."""
+    from olp.robots.geometry import rotation_from_angles
+
+    turn = np.eye(3)
+    for axis, angle in enumerate(angles):
+        if not isinstance(angle, Number):
+            return None
+        turn = turn @ rotation_from_angles(np.eye(3)[axis] * (angle.value * deg))
+    return turn
+
+
 def counts_of(value: Expression, scale: int) -> Expression:
-    """A length or angle in the whole units that INFORM counts elements in."""
+    """A length or angle in the whole units that INFORM counts elements in.
+
+    Counts stay counts in a sum: what a controller makes of the fractions in `D001 / 1000` is published nowhere.
+    """
     match value:
         case Number(number):
             return Number(round(number * scale))
         case Binary("/", left, Number(divisor)) if divisor == scale:
             return left
+        case Binary("+" | "-" as operator, left, right) if _holds_counts(value, scale):
+            return Binary(operator, counts_of(left, scale), counts_of(right, scale))
+        case Unary("-", operand) if _holds_counts(operand, scale):
+            return Unary("-", counts_of(operand, scale))
         case _:
             return Binary("*", value, Number(scale))
+
+
+def _holds_counts(value: Expression, scale: int) -> bool:
+    """Whether a term of a sum is a count that was made a length or an angle."""
+    match value:
+        case Binary("/", _, Number(divisor)):
+            return divisor == scale
+        case Binary("+" | "-", left, right):
+            return _holds_counts(left, scale) or _holds_counts(right, scale)
+        case Unary("-", operand):
+            return _holds_counts(operand, scale)
+    return False
 
 
 def _leading(e: Expression) -> list[str]:

@@ -262,6 +262,9 @@ def pulses(program: Program, work: TranslationContext) -> Program:
         return program
     own = work.conventions
     usual = own.usual_pulse
+    on = {
+        s.signal for s in program.statements() if isinstance(s, SetOutput) and s.value != SignalState(False)
+    }
 
     def pulse(s: Statement) -> Statement:
         if not isinstance(s, PulseOutput):
@@ -269,7 +272,13 @@ def pulses(program: Program, work: TranslationContext) -> Program:
         if own.off_pulse and s.spelling == own.off_pulse:
             work.lose(s, Fate.REFUSED, "statement", "a pulse that switches an output off, or may do so")
         if own.on_pulse and s.spelling != own.on_pulse:
-            work.note_at(s, f"{own.inverting_pulse}: {_INVERTS}")
+            says = f"{own.inverting_pulse}: {_INVERTS}"
+            if s.signal in on:
+                work.lose(
+                    s, Fate.APPROXIMATED, "option", f"{says}, and the program switches the output on, too"
+                )
+            else:
+                work.note_at(s, says)
         lasts = s.duration.literal if s.duration is not None else usual or None
         longest = work.limits.longest_pulse
         if longest and lasts is not None and lasts > longest:

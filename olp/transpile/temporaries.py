@@ -165,7 +165,8 @@ class Values:
                     return function
                 return self._kept(function, kind_of_value(self.symbols, self.routine, e), before)
             case Binary("div" | "mod" as word, left, right) if self.simple:
-                return self._divided(word, left, right, before)
+                made = self._divided(word, left, right, before)
+                return self._kept(made, "integer", before) if alone and type(made) is Binary else made
             case Binary(operator, left, right):
                 new: Expression = Binary(operator, self.value(left, before), self.value(right, before))
             case Unary("-", operand):
