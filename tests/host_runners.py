@@ -78,6 +78,7 @@ def at_home(environment: dict[str, str], published: Path) -> dict[str, str]:
         "PIP_NO_DEPS": "1",
         "PIP_NO_BUILD_ISOLATION": "0",
         "PIP_DISABLE_PIP_VERSION_CHECK": "1",
+        "PIP_COMPILE": "0",  # what runs is compiled when it runs: a part of it
     }
 
 

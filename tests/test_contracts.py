@@ -245,27 +245,38 @@ def test_a_merge_that_swaps_its_sides_is_not_the_declared_one(monkeypatch: pytes
     assert any("ours" in differs for _, differs in unlike_derived(vendor, declared, ".merged"))
 
 
-def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:
-    vendor = find_vendor(writable()[0])
-    shutil.copytree(samples_folder(vendor) / "readings", tmp_path / "readings")
-    assert not list(other_texts(WriterUnderTest(vendor, tmp_path)))
+@pytest.fixture
+def contract_written(tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch) -> FilePath:
+    """The declared text of the contract program in a folder of samples of its own; other texts are left out."""
+    made = writers._texts
+    monkeypatch.setattr(writers, "_texts", lambda it: [next(made(it))])
     path = tmp_path / "readings" / "contract.written"
-    rows = path.read_text(encoding="utf-8").splitlines()
+    path.parent.mkdir()
+    shutil.copy(samples_folder(find_vendor(writable()[0])) / "readings" / path.name, path)
+    return path
+
+
+def test_a_line_that_is_written_otherwise_than_declared_is_told_with_both_texts(
+    contract_written: FilePath, tmp_path: FilePath
+) -> None:
+    vendor = find_vendor(writable()[0])
+    assert not list(other_texts(WriterUnderTest(vendor, tmp_path)))
+    rows = contract_written.read_text(encoding="utf-8").splitlines()
     at = next(at for at, row in enumerate(rows) if "hands over" in row)
-    path.write_text("\n".join([*rows[:at], "other", *rows[at + 1 :]]), encoding="utf-8")
+    contract_written.write_text("\n".join([*rows[:at], "other", *rows[at + 1 :]]), encoding="utf-8")
     ((given, differs),) = other_texts(WriterUnderTest(vendor, tmp_path))
     assert given.endswith(f"line {at}")
     assert differs == f"declared: other; written: {rows[at]}"
 
 
-def test_a_receipt_that_says_something_else_than_declared_is_told_with_both_texts(tmp_path: FilePath) -> None:
+def test_a_receipt_that_says_something_else_than_declared_is_told_with_both_texts(
+    contract_written: FilePath, tmp_path: FilePath
+) -> None:
     vendor = find_vendor(writable()[0])
-    shutil.copytree(samples_folder(vendor) / "readings", tmp_path / "readings")
-    path = tmp_path / "readings" / "contract.written"
-    text = path.read_text(encoding="utf-8")
+    text = contract_written.read_text(encoding="utf-8")
     said = text.partition("=== program: receipt\n")[2].partition("\n")[0]
     assert said
-    path.write_text(text.replace(said, "other"), encoding="utf-8")
+    contract_written.write_text(text.replace(said, "other"), encoding="utf-8")
     ((_, differs),) = other_texts(WriterUnderTest(vendor, tmp_path))
     assert differs == f"declared: other; written: {said}"
 

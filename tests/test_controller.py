@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -74,6 +75,7 @@ PROGRAMS = {
     "going where it stands": [line(0, 0, 0), line(50, 7, 0), line(50, 7, 0, zone=None), line(0, 0, 0)],
 }  # fmt: skip
 ANY_PROGRAM = pytest.mark.parametrize("targets", PROGRAMS.values(), ids=PROGRAMS)
+ANY_NAME = pytest.mark.parametrize("program", PROGRAMS)
 
 
 def closed_form(targets: list[Target], model: str):
@@ -105,33 +107,39 @@ def starved(controller: Controller, targets: list[Target]) -> list[Step]:
     raise AssertionError("the controller never comes to an end")
 
 
+@cache
+def steps_of(program: str, model: str = "constant") -> list[Step]:
+    """`starved` of one of the programs, which several tests look at."""
+    return starved(arm(model), PROGRAMS[program])
+
+
 @ANY_MODEL
-@ANY_PROGRAM
-def test_the_last_step_ends_when_the_closed_form_ends(targets, model):
-    steps = starved(arm(model), targets)
-    assert steps[-1].time == pytest.approx(closed_form(targets, model).total_s, abs=1e-9)
+@ANY_NAME
+def test_the_last_step_ends_when_the_closed_form_ends(program, model):
+    steps = steps_of(program, model)
+    assert steps[-1].time == pytest.approx(closed_form(PROGRAMS[program], model).total_s, abs=1e-9)
     assert steps[-1].speed == 0.0
     assert sum(step.elapsed for step in steps) == pytest.approx(steps[-1].time)
 
 
 @ANY_MODEL
-@ANY_PROGRAM
-def test_a_simulator_that_is_late_and_one_that_is_early_see_the_same_motion(targets, model):
-    early = arm(model)
+@ANY_NAME
+def test_a_simulator_that_is_late_and_one_that_is_early_see_the_same_motion(program, model):
+    early, targets = arm(model), PROGRAMS[program]
     for target in targets:
         early.target(target)
     early.end()
     path = track(closed_form(targets, model), 1e-3)
-    for steps in (starved(arm(model), targets), list(early.run())):
+    for steps in (steps_of(program, model), list(early.run())):
         times = np.array([step.time for step in steps])
         position = np.array([step.tool.position for step in steps])
         expected = np.stack([np.interp(times, path.time, column) for column in path.position.T], axis=1)
         assert np.abs(position - expected).max() < 2e-6
 
 
-@ANY_PROGRAM
-def test_every_step_is_one_cycle_long_except_the_last_of_a_motion(targets):
-    steps = starved(arm(), targets)
+@ANY_NAME
+def test_every_step_is_one_cycle_long_except_the_last_of_a_motion(program):
+    steps = steps_of(program)
     for step in steps:
         if step.state is State.MOVING:
             assert step.elapsed == pytest.approx(CYCLE)

@@ -7,6 +7,7 @@ vendor's folder knows the vendor; what is kept has an end; files that are named 
 from __future__ import annotations
 
 import ast
+import gc
 import re
 from collections import defaultdict
 from collections.abc import Iterator
@@ -33,6 +34,22 @@ def trees() -> dict[str, ast.Module]:
     return {module_name(path): ast.parse(path.read_bytes()) for path in sorted((ROOT / "olp").rglob("*.py"))}
 
 
+@cache
+def nodes(tree: ast.Module) -> tuple[ast.AST, ...]:
+    """All nodes of a module, which most tests go through."""
+    return tuple(ast.walk(tree))
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _kept_for_these_tests_alone() -> Iterator[None]:
+    """The trees are millions of objects: no search for cycles goes through them, and later tests do not find them."""
+    gc.disable()
+    yield
+    for kept in (trees, nodes, named_in):
+        kept.cache_clear()
+    gc.enable()
+
+
 def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
     """Names of classes that several modules define, with the modules.
 
@@ -41,7 +58,7 @@ def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
     """
     found = defaultdict(list)
     for name, tree in trees.items():
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if isinstance(node, ast.ClassDef):
                 found[node.name].append(name)
     return [f"{name}: {', '.join(where)}" for name, where in sorted(found.items()) if len(where) > 1]
@@ -50,7 +67,7 @@ def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
 def imported(tree: ast.Module, known: set[str]) -> set[str]:
     """The modules that a module imports, wherever in it."""
     found = set()
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -136,10 +153,9 @@ _DOTTED = re.compile(r"\bolp(?:\.[A-Za-z]\w*){2,}")
 @cache
 def named_in(module: str) -> set[str]:
     """What a module defines or imports, wherever in it."""
-    nodes = ast.walk(trees()[module])
     return {
         word
-        for node in nodes
+        for node in nodes(trees()[module])
         for word in (getattr(node, at, None) for at in ("id", "name", "attr", "asname"))
         if word
     }
@@ -189,7 +205,7 @@ def parts(name: str) -> set[str]:
 def docstrings(tree: ast.AST) -> set[int]:
     """The ids of the nodes that are docstrings."""
     found = set()
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(
             node, clean=False
         ):
@@ -227,7 +243,7 @@ def known_vendors(tree: ast.Module) -> list[str]:
     """
     told = docstrings(tree)
     found: dict[str, None] = {}
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         line = getattr(node, "lineno", 0)
         for name in identifiers(node):
             found.update(dict.fromkeys(f"{line}: {word}" for word in sorted(parts(name) & WORDS)))
@@ -281,7 +297,7 @@ def endless(decorator):
 
 def kept_for_ever(tree):
     """Functions whose results for any arguments are kept without end."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if not isinstance(node, ast.FunctionDef) or not any(map(endless, node.decorator_list)):
             continue
         if node.args.posonlyargs + node.args.args + node.args.kwonlyargs:
@@ -329,7 +345,7 @@ def emptied(tree, name):
 def gathered(tree):
     """Containers of a module that its functions put something into."""
     names = set(containers(tree))
-    functions = [node for node in ast.walk(tree) if names and isinstance(node, (ast.FunctionDef, ast.Lambda))]
+    functions = [node for node in nodes(tree) if names and isinstance(node, (ast.FunctionDef, ast.Lambda))]
     return {name for function in functions for name in grown(function, names)}
 
 

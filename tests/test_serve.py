@@ -244,7 +244,7 @@ def test_recordings_are_found_or_made_of_what_was_dropped(root, tmp_path, source
     folder = Path(shutil.copytree((SAMPLES / "recordings" / source).parent, tmp_path / "all"))
     name = Path(source).name
     for file in folder.iterdir():
-        if file.name != name and not name.startswith("PALLET"):
+        if file.is_file() and file.name != name and not name.startswith("PALLET"):
             file.unlink()
     desk = Desk(setting(root), tmp_path, dispatch)
     if found is None:

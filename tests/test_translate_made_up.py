@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from cpu_time import cpu_time_below
 from translated_texts import converted, inform, krl, module, read, run_elsewhere, tp
 
 from olp.ir.expressions import Store
@@ -13,6 +14,7 @@ from olp.runtime.interpreter import run
 from olp.runtime.made_up import MadeUp, UnknownThing
 from olp.runtime.plan import BlendCode
 from olp.runtime.poses import FRACTION, TRAVEL, UNTOLD_SPEED
+from olp.transpile.compare import steps_of
 from olp.transpile.context import Fate
 from olp.transpile.convert import runs_of
 from olp.transpile.link import link
@@ -140,6 +142,15 @@ def test_a_move_stops_exactly_before_what_waits_until_the_arm_stands(word, targe
         assert [code == BlendCode.EXACT for code in found] == [code is not None for code in exact]
     made = converted(text, "rapid", target).translated
     assert [loss for loss in made.losses if loss.fate is not Fate.EXACT] == []
+
+
+def test_steps_of_thousands_of_waits_behind_one_move_are_found_in_a_moment():
+    text = "def f():\n movej([0,-1.5,1.5,0,1,0], r=0.01)\n n=0\n while n<5000:\n  n=n+1\n  sleep(0.01)\n end\nend\n"
+    plan = run(read(text, "urscript"), max_steps=20_000)
+    with cpu_time_below(0.5):  # more than a second with a search for the move from each wait
+        steps = steps_of(plan)
+    assert len(steps) == 5001
+    assert steps[0].exact
 
 
 def test_a_move_without_any_speed_is_as_fast_in_its_translation_as_in_its_run():

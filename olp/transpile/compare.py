@@ -538,7 +538,7 @@ def steps_of(
     looked at.
     """
     found: list[ComparedStep] = []
-    moved = False
+    last = -1  # move among those that were found
     middles = _middles(plan)
     tools = {
         number: (*pose.position.tolist(), *quaternion_from_rotation(pose.rotation[None])[0].tolist())
@@ -555,13 +555,14 @@ def steps_of(
         if kind is StepKind.MOVE:
             step = _move(plan, row, line, middles, tools)
             # Where the arm stands before its first move is mostly not known: there the move begins where it ends.
-            begins = moved or plan.moves.start[row] != plan.moves.target[row]
+            begins = last >= 0 or plan.moves.start[row] != plan.moves.target[row]
+            last = len(found)
             found.append(step._replace(seconds=took, still=begins and _goes_nowhere(plan, row), file=file))
-            moved = True
             continue
         lasts = float(plan.durations[row])
-        if kind is StepKind.WAIT and lasts > 0.0:
-            _stop_before(found)
+        if kind is StepKind.WAIT and lasts > 0.0 and last >= 0 and not found[last].exact:
+            # A move whose end is passed comes to rest all the same where the program then waits for a time.
+            found[last] = found[last]._replace(exact=True, blend=0.0)
         if kind is StepKind.WAIT and not lasts and row not in plan.events:
             continue  # a routine of the controller's own that is passed over, or a wait of no time
         if kind is StepKind.SIGNAL and not lasts and row not in plan.events:
@@ -578,13 +579,6 @@ def steps_of(
 def _is_message(step: ComparedStep) -> bool:
     """Whether a step is a message, or the like."""
     return step.kind is StepKind.SIGNAL and step.event is None and not step.duration
-
-
-def _stop_before(found: list[ComparedStep]) -> None:
-    """A move whose end is passed comes to rest all the same where the program then waits for a time."""
-    at = next((n for n in range(len(found) - 1, -1, -1) if found[n].kind is StepKind.MOVE), None)
-    if at is not None and not found[at].exact:
-        found[at] = found[at]._replace(exact=True, blend=0.0)
 
 
 def _middles(plan: Plan) -> Mapping[int, tuple[float, ...]]:
