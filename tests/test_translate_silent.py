@@ -1480,3 +1480,11 @@ def test_an_override_that_each_run_of_the_source_begins_without_is_asked_for():
     text = module("VelSet 50,5000;", "MoveL p1,v100,fine,tool0;", data=TARGETS)
     made = converted(text, "rapid", "krl")
     assert any("the override, to 100 %" in things for things in made.translated.asks.values())
+
+
+def test_a_computed_speed_bounds_the_turning_as_the_source_does():
+    rows = ("$VEL.ORI1=90", "x=$OV_PRO", "$VEL.CP=x*0.01", "LIN {X 900,Y 0,Z 400,A 0,B 90,C 0}")
+    text = translated(krl("DECL REAL x", *HOME, *rows), "krl", "rapid")
+    assert re.search(r"MoveL .*,v1000_90\\V:=", text)
+    text = translated(krl("DECL REAL x", *HOME, "x=$OV_PRO", "$VEL.ORI1=x", *rows[3:]), "krl", "rapid")
+    assert re.search(r"MoveL .*,\[500,\w+,5000,1000\],", text)

@@ -141,7 +141,12 @@ class RapidMoves(RapidValues):
         if value.literal is None:
             if isinstance(value.written, ex.Member) and value.written.name == "v_tcp":
                 return self.value(value.written.base)
-            return f"v1000\\V:={self.quantity(value, mm)}"
+            if turn is None or turn.literal is not None:
+                bounded = self._literal_speed(1000, None if turn is None else turn.literal)
+                return f"{bounded}\\V:={self.quantity(value, mm)}"
+        if turn is not None and turn.literal is None:
+            return f"[{self.quantity(value, mm)},{self.quantity(turn, deg)},5000,1000]"
+        assert value.literal is not None
         wanted = (value.literal / mm, None if turn is None else turn.literal)
         known = self._named_speeds.get(wanted)
         if known is None:
