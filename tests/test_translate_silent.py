@@ -1488,3 +1488,20 @@ def test_a_computed_speed_bounds_the_turning_as_the_source_does():
     assert re.search(r"MoveL .*,v1000_90\\V:=", text)
     text = translated(krl("DECL REAL x", *HOME, "x=$OV_PRO", "$VEL.ORI1=x", *rows[3:]), "krl", "rapid")
     assert re.search(r"MoveL .*,\[500,\w+,5000,1000\],", text)
+
+
+BOTH = (
+    "DEFFCT BOOL BOTH(N :IN,A :OUT,B :OUT)", "DECL INT N", "DECL REAL A,B",
+    "IF N>2 THEN", "A=N", "RETURN FALSE", "ENDIF", "A=A+1", "B=B*2", "RETURN TRUE", "ENDFCT",
+    "DEF TWICE(A :OUT,B :OUT)", "DECL REAL A,B", "DECL BOOL OK", "OK=BOTH(1,B,A)", "OK=BOTH(5,A,B)", "END",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["urscript", "tp", "inform", "rapid"])
+def test_several_parameters_that_a_routine_hands_back(target):
+    rows = ("DECL REAL X,Y", "DECL BOOL OK", "X=1", "Y=3", "OK=BOTH(1,X,Y)", "WAIT SEC X+10*Y", "TWICE(X,Y)")
+    text = krl(*rows, "WAIT SEC X+10*Y") + "\r\n".join(BOTH)
+    here, there = read(text, "krl").plan(), run_elsewhere(text, "krl", target)
+    assert here.durations.tolist() == pytest.approx([62.0, 5.0 + 10 * 7.0])
+    assert there.durations.tolist() == pytest.approx(here.durations.tolist())
+    assert not [loss for loss in losses(text, "krl", target) if loss.leaves_out]

@@ -6,9 +6,31 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import CallValue, Item, Member, Named
-from olp.ir.program import Call, End, Parameter, Program, Return, Routine, StartTask, Statement
-from olp.ir.transformer import expressions_of
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    Item,
+    Member,
+    Named,
+    NamedArgument,
+    Number,
+    PositionLiteral,
+    SignalState,
+    Text,
+)
+from olp.ir.program import (
+    Assign,
+    Call,
+    Declare,
+    End,
+    Parameter,
+    Program,
+    Return,
+    Routine,
+    StartTask,
+    Statement,
+)
+from olp.ir.transformer import expressions_of, mapped
 from olp.transpile.constant_folding import paired
 from olp.transpile.context import TranslationContext
 from olp.transpile.symbols import Symbols, symbols_of
@@ -94,7 +116,8 @@ class Use:
 
 
 # --- References ---
-# Parameters that a routine hands back: by value where it never changes them, as its result where it changes one.
+# Parameters that a routine hands back: by value where it never changes them, as its result where it changes one, and
+# else in variables of the program, which its calls set before and read behind.
 
 _ROUNDS: Final = 5  # of routines that hand a parameter on
 
@@ -108,7 +131,7 @@ def references(program: Program, work: TranslationContext) -> Program:
         foreign = work.source.vendor != work.target
         return _by_value(program) if foreign and _hands_values(program) else program
     program = _by_value(program)
-    return _returned(program) if work.limits.returned_parameters else program
+    return _in_variables(_returned(program), work) if work.limits.returned_parameters else program
 
 
 def _hands_values(program: Program) -> bool:
@@ -182,3 +205,134 @@ def _with_result(routine: Routine, one: Parameter) -> Routine:
         body.append(Return(routine.body[-1].line if routine.body else routine.line, value))
     parameters = tuple(replace(p, by_reference=False) if p is one else p for p in routine.parameters)
     return replace(routine, body=tuple(body), parameters=parameters, returns=one.type or "real")
+
+
+_FIRST: Final[Mapping[str, Expression]] = {
+    "integer": Number(0),
+    "real": Number(0.0),
+    "boolean": SignalState(False),
+    "string": Text(""),
+    "position": PositionLiteral("pose", (0.0,) * 6),
+    "joints": PositionLiteral("joint", (0.0,) * 6),
+}
+
+
+def _in_variables(program: Program, work: TranslationContext) -> Program:
+    """Parameters that a routine hands back as variables of the program, where every call of it stands alone.
+
+    A routine that calls itself, and one that is called within a condition or a sum, keep theirs.
+    """
+    routines = {r.name.casefold(): r for r in program.routines}
+    handed = {
+        name: {p.name: work.fresh(f"{r.name}_{p.name}") for p in r.parameters if p.by_reference}
+        for name, r in routines.items()
+        if any(p.by_reference for p in r.parameters) and _may_be_variables(r)
+    }
+    handed = {name: new for name, new in handed.items() if name not in _reached_from(name, routines)}
+    for s in program.statements() if handed else ():
+        alone = _call_of(s)
+        inside = {
+            e.routine.casefold() for e in expressions_of(s) if isinstance(e, CallValue) and e is not alone
+        }
+        if isinstance(s, StartTask):
+            inside.add(s.routine.casefold())
+        if alone is not None and not _is_plain(routines.get(alone.routine.casefold()), alone):
+            inside.add(alone.routine.casefold())
+        for name in inside:
+            handed.pop(name, None)
+    if not handed:
+        return program
+    data = [
+        Declare(0, new, p.type, _FIRST[p.type], shared=True)
+        for name, names in handed.items()
+        for p in routines[name].parameters
+        if (new := names.get(p.name)) is not None
+    ]
+    bodies = [replace(r, body=_renamed(r, handed.get(r.name.casefold(), {}))) for r in program.routines]
+    made = [
+        replace(
+            r,
+            body=tuple(row for s in r.body for row in _around(s, handed, routines)),
+            parameters=tuple(p for p in r.parameters if p.name not in handed.get(r.name.casefold(), {})),
+        )
+        for r in bodies
+    ]
+    return replace(program, routines=tuple(made), data=(*program.data, *data))
+
+
+def _may_be_variables(r: Routine) -> bool:
+    return all(
+        p.type in _FIRST and "[" not in p.native and not (p.optional or p.switch or p.default)
+        for p in r.parameters
+        if p.by_reference
+    )
+
+
+def _reached_from(name: str, routines: Mapping[str, Routine]) -> set[str]:
+    """The routines that one calls, directly or through others."""
+    found: set[str] = set()
+    todo = [name]
+    while todo:
+        routine = routines.get(todo.pop())
+        for s in routine.body if routine is not None else ():
+            called = [s.routine] if isinstance(s, (Call, StartTask)) else []
+            called += [e.routine for e in expressions_of(s) if isinstance(e, CallValue)]
+            new = {one.casefold() for one in called} - found
+            found |= new
+            todo += new
+    return found
+
+
+def _call_of(s: Statement) -> Call | CallValue | None:
+    """The call that a statement is, or whose value is all that it assigns."""
+    if isinstance(s, Call):
+        return s
+    return s.value if isinstance(s, Assign) and isinstance(s.value, CallValue) else None
+
+
+def _is_plain(called: Routine | None, call: Call | CallValue) -> bool:
+    """Whether what a call hands to parameters that come back can be read once more behind it."""
+    if called is None:
+        return True
+    if isinstance(call, Call) and (call.condition is not None or call.jump):
+        return False
+    if any(isinstance(e, NamedArgument) for e in call.arguments):
+        return False
+    given = dict(paired(called.parameters, call.arguments))
+    places = [given.get(p.name) for p in called.parameters if p.by_reference]
+    return all(
+        e is not None and not (isinstance(e, Item) and not all(isinstance(i, Number) for i in e.indices))
+        for e in places
+    )
+
+
+def _renamed(r: Routine, names: Mapping[str, str]) -> tuple[Statement, ...]:
+    if not names:
+        return r.body
+    return tuple(
+        mapped(s, lambda e: Named(names[e.name]) if isinstance(e, Named) and e.name in names else e)
+        for s in r.body
+    )
+
+
+def _around(
+    s: Statement, handed: Mapping[str, Mapping[str, str]], routines: Mapping[str, Routine]
+) -> list[Statement]:
+    """A call between what sets the variables and what reads them."""
+    call = _call_of(s)
+    names = handed.get(call.routine.casefold()) if call is not None else None
+    if call is None or names is None:
+        return [s]
+    parameters = routines[call.routine.casefold()].parameters
+    given = dict(paired(parameters, call.arguments))
+    before = [Assign(s.line, Named(names[p]), e) for p, e in given.items() if p in names and e is not None]
+    behind: list[Statement] = [
+        Assign(s.line, e, Named(names[p]))
+        for p, e in given.items()
+        if p in names and isinstance(e, (Named, Item, Member))
+    ]
+    left = tuple(e for p in parameters if p.name not in names and (e := given.get(p.name)) is not None)
+    if isinstance(call, Call):
+        return [*before, replace(call, arguments=left), *behind]
+    assert isinstance(s, Assign)
+    return [*before, replace(s, value=replace(call, arguments=left)), *behind]
