@@ -878,7 +878,22 @@ def test_a_joint_move_from_where_the_arm_cannot_be_stays_a_move():
 def test_what_needs_a_register_that_is_not_set_any_more_is_named():
     rows = ("GETS PX000 $PX000", "CNVRT PX000 PX000 UF#(1)", "SUB PX000 PX001", "MOVL P000 V=100.0")
     found = losses(inform(*rows), "inform", "urscript")
-    assert {loss.line for loss in found if "it needs" in loss.says and "CNVRT" in loss.says} == {13}
+    assert {
+        loss.line for loss in found if "it needs" in loss.says and "'SUB PX000 PX001' sets" in loss.says
+    } == {13}
+
+
+def test_what_is_set_anew_before_a_move_does_not_lack_what_was_lost_before_or_is_lost_behind_it():
+    rows = (
+        "pT:=p1;", "pT.trans:=PoseVect(pose1,pT.trans);", "MoveL pT,v100,fine,tool0;", "pT:=p2;",
+        "MoveL pT,v100,fine,tool0;", "x:=pT.trans.x;", "WHILE x>0 DO", "MoveL pT,v50,fine,tool0;",
+        "pT.rot:=pose1.rot*pT.rot;", "x:=x-1;", "ENDWHILE", "WaitTime x;",
+    )  # fmt: skip
+    found = losses(module(*rows, data=(*TARGETS, "VAR robtarget pT;", "VAR pose pose1;")), "rapid", "tp")
+    first = 8
+    needs = {loss.line - first for loss in found if "it needs" in loss.says}
+    assert {loss.line - first for loss in found if loss.leaves_out} >= {1, 2, 7, 8}
+    assert needs == {2, 7}
 
 
 # --- arrays of several dimensions ---------------------------------------------------------------------------

@@ -5,9 +5,9 @@ A routine with an error in its text is not converted: it becomes its text, each 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity
 from olp.ir.block_structure import Block, Node, flat, parse
@@ -49,6 +49,7 @@ from olp.ir.program import (
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.vendor import conventions_of
 from olp.transpile.context import LOST, Fate, TranslationContext
+from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.source_only import untranslated
 
 _SETTING = (Assign, Update, Clear, ReadInput)
@@ -233,34 +234,28 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
 
     Moves to such a place go, too, as nobody knows where it is: their lines, and why.
     """
+    lost = _Lost(program, lines)
+    if not lost.origins:
+        return {}
+    lost.follow()
     places: dict[int, str] = {}
-    unset = _unset(program, lines)
-    surely = set(unset)
-    unset = {**_handed(program, lines), **unset}
-    before = -1
-    while unset and len(unset) != before:
-        before = len(unset)
-        for s in program.statements():
-            target = _set_by(s)
-            if target is not None and s.line not in lines:
-                needed = [name for name in _read_by(s) if name in unset]
-                needed.sort(key=lambda name: name not in surely)
-                if needed and target not in unset:
-                    unset[target] = unset[needed[0]]
-                    surely |= {target} if needed[0] in surely else set()
-    for s in program.statements() if unset else ():
-        if s.line in lines or isinstance(s, Declare):
-            continue
-        for name, spelled in sorted(_read_by(s).items()):
-            if name not in unset:
+    for routine in program.routines:
+        for index, s in enumerate(routine.body):
+            if s.line in lines or isinstance(s, Declare):
                 continue
-            setting = program.source.line(unset[name]).strip()
-            how = "sets in a way that the target cannot" if name in surely else "may set, which is left out"
-            says = f"it needs {spelled}, which '{setting}' {how}"
-            if isinstance(s, Move) and name in surely and name in _places_of(s):
-                places.setdefault(s.line, says)
-            else:
-                work.lose(s, Fate.APPROXIMATED, "value", says)
+            for name, spelled in sorted(_read_by(s).items()):
+                origin = lost.reaches(routine.name, index, name)
+                if origin is None:
+                    continue
+                setting = program.source.line(origin.line).strip()
+                how = (
+                    "sets in a way that the target cannot" if origin.surely else "may set, which is left out"
+                )
+                says = f"it needs {spelled}, which '{setting}' {how}"
+                if isinstance(s, Move) and origin.surely and name in _places_of(s):
+                    places.setdefault(s.line, says)
+                else:
+                    work.lose(s, Fate.APPROXIMATED, "value", says)
     return places
 
 
@@ -270,40 +265,157 @@ def _places_of(s: Move) -> dict[str, str]:
     return _read_by(replace(bare, offset=s.offset, tool_offset=s.tool_offset))
 
 
-def _unset(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
-    """Name, case folded -> the first line that sets it and goes."""
-    found: dict[str, int] = {}
-    for s in (*program.data, *(d for r in program.routines for d in r.data), *program.statements()):
-        if s.line not in lines:
-            continue
-        name = _set_by(s)
-        if name is not None:
-            found.setdefault(name, s.line)
-        elif isinstance(s, Move) and s.search is not None:  # beside its move stands where it found something
-            for place in [e for tag, e in s.other if not tag and isinstance(e, Named)]:
-                found.setdefault(place.name.casefold(), s.line)
-    for routine in program.routines if lines else ():
-        gone = [s.line for s in routine.body if isinstance(s, Return) and s.value and s.line in lines]
-        if gone:
-            found.setdefault(f"{_RESULT}{routine.name.casefold()}", gone[0])
-    return found
+class _Origin(NamedTuple):
+    """A statement that goes, and whether it surely sets the variable: a call may."""
+
+    line: int
+    surely: bool
 
 
-def _handed(program: Program, lines: Mapping[int, str]) -> dict[str, int]:
-    """The same of variables that a call which goes may change."""
-    found: dict[str, int] = {}
-    if conventions_of(program.vendor).arguments_are_values:
-        return found
-    fixed = {d.name.casefold() for d in program.data if d.storage == "constant"}
+_LOCAL: Final = tuple(f"l{store}" for store in Store)
+
+
+class _Lost:
+    """Which variables do not have their value where, because the statement that gives it goes.
+
+    Values that are computed from such ones are lost, too. What a routine loses that runs at any time (an interrupt, a
+    task) is lost everywhere.
+    """
+
+    def __init__(self, program: Program, lines: Mapping[int, str]) -> None:
+        self._program, self._lines = program, lines
+        self._fixed = {d.name.casefold() for d in program.data if d.storage == "constant"}
+        self._own = {r.name: {name.casefold() for name in _names_of(r)} for r in program.routines}
+        self.origins: list[_Origin] = []
+        self._made: dict[
+            int, dict[Key, int]
+        ] = {}  # id of a statement -> what it loses, by numbers of origins
+        self._first: dict[Key, int] = {}  # of data that lose their first value
+        self._everywhere: dict[str, int] = {}
+        self._ways: Reaching | None = None
+        self._note_data()
+        self._note_statements()
+
+    def _key(self, routine: str, name: str) -> Key:
+        local = name in self._own.get(routine, ()) or name.startswith(_LOCAL)
+        return (routine, name) if local else ("", name)
+
+    def _origin(self, line: int, surely: bool) -> int:
+        self.origins.append(_Origin(line, surely))
+        return len(self.origins)
+
+    def _note_data(self) -> None:
+        own = [("", d) for d in self._program.data]
+        own += [(r.name, d) for r in self._program.routines for d in r.data]
+        for scope, d in own:
+            if d.line in self._lines:
+                self._first[(scope, d.name.casefold())] = self._origin(d.line, True)
+
+    def _note_statements(self) -> None:
+        beside = _beside(self._program)
+        for r in self._program.routines:
+            for s in r.body:
+                if s.line not in self._lines:
+                    continue
+                if isinstance(s, Return) and s.value:
+                    result = f"{_RESULT}{r.name.casefold()}"
+                    self._everywhere.setdefault(result, self._origin(s.line, True))
+                for name, surely in _set_by_lost(s, self._program.vendor).items():
+                    if name in self._fixed and not surely:
+                        continue
+                    number = self._origin(s.line, surely)
+                    if r.name in beside and not self._key(r.name, name)[0]:
+                        self._everywhere.setdefault(name, number)
+                    self._made.setdefault(id(s), {})[self._key(r.name, name)] = number
+
+    def follow(self) -> None:
+        """Notes what is computed from lost values, until there is no more."""
+        found = True
+        while found:
+            found = False
+            self._ways = self._reaching()
+            for r in self._program.routines:
+                for index, s in enumerate(r.body):
+                    name = None if s.line in self._lines else _set_by(s)
+                    if name is None or id(s) in self._made:
+                        continue
+                    origins = [o for read in _read_by(s) if (o := self._number(r.name, index, read))]
+                    if origins:
+                        origin = next((o for o in origins if self.origins[o - 1].surely), origins[0])
+                        self._made[id(s)] = {self._key(r.name, name): origin}
+                        found = True
+
+    def _reaching(self) -> Reaching:
+        keys = {key for made in self._made.values() for key in made} | self._first.keys()
+        sets: dict[int, Mapping[Key, int]] = {}
+        for r in self._program.routines:
+            for s in r.body:
+                made = self._made.get(id(s))
+                name = _set_by(s) if made is None and _sets_all(s) else None
+                if name is not None and (key := self._key(r.name, name)) in keys:
+                    made = {key: 0}
+                if made is not None:
+                    sets[id(s)] = made
+        kinds = {type(s) for r in self._program.routines for s in r.body if id(s) in sets}
+        return reaching(self._program, lambda s: sets.get(id(s), {}), kinds)
+
+    def _number(self, routine: str, index: int, name: str) -> int:
+        """The origin of a loss that reaches a statement, from 1; 0 where none does."""
+        if name in self._everywhere:
+            return self._everywhere[name]
+        assert self._ways is not None
+        key = self._key(routine, name)
+        values = self._ways.at(routine, index, key)
+        found = sorted(n for n in values if n > 0)
+        if not found and (UNSET in values or ENTRY in values):
+            return self._first.get(key, 0)
+        return next((n for n in found if self.origins[n - 1].surely), found[0]) if found else 0
+
+    def reaches(self, routine: str, index: int, name: str) -> _Origin | None:
+        """Why a variable does not have its value before a statement, None where it has it."""
+        number = self._number(routine, index, name)
+        return self.origins[number - 1] if number else None
+
+
+def _names_of(r: Routine) -> Iterator[str]:
+    """What a routine declares for itself."""
+    yield from (p.name for p in r.parameters)
+    yield from (d.name for d in (*r.data, *(s for s in r.body if isinstance(s, Declare))) if not d.shared)
+
+
+def _beside(program: Program) -> set[str]:
+    """Routines that nothing calls, the main one aside: an interrupt or a task may run them at any time."""
+    called = {program.main.casefold() if program.main else program.routines[0].name.casefold()}
     for s in program.statements():
-        if s.line not in lines:
-            continue
+        called |= {s.routine.casefold()} if isinstance(s, Call) else set()
+        called |= {e.routine.casefold() for e in expressions_of(s) if isinstance(e, CallValue)}
+    return {r.name for r in program.routines if r.name.casefold() not in called}
+
+
+def _sets_all(s: Statement) -> bool:
+    """Whether a statement sets a whole variable, whatever it held."""
+    if isinstance(s, Declare):
+        return s.value is not None
+    target = (
+        s.result if isinstance(s, Call) else s.target if isinstance(s, (Assign, Clear, ReadInput)) else None
+    )
+    return isinstance(target, (Named, Variable))
+
+
+def _set_by_lost(s: Statement, vendor: str) -> dict[str, bool]:
+    """What a statement that goes would have set, case folded, and whether it surely does."""
+    found: dict[str, bool] = {}
+    if not conventions_of(vendor).arguments_are_values:
         calls = [s, *expressions_of(s)]
-        given = [a for one in calls if isinstance(one, (Call, CallValue)) for a in one.arguments]
-        for one in given:
+        for one in [a for c in calls if isinstance(c, (Call, CallValue)) for a in c.arguments]:
             name = _key(one.value if isinstance(one, NamedArgument) else one)
-            if name is not None and name not in fixed:
-                found.setdefault(name, s.line)
+            if name is not None:
+                found[name] = False
+    name = _set_by(s)
+    if name is not None:
+        found[name] = True
+    elif isinstance(s, Move) and s.search is not None:  # beside its move stands where it found something
+        found |= {e.name.casefold(): True for tag, e in s.other if not tag and isinstance(e, Named)}
     return found
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.ir.expressions import Number, Signal, Text
+from olp.ir.expressions import Compare, Expression, Logic, Number, Signal, SignalState, Text, Unary
 from olp.ir.points import PointTable
 from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement, Wait
 from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
@@ -130,13 +130,37 @@ def plan_of(
 
 
 def asked_inputs(program: Program) -> dict[SignalKey, tuple[int, ...]]:
-    """The inputs that a program decides by, each on; what is waited for without a limit comes anyway."""
+    """The inputs that a program decides by, each on.
+
+    What is waited for without a limit comes anyway; with one, the wait ends in time where these inputs end it.
+    """
     found: dict[SignalKey, tuple[int, ...]] = {}
     for s in program.statements():
-        comes = isinstance(s, Wait) and s.timeout is None
-        if not comes and not calls_nothing(s) and not sets_numbers(s):
+        if isinstance(s, Wait) and (s.timeout is None or not _holds_when_on(s.condition)):
+            continue
+        if not calls_nothing(s) and not sets_numbers(s):
             found |= dict.fromkeys(_inputs(s), (1,))
     return found
+
+
+def _holds_when_on(e: Expression) -> bool:
+    """Whether a condition holds, as far as the text shows, where all inputs are on."""
+    match e:
+        case Logic(first, rest):
+            found = _holds_when_on(first)
+            for operator, operand in rest:
+                one = _holds_when_on(operand)
+                found = (
+                    found and one if operator == "and" else found or one if operator == "or" else found != one
+                )
+            return found
+        case Unary("not", operand):
+            return not _holds_when_on(operand)
+        case Compare(operator, Signal(), SignalState(on)):
+            return on is (operator == "=")
+        case Compare(operator, Signal(), Number(value)):
+            return (value == 1) is (operator == "=")
+    return True
 
 
 def _inputs(s: Statement) -> set[SignalKey]:
