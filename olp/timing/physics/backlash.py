@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import ClassVar
 
 import numpy as np
@@ -30,8 +29,8 @@ class Backlash(LogTerm):
 def play(motor: Floats, width: float) -> Floats:
     """Lag (n,) of the axis behind its motor, both [rad | m], for a dead band of `width`.
 
-    Within a stretch of one direction the play operator is a running maximum (or minimum), so the loop runs over
-    stretches only.
+    Within a stretch of one direction the play operator is a maximum (or minimum) with where the stretch before ended,
+    so the loop runs over the ends of stretches only.
     """
     half = width / 2
     if half <= 0:
@@ -42,14 +41,17 @@ def play(motor: Floats, width: float) -> Floats:
     if not len(moves):
         return np.zeros_like(motor)
     turns = moves[1:][direction[moves[1:]] != direction[moves[:-1]]]
-    edges = [0, *turns.tolist(), len(motor)]
-    axis = np.empty_like(motor)
+    edges = np.concatenate([[0], turns, [len(motor)]])
     # Nobody knows where in the play the log begins: on the side of the first motion.
-    rises = bool(direction[moves[0]] > 0)
-    at = motor[0] - half if rises else motor[0] + half
-    for begin, end in itertools.pairwise(edges):
-        stretch = motor[begin:end]
-        part = np.maximum(stretch - half, at) if rises else np.minimum(stretch + half, at)
-        axis[begin:end] = part
-        at, rises = float(part[-1]), not rises
-    return axis - motor
+    first = rises = bool(direction[moves[0]] > 0)
+    at = float(motor[0] - half if rises else motor[0] + half)
+    before = []
+    for end in motor[edges[1:] - 1].tolist():
+        before.append(at)
+        at = max(end - half, at) if rises else min(end + half, at)
+        rises = not rises
+    lengths = np.diff(edges)
+    held = np.repeat(before, lengths)
+    rising = np.repeat((np.arange(len(before)) % 2 == 0) == first, lengths)
+    axis = np.where(rising, np.maximum(motor - half, held), np.minimum(motor + half, held))
+    return np.asarray(axis - motor)
