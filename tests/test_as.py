@@ -14,7 +14,7 @@ from olp.core.memory_limit import TextCache, remembering
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
-from olp.ir.expressions import Number, Signal
+from olp.ir.expressions import Number, Signal, SignalState
 from olp.ir.program import Move, Program, SpeedUnit, While
 from olp.ir.program import Path as Shape
 
@@ -118,7 +118,7 @@ def test_approach_and_departure_go_back_along_the_tool() -> None:
 def test_signals_are_outputs_inputs_or_flags_by_their_numbers() -> None:
     body = program("SIGNAL 5,-6", "SWAIT 1007").routines[0].body
     assert [one.signal for one in body[1:3]] == [Signal("out", Number(5)), Signal("out", Number(6))]  # type: ignore[union-attr]
-    assert [one.value for one in body[1:3]] == [Number(1), Number(0)]  # type: ignore[union-attr]
+    assert [one.value for one in body[1:3]] == [SignalState(True), SignalState(False)]  # type: ignore[union-attr]
     assert body[3].condition == Signal("in", Number(7))  # type: ignore[union-attr]
 
 

@@ -7,7 +7,7 @@ from translated_texts import ROBOT, converted, inform, module, read, script, tra
 
 from olp.core.source import decode
 from olp.fluent import read_source
-from olp.ir.expressions import FrameRef, Logic, Number, Signal, Text, Unary
+from olp.ir.expressions import FrameRef, Logic, Number, Signal, SignalState, Text, Unary
 from olp.ir.program import Move, Path, Process, SpeedUnit
 from olp.robots.robot import load_robot
 from olp.transpile import Context
@@ -213,9 +213,9 @@ def test_a_taught_step_has_the_levels_of_its_controller():
     assert (joint.tool, line.tool) == (FrameRef("tool", Number(2)), FrameRef("tool", Number(1)))
     assert (on.signal.index, on.value, off.signal.index, off.value) == (
         Number(3),
-        Number(1),
+        SignalState(True),
         Number(4),
-        Number(0),
+        SignalState(False),
     )
     assert pause.duration.literal == 0.7
     assert wait.condition == Logic(Signal("in", Number(7)), (("and", Unary("not", Signal("in", Number(2)))),))

@@ -1520,3 +1520,179 @@ def test_several_parameters_that_a_routine_hands_back(target):
     assert here.durations.tolist() == pytest.approx([62.0, 5.0 + 10 * 7.0])
     assert there.durations.tolist() == pytest.approx(here.durations.tolist())
     assert not [loss for loss in losses(text, "krl", target) if loss.leaves_out]
+
+
+# --- texts that + joins, screens, and the place where the arm stands ----------------------------------------
+
+SUMS = {
+    "tp": tp("SR[2]='b'", "R[1]=5", "SR[1]=SR[2]+R[1]", "SR[3]=SR[1]+SR[2]"),
+    "pdl2": "PROGRAM p\nVAR n : INTEGER\n  s, t : STRING[9]\nBEGIN\n  n := 5\n  s := 'b'\n  t := s + 'c'\nEND p\n",
+    "as": '.PROGRAM p() #0\n  $s = "b"\n  $t = $s+"c"\n.END\n',
+}
+
+
+@pytest.mark.parametrize("vendor", SUMS)
+@pytest.mark.parametrize("target", ["inform", "krl", "urscript"])
+def test_texts_are_joined_by_what_the_target_has_for_it(vendor, target):
+    """`S1[]=S2[]+R1`, `SET S001  EXPRESS S000 + D000` and `s + "c"` are no statements of these languages."""
+    text = translated(SUMS[vendor], vendor, target)
+    assert any(word in text for word in ("CAT$ ", "StrAdd(", "str_cat("))
+    mark = {"inform": "'", "krl": ";", "urscript": "#"}[target]
+    assert not [row for row in code(text, mark) if "+" in row]
+
+
+def pdl2(*rows, data=()):
+    body = "".join(f"  {row}\n" for row in rows)
+    return f"PROGRAM p\nVAR\n  n : INTEGER\n{''.join(f'  {row}' for row in data)}BEGIN\n{body}END p\n"
+
+
+def test_what_pdl2_writes_to_its_screen_is_a_text_with_values():
+    """The whole of what stands in the parentheses, names and NL too, was shown word for word."""
+    text = translated(pdl2("n := 3", "WRITE LUN_CRT ('n ', n::4, NL, 'done', NL)"), "pdl2", "rapid")
+    assert code(text, "!")[-4:-2] == ['TPWrite "n "\\Num:=n;', 'TPWrite "done";']
+
+
+def test_what_pdl2_writes_into_a_file_is_no_message():
+    told = refused(pdl2("WRITE n ('x', n, NL)"), "pdl2", "rapid")
+    assert list(told) == [5]
+
+
+@pytest.mark.parametrize(("target", "rows"), [("inform", ("ON", "OFF")), ("tp", ("ON", "OFF"))])
+@pytest.mark.parametrize("vendor", ["pdl2", "as"])
+def test_outputs_are_on_or_off_and_no_numbers(vendor, target, rows):
+    source = {
+        "pdl2": pdl2("$DOUT[3] := ON", "$DOUT[4] := OFF"),
+        "as": ".PROGRAM p() #0\n  SIGNAL 3,-4\n.END\n",
+    }[vendor]
+    text = translated(source, vendor, target)
+    form = "DOUT OT#({}) {}" if target == "inform" else "DO[{}]={} ;"
+    for number, row in zip((3, 4), rows, strict=True):
+        assert form.format(number, row) in text
+
+
+FRAMES = (
+    "$UFRAME := POS(100, 0, 50, 90, 0, 0, '')",
+    "$TOOL := POS(0, 0, 120, 0, 0, 0, '')",
+    "$LIN_SPD := 0.1",
+)
+AWAY = (*FRAMES, "MOVE JOINT TO {0, -10, -100, 0, 45, 0}", "MOVE LINEAR AWAY 100")
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_a_move_from_where_the_arm_stands_is_seen_in_the_frame_that_holds(target):
+    """TP added millimetres to axis values, URScript took the base's pose for one in the frame."""
+    text = pdl2(*AWAY, "MOVE LINEAR RELATIVE VEC(10, 0, -20) IN UFRAME")
+    here, there = read(text, "pdl2").plan(robot="yaskawa/gp25"), run_elsewhere(text, "pdl2", target)
+    assert compare_plans(here, there).is_equal
+
+
+def test_a_position_that_inform_reads_in_the_base_is_not_taken_for_one_in_a_frame():
+    assert list(refused(pdl2(*AWAY), "pdl2", "inform")) == [9]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp"])
+def test_a_position_and_a_vector_are_not_added(target):
+    rows = ("p1 := POS(800, 100, 600, 0, 180, 0, '')", "MOVE LINEAR TO p1 + VEC(0, 0, 100)")
+    assert list(refused(pdl2(*rows, data=("p1 : POSITION\n",)), "pdl2", target)) == [7]
+
+
+# --- what a job can say --------------------------------------------------------------------------------------
+
+
+def job(*rows, vendor="krl", names="INT n,m"):
+    text = krl(f"DECL {names}", *rows) if vendor == "krl" else module(*rows)
+    return code(translated(text, vendor, "inform"), "'")
+
+
+@pytest.mark.parametrize(
+    ("condition", "row"),
+    [
+        ("($IN[1] OR $IN[2]) AND $IN[3]", "ON ANDEXP IN#(3)=ON OREXP IN#(2)=ON ANDEXP IN#(3)=ON"),
+        ("$IN[1] OR ($IN[2] AND $IN[3])", "IN#(2)=ON ANDEXP IN#(3)=ON OREXP IN#(1)=ON"),
+    ],
+)
+def test_conditions_of_a_job_mean_the_same_whichever_of_and_and_or_comes_first(condition, row):
+    """`IN#(1)=ON OREXP IN#(2)=ON ANDEXP IN#(3)=ON` is another condition where AND comes first."""
+    assert next(one for one in job(f"WAIT FOR {condition}") if one.startswith("WAIT")).endswith(row)
+
+
+def test_a_condition_of_many_parts_is_a_flag_where_its_meaning_hung_on_the_order():
+    rows = job("IF ($IN[1] OR $IN[2] OR $IN[3]) AND $IN[4] THEN", "HALT", "ENDIF")
+    assert "IFTHEN IN#(1)=ON ORIF IN#(2)=ON ORIF IN#(3)=ON" in rows
+    assert not [row for row in rows if "ORIF" in row and "ANDIF" in row]
+
+
+def test_joined_conditions_behind_a_line_have_the_words_for_expressions():
+    """`JUMP *L IF a ANDIF b` is in no published job, `JUMP *L IFEXPRESS a ANDEXP b` is."""
+    rows = job("REPEAT", "n=n+1", "UNTIL (n>12) OR $IN[7]")
+    assert "JUMP *L1 IFEXPRESS D000<=12 ANDEXP IN#(7)=OFF" in rows
+
+
+def test_a_quotient_in_a_job_has_a_side_that_is_no_whole_number():
+    rows = job("VAR num a;", "a:=7/2;", "IF a>3 Stop;", vendor="rapid")
+    assert "SET R000  EXPRESS 7.0 / 2.0" in rows
+    rows = job("DECL POS p", "p={X 1,Y 2,Z 3,A 0,B 0,C 0}", "r=p.X", names="REAL r")
+    assert [row for row in rows if row.endswith(" / 1000.0")]
+
+
+def test_a_job_that_moves_by_variables_alone_has_a_control_group():
+    data = (*TARGETS[:2], "PROC sub(robtarget p)", "MoveL p,v50,fine,tool0;", "ENDPROC")
+    text = translated(module("MoveJ p1,v100,fine,tool0;", "sub p2;", data=data), "rapid", "inform")
+    assert text.count("///GROUP1 RB1") == 2
+
+
+def test_groups_of_signals_are_those_that_a_job_has():
+    rows = job("SIGNAL a $OUT[17] TO $OUT[24]", "SIGNAL b $OUT[5] TO $OUT[8]", "a=200", "b=9")
+    assert rows[-3:-1] == ["DOUT OG#(3) 200", "DOUT OGH#(2) 9"]
+
+
+@pytest.mark.parametrize(("ends", "value"), [((1, 16), 5), ((2, 9), 5), ((17, 24), 300)])
+def test_groups_of_another_size_and_numbers_beyond_a_group_are_refused(ends, value):
+    """OG# has eight signals: the others were switched as well, and 300 is no value of it."""
+    rows = ("SIGNAL a $OUT[{}] TO $OUT[{}]".format(*ends), f"a={value}")
+    assert list(refused(krl(*rows), "krl", "inform")) == [3]
+
+
+def test_the_size_of_a_group_that_no_file_tells_is_asked_for():
+    made = converted(module("SetGO go1,5;"), "rapid", "inform")
+    assert any("8 signals" in says for says in made.translated.asks)
+
+
+@pytest.mark.parametrize(
+    ("time", "row"),
+    [("0.123", "TIMER T=0.12"), ("0.004", "TIMER T=0.01"), ("0", ""), ("0.5", "TIMER T=0.50")],
+)
+def test_times_of_a_job_are_hundredths_of_a_second(time, row):
+    text = module(f"WaitTime {time};", "SetDO do1,1;")
+    rows = code(translated(text, "rapid", "inform"), "'")
+    assert [one for one in rows if one.startswith("TIMER")] == ([row] if row else [])
+    told = [one for one in losses(text, "rapid", "inform") if one.part == "duration"]
+    assert bool(told) is (time in ("0.123", "0.004"))
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp", "urscript"])
+def test_a_wait_of_no_time_ends_the_move_before_exactly(target):
+    """AS's BREAK was told as a corner in the source and a stop in the translation; `olp time` rounded it."""
+    rows = ("SPEED 50 ALWAYS", "ACCURACY 10 ALWAYS", "JMOVE #a", "JMOVE #b", "BREAK", "SIGNAL 1", "JMOVE #a")
+    data = ".JOINTS\n#a 0 -10 -100 0 45 0\n#b 0 -20 -90 0 45 0\n.END\n"
+    text = "\n".join([".PROGRAM p() #0", *rows, ".END", data])
+    here, there = read(text, "as").plan(robot="yaskawa/gp25"), run_elsewhere(text, "as", target)
+    assert here.moves.blend_code.tolist()[1] == BlendCode.EXACT == there.moves.blend_code.tolist()[1]
+    assert not [one for one in compare_plans(here, there).found if one.part == "blend" and one.line == 6]
+
+
+def test_as_sets_its_clocks_and_teaches_where_the_arm_stands():
+    rows = (
+        "JMOVE #a",
+        "HERE p",
+        "HERE #q",
+        "TIMER 1 = 0",
+        "TWAIT 0.5",
+        "t = TIMER(1)",
+        "LMOVE p",
+        "JMOVE #q",
+    )
+    data = ".JOINTS\n#a 0 -10 -100 0 45 0\n.END\n"
+    text = translated("\n".join([".PROGRAM p() #0", *rows, ".END", data]), "as", "rapid")
+    for row in (":=CRobT(", ":=CJointT();", "ClkReset clock1;", "ClkStart clock1;", "t:=ClkRead(clock1);"):
+        assert row in text

@@ -13,7 +13,7 @@ import olp
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
-from olp.ir.expressions import FrameRef, Named, Number, PositionLiteral, Signal, Text
+from olp.ir.expressions import FrameRef, Named, PositionLiteral, Signal, SignalState, Text
 from olp.ir.program import Declare, Move, Program, SpeedUnit
 
 FOLDER = SAMPLES / "val3"
@@ -120,7 +120,7 @@ def test_a_descriptor_changed_by_the_program_holds(tmp_path: Path) -> None:
 def test_ports_are_signals_by_their_names(tmp_path: Path) -> None:
     body = with_data(tmp_path, "out=true", "wait(out==false)").routines[0].body
     assert body[0].signal == Signal("out", Text("out"))  # type: ignore[union-attr]
-    assert body[0].value == Number(1)  # type: ignore[union-attr]
+    assert body[0].value == SignalState(True)  # type: ignore[union-attr]
 
 
 def test_break_ends_a_case_and_leaves_a_loop() -> None:

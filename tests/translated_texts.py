@@ -21,7 +21,8 @@ VENDORS = tuple(
 
 
 def read(text, vendor):
-    program = read_source(decode(text.encode("cp1252"), NAMES[vendor]), vendor=vendor)
+    name = NAMES.get(vendor, "part")
+    program = read_source(decode(text.encode("cp1252"), name), vendor=vendor)
     assert not [d.render() for d in program.diagnostics if d.is_error]
     return link(program).program
 

@@ -167,6 +167,7 @@ class Conventions:
     numbered_frame_values: bool = (
         False  # a file beside the program gives the numbered tools and frames their values
     )
+    sums_of_texts: bool = False  # + joins texts, and a text and a number
     sums_of_positions: bool = False  # registers of positions are added and subtracted element by element
     saved_variables: bool = False  # a backup beside the program holds the values of its variables
     own_names: re.Pattern[str] | None = (

@@ -215,8 +215,8 @@ _COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
 
 def calculate(sign: str, left: Value, right: Value) -> Value:
     """`left sign right` on numbers or strings; `/` of two integers is exact. Raises StatementError."""
-    if isinstance(left, str) and isinstance(right, str) and sign == "+":
-        return left + right
+    if isinstance(left, str) and sign == "+" and isinstance(right, (str, int, float)):
+        return f"{left}{right}"
     if not isinstance(left, (int, float)) or not isinstance(right, (int, float)):
         raise StatementError("I201", f"'{sign}' needs two numbers")
     if sign in _BITWISE:

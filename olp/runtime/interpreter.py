@@ -164,6 +164,8 @@ def dwell(m: Machine, s: Dwell) -> None:
             "I305", f"a wait of {seconds:g} s is left out", "write a time between zero and four months"
         )
     m.stop_advance()
+    if not seconds:  # BREAK, waitEndMove(), WAIT SEC 0: all that it does is to end the move before
+        m.recorder.end_exactly()
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 

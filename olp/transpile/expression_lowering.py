@@ -57,6 +57,7 @@ from olp.transpile.first_values import (
 )
 from olp.transpile.move_lowering import Points, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
+from olp.transpile.symbols import STORED
 
 LETTERS: Final = {
     Store.BYTE: "B",
@@ -88,7 +89,7 @@ _POSE: Final = frozenset(POSE_ELEMENTS)
 
 def _is_integer(e: Expression | None) -> bool:
     if isinstance(e, Variable):
-        return TYPES.get(e.store) == "integer"
+        return STORED.get(e.store) == "integer"
     return isinstance(e, Element) or (isinstance(e, Number) and isinstance(e.value, int))
 
 
@@ -313,7 +314,7 @@ class _Lift:
                 kind = (
                     "integer"
                     if store is Store.REAL and number in self.whole
-                    else TYPES.get(store, "position")
+                    else STORED.get(store, "position")
                 )
                 if isinstance(value, PositionLiteral):
                     kind = "joints" if value.kind == "joint" else kind
@@ -327,7 +328,7 @@ class _Lift:
         for (where, store), name in self.arrays.items():
             if where == scope:
                 size = Number(max(self.largest[(where, store)], 1))
-                kind = TYPES.get(store, "position")
+                kind = STORED.get(store, "position")
                 yield Declare(0, name.name, kind, None, (size,), _kept(scope), shared=not scope)
 
     # --- routines ---------------------------------------------------------------------------------------
@@ -336,7 +337,7 @@ class _Lift:
         """`routine` with names; `expressions`: those in it, but for plain moves'."""
         self.scope = routine.name
         parameters = routine.parameters or tuple(
-            Parameter(f"arg{number}", TYPES.get(store, "real") if store else "real")
+            Parameter(f"arg{number}", STORED.get(store, "real") if store else "real")
             for number, store in enumerate(arguments_of(routine, expressions), 1)
         )
         self.parameters = parameters
@@ -426,7 +427,7 @@ class _Lift:
             if (
                 s.operator == "/"
                 and isinstance(s.target, Variable)
-                and TYPES.get(s.target.store) == "integer"
+                and STORED.get(s.target.store) == "integer"
             ):
                 # Two integers divide towards zero; what a real gives is rounded.
                 whole = _is_integer(s.operand)
@@ -474,7 +475,7 @@ class _Lift:
         else:
             used = {n for scope, store, n in self.names if store is target.store}
             indices = range(int(target.index.value), max(used, default=int(target.index.value)) + 1)
-        zero = _ZEROS[TYPES.get(target.store, "integer")]
+        zero = _ZEROS[STORED.get(target.store, "integer")]
         return [
             Assign(s.line, self.variable(replace(target, index=Number(i), name="")), zero)
             for i in list(indices)[:200]
@@ -544,15 +545,6 @@ def _is_position(e: Expression | None) -> bool:
 # --- Number lowering ---
 # What a program uses of its numbered variables: which numbers, as what, and whether they ever hold a fraction.
 
-TYPES: Final = {
-    Store.BYTE: "integer",
-    Store.INTEGER: "integer",
-    Store.DOUBLE: "integer",
-    Store.REAL: "real",
-    Store.STRING: "string",
-    Store.ROBOT: "position",
-}
-
 
 def numbered(program: Program, store: Store) -> set[int]:
     """Numbers of the global variables of a kind that a program names."""
@@ -607,7 +599,7 @@ def _is_whole(e: Expression | None, whole: set[int]) -> bool:
         case Variable(Store.REAL, Number(index)):
             return int(index) in whole
         case Variable(store):
-            return TYPES.get(store) == "integer"
+            return STORED.get(store) == "integer"
         case Unary("-", operand):
             return _is_whole(operand, whole)
         case Binary(operator, left, right):

@@ -36,7 +36,7 @@ from olp.ir.program import (
     SpeedUnit,
     Statement,
 )
-from olp.ir.transformer import edited, expressions_of
+from olp.ir.transformer import calls_nothing, edited, expressions_of
 from olp.languages.limits import limits_of
 from olp.runtime.poses import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
 from olp.transpile.context import LOST, SET_BACK, Fate, TranslationContext
@@ -295,7 +295,12 @@ class _Modal:
                 self._bound(s, changes)
             if not self.work.limits.has_override:
                 self._fold_override(s, changes)
-        return edited(s, changes) if changes else s
+        s = edited(s, changes) if changes else s
+        if self.work.conventions.names_read_frames or calls_nothing(s) or HERE not in expressions_of(s):
+            return s
+        read = read_here(s, (s.tool, s.frame), (s.tool, s.frame), self.work)
+        assert isinstance(read, Move)
+        return read
 
     def _speed(self, s: Move, joint: bool) -> Speed | None:
         units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)

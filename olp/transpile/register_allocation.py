@@ -647,7 +647,8 @@ class _Numbers(PositionNumbers):
                 for (name_, at), name in self.names.items()
                 if name_ == routine.name and name
             }
-        groups = (ControlGroup(("RB1",)),) if rows or main else ()
+        moves = rows or main or any(isinstance(s, Move) for s in body)
+        groups = (ControlGroup(("RB1",)),) if moves else ()
         return replace(
             routine,
             body=body,

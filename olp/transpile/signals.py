@@ -30,6 +30,7 @@ from olp.ir.points import PointTable
 from olp.ir.program import (
     Assign,
     Begin,
+    Comment,
     Declare,
     Dwell,
     End,
@@ -105,6 +106,7 @@ class _Signals:
     groups: dict[tuple[str, str], Declare] = field(
         default_factory=dict
     )  # by bus and number or name in the source
+    refused: str = ""  # a group of the statement under way that the target does not have
 
     def keep_numbers(self, program: Program) -> None:
         """The numbers that signals have already, as long as one of them has none that the target has."""
@@ -140,7 +142,10 @@ class _Signals:
             return s
         if any(type(e) is Signal and "analog" in e.bus for e in expressions_of(s)):
             self._tell_analog(s)
-        return mapped(s, self.change)
+        s = mapped(s, self.change)
+        if self.work.target_conventions.group_sizes:
+            self._tell_group(s)
+        return s
 
     def _tell_analog(self, s: Statement) -> None:
         """Tells that an analog signal keeps its number, which another controller takes for another voltage."""
@@ -174,6 +179,8 @@ class _Signals:
                 return self._free_group(e, shown)
             if isinstance(e.index, Number) and e.index.value >= 1:
                 return self._group(e, shown, ((int(shown) - 1) * size + 1, int(shown) * size))
+        if shown and e.bus in self.work.target_conventions.group_sizes:
+            return self._sized_group(e, shown)
         if self.work.target_conventions.controller_names and isinstance(e.index, Number):
             name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
@@ -186,13 +193,52 @@ class _Signals:
 
     def _declared(self, name: str) -> tuple[int, int] | None:
         """The first and last signal of a group that the source declares."""
-        for d in self.work.source.data if self.work.source.vendor != self.work.target else ():
+        source = self.work.source
+        local = (s for s in source.statements() if isinstance(s, Declare))
+        for d in (*source.data, *local) if source.vendor != self.work.target else ():
             value = d.value if d.name.casefold() == name.casefold() else None
             if isinstance(value, RecordLiteral) and value.type == _DECLARED and len(value.members) == 2:
                 ends = [e.index for _, e in value.members if isinstance(e, Signal)]
                 numbers = [int(end.value) for end in ends if isinstance(end, Number)]
                 return (numbers[0], numbers[1]) if len(numbers) == 2 else None
         return None
+
+    def _sized_group(self, e: Signal, shown: str) -> Signal:
+        """A group where the target has groups of a size alone, one behind the other; those of others are refused."""
+        ends, sizes = self._declared(shown), self.work.target_conventions.group_sizes
+        if ends is None:
+            name = f"{e.bus} {shown}"
+            self.work.ask(f"see that these groups have {sizes[e.bus]} signals, as all have there", name)
+            return (
+                e
+                if isinstance(e.index, Number) and e.index.value >= 1
+                else replace(e, index=Number(self._number(e.bus, shown)))
+            )
+        first, size = ends[0], ends[1] - ends[0] + 1
+        for bus, count in sizes.items():
+            if count == size and bus.partition("-")[0] == e.bus.partition("-")[0] and first % size == 1:
+                self.work.names[("signal", f"{e.bus} {shown}")] = f"{bus} {first // size + 1}"
+                return replace(e, bus=bus, index=Number(first // size + 1))
+        self.refused = f"the {e.bus.replace('-', ' ')} {shown} of {size} signals from {first} on"
+        return e
+
+    def _tell_group(self, s: Statement) -> None:
+        """Refuses a group that the target does not have, and numbers that its groups are too small for."""
+        if self.refused:
+            help = "map it under [signals] in the mapping file, or set or read its signals one by one"
+            self.work.lose(s, Fate.REFUSED, "signal", self.refused, help=help)
+            self.refused = ""
+        pairs: list[tuple[Expression, Expression]] = [(s.signal, s.value)] if isinstance(s, SetOutput) else []
+        for e in expressions_of(s):
+            if type(e) is Compare:
+                pairs += ((e.left, e.right), (e.right, e.left))
+        for signal, value in pairs:
+            size = (
+                self.work.target_conventions.group_sizes.get(signal.bus) if type(signal) is Signal else None
+            )
+            if size and type(value) is Number and value.value >= 2**size:
+                says = f"{value.value:g} in a group, which has {size} signals there"
+                self.work.lose(s, Fate.REFUSED, "signal", says)
 
     def _free_group(self, e: Signal, shown: str) -> Signal:
         """Free signals for a group whose signals are not declared in any file at hand."""
@@ -300,36 +346,76 @@ def pulses(program: Program, work: TranslationContext) -> Program:
 
 
 # --- Times ---
-# Waits that last longer than the target's words can say.
+# Waits that are longer or finer than the target's words can say.
 
 _MOST_PARTS: Final = 20  # waits that stand for one; longer ones are refused
 
 
 def long_waits(program: Program, work: TranslationContext) -> Program:
-    """Waits that are too long for the target as several; those of conditions are refused."""
-    longest = work.limits.longest_wait
+    """Waits that are too long for the target as several, those of conditions are refused; times in the target's steps.
+
+    A wait of no time, which only stops the move before it, stays: the writer leaves it out.
+    """
+    longest, step = work.limits.longest_wait, work.limits.wait_step
     if not longest:
         return program
 
+    def rounded(s: Statement, seconds: float) -> float:
+        if not step:
+            return seconds
+        written = float(f"{max(round(seconds / step), 1) * step:.9g}")
+        if not math.isclose(written, seconds, abs_tol=1e-9):
+            says = f"rounded to {step:g} s"
+            work.lose(s, Fate.APPROXIMATED, "duration", says, abs(written - seconds), "s")
+            return written
+        return seconds
+
     def rows(s: Statement) -> list[Statement]:
-        lasts = s.duration if isinstance(s, Dwell) else s.timeout if isinstance(s, Wait) else None
-        if lasts is None:
-            return [s]
-        seconds = lasts.literal
-        if seconds is None:
+        if isinstance(s, PulseOutput) and s.duration is not None and s.duration.literal is not None:
+            seconds = rounded(s, s.duration.literal)
+            return [s if seconds == s.duration.literal else replace(s, duration=_seconds(seconds))]
+        if isinstance(s, Wait) and s.timeout is not None:
+            return [wait(s, s.timeout)]
+        return dwells(s) if isinstance(s, Dwell) else [s]
+
+    def known(s: Statement, lasts: Quantity) -> float | None:
+        if lasts.literal is None:
             work.note_at(s, f"a wait that is computed must not last longer than {longest:g} s")
-        if seconds is None or seconds <= longest:
+            return None
+        return rounded(s, lasts.literal)
+
+    def wait(s: Wait, lasts: Quantity) -> Wait:
+        seconds = known(s, lasts)
+        if seconds is None or (seconds == lasts.literal and seconds <= longest):
+            return s
+        if seconds > longest:
+            refuse(s, seconds)
+            return s
+        return replace(s, timeout=_seconds(seconds))
+
+    def refuse(s: Statement, seconds: float) -> None:
+        says = f"a wait of up to {seconds:g} s: {longest:g} s is the longest one"
+        work.lose(s, Fate.REFUSED, "duration", says, help="wait in a loop, or --on-loss comment")
+
+    def dwells(s: Dwell) -> list[Statement]:
+        if step and s.duration.literal == 0.0:  # nothing of it is written, so that its comment stands alone
+            return [replace(s, comment=""), Comment(s.line, s.comment)] if s.comment else [s]
+        seconds = known(s, s.duration)
+        if seconds is None or (seconds == s.duration.literal and seconds <= longest):
             return [s]
         count = math.ceil(seconds / longest)
-        if not isinstance(s, Dwell) or count > _MOST_PARTS:
-            says = f"a wait of up to {seconds:g} s: {longest:g} s is the longest one"
-            work.lose(s, Fate.REFUSED, "duration", says, help="wait in a loop, or --on-loss comment")
+        if count > _MOST_PARTS:
+            refuse(s, seconds)
             return [s]
         parts = [longest] * (count - 1) + [seconds - longest * (count - 1)]
-        return [replace(s, duration=Quantity(Number(part), 1.0)) for part in parts]
+        return [replace(s, duration=_seconds(part)) for part in parts]
 
     routines = [replace(r, body=tuple([row for s in r.body for row in rows(s)])) for r in program.routines]
     return replace(program, routines=tuple(routines))
+
+
+def _seconds(value: float) -> Quantity:
+    return Quantity(Number(value), 1.0)
 
 
 _INDEX: Final = "number"

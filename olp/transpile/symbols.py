@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 from olp.ir import terminology
 from olp.ir.expressions import (
@@ -20,9 +21,11 @@ from olp.ir.expressions import (
     RecordLiteral,
     Signal,
     SignalState,
+    Store,
     SystemValue,
     Text,
     Unary,
+    Variable,
 )
 from olp.ir.program import (
     Assign,
@@ -268,6 +271,14 @@ _WHOLE = (
     "signal-number",
     "size-of-array",
 )
+STORED: Final = {
+    Store.BYTE: "integer",
+    Store.INTEGER: "integer",
+    Store.DOUBLE: "integer",
+    Store.REAL: "real",
+    Store.STRING: "string",
+    Store.ROBOT: "position",
+}
 _FLAGS = ("group", "analog", "register")
 
 
@@ -304,6 +315,8 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             return "" if symbol is None else symbol.type if symbol.sizes else "real"
         case Member():
             return "real"
+        case Variable(store):
+            return STORED.get(store, "")
         case CallValue(name):
             called = found.routines.get(name)
             return found.results.get(name.casefold(), "") if called is None else called.returns
@@ -318,6 +331,8 @@ def _computed_kind(found: Symbols, routine: str, e: Expression | None) -> str:
         kinds = {kind_of_value(found, routine, part) for part in parts}
         if operator in ("div", "mod", "and", "or", "xor"):
             return "integer"
+        if "string" in kinds:
+            return "string"
         return "real" if operator == "/" or "real" in kinds else next(iter(kinds)) if len(kinds) == 1 else ""
     name = getattr(e, "name", "")
     if name == "timer-running":

@@ -168,7 +168,10 @@ class Values:
                 made = self._divided(word, left, right, before)
                 return self._kept(made, "integer", before) if alone and type(made) is Binary else made
             case Binary(operator, left, right):
-                new: Expression = Binary(operator, self.value(left, before), self.value(right, before))
+                left, right = self.value(left, before), self.value(right, before)
+                if operator == "/" and self.simple:
+                    left, right = self._exact_quotient(left, right, before)
+                new: Expression = Binary(operator, left, right)
             case Unary("-", operand):
                 inner = self.value(operand, before)
                 new = (
@@ -183,7 +186,7 @@ class Values:
                 count = 1000 if name in "xyz" else 10_000
                 target = self.temporary("integer")
                 before.append(Assign(0, target, Binary("*", e, Number(count))))
-                return Binary("/", target, Number(count))
+                return Binary("/", target, Number(float(count)))
             case SystemValue() | Signal() | Member():
                 e = self._signal(e, before) if isinstance(e, Signal) else e
                 return (
@@ -224,6 +227,19 @@ class Values:
         target = self.temporary(kind if kind in known else "integer")
         before.append(Assign(before[-1].line if before else 0, target, e))
         return target
+
+    def _exact_quotient(
+        self, left: Expression, right: Expression, before: list[Statement]
+    ) -> tuple[Expression, Expression]:
+        """Both sides of a division, one of them no whole number: the quotient of two may be whole."""
+        kinds = [kind_of_value(self.symbols, self.routine, e) for e in (left, right)]
+        if "real" in kinds:
+            return left, right
+        if isinstance(right, Number):
+            return left, Number(float(right.value))
+        if isinstance(left, Number):
+            return Number(float(left.value)), right
+        return self._kept(left, "real", before), right
 
     def _divided(self, word: str, left: Expression, right: Expression, before: list[Statement]) -> Expression:
         first, second = self.value(left, before, alone=True), self.value(right, before, alone=True)
@@ -402,9 +418,14 @@ class Values:
             return plain
         assert isinstance(plain, Logic)
         parts = self._left_to_right(plain)
-        if parts is not None:
-            return parts
-        # No order of writing says it: each part that stands in parentheses becomes a flag.
+        if isinstance(parts, Logic):
+            if _grouped(parts) is parts:
+                return parts
+            if [word for word, _ in parts.rest] == ["or", "and"]:  # (a OR b) AND c, for either way to read it
+                (_, second), both = parts.rest
+                return Logic(parts.first, (both, ("or", second), both))
+        # No order of writing says it, whichever of AND and OR comes first: each part in parentheses becomes a flag.
+        plain = _grouped(plain)
         rest = tuple((word, self._flag(part, before)) for word, part in plain.rest)
         return Logic(self._flag(plain.first, before), rest)
 
@@ -537,6 +558,17 @@ class Values:
             if isinstance(inner, Logic):
                 return Logic(inner.first, (*inner.rest, (word, first)))
         return None
+
+
+def _grouped(e: Logic) -> Logic:
+    """Parts that are joined from left to right with what stands before an AND behind an OR in parentheses; the same
+    object where there is none.
+    """
+    words = [word for word, _ in e.rest]
+    for at in range(len(words) - 1, 0, -1):
+        if words[at] == "and" and words[at - 1] == "or":
+            return Logic(_grouped(Logic(e.first, e.rest[:at])), e.rest[at:])
+    return e
 
 
 def is_number(bus: str) -> bool:

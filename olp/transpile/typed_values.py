@@ -332,9 +332,13 @@ _NO_TEXTS: Final = _NUMBERS | _PLACES | {"boolean"}
 
 def shown_values(program: Program, work: TranslationContext) -> Program:
     """Numbers, states and positions that are shown, or parts of a text, as texts; texts of texts as these."""
-    if not any(_shows_values(s) for r in program.routines for _, s in work.look(r).rare):
+    adds = work.conventions.sums_of_texts
+    if not any(_shows_values(s, adds) for r in program.routines for _, s in work.look(r).rare):
         return program
     symbols = work.symbols(program)
+
+    def parts(e: Expression) -> tuple[Expression, ...]:
+        return e.arguments if type(e) is Function and e.name == _JOINED else (e,)
 
     def shown(e: Expression, routine: str) -> Expression:
         if type(e) is Member or kind_of_value(symbols, routine, e) not in _NO_TEXTS:
@@ -342,6 +346,10 @@ def shown_values(program: Program, work: TranslationContext) -> Program:
         return Function(AS_TEXT, (_as_state(e, symbols, routine),))
 
     def change(e: Expression, routine: str) -> Expression:
+        if type(e) is Binary and adds and e.operator == "+":
+            if "string" not in (kind_of_value(symbols, routine, one) for one in (e.left, e.right)):
+                return e
+            e = Function(_JOINED, (*parts(e.left), *parts(e.right)))
         if type(e) is not Function or not e.arguments:
             return e
         if e.name == _JOINED:
@@ -354,7 +362,7 @@ def shown_values(program: Program, work: TranslationContext) -> Program:
         return e
 
     def row(s: Statement, routine: str) -> Statement:
-        if not _shows_values(s):
+        if not _shows_values(s, adds):
             return s
         s = mapped(s, lambda e: change(e, routine))
         return replace(s, text=shown(s.text, routine)) if type(s) is Message else s
@@ -366,10 +374,12 @@ def shown_values(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def _shows_values(s: Statement) -> bool:
+def _shows_values(s: Statement, adds: bool) -> bool:
     if calls_nothing(s):
         return False
     if type(s) is Message and type(s.text) is not Text:
+        return True
+    if adds and any(type(e) is Binary and e.operator == "+" for e in expressions_of(s)):
         return True
     return any(type(e) is Function and e.name in (_JOINED, AS_TEXT) for e in expressions_of(s))
 

@@ -28,6 +28,7 @@ class As(Vendor):
         "Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
     )
     conventions = Conventions(
+        sums_of_texts=True,
         clocks_run=True,
         name_signs={"#": "joints", "$": "string"},
         assumed_codes=frozenset({"P588", "P589"}),

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
 from olp.core.units import mm, percent
-from olp.ir.expressions import Expression, FrameRef, Logic, Number, Quantity, Signal, Text, Unary
+from olp.ir.expressions import Expression, FrameRef, Logic, Number, Quantity, Signal, SignalState, Text, Unary
 from olp.ir.program import Blend, BlendKind, Dwell, Move, Path, SetOutput, Speed, SpeedUnit, Statement, Wait
 from olp.languages.lark_host import BrokenLineError
 
@@ -123,7 +123,7 @@ class _TaughtWords:
         for number in self.signals.get("OX", ()):
             bus = bus_of(abs(number))
             signal = Signal(bus, Number(abs(number) - FIRST_OF[bus]))
-            yield SetOutput(line, signal, Number(int(number > 0)))
+            yield SetOutput(line, signal, SignalState(number > 0))
         seconds = self.table["TIMER"][self.levels.get("TIMER", 0)]
         if seconds:
             yield Dwell(line, Quantity(Number(seconds), 1.0))

@@ -306,6 +306,8 @@ class _AsFile:
             return "position" if value.kind == "pose" else "joints"
         if isinstance(value, Function) and value.name.startswith(("pose-", "forward")):
             return "position"
+        if isinstance(value, SystemValue) and value.name.startswith("current-"):
+            return "position" if value.name == "current-pose" else "joints"
         numeric = isinstance(value, Function) and value.name in _NUMERIC
         numeric = numeric or (isinstance(value, Signal) and value.bus.endswith("-group"))
         numeric = numeric or (isinstance(value, SystemValue) and value.name == "timer")

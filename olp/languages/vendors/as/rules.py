@@ -19,6 +19,7 @@ from olp.ir.expressions import (
     PositionLiteral,
     Quantity,
     Signal,
+    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -293,12 +294,24 @@ class AsRules(BlockRules):
 
     assign = point
 
+    def teach(self, children: list[Any]) -> Assign:
+        """A variable gets the place where the arm stands, in axis values where its name begins with #."""
+        base = children[0].base if isinstance(children[0], Item) else children[0]
+        joints = isinstance(base, Named) and base.name.startswith("#")
+        return Assign(0, children[0], SystemValue("current-joints") if joints else _HERE)
+
+    def set_timer(self, children: list[Any]) -> Assign:
+        number, value = children
+        if not isinstance(number, Number):
+            raise NotModelledError(number)
+        return Assign(0, SystemValue("timer", int(number.value)), value)
+
     def signed_numbers(self, children: list[Any]) -> list[Any]:
         return children
 
     def signal(self, children: list[Any]) -> list[Any]:
         pairs = map(_signal, children[0])
-        return [SetOutput(0, signal, Number(int(on))) for signal, on in pairs]
+        return [SetOutput(0, signal, SignalState(on)) for signal, on in pairs]
 
     def set_bits(self, children: list[Any]) -> SetOutput:
         group = _group(children[0], children[1])

@@ -26,6 +26,7 @@ LIMITS: Final = Limits(
     modal_speed=False,
     tool_and_frame="point",
     names=r"[A-Za-z0-9_\-]+",
+    wait_step=0.01,  # as DX100 to YRC1000 write it in published jobs; YRC1000micro has 0.001 s
     longest_wait=655.35,  # TIMER and T= of WAIT: 0.01 to 655.35 s (INFORM manual, from memory: no page at hand)
     case_sensitive=True,
     numbered={

@@ -189,7 +189,6 @@ class InformWriter(InformMoves):
         st.End: "END",
         st.ReadInput: "DIN {target} {signal}",
         st.PulseOutput: "PULSE {signal}{duration: T={}}",
-        st.Dwell: "TIMER T={duration}",
         st.Label: "*{name}",
         st.Return: "RET{value: {}}",
         st.Else: "ELSE",
@@ -213,8 +212,8 @@ class InformWriter(InformMoves):
     joins = frozenset({st.Switch})
 
     def under(self, condition: ex.Expression, lines: list[str], s: st.Statement) -> list[str]:
-        """` IF …` or ` IFEXPRESS …` behind the line."""
-        express = self._express(s, not is_simple(condition))
+        """` IF …`, or ` IFEXPRESS …` behind the line where several are joined."""
+        express = self._express(s, type(condition) is ex.Logic or not is_simple(condition))
         return [f"{lines[0]} {'IFEXPRESS' if express else 'IF'} {self.joined(condition, express)}"]
 
     def _express(self, s: st.Statement, wanted: bool) -> bool:
@@ -319,6 +318,12 @@ class InformWriter(InformMoves):
             return f"SETREG {self._register(s.signal)} {self.single(s.value)}"
         word = "AOUT" if s.signal.bus == "analog-out" else "DOUT"
         return f"{word} {self.signal(s.signal)} {self.single(s.value)}"
+
+    def write_dwell(self, s: st.Dwell) -> Lines:
+        """TIMER lasts 0.01 s at least: one of no time, which only stopped the arm, is no line."""
+        if not self.own and s.duration.literal == 0.0:
+            return []
+        return f"TIMER T={self.seconds(s.duration)}"
 
     def write_wait(self, s: st.Wait) -> Lines:
         express = self._express(s, type(s.condition) is ex.Logic)

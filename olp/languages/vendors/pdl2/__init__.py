@@ -25,7 +25,7 @@ class Pdl2(Vendor):
         "Pause StartTask Repeat Until Break Declare SetAcceleration SetBlend SetTool SetFrame "
         "SetOverride Opaque"
     )
-    conventions = Conventions(clocks_run=True)
+    conventions = Conventions(clocks_run=True, sums_of_texts=True)
     comment_prefix = "--"
     trailing_comment_prefix = " --"
     comment_length = 200

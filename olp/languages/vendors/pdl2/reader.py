@@ -16,7 +16,6 @@ from olp.ir.program import (
     Declare,
     EndWhile,
     LineKind,
-    Message,
     Move,
     Opaque,
     Parameter,
@@ -47,7 +46,6 @@ _VARIABLES = re.compile(r"((?:[A-Z_]\w*\s*,\s*)*[A-Z_]\w*)\s*:(?!=)\s*(.+)", re.
 _CONSTANT = re.compile(rf"{_NAME}\s*=\s*(.+)", re.IGNORECASE)
 _SIZED = re.compile(r"ARRAY\s*(?:\[([^\]]*)\])?\s*OF\s+(\w+).*", re.IGNORECASE)
 _END = re.compile(rf"END(?:\s+{_NAME})?", re.IGNORECASE)
-_WRITE = re.compile(r"WRITE\b\s*(?:\w+\s*)?\(?(.*?)\)?", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d{1,2})?", re.IGNORECASE)
 _KNOWN: Final = words(
     "MOVE MOVEFLY DELAY IF ELSIF ELSE ENDIF WHILE ENDWHILE FOR ENDFOR REPEAT UNTIL SELECT CASE ENDSELECT GOTO PULSE "
@@ -276,9 +274,6 @@ class _Pdl2File:
         if part is None:
             span = self.findings.whole_line(number)
             self.findings.error("P593", "an instruction outside of a program", span, "PROGRAM name above it")
-            return
-        if written := _WRITE.fullmatch(text):
-            part.body.append(Message(number, Text(written[1])))
             return
         unmodelled = _UNMODELLED.match(text) is not None
         for one in [self.parser.opaque(text, number)] if unmodelled else self.parser.parse(text, number):

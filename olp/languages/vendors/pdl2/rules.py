@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 from lark import Token
 
@@ -22,7 +22,6 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
     Signal,
-    SignalState,
     SystemValue,
     Text,
     Unary,
@@ -42,6 +41,7 @@ from olp.ir.program import (
     For,
     Jump,
     Label,
+    Message,
     Move,
     Path,
     PulseOutput,
@@ -75,6 +75,7 @@ _FUNCTIONS: Final[dict[str, str]] = {
 }  # fmt: skip
 _HERE: Final = SystemValue("current-pose")
 _CURRENT: Final[dict[str, Expression]] = {"ARM_POS": _HERE, "ARM_JNTP": SystemValue("current-joints")}
+_SCREENS: Final = ("LUN_CRT", "LUN_TP")
 _OVERRIDES: Final = ("$ARM_SPD_OVR", "$PROG_SPD_OVR", "$ARM_OVR", "$GEN_OVR")
 _RATES: Final = ("$ARM_ACC_OVR", "$PROG_ACC_OVR")
 
@@ -102,6 +103,12 @@ class Pdl2Rules(BlockRules):
 
     def value(self, children: list[Any]) -> Expression:
         return self.conjunction(children)
+
+    def sum(self, children: list[Any]) -> Expression:
+        """Vectors are not computed with: what one means in the frame of a position is not known here."""
+        if len(children) > 1 and any(isinstance(one, RecordLiteral) for one in children):
+            raise NotModelledError(children)
+        return super().sum(children)
 
     def equal(self, children: list[Expression]) -> Compare:
         return Compare("=", *children)
@@ -252,7 +259,7 @@ class Pdl2Rules(BlockRules):
     def assign(self, children: list[Any]) -> Any:
         target, value = children
         if isinstance(target, Signal):
-            return SetOutput(0, target, Number(int(value.on)) if isinstance(value, SignalState) else value)
+            return SetOutput(0, target, value)
         if isinstance(target, Binary):  # a timer, in ms
             return Assign(0, target.left, Binary("/", value, Number(1000)))
         if isinstance(target, Named) and target.name[0] == "$":
@@ -288,6 +295,24 @@ class Pdl2Rules(BlockRules):
 
     def delay(self, children: list[Any]) -> Dwell:
         return Dwell(0, Quantity(children[0], ms))
+
+    def written(self, children: list[Any]) -> Expression:
+        """A value that WRITE shows, with so many decimals; how wide is left to the target."""
+        value, _, *decimals = children
+        return Function("text-of-value", (value, *decimals)) if decimals else cast(Expression, value)
+
+    def write(self, children: list[Any]) -> list[Message]:
+        """What the pendant or the screen shows: a message for each of its lines; into a file, it is not modelled."""
+        place, *items = children
+        if place is not None and not (isinstance(place, Named) and place.name.upper() in _SCREENS):
+            raise NotModelledError(place)
+        lines: list[list[Expression]] = [[]]
+        for item in items:
+            if isinstance(item, Named) and item.name.upper() == "NL":
+                lines.append([])
+            else:
+                lines[-1].append(item)
+        return [Message(0, _shown(line)) for line in lines if line] or [Message(0, Text(""))]
 
     def pulse(self, children: list[Any]) -> list[PulseOutput | Dwell]:
         """Without ADVANCE the program waits until the pulse has ended."""
@@ -360,6 +385,16 @@ def _pose(values: tuple[Expression, ...]) -> Expression:
     zero = Number(0)
     tilted = Function("pose-angles", (x, y, z, zero, e, a))  # Rz(a) Ry(e)
     return Function("pose-product", (tilted, Function("pose-angles", (*(zero,) * 5, r))))
+
+
+def _shown(items: list[Expression]) -> Expression:
+    """A line of what WRITE shows, its values as texts."""
+    parts = tuple(one if _is_shown(one) else Function("text-of-value", (one,)) for one in items)
+    return parts[0] if len(parts) == 1 else Function("joined-text", parts)
+
+
+def _is_shown(e: Expression) -> bool:
+    return isinstance(e, Text) or (isinstance(e, Function) and e.name == "text-of-value")
 
 
 def _back(start: Expression, distance: Expression) -> Expression:

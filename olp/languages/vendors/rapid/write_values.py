@@ -112,7 +112,7 @@ class RapidValues(Generator):
                 return "jointtarget"
             case ex.Function(name, _) if name.startswith(("pose-off", "pose-rel", "forward")):
                 return "robtarget"
-            case ex.SystemValue("current-pose"):
+            case ex.SystemValue("current-pose") | ex.Function("current-pose", _):
                 return "robtarget"
         return ""
 

@@ -34,6 +34,7 @@ class Tp(Vendor):
         for_keeps_last=True,  # ENDFOR counts on only where the counter is not at the target value yet
         arguments_are_values=True,
         sums_of_positions=True,
+        sums_of_texts=True,
         zeroed_clock="a running timer that is reset is taken to go on, which no manual confirmed",
         arm_flags=ArmFlags.COUNTED,
         frame_spelling={"tool": "UTOOL[{}]", "user": "UFRAME[{}]"},

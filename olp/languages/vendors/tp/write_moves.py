@@ -330,8 +330,10 @@ class TpMoves(TpValues):
 
     # --- where ------------------------------------------------------------------------------------------
 
-    def _position(self, it: ex.Expression, s: st.Move, lines: list[str], place: int = 0) -> str:
-        """`place`: of the register that holds it where it has to be built."""
+    def _position(
+        self, it: ex.Expression, s: st.Move, lines: list[str], place: int = 0, moved: bool = False
+    ) -> str:
+        """`place`: of the register that holds it where it has to be built; `moved`: an offset is added to it."""
         if type(it) is ex.Taught:
             if it.store is not ex.Store.ROBOT:
                 raise CannotSayError(f"a taught position as a {terminology.STORES[it.store]} on its own")
@@ -349,7 +351,8 @@ class TpMoves(TpValues):
                 return self._shifted(*shift, s, lines, place)
         if isinstance(it, ex.SystemValue) and it.name in _HERE:
             register = self.scratch.register(place)
-            lines.append(f"PR[{register}]=JPOS")  # where the arm stands, whatever the tool and the frame
+            # Where the arm stands, whatever the tool and the frame; as a pose where something is added to it.
+            lines.append(f"PR[{register}]={'LPOS' if moved else 'JPOS'}")
             return f"PR[{register}]"
         raise CannotSayError("a computed position", "compute it into a position register first")
 
@@ -362,7 +365,10 @@ class TpMoves(TpValues):
     ) -> str:
         """A position moved along the axes of its frame: copied into a register, whose x, y and z are added to."""
         register = self.scratch.register(place)
-        lines.append(f"PR[{register}]={self._position(start, s, lines, place)}")
+        if isinstance(start, ex.SystemValue) and start.name == "current-pose":
+            lines.append(f"PR[{register}]=LPOS")
+        else:
+            lines.append(f"PR[{register}]={self._position(start, s, lines, place)}")
         lines.extend(self.added_lines(register, by))
         return f"PR[{register}]"
 
@@ -376,7 +382,7 @@ class TpMoves(TpValues):
                     "a product of several poses", "compute it into a position register first"
                 )
             words.append(f"{word},{self._offset(offset, lines, 1 + len(words))}")
-        return self._position(it, s, lines), words
+        return self._position(it, s, lines, moved=bool(words)), words
 
     def literal_lines(self, register: str, literal: ex.PositionLiteral) -> list[str]:
         """A pose written into a position register component by component."""

@@ -23,7 +23,9 @@ class Val3(Vendor):
         "Declare SetOverride Opaque"
     )
     data_suffixes = (".dtx", ".pjx")
-    conventions = Conventions(names_read_frames=True, assumed_codes=frozenset({"P576", "P577"}))
+    conventions = Conventions(
+        names_read_frames=True, sums_of_texts=True, assumed_codes=frozenset({"P576", "P577"})
+    )
     comment_prefix = "//"
     trailing_comment_prefix = " //"
     comment_length = 200

@@ -511,11 +511,7 @@ class Val3Rules(BlockRules):
             return [wait, Assign(0, target, Unary("not", _TIMED_OUT))]
         if isinstance(target, Signal):
             bus = target.bus.replace("in", "out")
-            return SetOutput(
-                0,
-                Signal(bus, target.index),
-                Number(int(value.on)) if isinstance(value, SignalState) else value,
-            )
+            return SetOutput(0, Signal(bus, target.index), value)
         if not isinstance(target, (Named, Item, Member)):
             raise BrokenLineError("nothing can be stored here", wanted="a variable")
         kind = self._type(target)
