@@ -1696,3 +1696,89 @@ def test_as_sets_its_clocks_and_teaches_where_the_arm_stands():
     text = translated("\n".join([".PROGRAM p() #0", *rows, ".END", data]), "as", "rapid")
     for row in (":=CRobT(", ":=CJointT();", "ClkReset clock1;", "ClkStart clock1;", "t:=ClkRead(clock1);"):
         assert row in text
+
+# --- 30: arrays that routines take ----------------------------------------------------------------------------
+
+ARRAYS = """DEF k ( )
+INT arr[5],i
+INT m[2,3]
+FOR i=1 TO 5
+arr[i]=i*3
+ENDFOR
+m[2,3]=7
+halve(arr[])
+more(m[,])
+IF (arr[5]==7) AND (m[2,3]==8) THEN
+$OUT[4]=TRUE
+ENDIF
+END
+DEF halve (v[] :OUT)
+INT v[]
+INT k
+FOR k=1 TO 5
+v[k]=v[k]/2
+ENDFOR
+END
+DEF more (v[,] :OUT)
+INT v[,]
+v[2,3]=v[2,3]+1
+END
+"""
+OWN_ARRAYS = """MODULE m
+PROC main()
+VAR num arr{5};
+VAR num m{2,3};
+arr{4}:=12;
+m{2,3}:=7;
+halve arr;
+more m;
+IF arr{4}=6 AND m{2,3}=8 SetDO do4,1;
+ENDPROC
+PROC halve(INOUT num v{*})
+FOR k FROM 1 TO Dim(v,1) DO
+v{k}:=v{k}/2;
+ENDFOR
+ENDPROC
+PROC more(INOUT num v{*,*})
+v{Dim(v,1),Dim(v,2)}:=v{2,3}+1;
+ENDPROC
+ENDMODULE
+"""
+
+
+def _switches(text, vendor, target):
+    plan = run_elsewhere(text, vendor, target)
+    return sum(event.kind == "set" for event in plan.events.values())
+
+
+@pytest.mark.parametrize(
+    ("text", "vendor", "target", "parts"),
+    [
+        (ARRAYS, "krl", "rapid", ["INOUT num v{*})", "INOUT num v{*,*})", "halve arr;", "more m;"]),
+        (ARRAYS, "krl", "urscript", ["arr = halve(arr)", "m = more(m)"]),
+        (OWN_ARRAYS, "rapid", "krl", ["halve (arr[])", "more (m[,])", "DEF more (v[,] :OUT)", "REAL v[,]"]),
+        (OWN_ARRAYS, "rapid", "urscript", ["while (k <= 5)", "v[1, 2] = v[1, 2] + 1"]),
+    ],
+)
+def test_an_array_that_a_routine_takes_is_one_there(text, vendor, target, parts):
+    written = translated(text, vendor, target)
+    for part in parts:
+        assert part in written
+    assert _switches(text, vendor, target) == 1
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_each_element_is_handed_over_where_variables_have_numbers(target):
+    text = ARRAYS.replace("more(m[,])\n", "").replace("INT m[2,3]\n", "").replace("m[2,3]=7\n", "")
+    text = text.replace("AND (m[2,3]==8) ", "").split("DEF more")[0]
+    assert _switches(text, "krl", target) == 1
+
+
+def test_an_array_that_is_handed_over_as_a_whole_comes_back_in_the_run():
+    plan = run(read(ARRAYS, "krl"), ROBOT)
+    assert sum(event.kind == "set" for event in plan.events.values()) == 1
+
+
+def test_an_array_of_which_nothing_tells_the_size_is_not_handed_over_by_its_first_element():
+    text = ARRAYS.replace("INT arr[5],i", "INT i").replace("more(m[,])\n", "")
+    assert "handed over" in " ".join(refused(text, "krl", "tp").values())

@@ -165,7 +165,8 @@ class Parameter:
     """What a routine takes, by name; `type` as that of `Declare`.
 
     `by_reference`: the caller's variable changes with it. `optional`: the caller may leave it out, and `default` holds
-    then. `switch`: it is given or not, and has no value.
+    then. `switch`: it is given or not, and has no value. `sizes`: of an array, elements per dimension; `Unknown("")`
+    where the caller decides.
     """
 
     name: str
@@ -175,6 +176,7 @@ class Parameter:
     switch: bool = False
     default: Expression | None = None
     native: str = ""
+    sizes: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,10 +171,11 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
     if isinstance(base, Named) and base.name.startswith("$") and find_slot(m, base.name) is None:
         m.assume(f"{base.name} is set: nothing that is timed depends on it")
         return
-    if not target.indices:  # the array as a whole
+    indices = _indices(m, target)
+    if not indices:  # the array as a whole, `name[]` or `name[,]`
         _store(m, target.base, value)
         return
-    *before, last = _indices(m, target)
+    *before, last = indices
     held = evaluate(m, target.base)
     for index in before:
         held = _element(held, index, target)

@@ -35,6 +35,7 @@ from olp.ir.program import (
     Statement,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
+from olp.transpile.constant_folding import calls_of, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
@@ -60,6 +61,38 @@ def _listed(symbol: Symbol) -> tuple[int, ...] | None:
     return None if symbol.sizes else ()
 
 
+_OPEN: Final = Unknown("")  # how many elements a parameter has where its caller decides
+
+
+def array_parameters(program: Program, work: TranslationContext) -> Program:
+    """Arrays that routines take have as many elements as what all calls hand over, where that is one number."""
+    while True:
+        symbols = symbols_of(program)
+        changed = [_sized(r, program, symbols) for r in program.routines]
+        if all(new is old for new, old in zip(changed, program.routines, strict=True)):
+            return program
+        program = replace(program, routines=tuple(changed))  # what a routine hands on is known now
+
+
+def _sized(routine: Routine, program: Program, symbols: Symbols) -> Routine:
+    if not any(_OPEN in p.sizes for p in routine.parameters):
+        return routine
+    given: dict[str, set[tuple[int, ...] | None]] = {}
+    for caller, call in calls_of(routine, program):
+        for name, e in paired(routine.parameters, call.arguments):
+            e = e.base if type(e) is Item and not e.indices else e
+            symbol = symbols.find(caller.name, e.name) if type(e) is Named else None
+            given.setdefault(name, set()).add(None if symbol is None else sizes_of(symbols, symbol))
+    parameters = []
+    for p in routine.parameters:
+        sizes = given.get(p.name, set())
+        found = next(iter(sizes)) if len(sizes) == 1 else None
+        known = _OPEN in p.sizes and found is not None and len(found) == len(p.sizes)
+        parameters.append(replace(p, sizes=tuple(map(Number, found or ()))) if known else p)
+    same = all(new is old for new, old in zip(parameters, routine.parameters, strict=True))
+    return routine if same else replace(routine, parameters=tuple(parameters))
+
+
 def array_sizes(program: Program, work: TranslationContext) -> Program:
     """Sizes that a program asks for (RAPID's Dim) as numbers, where the declaration tells them."""
     if not any(_asks_size(e) for r in program.routines for e in work.look(r).expressions):
@@ -71,7 +104,7 @@ def array_sizes(program: Program, work: TranslationContext) -> Program:
             return e
         array, dimension = e.arguments
         symbol = symbols.find(routine, array.name) if type(array) is Named else None
-        sizes = None if symbol is None or symbol.parameter is not None else sizes_of(symbols, symbol)
+        sizes = None if symbol is None else sizes_of(symbols, symbol)
         at = int(dimension.value) if type(dimension) is Number else 0
         return Number(sizes[at - 1]) if sizes and 1 <= at <= len(sizes) else e
 

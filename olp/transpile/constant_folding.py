@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any, Final
 
 from olp.core.units import deg, mm
@@ -35,6 +36,9 @@ from olp.transpile.symbols import Symbols, symbols_of
 _SHARING = frozenset({Declare, Return, Call})
 _SYSTEMS: Final = ("tool", "frame")
 _PLACES: Final = ("position", "joints")
+_MOST_ELEMENTS: Final = (
+    60  # of an array that a call hands over: each is a statement before it, and one behind it
+)
 _BY_NUMBER: Final = ("integer", "real", "string")  # types that a language without parameters hands over
 
 
@@ -79,7 +83,8 @@ class _Shared:
                 taken.add(unique.casefold())
                 self.names[(routine.name, name)] = unique
                 if declare is None:
-                    self.declared.append(Declare(0, unique, kind or "real", None, shared=True))
+                    sizes = next((p.sizes for p in routine.parameters if p.name == name), ())
+                    self.declared.append(Declare(0, unique, kind or "real", None, sizes, shared=True))
             if routine.returns or any(isinstance(s, Return) and s.value is not None for s in routine.body):
                 returned = Named(self.work.fresh(f"{routine.name}_result"))
                 self.results[routine.name.casefold()] = returned
@@ -217,10 +222,29 @@ class _Shared:
                 value = SignalState(parameter.name in given)
             if value is None:
                 continue
-            before.append(Assign(line, target, value))
+            pairs = (
+                [(target, value)] if not parameter.sizes else self._elements(parameter, target, value, line)
+            )
+            before += [Assign(line, one, other) for one, other in pairs]
             if parameter.by_reference and isinstance(value, (Named, Item, Member)):
-                after.append(Assign(line, value, target))
+                after += [Assign(line, other, one) for one, other in pairs]
         return before, after
+
+    def _elements(
+        self, parameter: Parameter, target: Named, value: Expression, line: int
+    ) -> list[tuple[Expression, Expression]]:
+        """Each element of an array that is handed over, with that of the routine's own."""
+        sizes = [int(size.value) for size in parameter.sizes if type(size) is Number]
+        whole = type(value) is Named
+        if len(sizes) < len(parameter.sizes) or math.prod(sizes) > _MOST_ELEMENTS or not whole:
+            says = f"the array {parameter.name}, which is handed over as a whole"
+            if whole and len(sizes) == len(parameter.sizes):
+                says = f"{says}: it has more than {_MOST_ELEMENTS} elements"
+            self.work.lose(line, Fate.REFUSED, "argument", says)
+            return []
+        places = product(*(range(1, size + 1) for size in sizes))
+        indices = [tuple(map(Number, place)) for place in places]
+        return [(Item(target, at), Item(value, at)) for at in indices]
 
 
 def _listed(value: Expression | None) -> list[Expression] | None:
@@ -245,6 +269,18 @@ def paired(
             parameter = next(positional, None)
             if parameter is not None:
                 yield parameter.name, argument
+
+
+def calls_of(routine: Routine, program: Program) -> list[tuple[Routine, Call | CallValue]]:
+    name = routine.name.casefold()
+    return [
+        (r, call)
+        for r in program.routines
+        for s in r.body
+        if not calls_nothing(s)
+        for call in (s, *expressions_of(s))
+        if isinstance(call, (Call, CallValue)) and call.routine.casefold() == name
+    ]
 
 
 def called_in(s: Statement) -> list[str]:

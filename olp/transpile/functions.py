@@ -38,7 +38,7 @@ from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose, angles_from_rotation, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
-from olp.transpile.constant_folding import paired
+from olp.transpile.constant_folding import calls_of, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
@@ -704,18 +704,6 @@ def _places(routine: Routine) -> list[int]:
     return [at for at, p in enumerate(routine.parameters) if p.type in _SYSTEMS]
 
 
-def _calls_of(routine: Routine, program: Program) -> list[tuple[Routine, Call | CallValue]]:
-    name = routine.name.casefold()
-    return [
-        (r, call)
-        for r in program.routines
-        for s in r.body
-        if not calls_nothing(s)
-        for call in (s, *expressions_of(s))
-        if isinstance(call, (Call, CallValue)) and call.routine.casefold() == name
-    ]
-
-
 def _handed_to(routine: Routine, program: Program) -> list[tuple[Expression, ...]] | None:
     """The combinations of tools and frames that calls hand over; None where one is not that of the whole program."""
     places = _places(routine)
@@ -729,7 +717,7 @@ def _handed_to(routine: Routine, program: Program) -> list[tuple[Expression, ...
         return None
     shared = {d.name for d in program.data}
     found: list[tuple[Expression, ...]] = []
-    for _, call in _calls_of(routine, program):
+    for _, call in calls_of(routine, program):
         if len(call.arguments) != len(routine.parameters):
             return None
         given = tuple(call.arguments[at] for at in places)

@@ -32,7 +32,16 @@ from olp.runtime.plan import Plan
 from olp.transpile.advance import continued, stopped_advance
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
-from olp.transpile.arrays import array_bounds, array_sizes, array_values, single_rows, sums, texts, vectors
+from olp.transpile.arrays import (
+    array_bounds,
+    array_parameters,
+    array_sizes,
+    array_values,
+    single_rows,
+    sums,
+    texts,
+    vectors,
+)
 from olp.transpile.blends import blends
 from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
@@ -240,6 +249,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         signal_variables,
         optional_parameters,
         handed_systems,
+        array_parameters,
         array_sizes,
         flat_records,
         enumerations,

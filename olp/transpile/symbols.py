@@ -156,7 +156,9 @@ def symbols_of(program: Program) -> Symbols:
     for routine in program.routines:
         for parameter in routine.parameters:
             key = (routine.name, parameter.name)
-            found.table[key] = Symbol(parameter.name, parameter.type, routine.name, parameter=parameter)
+            found.table[key] = Symbol(
+                parameter.name, parameter.type, routine.name, sizes=parameter.sizes, parameter=parameter
+            )
         for declare in routine.data:
             _declare(found, routine.name, declare)
         for statement in routine.body if Declare in set(map(type, routine.body)) else ():

@@ -67,7 +67,12 @@ class DeclarationRules(KrlMoveRules):
         name, *dimensions, direction = children
         # Without a word the caller's variable is changed.
         by_reference = direction is None or not direction.upper().endswith("IN")
-        return Parameter(self.scope.spell(name), by_reference=by_reference, native="[]" if dimensions else "")
+        return Parameter(
+            self.scope.spell(name),
+            by_reference=by_reference,
+            native="[]" if dimensions else "",
+            sizes=tuple(Unknown("") for indices in dimensions for _ in indices),
+        )
 
     # --- variables --------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from olp.core.diagnostic import Diagnostic, Severity
 from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
+from olp.ir.expressions import Unknown
 from olp.ir.points import PointTable
 from olp.ir.program import Declare, LineKind, Parameter, Program, Routine, Statement
 from olp.languages.findings import Findings
@@ -250,10 +251,19 @@ def _typed(
         one.name.upper(): one for one in body if isinstance(one, Declare) and one.name.upper() in names
     }
     typed = tuple(
-        replace(one, type=found.type, native=found.native + (one.native or ("[]" if found.sizes else "")))
-        if (found := declared.get(one.name.upper())) is not None
-        else one
+        one if (found := declared.get(one.name.upper())) is None else _declared_parameter(one, found)
         for one in parameters
     )
     rest = tuple(one for one in body if not (isinstance(one, Declare) and one.name.upper() in names))
     return rest, typed
+
+
+def _declared_parameter(it: Parameter, found: Declare) -> Parameter:
+    """A parameter with its type; how many elements an array has is the caller's, and a row of CHAR is one text."""
+    open_sizes = tuple(Unknown("") for _ in found.sizes) or it.sizes
+    return replace(
+        it,
+        type=found.type,
+        native=found.native + (it.native or ("[]" if found.sizes else "")),
+        sizes=open_sizes[:-1] if found.type == "string" else open_sizes,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from functools import lru_cache
 from typing import ClassVar, Final
@@ -156,6 +156,9 @@ class KrlValues(Generator):
         self.scope = scope
         self.strings = frozenset() if self.own else strings
         self.spelt: dict[str, str] = {}  # names that KRL's editor wants otherwise
+        self._dimensions = {  # of what each routine takes
+            r.name.casefold(): [len(p.sizes) for p in r.parameters] for r in program.routines if not self.own
+        }
 
     # --- names ------------------------------------------------------------------------------------------
 
@@ -455,9 +458,25 @@ class KrlValues(Generator):
             )
             yield from self.elements(it)
 
-    def _is_row(self, it: st.Parameter) -> bool:
-        """Arrays, and texts of other languages, which are arrays of CHAR."""
-        return it.native.endswith("[]") or (it.type == "string" and not self.own)
+    def _brackets(self, it: st.Parameter) -> str:
+        """`[]`, `[,]` of arrays, and of texts of other languages, which are arrays of CHAR; nothing of others."""
+        text = it.type == "string" and (it.native.endswith("[]") or not self.own)
+        count = len(it.sizes) + text
+        return f"[{',' * (count - 1)}]" if count else ""
+
+    def handed(self, routine: str, given: Sequence[ex.Expression]) -> str:
+        """Arguments; an array as a whole is `name[]`, `name[,]`."""
+        counts = self._dimensions.get(routine.casefold(), ())
+        wanted = (*counts, *(0 for _ in given[len(counts) :]))
+        return self.separator.join(map(self._argument, given, wanted))
+
+    def _argument(self, e: ex.Expression, dimensions: int) -> str:
+        if not dimensions or type(e) is not ex.Named:
+            return self.value(e)
+        return f"{e.name}[{',' * (dimensions - 1 + (e.name in self.strings))}]"
+
+    def spell_call_value(self, e: ex.CallValue) -> Spelled:
+        return f"{e.routine}({self.handed(e.routine, e.arguments)})"
 
     def parameters_text(self, given: tuple[st.Parameter, ...]) -> str:
         """`a :IN,b :OUT`."""
@@ -465,19 +484,17 @@ class KrlValues(Generator):
         for one in given:
             if one.optional or one.switch:
                 raise CannotSayError(f"the optional parameter {one.name}")
-            brackets = "[]" if self._is_row(one) else ""
-            parts.append(f"{one.name}{brackets} :{'OUT' if one.by_reference else 'IN'}")
+            parts.append(f"{one.name}{self._brackets(one)} :{'OUT' if one.by_reference else 'IN'}")
         return ",".join(parts)
 
     def parameter_rows(self, given: tuple[st.Parameter, ...]) -> list[str]:
         """The declarations of parameters at the head of a routine."""
         rows = []
         for one in given:
-            array = self._is_row(one)
             if self.own and not one.type:
                 continue
             word = self.type_word(one.type, one.native.removesuffix("[]"))
-            rows.append(f"DECL {word} {one.name}{'[]' if array else ''}")
+            rows.append(f"DECL {word} {one.name}{self._brackets(one)}")
         return rows
 
 

@@ -283,7 +283,7 @@ class KrlWriter(KrlMoves):
 
     def write_call(self, s: st.Call) -> Lines:
         before, s = self.computed(s)
-        text = f"{s.routine} ({self.arguments(s.arguments)})"
+        text = f"{s.routine} ({self.handed(s.routine, s.arguments)})"
         line = text if s.result is None else f"{self.target(s.result)}={text}"
         return [*before, line, *(["RETURN"] if s.jump else [])]
 

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
-from olp.ir.expressions import CallValue, Expression, FrameRef, Function, Member, Named, Text
+from olp.ir.expressions import CallValue, Expression, FrameRef, Function, Member, Named, Text, Unknown
 from olp.ir.program import (
     Assign,
     Call,
@@ -169,6 +169,7 @@ class ClauseRules(RapidExpressionRules):
             kind.lower() == "switch",
             usual,  # \WObj?WObj hands on wobj0 where it is not given
             native,
+            (Unknown(""),) * stars,
         )
 
     def end_routine(self, children: list[Token]) -> FramingClause:

@@ -224,6 +224,7 @@ class RapidWriter(RapidStatements):
             if not word:
                 passing = "INOUT " if one.by_reference else ""
                 word = passing + ("switch" if one.switch else self._parameter_type(one))
+                stars = ",".join("*" * len(one.sizes)) + "}" if one.sizes else ""
             mark = "\\" if one.optional and not instead else ""
             separator = " | " if instead else "," if text else ""
             text += f"{separator}{mark}{word} {one.name}{'{' + stars if stars else ''}"
