@@ -1697,6 +1697,7 @@ def test_as_sets_its_clocks_and_teaches_where_the_arm_stands():
     for row in (":=CRobT(", ":=CJointT();", "ClkReset clock1;", "ClkStart clock1;", "t:=ClkRead(clock1);"):
         assert row in text
 
+
 # --- 30: arrays that routines take ----------------------------------------------------------------------------
 
 ARRAYS = """DEF k ( )
