@@ -97,7 +97,7 @@ def alarms(recordings: int) -> None:
 
     sys.path.insert(0, str(ROOT))
     from olp.checks.guard.budget import Budget
-    from olp.checks.guard.judge import judge
+    from olp.checks.guard.run import judge
     from olp.identification.recording import read_recording
     from olp.identification.signature import calibrate, write_signature
     from olp.reports.batch import Job

@@ -17,7 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from olp.contracts.readings import declare, readings_of  # noqa: E402
+from olp.contracts.derived_readings import declare  # noqa: E402
+from olp.contracts.readings import readings_of  # noqa: E402
 from olp.contracts.reports import declare_report  # noqa: E402
 from olp.contracts.writers import declare_texts  # noqa: E402
 from olp.languages.limits import writable  # noqa: E402

@@ -14,7 +14,7 @@ import pytest
 
 if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
-    from olp.checks.guard.judge import JudgedFile
+    from olp.checks.guard.run import JudgedFile
     from olp.reports.outcome.model import JudgedItem
     from olp.timing.result import Timing
 
@@ -117,7 +117,7 @@ class _Judge:
         self.known: dict[str, JudgedFile] = {}
 
     def __call__(self, path: str, budget: Budget) -> list[JudgedItem]:
-        from olp.checks.guard.judge import judge
+        from olp.checks.guard.run import judge
         from olp.reports.batch import Job
 
         if path not in self.known:

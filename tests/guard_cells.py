@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from interpreter_jobs import write_jobs
 
-from olp.checks.guard.judge import JudgedFile
-from olp.checks.guard.run import GuardSettings, run, tasks
+from olp.checks.guard.run import GuardSettings, JudgedFile, run, tasks
 from olp.reports.batch import Job
 
 # A cell whose main job calls a routine several times, in a loop and one after the other.

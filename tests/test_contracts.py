@@ -25,13 +25,14 @@ from olp.contracts import (
     check_term,
     check_vendor,
     check_writer,
-    readings,
+    derived_readings,
     vendors,
     writers,
 )
+from olp.contracts.derived_readings import unlike_derived
 from olp.contracts.handling import samples_folder
 from olp.contracts.promises import hold
-from olp.contracts.readings import readings_of, unlike, unlike_derived
+from olp.contracts.readings import readings_of, unlike
 from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
 from olp.core.source import decode
@@ -240,8 +241,8 @@ def test_a_merge_that_swaps_its_sides_is_not_the_declared_one(monkeypatch: pytes
     vendor = find_vendor("val3")
     declared = samples_folder(vendor) / "readings" / "val3.reading"
     assert not list(unlike_derived(vendor, declared, ".merged"))
-    whole = readings.merge_bytes
-    monkeypatch.setattr(readings, "merge_bytes", lambda name, base, a, b: whole(name, base, b, a))
+    whole = derived_readings.merge_bytes
+    monkeypatch.setattr(derived_readings, "merge_bytes", lambda name, base, a, b: whole(name, base, b, a))
     assert any("ours" in differs for _, differs in unlike_derived(vendor, declared, ".merged"))
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from olp.__main__ import main
 from olp.checks.guard.budget import Budget, budgets_for
-from olp.checks.guard.judge import judge
+from olp.checks.guard.run import judge
 from olp.identification.recording import read_recording
 from olp.identification.signature import calibrate, write_signature
 from olp.reports.batch import Job, plan_and_time

@@ -13,7 +13,7 @@ from olp.core.files import expand_paths
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from olp.checks.guard.judge import JudgedFile
+    from olp.checks.guard.run import JudgedFile
     from olp.core.diagnostic import Diagnostic
     from olp.reports.outcome.model import Outcome
 

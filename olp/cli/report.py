@@ -61,8 +61,7 @@ def run(args: Namespace) -> int:
 
 
 def _entry(path: str, job: TimingJob, budgets: str | None) -> PageEntry:
-    from olp.checks.guard.judge import judge
-    from olp.checks.guard.run import tasks
+    from olp.checks.guard.run import judge, tasks
     from olp.core.diagnostic import OlpError
     from olp.identification.timing_job import time_program
     from olp.languages.vendor import read

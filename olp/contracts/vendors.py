@@ -12,7 +12,7 @@ from random import Random
 from typing import Final
 
 from olp.checks.merge.merge import merge_bytes
-from olp.contracts import handling, readings
+from olp.contracts import derived_readings, handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.promises import Difference, Promise, chosen, hold
 from olp.contracts.writers import WriterUnderTest, does_what_the_program_does, writes_each_kind_of_statement
@@ -224,7 +224,7 @@ def merges_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
 
 def _derived(it: VendorUnderTest, suffix: str) -> Iterator[Difference]:
     for path in readings.readings_of(it.folder):
-        yield from readings.unlike_derived(it.vendor, path, suffix)
+        yield from derived_readings.unlike_derived(it.vendor, path, suffix)
 
 
 def declares_every_word(it: VendorUnderTest) -> Iterator[Difference]:

@@ -13,7 +13,6 @@ import json
 import os
 import stat
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -153,6 +152,8 @@ def temporary_cell() -> Iterator[Path]:
     Readers look for routines and settings in the folders around a program. Those around this one are empty, whatever
     lies in the system's folder for temporary files, and the search for an olp.toml ends there as at a repository.
     """
+    import tempfile  # a hundredth of a second, for every command that reads a file
+
     with tempfile.TemporaryDirectory(prefix="olp-") as above:
         for name in ("cell", ".git"):
             Path(above, name).mkdir()

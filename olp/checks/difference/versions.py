@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from olp.checks.difference.compare import ProgramDifference, compare
 from olp.checks.guard.budget import budgets_for
-from olp.checks.guard.judge import judge
+from olp.checks.guard.run import judge
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.git import asked_of_git, files_of, git, lay_out
 from olp.identification.timing_job import TimingJob

@@ -1,4 +1,4 @@
-"""Judges one file against its budgets: items that held or not, and the lines that would bring the time down.
+"""Judges a timed program against its budgets: items that held or not, and the lines that would bring the time down.
 
 A budget limits the seconds of a program, of a routine, or from one label to another.
 """
@@ -6,7 +6,7 @@ A budget limits the seconds of a program, of a routine, or from one label to ano
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.checks.guard.budget import ENDS, Budget, label_name
-from olp.core.diagnostic import OlpError
 from olp.core.source import file_stem
-from olp.identification.timing_job import TimingJob, time_program
 from olp.ir.program import Call, For, Label, Program, Repeat, Routine, While
-from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
+from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status
 from olp.runtime.folder import read_cached
 from olp.runtime.plan import Plan, StepKind
 from olp.timing.result import Timing
@@ -158,48 +156,6 @@ def _run(count: int, start: int, stop: int) -> Bools:
 _WORST = 3  # lines that are told per budget
 
 
-@dataclass(frozen=True, slots=True)
-class JudgedFile:
-    """Verdict on one file. `read`: the files whose content decided it, for the cache; `unread`: the file could not
-    be read.
-    """
-
-    path: str
-    items: tuple[JudgedItem, ...]
-    findings: tuple[OutcomeFinding, ...]
-    total_s: float | None
-    motion_s: float = 0.0
-    wait_s: float = 0.0
-    io_s: float = 0.0
-    high_s: float | None = None
-    read: tuple[str, ...] = ()
-    unread: bool = False
-
-
-def judge(path: str, budgets: Sequence[Budget], job: TimingJob) -> JudgedFile:
-    """Times the program in `path` and checks it against `budgets`. Never raises for a bad program."""
-    from olp.languages.vendor import read
-
-    try:
-        program = read(path, encoding=job.encoding)
-        timings = {given: _timed(program, job, given) for given in {b.signature for b in budgets} | {""}}
-    except OlpError as problem:
-        findings = tuple(of_diagnostic(d, path) for d in problem.diagnostics)
-        why = problem.diagnostics[0].message
-        unknown = tuple(_unknown(b, path, why) for b in budgets)
-        return JudgedFile(path, unknown, findings, None, read=(path,), unread=True)
-    plain = timings[""]
-    items, more = judge_timing(path, program, timings, budgets)
-    found = [*_once([of_diagnostic(d.at(path)) for d in plain.diagnostics]), *more]
-    read_files = tuple(
-        dict.fromkeys([path, *(s.path for s in plain.plan.sources), *(s.path for s in program.companions)])
-    )
-    whole = not plain.untimed and not plain.left_open
-    total = plain.total_s if whole else None
-    sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
-    return JudgedFile(path, tuple(items), tuple(found), total, *sums, read_files)
-
-
 def judge_timing(
     path: str, program: Program, timings: Mapping[str, Timing], budgets: Sequence[Budget]
 ) -> tuple[list[JudgedItem], list[OutcomeFinding]]:
@@ -217,18 +173,8 @@ def judge_timing(
     return items, found
 
 
-def _once(found: list[OutcomeFinding]) -> list[OutcomeFinding]:
-    seen: dict[tuple[str, str, int, str], OutcomeFinding] = {}
-    for finding in found:
-        seen.setdefault((finding.code, finding.file, finding.line, finding.message), finding)
-    return list(seen.values())
-
-
-def _timed(program: Program, job: TimingJob, signature: str) -> Timing:
-    return time_program(program, replace(job, signature=signature) if signature else job)
-
-
-def _unknown(budget: Budget, path: str, why: str) -> JudgedItem:
+def unknown_item(budget: Budget, path: str, why: str) -> JudgedItem:
+    """The verdict where the seconds of a budget are not known."""
     return JudgedItem(budget.name, path, Status.UNKNOWN, why, limit_s=budget.limit_s, group="budget")
 
 
@@ -236,12 +182,12 @@ def _one(
     path: str, timing: Timing, budget: Budget, measured: Measured
 ) -> tuple[JudgedItem, list[OutcomeFinding]]:
     if measured.seconds is None:
-        return _unknown(budget, path, measured.why), []
+        return unknown_item(budget, path, measured.why), []
     seconds, limit = measured.seconds, budget.limit_s + budget.tolerance_s
     broken = next(iter(timing.left_open), None)
     if broken is not None and seconds <= limit:
         # What cannot be read or run takes time too. Over the limit it is over either way.
-        item = _unknown(budget, path, f"at least {seconds:.3f} s: {broken.message}")
+        item = unknown_item(budget, path, f"at least {seconds:.3f} s: {broken.message}")
         return replace(item, seconds=seconds, line=broken.line if broken.file in ("", path) else 0), []
     status, says = verdict(budget, seconds, timing.total_s)
     item = JudgedItem(budget.name, path, status, says, 0, seconds, budget.limit_s, "budget")

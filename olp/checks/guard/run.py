@@ -25,12 +25,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from olp.checks.guard.budget import Budget, Budgets, budgets_for, label_name
-from olp.checks.guard.judge import JudgedFile, judge, verdict
+from olp.checks.guard.judge import judge_timing, unknown_item, verdict
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.files import parse_json, read_input, utf8
 from olp.core.git import git
-from olp.identification.timing_job import TimingJob
-from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status
+from olp.identification.timing_job import TimingJob, time_program
+from olp.ir.program import Program
+from olp.reports.outcome.model import JudgedItem, Level, OutcomeFinding, Status, of_diagnostic
+from olp.timing.result import Timing
 
 _MARK = 0x6F6C7063  # SQLite's application_id: "olpc"
 _SCHEMA = "create table if not exists result (path text primary key, key text not null, value text not null)"
@@ -42,6 +44,24 @@ _MOST_STEPS = 200_000_000  # of SQLite's machine: seconds
 _MOST_TEXT = 8_000_000  # characters of one result
 _MOST_READ = 10_000  # files of one program
 _MOST = 1e12  # [s] and lines
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedFile:
+    """Verdict on one file. `read`: the files whose content decided it, for the cache; `unread`: the file could not
+    be read.
+    """
+
+    path: str
+    items: tuple[JudgedItem, ...]
+    findings: tuple[OutcomeFinding, ...]
+    total_s: float | None
+    motion_s: float = 0.0
+    wait_s: float = 0.0
+    io_s: float = 0.0
+    high_s: float | None = None
+    read: tuple[str, ...] = ()
+    unread: bool = False
 
 
 @dataclass(slots=True)
@@ -432,6 +452,41 @@ def _judged(work: Sequence[Task], settings: GuardSettings) -> Iterator[JudgedFil
 
     with ProcessPoolExecutor(workers) as pool:
         yield from pool.map(judge_one, arguments, chunksize=_CHUNK)
+
+
+def judge(path: str, budgets: Sequence[Budget], job: TimingJob) -> JudgedFile:
+    """Times the program in `path` and checks it against `budgets`. Never raises for a bad program."""
+    from olp.languages.vendor import read
+
+    try:
+        program = read(path, encoding=job.encoding)
+        timings = {given: _timed(program, job, given) for given in {b.signature for b in budgets} | {""}}
+    except OlpError as problem:
+        findings = tuple(of_diagnostic(d, path) for d in problem.diagnostics)
+        why = problem.diagnostics[0].message
+        unknown = tuple(unknown_item(b, path, why) for b in budgets)
+        return JudgedFile(path, unknown, findings, None, read=(path,), unread=True)
+    plain = timings[""]
+    items, more = judge_timing(path, program, timings, budgets)
+    found = [*_once([of_diagnostic(d.at(path)) for d in plain.diagnostics]), *more]
+    read_files = tuple(
+        dict.fromkeys([path, *(s.path for s in plain.plan.sources), *(s.path for s in program.companions)])
+    )
+    whole = not plain.untimed and not plain.left_open
+    total = plain.total_s if whole else None
+    sums = (plain.motion_s, plain.wait_s, plain.io_s, plain.high_s)
+    return JudgedFile(path, tuple(items), tuple(found), total, *sums, read_files)
+
+
+def _once(found: list[OutcomeFinding]) -> list[OutcomeFinding]:
+    seen: dict[tuple[str, str, int, str], OutcomeFinding] = {}
+    for finding in found:
+        seen.setdefault((finding.code, finding.file, finding.line, finding.message), finding)
+    return list(seen.values())
+
+
+def _timed(program: Program, job: TimingJob, signature: str) -> Timing:
+    return time_program(program, replace(job, signature=signature) if signature else job)
 
 
 def judge_one(argument: tuple[str, tuple[Budget, ...], TimingJob]) -> JudgedFile:

@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from olp.checks.guard.judge import JudgedFile
+from olp.checks.guard.run import JudgedFile
 from olp.core.diagnostic import OlpError, error
 from olp.core.files import utf8
 from olp.core.git import git
