@@ -1783,3 +1783,24 @@ def test_an_array_that_is_handed_over_as_a_whole_comes_back_in_the_run():
 def test_an_array_of_which_nothing_tells_the_size_is_not_handed_over_by_its_first_element():
     text = ARRAYS.replace("INT arr[5],i", "INT i").replace("more(m[,])\n", "")
     assert "handed over" in " ".join(refused(text, "krl", "tp").values())
+
+
+# --- 31: arm flags that a variable takes over -----------------------------------------------------------------
+
+FLAGGED = (
+    "DECL E6POS P,Q",
+    *HOME,
+    "P={X 900,Y 0,Z 400,A 0,B 90,C 0,S 6,T 27}",
+    "Q=P",
+    "Q.Z=Q.Z+N",
+    "PTP Q",
+    "LIN P",
+)
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_arm_flags_of_a_pose_in_a_variable_are_told_where_they_are_left_out(target):
+    told = [loss.line for loss in losses(krl(*FLAGGED), "krl", target) if loss.part == "configuration"]
+    assert told == [len(HOME) + 6]
+    plain = krl(*(row.replace(",S 6,T 27", "") for row in FLAGGED))
+    assert not [loss for loss in losses(plain, "krl", target) if loss.part == "configuration"]

@@ -20,6 +20,7 @@ from olp.robots.kinematics.configuration import TURN_AXES, same_posture
 from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.postures import NEAREST, carriers_of_flags, takes_flags
 from olp.transpile.symbols import Symbols, symbols_of
 
 Sectors = tuple[tuple[int, float, float], ...]
@@ -258,7 +259,7 @@ def _most_frequent(counts: Counter[Flags]) -> Flags:
 
 def _left_open(program: Program, work: TranslationContext) -> Program:
     """The program does not watch the flags of joint moves where they are not known."""
-    symbols = symbols_of(program)
+    symbols, carriers = symbols_of(program), carriers_of_flags(program)
     open_moves: set[int] = set()
     known = False
     for routine in program.routines:
@@ -270,9 +271,13 @@ def _left_open(program: Program, work: TranslationContext) -> Program:
                 known = True
             elif value is not None or not _is_joints(s, symbols, routine.name):
                 open_moves.add(id(s))
-                if value is not None and value.configuration and work.has_flags:
-                    says = "the arm configuration is left to the controller: it takes the nearest"
-                    work.lose(s, Fate.APPROXIMATED, "configuration", says)
+                flags = (
+                    value.configuration
+                    if value is not None
+                    else takes_flags(s, routine.name, symbols, carriers)
+                )
+                if flags and work.has_flags:
+                    work.lose(s, Fate.APPROXIMATED, "configuration", NEAREST)
     if not open_moves:
         return program
     main = program.main or program.routines[0].name

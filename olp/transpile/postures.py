@@ -6,6 +6,7 @@ whatever the language. With `--target-robot` each robot's file says how its join
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -13,18 +14,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import Expression, FrameRef, Function, Item, Member, Named, Number, PositionLiteral
+from olp.ir.expressions import (
+    CallValue,
+    Expression,
+    FrameRef,
+    Function,
+    Item,
+    Member,
+    Named,
+    Number,
+    PositionLiteral,
+)
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import Assign, Declare, Move, Path, Program, Statement
-from olp.ir.transformer import edited, expressions_of, mapped
+from olp.ir.program import Assign, Call, Declare, Move, Path, Program, Return, Statement
+from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.robots.coordinate_systems import Cell
 from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import readings_of_joints, same_posture
 from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
+from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext, cell_of
 from olp.transpile.move_lowering import tell_zeros
-from olp.transpile.symbols import Symbols, base_of, symbols_of
+from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 Floats = NDArray[np.float64]
 _SAME = 1e-7  # [m]
@@ -329,7 +341,52 @@ _NAMED: Final = {"tool": "tool", "user": "frame"}
 # --- Configurations ---
 # Arm configurations: kept where the target says them; where it does not, told.
 
+NEAREST: Final = "the arm configuration is left to the controller: it takes the nearest"
 _CONFIGURATIONS_SAME = 1e-6  # [rad] below this two ends are one
+
+
+def carriers_of_flags(program: Program) -> frozenset[str]:
+    """Names of variables, parameters and functions that may hold a pose whose arm flags somebody wrote."""
+    found: set[str] = set()
+    flows: dict[str, set[str]] = {}  # from a name to those that take its value over
+
+    def note(to: str, value: Expression | None) -> None:
+        for e in () if value is None else expressions_of(value):
+            if type(e) is PositionLiteral and e.configuration:
+                found.add(to)
+            elif isinstance(e, (Named, CallValue)):
+                flows.setdefault(e.name if isinstance(e, Named) else e.routine, set()).add(to)
+
+    taken = {r.name.casefold(): r.parameters for r in program.routines}
+    for d in program.data:
+        note(d.name, d.value)
+    for r in program.routines:
+        for s in (*r.data, *r.body):
+            base = base_of(s.target) if isinstance(s, Assign) and type(s.target) is not Member else None
+            if isinstance(s, Declare):
+                note(s.name, s.value)
+            elif isinstance(s, Assign) and base is not None:
+                note(base.name, s.value)
+            elif isinstance(s, Return):
+                note(r.name, s.value)
+            for call in () if calls_nothing(s) else (s, *expressions_of(s)):
+                if isinstance(call, (Call, CallValue)):
+                    for name, value in paired(taken.get(call.routine.casefold(), ()), call.arguments):
+                        note(name, value)
+    todo = list(found)
+    while todo:
+        new = flows.get(todo.pop(), set()) - found
+        found |= new
+        todo += new
+    return frozenset(found)
+
+
+def takes_flags(s: Move, routine: str, symbols: Symbols, carriers: Set[str]) -> bool:
+    """Whether a move leads to a pose that takes arm flags over from one that is written out."""
+    target = s.targets[0]
+    if kind_of_value(symbols, routine, target) == "joints":
+        return False
+    return any(isinstance(e, Named) and e.name in carriers for e in expressions_of(target))
 
 
 def configurations(program: Program, work: TranslationContext) -> Program:
@@ -340,6 +397,7 @@ def configurations(program: Program, work: TranslationContext) -> Program:
     if work.limits.has_configuration or not any(e.configuration for e in work.literals(program)):
         return program
     symbols = work.symbols(program)
+    carriers = carriers_of_flags(program)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -350,6 +408,8 @@ def configurations(program: Program, work: TranslationContext) -> Program:
                 if isinstance(literal, PositionLiteral) and literal.configuration:
                     assert isinstance(row, Move)
                     row = _near(row, work)
+                elif literal is None and takes_flags(s, routine.name, symbols, carriers) and work.has_flags:
+                    work.lose(s, Fate.APPROXIMATED, "configuration", NEAREST)
             rows.append(row)
         routines.append(
             replace(routine, body=tuple(rows), data=tuple(mapped(d, _without) for d in routine.data))
@@ -364,8 +424,7 @@ def _near(s: Move, work: TranslationContext) -> Move:
     if axes is None and not work.has_flags:
         return s
     if axes is None:
-        says = "the arm configuration is left to the controller: it takes the nearest"
-        work.lose(s, Fate.APPROXIMATED, "configuration", says)
+        work.lose(s, Fate.APPROXIMATED, "configuration", NEAREST)
         return s
     near = PositionLiteral("joint", axes)
     return edited(s, {"targets": (Function("inverse", (s.targets[0], near)),)})
