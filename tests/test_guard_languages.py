@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import NamedTuple
@@ -39,6 +40,7 @@ class Sample(NamedTuple):
 LABELS = {"inform": "*{}", "krl": "{}:", "rapid": "{}:", "tp": "LBL[{}]", "as": "{}", "pdl2": "{}::"}
 
 
+@cache
 def sample_of(name: str) -> Sample:
     """The handling sample of a language, whose lines are found by what happens on them."""
     vendor = find_vendor(name)
@@ -63,7 +65,6 @@ def sample_of(name: str) -> Sample:
 
 
 NAMES = vendor_names()
-LANGUAGES = {name: sample_of(name) for name in NAMES}
 
 
 @pytest.fixture(params=NAMES)
@@ -74,7 +75,7 @@ def name(request) -> str:
 @pytest.fixture
 def path(name, tmp_path, monkeypatch) -> Path:
     """A copy of the sample's folder, with its main program seen from there."""
-    source = SAMPLES / LANGUAGES[name].main
+    source = SAMPLES / sample_of(name).main
     shutil.copytree(source.parent, tmp_path / "cell")
     monkeypatch.chdir(tmp_path / "cell")
     return Path(source.name)
@@ -128,14 +129,14 @@ def test_a_budget_of_the_whole_and_of_its_parts_is_judged_at_a_line(path, capsys
 
 
 def test_a_routine_has_a_budget_wherever_its_file_is(name, path, capsys):
-    status, found = check(capsys, path, f"[[budget]]\nroutine='{LANGUAGES[name].drop.upper()}'\nlimit_s=3\n")
+    status, found = check(capsys, path, f"[[budget]]\nroutine='{sample_of(name).drop.upper()}'\nlimit_s=3\n")
     (item,) = found["items"]
     assert (status, item["status"]) == (1, "failed")
     assert 4.0 < item["seconds"] < 5.5  # much the same motion in every language
 
 
 def test_a_span_between_labels_is_what_runs_between_them(name, path, capsys):
-    sample = LANGUAGES[name]
+    sample = sample_of(name)
     if sample.label is None:
         assert not any(isinstance(s, Label) for s in read(path).statements())
         status, found = check(capsys, path, "[[budget]]\nfrom='a'\nto='b'\nlimit_s=3\n")
@@ -160,7 +161,7 @@ def test_a_span_between_labels_is_what_runs_between_them(name, path, capsys):
 def test_a_difference_names_the_line_and_the_cause(name, path, capsys):
     old = Path("..", "old", path.name)
     shutil.copytree(".", old.parent)
-    before, after = LANGUAGES[name].pause
+    before, after = sample_of(name).pause
     path.write_bytes(path.read_bytes().replace(before.encode(), after.encode()))
     status, found = told(capsys, "diff", str(old), str(path), "--robot", ROBOT)
     (program,) = found["programs"]
@@ -176,7 +177,7 @@ def test_a_wait_without_limit_is_found_and_a_comment_of_the_language_excuses_it(
     status, found = told(capsys, "lint", str(path), "--robot", ROBOT, "--select", "W012")
     (finding,) = found["findings"]
     assert status == 0
-    assert LANGUAGES[name].wait in lines_of(path)[finding["line"] - 1].decode("latin-1")
+    assert sample_of(name).wait in lines_of(path)[finding["line"] - 1].decode("latin-1")
     lines = lines_of(path)
     at = finding["line"] - 1
     for code, excused in (("W012", True), ("W001", False)):
@@ -228,14 +229,14 @@ def test_the_report_is_one_page_with_the_program_in_it(name, path, capsys, tmp_p
     page.feed(out.read_text(encoding="utf-8"))
     assert page.loads == []
     words = " ".join(page.text)
-    assert LANGUAGES[name].pause[0] in words
+    assert sample_of(name).pause[0] in words
     assert path.name in words
 
 
 def test_runs_are_kept_and_their_trend_shown(name, path, capsys):
     totals = []
-    for text in LANGUAGES[name].pause:
-        path.write_bytes(path.read_bytes().replace(LANGUAGES[name].pause[0].encode(), text.encode()))
+    for text in sample_of(name).pause:
+        path.write_bytes(path.read_bytes().replace(sample_of(name).pause[0].encode(), text.encode()))
         Path("olp.toml").write_text(f"robot = '{ROBOT}'\n[[budget]]\nlimit_s = 99\nfiles = '{path}'\n")
         main(["check", str(path), "--store", "olp.db", "--no-cache"])
         capsys.readouterr()
