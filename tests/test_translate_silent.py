@@ -1804,3 +1804,22 @@ def test_arm_flags_of_a_pose_in_a_variable_are_told_where_they_are_left_out(targ
     assert told == [len(HOME) + 6]
     plain = krl(*(row.replace(",S 6,T 27", "") for row in FLAGGED))
     assert not [loss for loss in losses(plain, "krl", target) if loss.part == "configuration"]
+
+
+# --- 32: texts are compared by a function in KRL --------------------------------------------------------------
+
+
+def test_texts_are_compared_by_strcomp_in_krl():
+    """`==` compares no arrays of CHAR (KUKA's bas.src and integrators use StrComp)."""
+    data = ('VAR string s:="part";', 'VAR string names{2}:=["a","b"];')
+    rows = ('s:=s+"x";', 'IF s="partx" Set do1;', 'IF s<>"b" AND names{2}="b" Set do2;', 'TEST s CASE "q": Set do3;')
+    text = module(*rows, "ENDTEST", data=data)
+    written = translated(text, "rapid", "krl")
+    assert not re.search(r"\[\] *(==|<>)|,\] *(==|<>)", written)
+    assert 'NOT StrComp(s_1[],"b",#CASE_SENS) AND StrComp(names[2,],"b",#CASE_SENS)' in written
+    assert _switches(text, "rapid", "krl") == 2
+
+
+def test_the_run_compares_texts_with_strcomp():
+    rows = ('A[]="abc"', 'B[]="abd"', "C=StrComp(A[],B[],#CASE_SENS)", "IF NOT C THEN", "WAIT SEC 1", "ENDIF")
+    assert read(krl("DECL CHAR A[9],B[9]", "DECL BOOL C", *rows), "krl").plan().durations.tolist() == [1.0]

@@ -135,6 +135,7 @@ FUNCTIONS: Final[Mapping[str, str]] = {
     "position-in-text": "the place of one text in another",
     "match-in-text": "the place of one text in another from a character on",
     "find-in-text": "the place of one text in another from a character on",
+    "same-text": "comparing texts",
     "signal-number": "the number of a signal",
     "size-of-array": "the size of an array that nothing at hand tells",
     "text-of-value": "a number as a text",

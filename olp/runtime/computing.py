@@ -350,6 +350,7 @@ _LEAST_ARGUMENTS: Mapping[str, int] = {
     "position-in-text": 2,
     "match-in-text": 3,
     "find-in-text": 3,
+    "same-text": 2,
     "size-of-array": 2,
     "joined-text": 0,
     "parameter": 0,

@@ -304,6 +304,7 @@ FUNCTIONS: Mapping[str, Callable[[Machine, Arguments], Value]] = {
     "position-in-text": _find,
     "match-in-text": _match,
     "find-in-text": _found,
+    "same-text": lambda m, a: _text(m, a[0]) == _text(m, a[1]),
 }
 
 # Every function takes one argument at least. What a controller's manual makes optional is not counted.

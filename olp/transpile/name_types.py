@@ -65,6 +65,7 @@ _TAKES: Final[Mapping[str, tuple[str, ...]]] = {
     "position-in-text": ("string",),
     "match-in-text": ("string", "integer", "string"),
     "find-in-text": ("string", "integer", "string"),
+    "same-text": ("string", "string"),
     "code-of-character": ("string",),
     "text-of-value": ("",),
 }

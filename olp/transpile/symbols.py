@@ -11,6 +11,7 @@ from olp.ir.expressions import (
     CallValue,
     Compare,
     Expression,
+    Function,
     Item,
     Logic,
     Member,
@@ -305,6 +306,8 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
             | Unary("not", _)
             | SystemValue("manual-reduced" | "manual-full" | "timer-running" | "timed-out")
         ):
+            return "boolean"
+        case Function("same-text", _):
             return "boolean"
         case SystemValue(name) if name in terminology.STATES:
             return "boolean"

@@ -16,7 +16,6 @@ from lark.exceptions import UnexpectedInput
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import (
     Binary,
-    CallValue,
     Compare,
     Expression,
     Function,
@@ -316,11 +315,7 @@ def with_plain_functions(program: Program) -> Program:
     def change(e: Expression) -> Expression:
         if type(e) is Function and e.name == "bit-not":
             return Binary("-", Unary("-", e.arguments[0]), Number(1))
-        if type(e) is CallValue and e.routine.casefold() == "strcomp" and len(e.arguments) == 3:
-            one, other, how = e.arguments
-            if how == Text("#CASE_SENS"):
-                return Compare("=", one, other)
-        return e
+        return Compare("=", *e.arguments) if type(e) is Function and e.name == "same-text" else e
 
     def row(s: Statement) -> Statement:
         return mapped(s, change) if _is_read(s) else s

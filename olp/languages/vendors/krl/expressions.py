@@ -194,6 +194,8 @@ class KrlExpressionRules(Transformer[Token, Any]):
         if name.upper() == "STRFIND" and len(arguments) == 4 and arguments[3] == Text("#CASE_SENS"):
             start, text, pattern, _ = arguments
             return Function("find-in-text", (text, start, pattern))
+        if name.upper() == "STRCOMP" and len(arguments) == 3 and arguments[2] == Text("#CASE_SENS"):
+            return Function("same-text", arguments[:2])
         return CallValue(self.scope.spell(name), arguments)
 
     # --- arithmetic and logic ---------------------------------------------------------------------------

@@ -330,6 +330,9 @@ class KrlValues(Generator):
         text, start, pattern = map(self.value, given)
         return f"StrFind({start},{text},{pattern},#CASE_SENS)"
 
+    def function_same_text(self, given: tuple[ex.Expression, ...]) -> str:
+        return f"StrComp({','.join(map(self.value, given))},#CASE_SENS)"
+
     def function_atan(self, given: tuple[ex.Expression, ...]) -> str:
         return f"ATAN2({self.value(given[0])},1.0)"
 

@@ -17,7 +17,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import expressions_of
-from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, as_text
+from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, Spelled, as_text
 from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.body import FORGETS
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
@@ -203,6 +203,13 @@ class KrlWriter(KrlMoves):
             return name.name in self.strings
         constant = isinstance(e, ex.Text) and e.value[:1] != "#"
         return constant or texts.is_put_together(e)
+
+    def spell_compare(self, e: ex.Compare) -> Spelled:
+        """`==` compares no arrays of CHAR: texts are compared by StrComp, as KUKA's own bas.src does."""
+        if self.own or e.operator not in ("=", "<>") or not (self._is_text(e.left) or self._is_text(e.right)):
+            return super().spell_compare(e)
+        same = ex.Function("same-text", (e.left, e.right))
+        return self.spell_function(same) if e.operator == "=" else self.spell_unary(ex.Unary("not", same))
 
     def _clock(self, clock: ex.SystemValue, value: ex.Expression) -> str:
         """A clock is set, in ms, or started and stopped."""
