@@ -1812,7 +1812,12 @@ def test_arm_flags_of_a_pose_in_a_variable_are_told_where_they_are_left_out(targ
 def test_texts_are_compared_by_strcomp_in_krl():
     """`==` compares no arrays of CHAR (KUKA's bas.src and integrators use StrComp)."""
     data = ('VAR string s:="part";', 'VAR string names{2}:=["a","b"];')
-    rows = ('s:=s+"x";', 'IF s="partx" Set do1;', 'IF s<>"b" AND names{2}="b" Set do2;', 'TEST s CASE "q": Set do3;')
+    rows = (
+        's:=s+"x";',
+        'IF s="partx" Set do1;',
+        'IF s<>"b" AND names{2}="b" Set do2;',
+        'TEST s CASE "q": Set do3;',
+    )
     text = module(*rows, "ENDTEST", data=data)
     written = translated(text, "rapid", "krl")
     assert not re.search(r"\[\] *(==|<>)|,\] *(==|<>)", written)
@@ -1823,3 +1828,22 @@ def test_texts_are_compared_by_strcomp_in_krl():
 def test_the_run_compares_texts_with_strcomp():
     rows = ('A[]="abc"', 'B[]="abd"', "C=StrComp(A[],B[],#CASE_SENS)", "IF NOT C THEN", "WAIT SEC 1", "ENDIF")
     assert read(krl("DECL CHAR A[9],B[9]", "DECL BOOL C", *rows), "krl").plan().durations.tolist() == [1.0]
+
+
+# --- 33: signals from 0 on ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform"])
+def test_a_computed_number_of_a_signal_that_may_be_0_is_told_where_signals_begin_with_1(target):
+    rows = (
+        "set_digital_out(0, True)",
+        "i = 2",
+        "while i > 0:",
+        "set_digital_out(i, True)",
+        "i = i - 1",
+        "end",
+    )
+    told = [loss.line for loss in losses(script(*rows), "urscript", target) if loss.part == "index"]
+    assert told == [5]
+    tp_rows = ("R[1]=2", "DO[R[1]]=ON")
+    assert not [x for x in losses(tp(*tp_rows, positions=(P1,)), "tp", "krl") if "is computed" in x.says]

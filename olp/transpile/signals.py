@@ -46,6 +46,7 @@ from olp.ir.program import (
     Wait,
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import language_of
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.runtime.signals import is_number
@@ -69,6 +70,9 @@ _STEMS: Final[Mapping[str, str]] = {
 }
 _GROUPS: Final = ("in-group", "out-group", "in-half-group", "out-half-group")
 _DECLARED: Final = "SIGNAL"  # the kind of a declaration that makes a group
+_FROM_ZERO: Final = (
+    "its number is computed: there is no signal 0 there, and one that is written as 0 has another number"
+)
 _FIRST_FREE, _FREE_SIZE = 1025, 16  # behind the signals that most programs use; as many as a word has bits
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 
@@ -91,6 +95,7 @@ def signals(program: Program, work: TranslationContext) -> Program:
     own = _Signals(work)
     if work.limits.first_signal:
         own.keep_numbers(program)
+        own.from_zero = not work.conventions.controller_names and _counts_from_zero(program.vendor)
     if work.conventions.controller_names and not work.target_conventions.controller_names:
         own.note(program)
     routines = tuple(replace(r, body=tuple([own.statement(s) for s in r.body])) for r in program.routines)
@@ -106,6 +111,7 @@ class _Signals:
     groups: dict[tuple[str, str], Declare] = field(
         default_factory=dict
     )  # by bus and number or name in the source
+    from_zero: bool = False  # the source has signals with the number 0, and the target none
     refused: str = ""  # a group of the statement under way that the target does not have
 
     def keep_numbers(self, program: Program) -> None:
@@ -142,6 +148,8 @@ class _Signals:
             return s
         if any(type(e) is Signal and "analog" in e.bus for e in expressions_of(s)):
             self._tell_analog(s)
+        if self.from_zero and any(map(_is_computed, expressions_of(s))):
+            self.work.lose(s, Fate.APPROXIMATED, "index", _FROM_ZERO)
         s = mapped(s, self.change)
         if self.work.target_conventions.group_sizes:
             self._tell_group(s)
@@ -432,6 +440,10 @@ def signal_aliases(program: Program, work: TranslationContext) -> Program:
     readers = [own.reader(bus, name) for bus, name in own.readers.items()]
     declares = [Declare(0, name, f"signal {_kind(bus)}") for (bus, _), name in own.variables.items()]
     return replace(program, routines=(*routines, *readers), data=(*program.data, *declares))
+
+
+def _counts_from_zero(vendor: str) -> bool:
+    return vendor in writable() and not limits_of(vendor).first_signal
 
 
 def _kind(bus: str) -> str:
