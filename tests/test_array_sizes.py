@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from translated_texts import converted, run_elsewhere
 
 from olp.core.source import decode
 from olp.fluent import Program, read_source
-from olp.runtime.plan import StepKind
+from olp.runtime.plan import Plan, StepKind
 from olp.transpile import Context
 from olp.transpile.convert import convert
 
@@ -33,7 +34,10 @@ ENDMODULE
 
 
 def waits(program: Program) -> list[float]:
-    plan = program.plan()
+    return waits_of(program.plan())
+
+
+def waits_of(plan: Plan) -> list[float]:
     return [round(10 * float(plan.durations[row]), 6) for row in plan.row[plan.kind == StepKind.WAIT]]
 
 
@@ -49,6 +53,14 @@ def test_sizes_that_a_declaration_tells_are_numbers(target: str) -> None:
     assert waits(read_source(decode(made.files[made.main], made.main), vendor=target)) == [3, 2]
 
 
-def test_the_size_of_a_parameter_is_asked_of_no_routine_that_does_not_exist() -> None:
-    made = convert(read_source(decode(_PROGRAM.encode(), "M.mod")), "krl", Context(on_loss="comment"))
-    assert {loss.line for loss in made.translated.losses if loss.leaves_out} >= {14}
+@pytest.mark.parametrize("target", ["krl", "tp", "inform"])
+def test_the_size_of_a_parameter_is_that_of_the_array_that_is_passed(target: str) -> None:
+    assert not [loss for loss in converted(_PROGRAM, "rapid", target).translated.losses if loss.leaves_out]
+    assert waits_of(run_elsewhere(_PROGRAM, "rapid", target)) == [3, 2, 10]
+
+
+def test_the_size_of_a_parameter_that_gets_arrays_of_several_sizes_is_left_out_with_what_needs_it() -> None:
+    more = "VAR num other{3}:=[1,2,3];\nPROC main()\n  WaitTime total(other)/10;\n"
+    text = _PROGRAM.replace("PROC main()\n", more)
+    made = convert(read_source(decode(text.encode(), "M.mod")), "krl", Context(on_loss="comment"))
+    assert {loss.line for loss in made.translated.losses if loss.leaves_out} >= {16}
