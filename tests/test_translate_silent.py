@@ -1847,3 +1847,11 @@ def test_a_computed_number_of_a_signal_that_may_be_0_is_told_where_signals_begin
     assert told == [5]
     tp_rows = ("R[1]=2", "DO[R[1]]=ON")
     assert not [x for x in losses(tp(*tp_rows, positions=(P1,)), "tp", "krl") if "is computed" in x.says]
+
+
+def test_what_a_call_changes_by_reference_is_set_back_too():
+    routine = "PROC more(INOUT num v{*})\r\nv{1}:=v{1}+1;\r\nENDPROC\r\n"
+    text = module("more lst;", "WaitTime lst{1};", data=("VAR num lst{2}:=[1,2];",))
+    text = text.replace("ENDMODULE", routine + "ENDMODULE")
+    made = converted(text, "rapid", "krl")
+    assert any("lst" in things for says, things in made.translated.asks.items() if "set these back" in says)

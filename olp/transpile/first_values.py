@@ -281,11 +281,12 @@ def _ask_anew(program: Program, work: TranslationContext) -> None:
 
 def _changed_data(program: Program, work: TranslationContext) -> list[Declare]:
     """The variables of the source, none of a routine's own, that statements change."""
+    symbols = work.symbols(program)  # which knows what calls change by reference, too
     changed = {name for s in program.statements() for name, _ in _parts_set(s)}
     return [
         d
         for d in program.data
-        if d.name in changed
+        if (d.name in changed or ((symbol := symbols.find("", d.name)) is not None and symbol.assigned))
         and d.storage == "variable"
         and d.name not in work.helpers
         and d.comment != UNDECLARED
