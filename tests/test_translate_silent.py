@@ -1855,3 +1855,20 @@ def test_what_a_call_changes_by_reference_is_set_back_too():
     text = text.replace("ENDMODULE", routine + "ENDMODULE")
     made = converted(text, "rapid", "krl")
     assert any("lst" in things for says, things in made.translated.asks.items() if "set these back" in says)
+
+
+def test_sums_of_positions_in_a_job_are_added_to_a_copy():
+    """`SET P003  EXPRESS P001 + P002` is in no published job; `ADD P001 P002` and `SUB P001 P002` are."""
+    sums = ("PR[3]=PR[1]+PR[2]", "PR[3]=PR[1]-PR[2]", "PR[1]=PR[2]+PR[1]", "PR[1]=PR[1]-PR[2]")
+    set_ = ("PR[1,1]=1", "PR[2,1]=2")
+    rows = code(translated(tp(*set_, *sums), "tp", "inform"), "'")
+    found = [row.split()[0] for row in rows if re.match(r"(SET|ADD|SUB) P\d+ P\d+$", row)]
+    assert found == ["SET", "ADD", "SET", "SUB", "ADD", "SUB"]
+    assert not [row for row in rows if "EXPRESS P" in row]
+
+
+def test_a_text_of_several_parts_is_joined_by_two_at_a_time():
+    data = ('VAR string a:="";', 'VAR string b:="z";')
+    text = module('a:=b+"x"+b+"y";', "TPWrite a;", data=data)
+    rows = code(translated(text, "rapid", "inform"), "'")
+    assert [len(row.split()) for row in rows if row.startswith("CAT$")] == [4, 4, 4]

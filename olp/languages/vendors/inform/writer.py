@@ -251,6 +251,8 @@ class InformWriter(InformMoves):
                 "a tool or frame that is assigned", "set it with MFRAME or on the controller"
             )
         target = self.single(s.target)
+        if not self.own and (rows := self._by_steps(target, s.value)):
+            return rows
         match s.value:
             case ex.Element(variable, index):
                 return f"GETE {target} {self.single(variable)} ({self.single(index)})"
@@ -266,6 +268,23 @@ class InformWriter(InformMoves):
                 return f"SET {target}  EXPRESS {self.value(s.value)}"
             case _:
                 return f"SET {target} {self.single(s.value)}"
+
+    def _by_steps(self, target: str, value: ex.Expression) -> list[str]:
+        """Sums of positions and texts of several parts, which published jobs put together one by one."""
+        match value:
+            case ex.Function("joined-text", (first, second, *more)) if more:
+                parts = [self.single(part) for part in more]
+                rows = [f"CAT$ {target} {self.single(first)} {self.single(second)}"]
+                return (
+                    [] if target in parts else [*rows, *(f"CAT$ {target} {target} {part}" for part in parts)]
+                )
+            case ex.Binary("+" | "-" as sign, ex.Variable(ex.Store.ROBOT), ex.Variable(ex.Store.ROBOT)):
+                left, right = self.single(value.left), self.single(value.right)
+                if right == target and sign == "+":
+                    left, right = right, left
+                copy = [] if left == target else [f"SET {target} {left}"]
+                return [] if right == target != left else [*copy, f"{_UPDATES[sign]} {target} {right}"]
+        return []
 
     def _function(self, target: str, function: ex.Function) -> str:
         name, arguments = function.name, function.arguments
