@@ -83,6 +83,16 @@ def test_shared_stamps_alone_are_no_mismatch(seed, digits, heavy, tmp_path):
     assert (found.verdict, found.findings) == ("no-mismatch", ())
 
 
+def test_shared_stamps_are_told_by_what_the_names_leave(tmp_path):
+    start, end, way, _ = program(47)
+    real = plain(47) + np.where((start - end)[:, 2] / way > 0.7, 0.03, 0.0)
+    began = np.random.default_rng(47).uniform(0.0, 0.012)
+    stamps = np.floor((np.concatenate([[0.0], np.cumsum(real)]) + began) / 0.012) * 0.012
+    recording = record(tmp_path / "r", np.diff(stamps), 47, toml="time_resolution_s = 0.012\n")
+    named = diagnose_recording(recording).named
+    assert named.noise.order == pytest.approx(naming._order(named.fit, named.clean), abs=5e-3)
+
+
 def test_with_shared_stamps_a_term_is_named_and_its_number_is_finer_than_white_noise_would_allow(tmp_path):
     _, _, way, speed = program(4)
     real = stamped(4, travel(way, speed, 0.7 * ACCELERATION), 1e-4, False)
@@ -415,7 +425,15 @@ def far_out_moves(tmp_path, off):
 
 
 @pytest.mark.parametrize(
-    ("off", "worth"), [((20, 20, 20, 20), 0.0), ((20, -20, 0, 0), 6.7), ((20, -20, 20, -20), 13.3)]
+    ("off", "worth"),
+    [
+        ((20, 20, 20, 20), 0.0),
+        ((20, 20, 20, 0), 0.0),
+        ((20, -20, 20, -20), 13.3),
+        ((20, -20, 0, 0), 6.7),
+        ((-20, -20, 0, 0), 6.7),  # of one or two moves nothing tells that the other side has none
+        ((-20, 0, 0, 0), 3.3),
+    ],
 )
 def test_far_out_moves_are_scatter_as_far_as_they_are_on_both_sides(off, worth, tmp_path):
     case, left, _, off = far_out_moves(tmp_path, off)

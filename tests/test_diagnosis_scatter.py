@@ -86,6 +86,14 @@ def test_repeats_that_scatter_less_than_what_remains_are_the_floor():
     assert found.source == REPEATS
 
 
+def test_few_repeats_of_a_heavy_tailed_scatter_are_no_smaller_scatter():
+    """Variances of heavy tails differ by more than Fisher's test expects of normal values."""
+    case, _ = moves(210)
+    case.repeats[:72] = np.arange(72) % 4 + 1000
+    left = SIGMA * np.random.default_rng(990).standard_t(2.5, size=len(case))
+    assert scatter_of(left, case, 1e-5, False).source == REMAINS
+
+
 def test_the_floor_is_never_below_the_clocks_digits():
     case, _ = moves()
     assert scatter_of(np.zeros(len(case)), case, 2e-4, False) == (2e-4, DIGITS)

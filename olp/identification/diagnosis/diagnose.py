@@ -49,8 +49,8 @@ _SCALES = {"speed-scale": "scale", "clock": "rate"}  # terms that make all times
 _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
 _LEAST = 1e-5  # [s] no clock is finer than that
 _HEAVY = (
-    "some moves are far out, as far early as late, and in no kind of moves more than in others: the noise floor holds "
-    "them as scatter"
+    "some moves are far out, as far early as late or too few to tell, and in no kind of moves more than in others: the "
+    "noise floor holds them as scatter"
 )
 
 

@@ -86,6 +86,9 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         best, gains = confirmed(
             fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
         )
+    if (order := _order(best, clean)) != noise.order:  # names under a condition have left less than the search
+        noise = noise._replace(order=order)
+        best = fit(best.model, clean, noise, 30)
     clean_folds = folds_for(best, range(len(best.model.parts)), clean, clean_folds)
     seen = selection(clean, noise, clean_folds, shelf, best.model)
     clean_groups = {name: labels[~late] for name, labels in groups.items()}

@@ -40,13 +40,15 @@ def scatter_of(left: Floats, case: MeasuredMoves, least: float, structured: bool
     """Of what a model leaves, `left` (n,) [s] of the moves of `case`; `least` [s]: what the clock's digits leave;
     `structured`: whether `left` goes together with anything."""
     freedom = _freedom(case)
-    repeated = _of_repeats(left, case, structured) if freedom >= _ENOUGH else None
-    if repeated is None and len(left) <= 2:
+    repeats = _off_repeats(left, case) if freedom >= _ENOUGH else None
+    if repeats is None and len(left) <= 2:
         return Scatter(least, DIGITS)
     whole = Scatter(_middle(left - np.median(left), case.resolution), REMAINS)
-    if repeated is not None:
+    if repeats is not None:
+        repeated = _of_repeats(repeats, case, structured)
         ratio = (whole.value / max(repeated, least)) ** 2
-        same = not structured and f_tail(ratio, len(left) - 1, freedom) > _LARGER
+        heavy = 1.0 + 0.5 * _peaked(repeats, case.resolution)
+        same = not structured and f_tail(ratio, (len(left) - 1) / heavy, freedom / heavy) > _LARGER
         # All moves tell the same scatter more surely than a few repeats.
         found = whole if same else Scatter(repeated, REPEATS)
     else:
@@ -76,7 +78,7 @@ def beyond_digits(left: Floats, case: MeasuredMoves) -> bool:
     return more > _BY_CHANCE * math.sqrt(0.8 / count)
 
 
-def f_tail(x: float, top: int, bottom: int) -> float:
+def f_tail(x: float, top: float, bottom: float) -> float:
     """Tail of Fisher's F (E. Paulson, Annals of Mathematical Statistics 13, 1942: the cube root is nearly normal)."""
     a, b, root = 2.0 / (9.0 * top), 2.0 / (9.0 * bottom), max(x, 0.0) ** (1.0 / 3.0)
     z = ((1.0 - b) * root - (1.0 - a)) / math.sqrt(b * root**2 + a)
@@ -88,18 +90,32 @@ def _freedom(case: MeasuredMoves) -> int:
     return len(case) - len(np.unique(case.repeats)) if len(case.repeats) == len(case) else 0
 
 
-def _of_repeats(left: Floats, case: MeasuredMoves, structured: bool) -> float:
-    """[s] between repeats of one move, without what drifts from one move to the next."""
+def _off_repeats(left: Floats, case: MeasuredMoves) -> Floats:
+    """(m,) [s] of the moves that have repeats, from the mean of these, in order of execution."""
     _, group, count = np.unique(case.repeats, return_inverse=True, return_counts=True)
     mean = np.bincount(group, left) / count
     many = count[group] > 1
     # Each deviation from its group's mean is as large as one of free values would be.
-    off = ((left - mean[group]) * np.sqrt(count[group] / np.maximum(count[group] - 1, 1)))[many]
+    return np.asarray(
+        ((left - mean[group]) * np.sqrt(count[group] / np.maximum(count[group] - 1, 1)))[many]
+    )
+
+
+def _of_repeats(off: Floats, case: MeasuredMoves, structured: bool) -> float:
+    """[s] between repeats of one move, `off` (m,) [s] each, without what drifts from one move to the next."""
     whole = _middle(off, case.resolution)
     after = (
         _middle(np.diff(off) / np.sqrt(2.0), case.resolution) if structured and len(off) > _FEWEST else whole
     )
     return after if after < _PATTERN * whole else whole
+
+
+def _peaked(off: Floats, resolution: float) -> float:
+    """[1] excess of the kurtosis, at least 0: variances of a heavy-tailed scatter differ by chance as those of fewer
+    values do (G. Box, Biometrika 40, 1953)."""
+    near = off[~far_out(off, resolution)]
+    square = float(np.mean(near**2)) if len(near) else 0.0
+    return max(float(np.mean(near**4)) / square**2 - 3.0, 0.0) if square > 0 else 0.0
 
 
 def _of_neighbours(left: Floats, case: MeasuredMoves, whole: Scatter) -> Scatter:

@@ -116,9 +116,10 @@ def tails_of(left: Floats, case: MeasuredMoves) -> float:
 
     A scatter is early as often as it is late, and as far; an effect that acts in few moves is not. What the two tails
     have in common counts: all but the squared distance between their quantiles (the Wasserstein distance of the
-    residuals from their mirror image, C. Mallows, Annals of Mathematical Statistics 43, 1972). Moves that are as far
-    out in their repeats, or that are of one kind, are no scatter; nor are more than there are half as far out, which
-    would be tails heavier than A. Cauchy's.
+    residuals from their mirror image, C. Mallows, Annals of Mathematical Statistics 43, 1972); of one or two moves
+    nothing tells whether the other tail is as heavy, and they count. Moves that are as far out in their repeats, or
+    that are of one kind, are no scatter; nor are more than there are half as far out, which would be tails heavier than
+    A. Cauchy's.
     """
     off = left - np.median(left)
     far = far_out(off, case.resolution)
@@ -126,6 +127,8 @@ def tails_of(left: Floats, case: MeasuredMoves) -> float:
     if many or not far.any() or _chosen_by_the_motion(far, np.zeros(len(case)), case, LEVEL):
         return 0.0
     far &= ~_repeated(off, far, case)
+    if far.sum() < _FEWEST:
+        return float(off[far] @ off[far]) / len(off)
     late, early = (np.sort(side[far & (side > 0)])[::-1] for side in (off, -off))
     both = min(len(late), len(early))
     return 2.0 * float(late[:both] @ early[:both]) / len(off)
