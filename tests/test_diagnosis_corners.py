@@ -156,6 +156,25 @@ def test_a_corner_into_another_job_is_one_and_the_end_of_the_recording_tells_no_
     assert not one.stop_end[-1]
     nowhere = np.full_like(alone.moves.start, np.nan)
     unplaced = replace(alone.moves, job=jobs, start=nowhere, end=nowhere)
-    stops, _, _ = _ends(unplaced)
+    unknown = np.full(len(alone.moves), np.nan)
+    stops, _, _ = _ends(unplaced, unknown, unknown)
     assert stops[::4].all()
     assert not stops.all()
+    joints = np.arange(1.0 + len(alone.moves))[:, None] * np.ones(6)
+    turned = replace(unplaced, joints_start=joints[:-1], joints_end=joints[1:])
+    stops, _, _ = _ends(turned, unknown, unknown)
+    np.testing.assert_array_equal(stops, one.stop_start)  # joints are positions as well
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_whether_a_cycles_end_is_rounded_into_the_next_is_told_by_the_durations(passed, tmp_path):
+    """Nobody writes whether a program loops, which rounds, or ends and is started again, which stops."""
+    made, rng = programmed()
+    last = np.arange(len(made.length)) % 10 == 9
+    made.stop[last], made.blend[last] = False, 0.02
+    saved = np.where(last & ~passed, 0.0, 0.8 * braked(made))
+    real, sim = driven(made, 0.9 * A) - booked(saved, 1.0), driven(made)
+    plain = recorded(tmp_path, made, real, sim, rng)
+    cycles = np.arange(len(plain.moves)) // 10
+    case = case_of(replace(plain, moves=replace(plain.moves, cycle=cycles))).case
+    assert (case.stop_end[last][:-1] != passed).all()

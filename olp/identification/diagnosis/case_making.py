@@ -30,6 +30,7 @@ Rows = NDArray[np.int64]
 
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
 _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of the accelerations
+_FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them with: fewer tell nothing
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 
 
@@ -89,7 +90,8 @@ def _case(
     recording: Recording, rows: Rows, pace: _Pace, judged: JudgedTimes | None, notes: list[str]
 ) -> MeasuredMoves:
     moves = recording.moves
-    stop_start, stop_end, before = _ends(moves)
+    late = np.full(len(moves), np.nan) if judged is None else moves.duration - judged.duration
+    stop_start, stop_end, before = _ends(moves, pace.speed, late)
     resolution = recording.settings.time_resolution
     floor = recording.noise_floor()
     blend = _blends(recording, notes)
@@ -373,28 +375,50 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
 # --- circumstances ----------------------------------------------------------------------------------------------------
 
 
-def _ends(moves: RecordedMoves) -> tuple[Mask, Mask, Rows]:
+def _ends(moves: RecordedMoves, speed: Floats, late: Floats) -> tuple[Mask, Mask, Rows]:
     """Which moves begin at, and end in, an exact stop; and the row each goes on from, -1 for none.
 
     A job that calls another one goes on from where the arm is: controllers round such a corner as any other. Where no
-    positions show that the next job begins there, the arm is taken to stop.
+    positions show that the next job begins there, the arm is taken to stop. `late` (n,) [s]: beyond the simulation.
     """
-    stop_end = moves.stops.copy() | (moves.kind == WAIT)
-    gap = np.zeros(len(moves))
-    gap[1:] = np.linalg.norm(moves.start[1:] - moves.end[:-1], axis=1)
+    written = moves.stops | (moves.kind == WAIT)
+    gap = np.full(len(moves), np.nan)
+    for start, end in ((moves.joints_start, moves.joints_end), (moves.start, moves.end)):
+        apart = np.linalg.norm(start[1:] - end[:-1], axis=1) if start.size else gap[1:]
+        gap[1:] = np.where(np.isfinite(apart), apart, gap[1:])
     same_job = np.array([True, *(a == b for a, b in zip(moves.job[:-1], moves.job[1:], strict=True))])
-    goes_on = (same_job | np.isfinite(gap))[1:] & (moves.cycle[1:] == moves.cycle[:-1])
-    gap = np.nan_to_num(gap)
-    before = np.full(len(moves), -1, dtype=np.int64)
-    before[1:] = np.where(goes_on, np.arange(len(moves) - 1), -1)
-    stop_start = np.ones(len(moves), dtype=bool)
-    has = before >= 0
-    stop_start[has] = stop_end[before[has]]
-    stop_start |= gap > _NEAR * 10
+    goes_on = (same_job | np.isfinite(gap)) & ~(np.nan_to_num(gap) > _NEAR * 10)
+    goes_on[:1] = False
+    again = np.concatenate([[False], moves.cycle[1:] != moves.cycle[:-1]])
+    if not _rounded_into_the_next(moves, speed, late, goes_on, again):
+        goes_on &= ~again
+    stop_start = ~goes_on
+    stop_start[1:] |= written[:-1]
     # The last move before a jump or the file's end has nothing to round into.
     follows = np.zeros(len(moves), dtype=bool)
-    follows[:-1] = has[1:] & (gap[1:] <= _NEAR * 10) & (moves.kind[1:] != WAIT)
-    return stop_start, stop_end | ~follows, np.where(stop_start, -1, before)
+    follows[:-1] = goes_on[1:] & (moves.kind[1:] != WAIT)
+    return stop_start, written | ~follows, np.where(stop_start, -1, np.arange(len(moves)) - 1)
+
+
+def _rounded_into_the_next(
+    moves: RecordedMoves, speed: Floats, late: Floats, goes_on: Mask, again: Mask
+) -> bool:
+    """Whether the last moves of cycles, where they are rounded, go on into the next cycle, which nobody writes: whether
+    they are late (n,) [s] as moves of their speed and length before other corners are, or as those before stops.
+
+    `goes_on`, `again` (n,): begins where the move before ended, and in another cycle.
+    """
+    rounded, into, last = ~moves.stops, np.append(goes_on[1:], False), np.append(again[1:], False)
+    told = np.stack([np.ones(len(moves)), speed, moves.duration - late], axis=1)
+    known = np.isfinite(late) & np.isfinite(told).all(axis=1) & into & (moves.kind != WAIT)
+    ends, corners, stops = (known & which for which in (rounded & last, rounded & ~last, ~rounded))
+    if ends.sum() < _FEW_ENDS or min(corners.sum(), stops.sum()) < _FEW_LIKE:
+        return False
+    off = []
+    for alike in (corners, stops):
+        line = np.linalg.lstsq(told[alike], late[alike], rcond=None)[0]
+        off.append(float(np.median(np.abs(late[ends] - told[ends] @ line))))
+    return off[0] < off[1]
 
 
 def _is_told(moves: RecordedMoves) -> Mask:
