@@ -95,3 +95,84 @@ def test_motors_that_fade_make_short_moves_slower_as_far_as_they_get_quick(tmp_p
     slower = term.act(moves.base, form, np.array([1.1, 0.2 / 1.1]), moves).duration()
     assert 8 < np.sum(last < 19999) < 20
     np.testing.assert_allclose(slower[1:], true[1:], rtol=4e-3)
+
+
+def travel(limit, top):
+    """[s] from rest to rest over a way of 1, whose acceleration is at most `limit` (m,) in each of m even steps."""
+    step = 1.0 / len(limit)
+    up, down = (np.concatenate([[0.0], np.cumsum(2.0 * step * one)]) for one in (limit, limit[::-1]))
+    speed = np.minimum(np.sqrt(np.minimum(up, down[::-1])), top)
+    return float(np.sum(2.0 * step / (speed[:-1] + speed[1:])))
+
+
+def test_three_bodies_slow_the_joint_moves_of_an_arm_that_nobody_named(tmp_path):
+    """Upper arm, forearm and load about the first axis, each at its own distance along the way."""
+    rng = np.random.default_rng(3)
+    limits, speeds = np.radians([230.0, 205.0, 240.0]), np.radians([130.0, 120.0, 125.0])
+    joints = np.radians(rng.uniform([-90, 5, -30], [90, 65, 40], (121, 3)))
+
+    def elbow_and_wrist(q):
+        elbow = 0.25 + 1.1 * np.sin(q[..., 1])
+        return elbow, elbow + 1.3 * np.cos(q[..., 2])
+
+    def place(q):
+        out, up = elbow_and_wrist(q)[1], 0.8 + 1.1 * np.cos(q[1]) + 1.3 * np.sin(q[2])
+        return [1000 * out * np.cos(q[0]), 1000 * out * np.sin(q[0]), 1000 * up, *np.degrees(q)]
+
+    columns = [f"{c}_{end}" for end in ("start", "end") for c in "xyz"]
+    names = [f"{c}_mm" for c in columns[:3]] + [f"q{k}_start_deg" for k in (1, 2, 3)]
+    names += [f"{c}_mm" for c in columns[3:]] + [f"q{k}_end_deg" for k in (1, 2, 3)]
+    lines = [",".join(["move,type,duration_s,sim_s,speed_pct,accel_pct", *names])]
+    for k in range(120):
+        way = np.abs(joints[k + 1] - joints[k])
+        at = (np.arange(4000)[:, None] + 0.5) / 4000
+        elbow, wrist = elbow_and_wrist(joints[k] + at * (joints[k + 1] - joints[k]))
+        upper_arm, forearm = 0.5 * (0.25 + elbow), elbow + (wrist - elbow) / 3.0
+        heavy = 0.45 + 0.12 * upper_arm**2 + 0.2 * forearm**2 + 0.15 * wrist**2
+        slow, top = (limits / way), float((0.6 * speeds / way).min())
+        real = travel(np.minimum(slow[0] / heavy, slow[1:].min()), top) + rng.normal(0.0, 0.001)
+        sim = travel(np.full(4000, slow.min()), top)
+        lines.append(
+            ",".join(map(str, (k + 1, "joint", real, sim, 60, 100, *place(joints[k]), *place(joints[k + 1]))))
+        )
+    (tmp_path / "moves.csv").write_text("\n".join(lines) + "\n")
+    forms = best_forms("reach-inertia", case_of(read_recording(tmp_path)).case)
+    left = {key: found.scale for key, found in forms.items()}
+    best = left.pop("whole arm")
+    assert best < 0.002 < 0.5 * min(left.values())
+
+
+def reach_of_lines(tmp_path):
+    """Lines of an arm without joints in the table, slowed by what its elbow and wrist are from the first axis."""
+    rng, at = np.random.default_rng(4), (np.arange(4000)[:, None] + 0.5) / 4000
+    points = rng.uniform([0.9, -0.8, 0.1], [1.7, 0.8, 1.2], (121, 3))
+    lines = [
+        "move,duration_s,sim_s,speed_mm_s,accel_mm_s2,"
+        + ",".join(f"{c}_{end}_mm" for end in ("start", "end") for c in "xyz")
+    ]
+    for k in range(120):
+        place = points[k] + at * (points[k + 1] - points[k])
+        out, up = np.hypot(place[:, 0], place[:, 1]), place[:, 2] - 0.8
+        span = np.hypot(out, up)
+        lean = np.arctan2(up, out) + np.arccos((1.1**2 + span**2 - 1.3**2) / (2.2 * span))
+        heavy = 0.3 + 0.3 * (1.1 * np.cos(lean)) ** 2 + 0.25 * out**2
+        way, speed = float(np.linalg.norm(points[k + 1] - points[k])), float(rng.choice([0.3, 0.6, 1.0]))
+        real = travel(3.0 / heavy / way, speed / way) + rng.normal(0.0, 0.001)
+        sim = travel(np.full(4000, 3.0 / way), speed / way)
+        cells = (k + 1, real, sim, 1000 * speed, 3000, *(1000 * points[k]), *(1000 * points[k + 1]))
+        lines.append(",".join(map(str, cells)))
+    (tmp_path / "moves.csv").write_text("\n".join(lines) + "\n")
+    return case_of(read_recording(tmp_path)).case
+
+
+def test_an_arm_in_one_posture_slows_lines_by_reach_and_height_of_the_tool(tmp_path):
+    moves = reach_of_lines(tmp_path)
+    forms = best_forms("reach-inertia", moves)
+    left = {key: found.scale for key, found in forms.items()}
+    best = left.pop("any arm")
+    assert best < 0.0025 < 0.3 * min(left.values())
+    rows = np.arange(len(moves))[moves.end[:, 2] > 0.8]
+    model = forms["any arm"].model
+    assert model.seconds(moves.take(rows)) == pytest.approx(
+        model.seconds(moves)[rows]
+    )  # heights are those of all

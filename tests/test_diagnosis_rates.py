@@ -384,3 +384,48 @@ def test_a_limit_that_a_step_of_the_fit_takes_beyond_all_numbers_is_none():
         off, (fastest, _), _ = _over(logs, per, per, np.ones(2), together=True)
     np.testing.assert_array_equal(fastest, [0, 0])
     assert off == pytest.approx(np.log([2.0 / np.sqrt(0.5), 3.0]))
+
+
+def bodies_without_the_robot(robot, folder, turned):
+    """(n, m, 2, 3) [m] learnt from the ends of joint moves and lines, and what the robot's kinematics say. `turned`:
+    another place of joint zero and another way to count for the third joint."""
+    generator = np.random.default_rng(9)
+    named, plain = [], []
+    for number in range(24):
+        joints, ends, _ = line_of(robot, generator)
+        kind = "joint" if number % 2 else "linear"
+        named.append(row(number, kind, joints=joints, pose=ends, speed_pct="50", speed_mm_s="100"))
+        plain.append(row(number, kind, joints=turned(joints), pose=ends, speed_pct="50", speed_mm_s="100"))
+    with_robot = read(folder / "named", named, robot.name, TOOL)
+    without = read(folder / "plain", plain)
+    found, _ = rates_of(without, np.arange(24), np.ones(24))
+    exact, _ = rates_of(with_robot, np.arange(24), np.ones(24))
+    return found.bodies, exact.bodies
+
+
+@pytest.mark.parametrize("name", ["yaskawa/ma2010", "yaskawa/gp25"])
+def test_elbow_and_wrist_of_an_arm_that_nobody_named_are_learnt_from_joints_and_points(tmp_path, name):
+    (tmp_path / "named").mkdir()
+    (tmp_path / "plain").mkdir()
+    offset = np.array([0.0, 0.4, -0.7, 0.0, 0.0, 0.0])
+
+    def turned(joints):
+        counted = np.asarray(joints) + offset
+        counted[:, 2] -= counted[:, 1]  # a forearm that a rod keeps
+        return counted
+
+    learnt, exact = bodies_without_the_robot(load_robot(name), tmp_path, turned)
+    radius, wanted = (np.hypot(bodies[..., 0], bodies[..., 1]) for bodies in (learnt, exact))
+    assert np.allclose(radius, wanted, atol=1e-3)
+    rise, risen = (bodies[..., 2] - bodies[:1, :1, :, 2] for bodies in (learnt, exact))
+    assert np.allclose(rise, risen, atol=1e-3)
+
+
+def test_an_arm_whose_points_do_not_follow_from_its_joints_is_not_learnt(tmp_path):
+    robot, generator = load_robot("yaskawa/ma2010"), np.random.default_rng(9)
+    rows = []
+    for number in range(24):
+        joints, ends, _ = line_of(robot, generator)
+        rows.append(row(number, joints=joints + generator.normal(0.0, 0.02, 6), pose=ends))
+    rates, _ = rates_of(read(tmp_path, rows), np.arange(24), np.ones(24))
+    assert rates.bodies is None

@@ -30,6 +30,7 @@ NEAR: Final[Mapping[str, float]] = {
     "joint-speed-limit": 0.05,
     "payload-inertia limit": 0.12,
     "reach-inertia whole arm": 0.05,
+    "reach-inertia any arm": 0.05,
     "gravity whole arm": 0.06,
     "gravity any arm": 0.06,
 }  # relative, by term or by term and form; all others are exact
@@ -174,12 +175,29 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     if form.key == "whole arm":
         assert case.rates is not None
         assert case.rates.bodies is not None
-        square = np.nan_to_num((case.rates.bodies[..., :2] ** 2).sum(axis=3))  # elbow, wrist
-        heavy = [
-            values[0] + in_ramp(case, square, end, whole=True).mean(axis=1) @ np.array([values[2], values[1]])
-            for end in (0, 1)
-        ]
-        return both(case, *(np.where(straight(case), 1.0 / at, 1.0) for at in heavy))
+        square = (case.rates.bodies[..., :2] ** 2).sum(axis=3)  # elbow, wrist
+        told = square[case.moving & np.isfinite(square).all(axis=(1, 2))].reshape(-1, 2)
+        right = told.min(axis=0) + values[2] * np.ptp(told, axis=0)
+        heavy = np.maximum(1.0 + (square - right) @ np.array([values[1], values[0]]), 0.1)
+        limited = case.rates.rated_acceleration is not None
+        known = straight(case) | (case.moving & case.joint & (limited | leads(case, 0)))
+        places = [least_axis(case, at) if limited else 1.0 / at for at in heavy.T]
+        share = np.where(known[:, None], np.nan_to_num(np.stack(places, axis=1), nan=1.0), 1.0)
+        return _available(case, share, share)
+    if form.key == "any arm":
+        lines = straight(case) & np.isfinite(case.start + case.end).all(axis=1)
+        at = np.linspace(0.0, 1.0, 101)[:, None]
+        middle = np.mean(np.concatenate([case.start[lines, 2], case.end[lines, 2]]))
+        shape = np.zeros((len(case), 101, 3))
+        for row in np.nonzero(lines)[0].tolist():
+            x, y, z = (case.start[row] + at * (case.end[row] - case.start[row])).T
+            shape[row] = np.stack([x**2 + y**2, z - middle, (z - middle) ** 2], axis=1)
+        told = shape[lines][:, ::5].reshape(-1, 3)  # the places that the term looks at
+        right = told.mean(axis=0)
+        right[0] = told[:, 0].min() + values[3] * np.ptp(told[:, 0])
+        heavy = np.maximum(1.0 + (shape - right) @ values[:3], 0.1)
+        share = np.where(lines[:, None], 1.0 / heavy, 1.0)
+        return _available(case, share, share)
     about = straight(case)
     if case.rates is not None:
         about = about | (case.moving & case.joint & leads(case, 0))
@@ -316,11 +334,15 @@ def _lifted(case: MeasuredMoves, values: Array) -> Columns:
 
 
 def _against(case: MeasuredMoves, pull: Array) -> Columns:
-    """A pull (n, m) along the way takes from the ramp at the start and gives to that at the end, walked in small steps
-    of speed; how fast a short way gets depends on both, so the walk is repeated until that stays."""
-    base = case.base
+    """A pull (n, m) along the way takes from the ramp at the start and gives to that at the end."""
     pull = np.where(straight(case)[:, None], np.nan_to_num(pull), 0.0)
-    forces = (1.0 - pull, 1.0 + pull[:, ::-1])
+    return _available(case, 1.0 - pull, 1.0 + pull)
+
+
+def _available(case: MeasuredMoves, starting: Array, stopping: Array) -> Columns:
+    """Of each ramp's acceleration along the way (n, m), walked in small steps of speed; how fast a short way gets
+    depends on both, so the walk is repeated until that stays."""
+    base, forces = case.base, (starting, stopping[:, ::-1])
     top = top_speed(case)
     for _ in range(20):
         up, down = (

@@ -6,6 +6,7 @@ more of the points inside the soft limits.
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,7 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
-from olp.robots.geometry import quaternion_from_rotation, rotation_from_quaternion, slerp
+from olp.robots.geometry import (
+    quaternion_from_rotation,
+    rotation_from_angles,
+    rotation_from_quaternion,
+    slerp,
+)
 from olp.robots.kinematics.configuration import joint_speeds, wrap
 from olp.robots.kinematics.inverse import branches, inverse, newton
 from olp.robots.model import Robot
@@ -131,7 +137,9 @@ def _means(
         path[straight] = along[straight] / way[straight, None, None]
         says = "how fast each axis turns along lines is read off the joint and tool points; a robot model would add"
     names = tuple(f"axis {i + 1}" for i in range(turned.shape[1]))
-    return Rates(path, known, False, names), (f"{what}: {says} its rated speeds",)
+    arm = learned_arm(moves, rows, points)
+    bodies = None if arm is None else arm.bodies(moves, rows, points)
+    return Rates(path, known, False, names, bodies=bodies), (f"{what}: {says} its rated speeds",)
 
 
 # --- joint moves ------------------------------------------------------------------------------------------------------
@@ -142,6 +150,9 @@ def _joint_moves(task: _Task, path: Floats) -> None:
     mine = task.open & (task.kind == JOINT)
     told = mine & task.posed
     path[told] = (task.joints_end - task.joints_start)[told, None, :]
+    if told.any():
+        at = np.nonzero(told)[0]
+        _add_bodies(task, at, _between(task.joints_start[at], task.joints_end[at]))
     rest = np.asarray(mine & ~told)
     if not rest.any():
         return
@@ -188,23 +199,29 @@ def _tool_moves(task: _Task, path: Floats) -> None:
     rates = rates_along(task.robot, ways, share, joints)
     reached = np.isfinite(rates).all(axis=(1, 2))
     path[at[reached]] = rates[reached]
-    task.bodies = _bodies(task, at[reached], joints[reached])
+    _add_bodies(task, at[reached], joints[reached])
     task.leave_out(_mask(task, at[~reached]), "out of reach")
 
 
-def _bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> Floats | None:
-    """(n, m, 2, 3) [m] where the elbow and the wrist centre are, of arms that have both."""
+def _between(start: Floats, end: Floats) -> Floats:
+    """(n, m, k) joints along joint moves."""
+    share = np.linspace(0.0, 1.0, PLACES)[None, :, None]
+    return np.asarray(start[:, None, :] + share * (end - start)[:, None, :])
+
+
+def _add_bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> None:
+    """Where the elbow and the wrist centre are along the moves `at`, of arms that have both."""
     from olp.robots.kinematics.configuration import geometry_of, sweep
 
     geometry = geometry_of(task.robot)
     if geometry.links is None:
-        return None
+        return
     count, places, axes = joints.shape
     origins = sweep(task.robot, geometry, joints.reshape(count * places, axes).T).origins
-    bodies = np.full((len(task.rows), PLACES, 2, 3), np.nan)
+    if task.bodies is None:
+        task.bodies = np.full((len(task.rows), PLACES, 2, 3), np.nan)
     for which, joint in enumerate((_ELBOW, _WRIST)):
-        bodies[at, :, which] = origins[joint].T.reshape(count, places, 3)
-    return bodies
+        task.bodies[at, :, which] = origins[joint].T.reshape(count, places, 3)
 
 
 def _ways(task: _Task, wanted: Mask) -> ToolPaths:
@@ -398,6 +415,107 @@ class _Spline:
 def _cubes(one: Floats, other: Floats) -> Floats:
     square = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1)[None, :] - 2.0 * one @ other.T
     return np.asarray(np.maximum(square, 0.0) ** 1.5)
+
+
+# --- Learned arm ---
+# The lengths of an arm that nobody named, from the joints and points of the recorded ends.
+#
+# In the plane of an arm the wrist is as far out and as high as the sines of the second joint and of the forearm's
+# angle add up to, and so is the tool on it (M. Brandstötter, A. Angerer, M. Hofbaur, Austrian Robotics Workshop, 2014):
+# the lengths follow by least squares.
+
+_ROUNDS = 8  # of I. Newton's method from joints that turn evenly to those of a line
+
+
+class LearnedArm(NamedTuple):
+    """`turn`, `coupled`: signs of the first joint, and of the second in the forearm's angle; `out`, `up` (5,) [m]
+    lengths by the columns of `_sines`."""
+
+    turn: float
+    coupled: float
+    out: Floats
+    up: Floats
+    tool: Floats  # (3,) [m] the tool's point seen from the wrist, in the tool's directions
+
+    def bodies(self, moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]) -> Floats:
+        """(n, m, 2, 3) [m] elbow and wrist centre along moves between `points`; nan where they are not known."""
+        joints, turning = _between(*points), moves.kind[rows] == JOINT
+        upper, fore, bearing = (
+            joints[..., 1],
+            joints[..., 2] + self.coupled * joints[..., 1],
+            self.turn * joints[..., 0],
+        )
+        x, y, z = np.moveaxis(self._wrist(moves, rows)[~turning], -1, 0)
+        behind = np.cos(bearing[~turning]) * x + np.sin(bearing[~turning]) * y < 0
+        side = np.where(behind, -1.0, 1.0)
+        upper[~turning], fore[~turning] = self._there(
+            upper[~turning], fore[~turning], np.stack([side * np.hypot(x, y), z], axis=-1)
+        )
+        bearing[~turning] = np.arctan2(side * y, side * x)
+        sines, bodies = _sines(upper, fore), []
+        for last in (3, 5):  # elbow, wrist
+            out, up = (sines[..., :last] @ lengths[:last] for lengths in (self.out, self.up))
+            bodies.append(np.stack([out * np.cos(bearing), out * np.sin(bearing), up], axis=-1))
+        return np.stack(bodies, axis=2)
+
+    def _wrist(self, moves: RecordedMoves, rows: Labels) -> Floats:
+        """(n, m, 3) [m] where the tool's ways put the wrist; the tool is not turned where nothing tells that."""
+        ends = moves.start[rows], moves.end[rows]
+        first, last = (
+            rotation_from_angles(np.nan_to_num(a[rows])) for a in (moves.start_angles, moves.end_angles)
+        )
+        via = np.where((moves.kind[rows] == CIRCULAR)[:, None], moves.via[rows], np.nan)
+        ways = ToolPaths(*ends, via, first, last, np.broadcast_to(self.tool, (len(rows), 3)))
+        return ways.at(np.linspace(0.0, 1.0, PLACES))[0]
+
+    def _there(self, upper: Floats, fore: Floats, wrist: Floats) -> tuple[Floats, Floats]:
+        """Angles (n, m) of the upper arm and the forearm with the wrist there, `wrist` (n, m, 2) outwards and up, from
+        those that turn evenly; nan where these do not lead there."""
+        lengths = np.stack([self.out, self.up], axis=1)
+        for _ in range(_ROUNDS):
+            off = wrist - _sines(upper, fore) @ lengths
+            one, other = (
+                np.stack([np.cos(angle), -np.sin(angle)], axis=-1) @ lengths[at]
+                for angle, at in ((upper, slice(1, 3)), (fore, slice(3, 5)))
+            )
+            area = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+            area = np.where(np.abs(area) > 1e-9, area, np.nan)
+            upper = upper + (off[..., 0] * other[..., 1] - off[..., 1] * other[..., 0]) / area
+            fore = fore + (one[..., 0] * off[..., 1] - one[..., 1] * off[..., 0]) / area
+        near = np.abs(wrist - _sines(upper, fore) @ lengths).max(axis=-1) < _SAME_TOOL
+        return np.where(near, upper, np.nan), np.where(near, fore, np.nan)
+
+
+def learned_arm(moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]) -> LearnedArm | None:
+    """The arm whose joints `points` (n, k) each, at start and end, put the tool where it was recorded; None when none
+    of this kind does."""
+    places = np.concatenate([moves.start[rows], moves.end[rows]])
+    angles = np.concatenate([moves.start_angles[rows], moves.end_angles[rows]])
+    joints = np.concatenate(points)
+    good = np.isfinite(places).all(axis=1) & np.isfinite(joints).all(axis=1)
+    if good.sum() < _FEWEST or joints.shape[1] <= _ELBOW:
+        return None
+    places, angles, joints = places[good], angles[good], joints[good]
+    turned = rotation_from_angles(angles) if np.isfinite(angles).all() else np.zeros((len(joints), 3, 0))
+    best, least = None, _SAME_TOOL
+    for turn, coupled in itertools.product((1.0, -1.0), (0.0, 1.0, -1.0)):
+        sines = _sines(joints[:, 1], joints[:, 2] + coupled * joints[:, 1])
+        cos, sin = np.cos(turn * joints[:, 0]), np.sin(turn * joints[:, 0])
+        tool = cos[:, None] * turned[:, 0] + sin[:, None] * turned[:, 1], turned[:, 2]
+        none = np.zeros_like(sines)
+        told = np.block([[sines, none, tool[0]], [none, sines, tool[1]]])
+        wanted = np.concatenate([cos * places[:, 0] + sin * places[:, 1], places[:, 2]])
+        lengths = np.linalg.lstsq(told, wanted, rcond=1e-9)[0]
+        off = float(np.quantile(np.abs(told @ lengths - wanted), _OF_ENDS))
+        if off < least:
+            tool_of = lengths[10:] if len(lengths) > 10 else np.zeros(3)
+            best, least = LearnedArm(turn, coupled, lengths[:5], lengths[5:10], tool_of), off
+    return best
+
+
+def _sines(upper: Floats, fore: Floats) -> Floats:
+    """(…, 5) one, and sine and cosine of each angle (…)."""
+    return np.stack([np.ones_like(upper), np.sin(upper), np.cos(upper), np.sin(fore), np.cos(fore)], axis=-1)
 
 
 # --- The axes along the tool's ways ---

@@ -30,6 +30,7 @@ from olp.identification.diagnosis.search import (
     exchanged,
     merged,
     move_terms,
+    plainer,
     search,
     shelf_of,
 )
@@ -86,7 +87,9 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         best, gains = confirmed(
             fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
         )
-    if (order := _order(best, clean)) != noise.order:  # names under a condition have left less than the search
+    if (
+        order := _order(best, clean)
+    ) != noise.order:  # names under a condition have left less than the search
         noise = noise._replace(order=order)
         best = fit(best.model, clean, noise, 30)
     clean_folds = folds_for(best, range(len(best.model.parts)), clean, clean_folds)
@@ -112,6 +115,7 @@ def without(named: NamingResult, term: str) -> NamingResult:
 def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
     best = chosen(search(clean, noise, shelf, WIDE), clean, noise)
     best = merged(exchanged(best, shelf, clean, noise), shelf, clean, noise)
+    best = plainer(best, shelf, clean, noise)
     return conditioned(best, clean, noise, shelf, WIDE.additions)
 
 

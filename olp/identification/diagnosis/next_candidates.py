@@ -284,9 +284,9 @@ def joined(case: MeasuredMoves, more: MeasuredMoves) -> MeasuredMoves:
     rates = case.rates
     if rates is not None and more.rates is not None:
         path = np.concatenate([rates.path, more.rates.path])
-        bodies = rates.bodies
-        if bodies is not None and more.rates.bodies is not None:
-            bodies = np.concatenate([bodies, more.rates.bodies])
+        bodies = None
+        if rates.bodies is not None and more.rates.bodies is not None:
+            bodies = np.concatenate([rates.bodies, more.rates.bodies])
         rates = replace(
             rates, path=path, known=np.concatenate([rates.known, more.rates.known]), bodies=bodies
         )

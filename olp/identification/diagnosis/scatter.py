@@ -96,9 +96,7 @@ def _off_repeats(left: Floats, case: MeasuredMoves) -> Floats:
     mean = np.bincount(group, left) / count
     many = count[group] > 1
     # Each deviation from its group's mean is as large as one of free values would be.
-    return np.asarray(
-        ((left - mean[group]) * np.sqrt(count[group] / np.maximum(count[group] - 1, 1)))[many]
-    )
+    return np.asarray(((left - mean[group]) * np.sqrt(count[group] / np.maximum(count[group] - 1, 1)))[many])
 
 
 def _of_repeats(off: Floats, case: MeasuredMoves, structured: bool) -> float:

@@ -246,6 +246,22 @@ def merged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) 
     return best
 
 
+def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
+    """The fit, with forms of fewer parameters in the place of its parts where these do as well: to first order a form
+    with more of them promises more."""
+    parts = best.model.parts
+    for index, part in enumerate(parts):
+        tried = [
+            fit(DurationModel((*parts[:index], other, *parts[index + 1 :])), case, noise, WIDE.steps)
+            for other in shelf.parts
+            if other.label == part.label and len(other.values) < len(part.values)
+        ]
+        first = min(tried, key=price, default=best)
+        if price(first) < price(best):
+            return plainer(first, shelf, case, noise)
+    return best
+
+
 def swaps(
     fitted: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise
 ) -> list[ModelFit]:

@@ -229,7 +229,7 @@ class MeasuredMoves:
         return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
 
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
-        """Some of the moves; the properties of their neighbours stay unchanged."""
+        """Some of the moves; the properties of their neighbours, and numbers over all moves, stay unchanged."""
         from dataclasses import replace
 
         columns = {
@@ -245,6 +245,7 @@ class MeasuredMoves:
             job=tuple(self.job[i] for i in rows.tolist()),
             rates=rates,
             derived={},
+            numbers=self.numbers_used,
             covariates={name: values[rows] for name, values in self.covariates.items()},
             **columns,
         )

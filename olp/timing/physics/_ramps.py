@@ -69,12 +69,19 @@ def slower(over: Floats) -> Floats:
 def pulled(motion: Motion, pull: Floats, least: float) -> Motion:
     """The motion where a `pull` (n, m) along the path, as a share of the acceleration, weakens the ramp at the
     start and strengthens the one at the end; at least the share `least` of either remains.
+    """
+    return forced(motion, np.maximum(1.0 - pull, least), np.maximum(1.0 + pull, least))
 
-    The peak speed of a short move, and the places where a ramp passes a speed, depend on the weakened ramps: a
+
+def forced(motion: Motion, up: Floats, down: Floats) -> Motion:
+    """The motion where a share of the acceleration is available along the path (n, m), `up` of the ramp at the start
+    and `down` of the one at the end.
+
+    The peak speed of a short move, and the places where a ramp passes a speed, depend on the changed ramps: a
     second pass computes both from the result of the first.
     """
     # Both ramps in one go, one below the other: the search asks for this more often than for anything else.
-    force = np.maximum(1.0 + np.concatenate([-pull, pull[:, ::-1]]), least)
+    force = np.concatenate([up, down[:, ::-1]])
     first = _with_force(motion, motion.top(), force)
     return _with_force(motion, first.top(), force)
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from olp.timing.physics._case import Floats, Mask, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics._ramps import over_ramp
+from olp.timing.physics._ramps import forced
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _LEAST = 0.1  # of the inertia that any reach leaves
 _SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
-_LED = 8  # joint moves that other axes lead: fewer tell nothing of them
+_LED = 8  # joint moves that other axes lead, or moves along which an arm is known: fewer tell nothing of them
+_PLACES = 21  # along each path
+_ARMS = ("whole arm", "any arm")  # forms of where the arm is along the path, not only at its ends
 _ANY = "any axis"  # form of controllers that slow the whole arm, whichever axis leads a joint move
 
 
@@ -39,21 +43,40 @@ class ReachInertia(MoveTerm):
         simulated = TermParameter(
             "simulated", "m", float(np.min(both)), float(np.max(both)), np.nan, False, "reach as simulated"
         )
-        arm: tuple[Form, ...] = ()
+        place = TermParameter(
+            "simulated",
+            "1",
+            -0.5,
+            1.0,
+            np.nan,
+            False,
+            "reach as simulated, from the least (0) to the most (1)",
+        )
         if case.bodies_known:
-            level = TermParameter("level", "1", 1.0, 3.0, 1.0, False, "of the inertia that does not change")
             bodies = tuple(
                 TermParameter(
                     name, "1/m^2", 0.0, top, 0.0, False, f"of the inertia with the {name}'s distance squared"
                 )
                 for name in ("wrist", "elbow")
             )
-            arm = (Form("whole arm", (level, *bodies), r"a = a_0 / (c + k_w r_w^2 + k_e r_e^2)"),)
+            law = r"a = a_0 / (1 + k_w (r_w^2 - r_{w0}^2) + k_e (r_e^2 - r_{e0}^2))"
+            arm = Form(_ARMS[0], (*bodies, place), law)
+        else:
+            high = 4.0 / max(float(np.abs(_height(case)).max()), 1e-3)
+            higher, farther = (
+                TermParameter(name, unit, -most, most, 0.0, False, f"of the inertia with height{power}")
+                for name, unit, most, power in (
+                    ("height", "1/m", high, ""),
+                    ("square", "1/m^2", high**2, " squared"),
+                )
+            )
+            law = r"a = a_0 / (1 + k (r^2 - r_0^2) + k_h z + k_s (z^2 - z_0^2))"
+            arm = Form(_ARMS[1], (one, higher, farther, place), law)
         led: tuple[Form, ...] = ()
         if int((_known(case) & ~_swings(case)).sum()) >= _LED:
             led = (Form(_ANY, (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),)
         return (
-            *arm,
+            *((arm,) if _placed(case).sum() >= _LED else ()),
             *led,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
             Form("from a reach", (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
@@ -66,9 +89,10 @@ class ReachInertia(MoveTerm):
         return "" if self.forms(case) else "moves with points at several distances from the first axis"
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
-        if form.key == "whole arm":
-            top = form.parameters[1].high
-            return np.array([[1.0, 0.1 * top, 0.05 * top], [1.1, 0.02 * top, 0.02 * top]])
+        if form.key in _ARMS:
+            most, more = form.parameters[0].high, len(form.parameters) - 2
+            rest = [0.05 * most] if form.key == "whole arm" else [0.0] * more
+            return np.array([[0.1 * most, *rest, at] for at in (0.0, 0.5)])
         growth = np.array([[0.02], [0.12]]) * form.parameters[0].high
         if len(form.parameters) == 1:
             return growth
@@ -76,13 +100,9 @@ class ReachInertia(MoveTerm):
         return np.array([[k[0], reaches] for k in growth])
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
-        if form.key == "whole arm":
-            near, far = (case.once(f"arm {k}", lambda k=k: _squares(case, k)) for k in (0, 1))  # type: ignore[misc]
-            linear = case.moving & ~case.joint
-            return motion.with_(
-                accelerate=motion.accelerate / np.where(linear, values[0] + near @ values[1:], 1.0),
-                decelerate=motion.decelerate / np.where(linear, values[0] + far @ values[1:], 1.0),
-            )
+        if form.key in _ARMS:
+            force = _left_of(case, _heavier(case, values))
+            return forced(motion, force, force)
         start = case.once(f"reach {form.key} 0", lambda: _weight(case, form.key, 0))
         end = case.once(f"reach {form.key} 1", lambda: _weight(case, form.key, 1))
         if len(values) > 1:
@@ -94,17 +114,16 @@ class ReachInertia(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         start, end = _reaches(case)
-        if form.key == "whole arm":
-            linear = case.moving & ~case.joint
-            heavy = values[0] + np.concatenate([_squares(case, k)[linear] @ values[1:] for k in (0, 1)])
+        if form.key in _ARMS:
+            heavy = np.maximum(_heavier(case, values)[_placed(case)], _LEAST)
             less = 1.0 - float(heavy.min() / heavy.max())
             far = "where the arm is stretched out from the first axis"
             return f"{far} there is up to {less:.0%} less acceleration than near it"
         low, high = float(np.nanmin([start, end])), float(np.nanmax([start, end]))
         power = 1 if form.key == "linear" else 2
         base = 1.0 - values[0] * values[1] ** 2 if len(values) > 1 else 1.0
-        heavy = [max(base + values[0] * at**power, _LEAST) for at in (low, high)]
-        less = 1.0 - heavy[0] / heavy[1]
+        ends = [max(base + values[0] * at**power, _LEAST) for at in (low, high)]
+        less = 1.0 - ends[0] / ends[1]
         far = f"at {high * 1000:.0f} mm from the first axis"
         return f"{far} there is {less:.0%} less acceleration than at {low * 1000:.0f} mm"
 
@@ -152,6 +171,13 @@ def _of_first_axis(case: MeasuredMoves, heavy: Floats) -> Floats:
 
     In joint moves it counts only as far as this axis then is the slowest.
     """
+    first, others = _rooms(case)
+    longer = np.minimum(first, others) / np.minimum(first / heavy, others)
+    return np.where(case.joint, longer, heavy)
+
+
+def _rooms(case: MeasuredMoves) -> tuple[Floats, Floats]:
+    """Accelerations (n,) along the path that the first axis allows, and all others."""
 
     def room(axes: slice) -> Floats:
         assert case.rates is not None
@@ -160,8 +186,30 @@ def _of_first_axis(case: MeasuredMoves, heavy: Floats) -> Floats:
         return np.asarray(1.0 / np.maximum(asked.max(axis=1), 1e-9))
 
     first, others = (case.once(f"room {k}", lambda k=k: room(k)) for k in (slice(0, 1), slice(1, None)))  # type: ignore[misc]
-    longer = np.minimum(first, others) / np.minimum(first / heavy, others)
-    return np.where(case.joint, longer, heavy)
+    return first, others
+
+
+def _left_of(case: MeasuredMoves, heavy: Floats) -> Floats:
+    """Share (n, m) of the acceleration along the path where the first axis' inertia is `heavy` (n, m) [1] times the
+    simulated one; 1 where elbow and wrist are not known, and in joint moves that other axes lead.
+    """
+    share = 1.0 / np.maximum(heavy, _LEAST)
+    if _limited(case):
+        first, others = (room[:, None] for room in _rooms(case))
+        turned = np.minimum(first * share, others) / np.minimum(first, others)
+        share = np.where(case.joint[:, None], turned, share)
+    return np.where((_placed(case) & (_limited(case) | _swings(case)))[:, None], share, 1.0)
+
+
+def _placed(case: MeasuredMoves) -> Mask:
+    """Moves (n,) along which elbow and wrist are known; without these, lines between points."""
+    if not case.bodies_known:
+        return np.asarray(_known(case) & ~case.joint & np.isfinite(case.start + case.end).all(axis=1))
+    assert case.rates is not None
+    assert case.rates.bodies is not None
+    bodies = case.rates.bodies
+    known = case.once("bodies", lambda: np.isfinite(bodies).all(axis=(1, 2, 3)).astype(float))
+    return np.asarray(case.moving & (known > 0))
 
 
 def _across(case: MeasuredMoves, end: int) -> Floats:
@@ -173,9 +221,59 @@ def _across(case: MeasuredMoves, end: int) -> Floats:
     return np.asarray((place[:, 0] * unit[:, 1] - place[:, 1] * unit[:, 0]) / reach)
 
 
-def _squares(case: MeasuredMoves, end: int) -> Floats:
-    """Squared distances of wrist and elbow from the first axis (n, 2) [m²], averaged over the ramp at one end."""
+def _shape(case: MeasuredMoves) -> Floats:
+    """What the parameters of an arm's form multiply along the path (n, m, p): squared distances of wrist and elbow from
+    the first axis [m²]; where these are not known that of the tool, its height and that squared, a quadratic function
+    that approximates any arm in one posture.
+    """
+    return case.once("shape", lambda: _of_bodies(case) if case.bodies_known else _of_tool(case))
+
+
+def _heavier(case: MeasuredMoves, values: Floats) -> Floats:
+    """(n, m) [1] the inertia along the path over the simulated one, which is right at the last value's reach."""
+    shape, place = _shape(case), float(values[-1])
+
+    def number(name: str, of: Callable[[Floats], float], column: int) -> float:
+        def work_out() -> float:
+            placed = _placed(case)
+            return float(of(shape[placed, :, column])) if placed.any() else 0.0
+
+        return case.number(f"reach {name} {column}", work_out)
+
+    heavy = np.ones(shape.shape[:2])
+    for column, growth in enumerate(values[:-1].tolist()):
+        if column and not case.bodies_known:
+            right = number("mean", np.mean, column)
+        else:
+            least, most = number("least", np.min, column), number("most", np.max, column)
+            right = least + place * (most - least)
+        heavy += growth * (shape[..., column] - right)
+    return heavy
+
+
+def _of_bodies(case: MeasuredMoves) -> Floats:
     assert case.rates is not None
     assert case.rates.bodies is not None
-    square = (case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)
-    return np.asarray(np.nan_to_num(over_ramp(case, square, end)))
+    return np.asarray(np.nan_to_num((case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)))
+
+
+def _of_tool(case: MeasuredMoves) -> Floats:
+    share = np.linspace(0.0, 1.0, _PLACES)[None, :, None]
+    place = case.start[:, None, :] + share * (case.end - case.start)[:, None, :]
+    up = place[..., 2] - _middle(case)
+    return np.asarray(np.nan_to_num(np.stack([(place[..., :2] ** 2).sum(axis=2), up, up**2], axis=2)))
+
+
+def _height(case: MeasuredMoves) -> Floats:
+    """Of the ends of lines above their mean [m]."""
+    ends = np.concatenate([at[_placed(case), 2] for at in (case.start, case.end)])
+    return ends - _middle(case) if len(ends) else np.zeros(1)
+
+
+def _middle(case: MeasuredMoves) -> float:
+    """[m] mean height of the lines' ends."""
+    lines = _placed(case)
+    return case.number(
+        "middle of reach",
+        lambda: float(np.mean([case.start[lines, 2], case.end[lines, 2]])) if lines.any() else 0.0,
+    )
