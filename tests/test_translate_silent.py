@@ -1872,3 +1872,14 @@ def test_a_text_of_several_parts_is_joined_by_two_at_a_time():
     text = module('a:=b+"x"+b+"y";', "TPWrite a;", data=data)
     rows = code(translated(text, "rapid", "inform"), "'")
     assert [len(row.split()) for row in rows if row.startswith("CAT$")] == [4, 4, 4]
+
+
+# --- 34: loops that count with the same name within one another -----------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_loop_within_a_loop_has_a_counter_of_its_own_in_rapid(target):
+    rows = ("FOR i FROM 1 TO 3 DO", "FOR i FROM 5 TO 7 DO", "x:=x+i;", "ENDFOR", "x:=x+100*i;", "ENDFOR")
+    text = module(*rows, "WaitTime x;", data=TARGETS)
+    for plan in (read(text, "rapid").plan(), run_elsewhere(text, "rapid", target)):
+        assert plan.durations.sum() == pytest.approx(3 * 18 + 100 * 6)

@@ -426,6 +426,9 @@ def _with_steps(program: Program, work: TranslationContext) -> Program:
 
 
 def _counted(routine: Routine, shared: set[str], work: TranslationContext) -> Routine:
+    if not any(type(s) is For for s in routine.body) or (nodes := parse(routine.body)) is None:
+        return routine
+    routine = replace(routine, body=tuple(_apart(nodes, frozenset(), work)))
     counters = {s.variable.name: s for s in routine.body if type(s) is For and type(s.variable) is Named}
     nodes = parse(routine.body) if counters else None
     if nodes is None:
@@ -448,6 +451,25 @@ def _counted(routine: Routine, shared: set[str], work: TranslationContext) -> Ro
         for name, s in counters.items()
     ]
     return replace(routine, body=(*rows, *body))
+
+
+def _apart(nodes: Iterable[Node], counted: frozenset[str], work: TranslationContext) -> Iterable[Statement]:
+    """The statements; a loop within a loop whose counter has the same name counts with one of its own."""
+    for node in nodes:
+        if not isinstance(node, Block):
+            yield node
+            continue
+        opener = node.branches[0][0]
+        name = opener.variable.name if type(opener) is For and type(opener.variable) is Named else ""
+        if name in counted:
+            assert isinstance(opener, For)
+            own = tuple(_loop(node, opener, name, {name: work.helper(name)}))
+            yield from _apart(parse(own) or (), counted, work)
+            continue
+        for marker, inside in node.branches:
+            yield marker
+            yield from _apart(inside, counted | {name} if name else counted, work)
+        yield node.closer
 
 
 def _note_outside(nodes: Iterable[Node], counted: frozenset[str], found: set[str]) -> None:
