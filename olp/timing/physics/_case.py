@@ -229,7 +229,7 @@ class MeasuredMoves:
         return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
 
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
-        """Some of the moves; the properties of their neighbours, and numbers over all moves, stay unchanged."""
+        """Some of the moves; their neighbours' properties, and where reach and height count from, stay unchanged."""
         from dataclasses import replace
 
         columns = {
@@ -245,7 +245,11 @@ class MeasuredMoves:
             job=tuple(self.job[i] for i in rows.tolist()),
             rates=rates,
             derived={},
-            numbers=self.numbers_used,
+            # Other numbers are those of the moves at hand: names found in real tests foretell other tests better so.
+            numbers={
+                **self.numbers,
+                **{k: v for k, v in self.numbers_used.items() if k.startswith("reach ")},
+            },
             covariates={name: values[rows] for name, values in self.covariates.items()},
             **columns,
         )

@@ -274,6 +274,6 @@ def _middle(case: MeasuredMoves) -> float:
     """[m] mean height of the lines' ends."""
     lines = _placed(case)
     return case.number(
-        "middle of reach",
+        "reach middle",
         lambda: float(np.mean([case.start[lines, 2], case.end[lines, 2]])) if lines.any() else 0.0,
     )
