@@ -1883,3 +1883,21 @@ def test_a_loop_within_a_loop_has_a_counter_of_its_own_in_rapid(target):
     text = module(*rows, "WaitTime x;", data=TARGETS)
     for plan in (read(text, "rapid").plan(), run_elsewhere(text, "rapid", target)):
         assert plan.durations.sum() == pytest.approx(3 * 18 + 100 * 6)
+
+
+def test_what_switches_on_the_way_of_a_move_that_goes_is_a_comment_too():
+    rows = ("SPLINE", "SPL {X 900,Y 0,Z 400,A 0,B 90,C 0}", "TRIGGER WHEN PATH=10 DELAY=0 DO $OUT[3]=TRUE")
+    rows += ("SPL {X 900,Y 50,Z 400,A 0,B 90,C 0}", "ENDSPLINE")
+    text = krl(*HOME, *rows)
+    assert "! not translated: TRIGGER WHEN PATH=10" in translated(text, "krl", "rapid")
+    first = text[: text.index("TRIGGER")].count("\n") + 1
+    assert first in {loss.line for loss in losses(text, "krl", "rapid") if loss.leaves_out}
+
+
+def test_the_tool_and_the_base_of_one_spline_move_hold_for_it_alone():
+    rows = ("SLIN {X 900,Y 0,Z 400,A 0,B 90,C 0} WITH $TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0},$BASE=$NULLFRAME",)
+    text = krl(*HOME, "$TOOL=$NULLFRAME", "$BASE=$NULLFRAME", *rows, *poses((900, 50, 400)))
+    plan = read(text, "krl").plan(robot=ROBOT)
+    assert plan.moves.length[-1] == pytest.approx(
+        math.hypot(0.05, 0.1)
+    )  # the flange goes on from where it was

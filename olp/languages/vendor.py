@@ -232,6 +232,9 @@ class Conventions:
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
     data_last: bool = False  # data of a list keep their last values when the program ends
     data_begin_anew: bool = False  # variables of a module have their first values again in each run
+    systems_stay: bool = (
+        False  # positions are read with the tool and in the frame of the last move, which names both
+    )
     override_begins_anew: bool = False  # each run begins at 100 %, whatever override the last one left
     data_set_by_run: bool = False  # the first value of a variable is a statement, which each run executes
     whole_numbers: bool = True  # numbers may be of a type that holds whole ones alone

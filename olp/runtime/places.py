@@ -89,8 +89,8 @@ def _value_of(m: Machine, mechanism: int, s: Move, target: Expression) -> Positi
         value = _offset(m, mechanism, s, value)
     if value.external and any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
         m.assume_once("external axes", EXTERNAL_AXES)
-    if s.tool is not None and s.frame is not None:
-        m.active_tool, m.active_frame = tool, place  # for RAPID's CRobT(), behind this move
+    if m.conventions.systems_stay and s.tool is not None and s.frame is not None:
+        m.active_tool, m.active_frame = tool, place
     return value
 
 

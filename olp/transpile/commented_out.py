@@ -492,6 +492,9 @@ def _all(program: Program, statements: list[Statement], says: str, work: Transla
         if isinstance(s, Comment):
             rows.append(s)
             continue
+        for line in sorted({s.line - t.above for t in s.triggers if t.above} if isinstance(s, Move) else ()):
+            work.lose(line, Fate.COMMENTED, "statement", says)
+            rows.append(Comment(line, untranslated(program, Comment(line, ""))))
         work.lose(s, Fate.COMMENTED, "statement", says)
         if s.line != last:
             rows.append(Comment(s.line, untranslated(program, s)))

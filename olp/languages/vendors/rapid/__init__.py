@@ -67,6 +67,7 @@ class Rapid(Vendor):
         actions_at_ends=True,
         data_begin_anew=True,
         override_begins_anew=True,
+        systems_stay=True,  # CRobT()
         stops_early=True,  # "RAPID kernel" (3HAC050946), order of evaluation
         joint_target_word="moveabsj",
         move_options=MoveOptions(
