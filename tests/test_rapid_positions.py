@@ -194,6 +194,10 @@ def test_the_fast_way_gives_what_the_grammar_gives() -> None:
             taken += 1
             assert [quick] == clause_parser().clause(clause.text, names), clause.text
     assert taken == 201  # the speed, too
+    one, other = (plain.move(f"MoveL p1,{speed},zOwn,tool0;", 0, "") for speed in ("vOwn", "v60"))
+    assert one is not None
+    assert other is not None
+    assert one.blend is other.blend  # one object for thousands of moves
 
 
 @pytest.mark.parametrize(

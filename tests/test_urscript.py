@@ -67,11 +67,17 @@ from olp.ir.program import (
     WaitTask,
     While,
 )
+from olp.languages import vendor
 from olp.languages.vendor import recognise
 from olp.languages.vendors.urscript.grammar import instruction_parser
 from olp.languages.vendors.urscript.lines import quick
 from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
 from olp.robots.geometry import rotation_from_angles
+from olp.runtime import places
+from olp.runtime.interpreter import run
+from olp.runtime.memory import PositionValue
+from olp.runtime.plan import Plan
+from olp.runtime.state import Machine
 
 DEG = math.pi / 180.0
 SAMPLES = File(__file__).resolve().parent.parent / "samples" / "urscript"
@@ -760,3 +766,49 @@ end
     assert not [d for d in plan.diagnostics if d.is_error]
     assert [round(float(x), 6) for x in plan.durations] == [1.0]
     assert any("socket_read_ascii_float is not known here" in one for one in map(str, plan.assumptions))
+
+
+AHEAD = """
+def ahead():
+  frame = p[0.05, 0, 0, 0, 0, 0.1]
+  a = p[0.3, -0.1, 0.3, 0, 3.14, 0]
+  movej([0, -1.5, 1.5, -1.5, -1.5, 0])
+  movej(get_inverse_kin(pose_trans(frame, a), qnear=[0, -1.5, 1.5, -1.5, -1.5, 0]))
+  b = p[0.3, 0.1, 0.3, 0, 3.14, 0]
+  i = 0
+  while i < 3:
+    movej(get_inverse_kin(pose_trans(frame, b), qnear=[0, -1.5, 1.5, -1.5, -1.5, 0]))
+    movej(get_inverse_kin(b, qnear=[0, -1.5, 1.5, -1.5, -1.5, 1]))
+    b = pose_add(b, p[0.01, 0, 0, 0, 0, 0])
+    movej(get_inverse_kin(p[9, 9, 9, 0, 0, 0], qnear=[0, -1.5, 1.5, -1.5, -1.5, 2]))
+    i = i + 1
+  end
+  frame = p[0.06, 0, 0, 0, 0, 0.1]
+  movej(get_inverse_kin(pose_trans(frame, a), qnear=[0, -1.5, 1.5, -1.5, -1.5, 0]))
+end
+"""
+
+
+def test_axes_that_are_found_ahead_are_those_that_are_found_one_by_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of moves whose poses change before the program comes to them, too."""
+    asked: list[int] = []
+
+    def counted(m: Machine, value: PositionValue, *more: PositionValue) -> PositionValue:
+        asked.append(m.line)
+        return one_by_one(m, value, *more)
+
+    def planned() -> Plan:
+        return run(vendor.read_source(decode(AHEAD.encode(), "a.script")), "universal-robots/ur5e")
+
+    one_by_one = places.joints_of
+    monkeypatch.setattr(places, "joints_of", counted)
+    together = planned()
+    few = len(asked)
+    monkeypatch.setattr(places, "_solve", lambda m, asked: None)
+    single = planned()
+    assert few < len(asked) - few
+    np.testing.assert_allclose(together.positions.axes, single.positions.axes, rtol=0, atol=1e-12)
+    assert together.diagnostics == single.diagnostics
+    assert together.assumptions == single.assumptions

@@ -169,7 +169,7 @@ def _forward(m: Machine, arguments: Arguments) -> Value:
 
 def _inverse(m: Machine, arguments: Arguments) -> Value:
     """The axes of a pose, or the pose itself where no robot is known: a joint move goes to it as well."""
-    from olp.runtime.places import joints_of
+    from olp.runtime.places import joints_near, joints_of
 
     value = _pose(m, arguments[0])
     systems = _systems(arguments)
@@ -177,7 +177,7 @@ def _inverse(m: Machine, arguments: Arguments) -> Value:
         near = evaluate(m, arguments[1])
         if isinstance(near, PositionValue) and near.state.kind is PointKind.JOINT:
             try:
-                return joints_of(m, value, near)
+                return joints_near(m, value, near)
             except StatementError:
                 says = "the joint values that a program gives beside a pose are taken to reach it"
                 m.assume_once("nearest joints", says)

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.ir.expressions import Expression, FrameRef, Number, PositionLiteral, Store
+from olp.ir.expressions import Expression, FrameRef, Function, Named, Number, PositionLiteral, Store
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import Move, Path
+from olp.ir.program import Move, Path, Statement
 from olp.robots.coordinate_systems import EXTERNAL_AXES, in_frame
 from olp.robots.geometry import Pose
-from olp.runtime.evaluate import evaluate, position_of
+from olp.runtime.evaluate import evaluate, find_slot, position_of
 from olp.runtime.memory import ACTIVE, PositionValue
 from olp.runtime.poses import (
     as_position,
@@ -33,6 +33,10 @@ from olp.runtime.structures import literal_position
 
 Place = tuple[str, int | None]
 _JOINT_PATH, _POSE = Path.JOINT, PointKind.POSE  # looked up once: every move asks
+_JOINTS = PointState(PointKind.JOINT, "joint")
+_POSE_SIZE = 6
+_AHEAD = 2_000  # statements
+_FAR = 1e6  # [m, rad] what is farther is told where it is used
 
 
 def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
@@ -221,7 +225,6 @@ def joints_of(
 
     With a tool and in a frame, those that hold where none is named. Raises StatementError (I212).
     """
-    from olp.robots.kinematics.configuration import joints_of_readings, readings_of_joints
     from olp.runtime.state import role
 
     if value.state.kind is PointKind.JOINT:
@@ -230,20 +233,84 @@ def joints_of(
     place = m.active_frame if frame is None else frame_place(m, frame)
     placed = position_in(value, place, m.active_tool if tool is None else tool_number(m, tool))
     rows = np.asarray([placed.values[:6]], dtype=np.float64)
-    robot = m.world.cell.robot(mechanism)
     read = _seed(m, mechanism) if near is None else np.array(near.values)
-    seed = None
-    if robot is not None and read is not None and len(read) == len(robot.axes):
-        seed = joints_of_readings(robot, read[None])[0]
-    axes = m.world.cell.resolve(mechanism, placed.state, rows, seed).axes[0]
-    if robot is None or np.isnan(axes[: len(robot.axes)]).any():
+    found = _axes_near(m, mechanism, placed.state, rows, None if read is None else read[None])
+    if found is None or np.isnan(found).any():
         raise StatementError(
             "I212",
             "the axes that reach this pose are not known",
             "say which robot it is: --robot maker/model",
         )
-    found = readings_of_joints(robot, axes[None, : len(robot.axes)])[0]
-    return PositionValue(PointState(PointKind.JOINT, "joint"), tuple(float(v) for v in found))
+    return PositionValue(_JOINTS, tuple(found[0].tolist()))
+
+
+def _axes_near(
+    m: Machine, mechanism: int, state: PointState, rows: NDArray[np.float64], read: NDArray[np.float64] | None
+) -> NDArray[np.float64] | None:
+    """Axes (n, k) that reach poses (n, 6) nearest to `read` (n, k), nan out of reach; None without a robot."""
+    from olp.robots.kinematics.configuration import joints_of_readings, readings_of_joints
+
+    robot = m.world.cell.robot(mechanism)
+    seed = None
+    if robot is not None and read is not None and read.shape[1] == len(robot.axes):
+        seed = joints_of_readings(robot, read)
+    axes = m.world.cell.resolve(mechanism, state, rows, seed).axes
+    return None if robot is None else readings_of_joints(robot, axes[:, : len(robot.axes)])
+
+
+def joints_near(m: Machine, value: PositionValue, near: PositionValue) -> PositionValue:
+    """`joints_of` where a program gives the axes beside a pose: those of the moves that follow are found together.
+
+    One by one they take ten times as long. Raises StatementError (I212).
+    """
+    body, at = m.frame.job.body, m.frame.pc
+    if at > m.ahead.get(id(body), 0):
+        m.ahead[id(body)] = at + _AHEAD
+        _solve(m, [pair for s in body[at - 1 : at + _AHEAD] if (pair := _asked(m, s)) is not None])
+    found = m.solved.get((value, near, m.active_tool, m.active_frame))
+    return joints_of(m, value, near) if found is None else found
+
+
+def _asked(m: Machine, s: Statement) -> tuple[PositionValue, PositionValue] | None:
+    """The pose and the axes of a joint move to a pose with axes beside it, None where its values are not known yet."""
+    asked = s.targets[0] if type(s) is Move else None
+    if type(asked) is not Function or asked.name != "inverse" or len(asked.arguments) != 2:
+        return None
+    if not all(_is_known(m, e) for e in asked.arguments):
+        return None
+    try:
+        value, near = (as_position(evaluate(m, e)) for e in asked.arguments)
+    except StatementError:  # which that statement will tell
+        return None
+    usual = value.state.kind is _POSE and near.state.kind is PointKind.JOINT
+    sized = len(value.values) == _POSE_SIZE and len(near.values) == _POSE_SIZE
+    return (value, near) if usual and sized and all(abs(v) < _FAR for v in value.values) else None
+
+
+def _is_known(m: Machine, e: Expression) -> bool:
+    """Whether the evaluation of an expression neither changes nor tells anything."""
+    if type(e) is Named:
+        slot = find_slot(m, e.name)
+        return slot is not None and slot.value is not None
+    if type(e) is Function:
+        return e.name == "pose-product" and all(_is_known(m, one) for one in e.arguments)
+    return type(e) is PositionLiteral
+
+
+def _solve(m: Machine, asked: list[tuple[PositionValue, PositionValue]]) -> None:
+    """Puts the axes of these poses into `m.solved`, as far as they can be reached."""
+    from olp.runtime.state import role
+
+    mechanism = role(m, 0, Store.ROBOT)
+    groups: dict[PointState, list[tuple[PositionValue, PositionValue]]] = {}
+    for one in asked:
+        groups.setdefault(position_in(one[0], m.active_frame, m.active_tool).state, []).append(one)
+    for state, pairs in groups.items():
+        rows = np.array([value.values[:_POSE_SIZE] for value, _ in pairs])
+        found = _axes_near(m, mechanism, state, rows, np.array([near.values for _, near in pairs]))
+        for (value, near), axes in zip(pairs, () if found is None else found.tolist(), strict=False):
+            if not any(map(math.isnan, axes)):
+                m.solved[(value, near, m.active_tool, m.active_frame)] = PositionValue(_JOINTS, tuple(axes))
 
 
 def pose_at(

@@ -171,6 +171,13 @@ class Machine:
     placed: dict[tuple[str, tuple[float, ...]], int] = field(
         default_factory=dict
     )  # tools and frames by value
+    # (pose, axes nearby, tool, frame) -> the axes that reach it
+    solved: dict[tuple[PositionValue, PositionValue, int, tuple[str, int | None]], PositionValue] = field(
+        default_factory=dict
+    )
+    ahead: dict[int, int] = field(
+        default_factory=dict
+    )  # by the id of a routine's body: up to where that is done
     rates: dict[tuple[bool, int], float] = field(
         default_factory=dict
     )  # (joint move, unit) -> modal acceleration

@@ -42,8 +42,10 @@ MOVE: Final = re.compile(
     rf"((?i:Move[LJC]|MoveAbsJ))\s+(?:(\w+)|{_LIST})\s*,(?:\s*(?:(\w+)|{_LIST})\s*,(?=(?:[^][,]*,){{2}}))?"
     r"\s*(\w+)\s*,\s*(\w+)\s*,\s*(\w+)\s*(?:\\\s*(?i:WObj)\s*:=\s*(\w+)\s*)?;",
 )
-# What stands behind the target, of which there are few different texts in a path, is read by MOVE once for each.
-_TO_NAME: Final = re.compile(r"((?i:Move(?:[LJ]|AbsJ)))\s++(\w++)\s*+,([^][,]*+,[^][,]*+,[^][,;]*+;)")
+# Tool and frame, of which there are few different texts in a path, are read by MOVE once for each.
+_TO_NAME: Final = re.compile(
+    r"((?i:Move(?:[LJ]|AbsJ)))\s++(\w++)\s*+,\s*+(\w++)\s*+,\s*+(\w++)\s*+,([^][,;]*+;)"
+)
 _ROBTARGET: Final = re.compile(
     rf"(?:((?i:LOCAL|TASK))\s+)?((?i:CONST|PERS|VAR))\s+((?i:robtarget))\s+(\w+)\s*:=\s*{_LIST}\s*;"
 )
@@ -56,8 +58,8 @@ _PATHS: Final = {"l": Path.LINEAR, "j": Path.JOINT, "c": Path.CIRCULAR}
 _WORDS: Final = frozenset({"pi", "high", "low", "true", "false"})
 _STORAGE: Final = {"C": "constant", "P": "persistent", "V": "variable"}
 _MOST: Final = 10_000  # texts that are remembered
-# speed, blend, turn rate, tool, frame
-_How = tuple[Speed | None, Blend | None, Quantity | None, Expression | None, Expression | None]
+_Speed = tuple[Speed, Quantity | None]  # with the bound on the tool's turning
+_Systems = tuple[Expression | None, Expression | None]  # tool and frame
 # arm flags, quarters of axes, what is written back, further axes
 _Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...], tuple[float, ...]]
 
@@ -70,11 +72,20 @@ def _value(text: str) -> SignalState | Number:
 
 
 def _moved(
-    line: int, word: str, target: Expression, how: _How, comment: str, via: Expression | None = None
+    line: int,
+    word: str,
+    target: Expression,
+    speed: _Speed,
+    blend: Blend,
+    systems: _Systems,
+    comment: str,
+    via: Expression | None = None,
 ) -> Move:
-    speed, blend, turn, tool, frame = how
+    tool, frame = systems
     path = Path.JOINT if len(word) > 5 else _PATHS[word[-1].lower()]
-    return Move(line, path, (target,), speed, blend, (), comment, via=via, turn=turn, tool=tool, frame=frame)
+    return Move(
+        line, path, (target,), speed[0], blend, (), comment, via=via, turn=speed[1], tool=tool, frame=frame
+    )
 
 
 class PlainClauses:
@@ -84,30 +95,34 @@ class PlainClauses:
         self._names = names
         self._shelf = memory_limit.shelf("rapid robtargets")
         self._moves = memory_limit.shelf("rapid moves")
-        self._speeds: dict[str, tuple[Speed, Quantity | None] | None] = {}
+        self._speeds: dict[str, _Speed | None] = {}
         self._blends: dict[str, Blend | None] = {}
         self._named: dict[str, Named | None] = {}
-        self._hows: dict[str, _How] = {}
+        self._systems: dict[str, _Systems] = {}
         self._numbers: dict[str, tuple[float, ...] | None] = {}
         self._arms: dict[tuple[str, str], _Arm | None] = {}
 
     def forget(self) -> None:
         """Names mean something else: another routine begins."""
-        for cache in (self._speeds, self._blends, self._named, self._hows):
+        for cache in (self._speeds, self._blends, self._named, self._systems):
             cache.clear()
 
     def move(self, text: str, line: int, comment: str) -> Move | None:
         """The move in a clause, or None when it is not plain."""
         plain = _TO_NAME.fullmatch(text)
         if plain is not None:
-            word, name, tail = plain.groups()
-            how = self._hows.get(tail)
-            if how is not None:
+            word, name, spoken, zone, rest = plain.groups()
+            systems = self._systems.get(rest)
+            if systems is not None:
                 target = self._named.get(name) or self._name(name)
-                return None if target is None else _moved(line, word, target, how, comment)
+                speed = self._speeds.get(spoken) or self._speed(spoken)
+                blend = self._blends.get(zone) or self._blend(zone)
+                if target is None or speed is None or blend is None:
+                    return None
+                return _moved(line, word, target, speed, blend, systems, comment)
         found = self._examined(text, line, comment)
-        if found is not None and plain is not None and len(self._hows) < _MOST:
-            self._hows[plain[3]] = found.speed, found.blend, found.turn, found.tool, found.frame
+        if found is not None and plain is not None and len(self._systems) < _MOST:
+            self._systems[plain[5]] = found.tool, found.frame
         return found
 
     def _examined(self, text: str, line: int, comment: str) -> Move | None:
@@ -127,18 +142,15 @@ class PlainClauses:
         via = self._target(word, via_name, [via1, via2, via3, via4]) if circular else None
         tool = self._name(tool_name)
         frame = FrameRef("base") if frame_name is None else self._name(frame_name)
-        try:
-            speed, blend = self._speeds[spoken], self._blends[zone]
-        except KeyError:
-            speed, blend = self._speed(spoken), self._blend(zone)
+        speed = self._speeds.get(spoken) or self._speed(spoken)
+        blend = self._blends.get(zone) or self._blend(zone)
         if target is None or speed is None or blend is None or tool is None or frame is None:
             return None
         if circular:
             if via is None:
                 return None
             target, via = via, target
-        how = speed[0], blend, speed[1], tool_of(tool), frame_of(frame)
-        return _moved(line, word, target, how, comment, via)
+        return _moved(line, word, target, speed, blend, (tool_of(tool), frame_of(frame)), comment, via)
 
     def point(self, text: str, line: int, comment: str) -> Declare | None:
         """The declaration of a literal robtarget, speed or zone, or None when it is not plain."""
@@ -279,7 +291,7 @@ class PlainClauses:
             self._named[text] = found
         return found
 
-    def _speed(self, text: str) -> tuple[Speed, Quantity | None] | None:
+    def _speed(self, text: str) -> _Speed | None:
         self._speeds[text] = named_speed(text, self._names)
         return self._speeds[text]
 

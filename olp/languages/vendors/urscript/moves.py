@@ -63,6 +63,8 @@ class UrscriptMoveRules:
         self._expressions = expressions
         self._tell = tell
         self._manners: dict[tuple[str, tuple[UrscriptArgument, ...]], Manner] = {}
+        self._rates: dict[tuple[AccelerationUnit, Node | None], Acceleration] = {}
+        self._blends: dict[Node, Blend] = {}
         self._frames: dict[Node, Expression] = {}
         self._turns: dict[Node, bool] = {}
 
@@ -133,7 +135,11 @@ class UrscriptMoveRules:
         joint = word == "movej"
         unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
         defaults = builtins.JOINT_DEFAULTS if joint else builtins.PATH_DEFAULTS
-        rate = Acceleration(unit, self._quantity(arguments.get("a"), defaults[0]))
+        # What is written alike is one object: passes ask by it what became of it in another move.
+        given = unit, arguments.get("a")
+        rate = self._rates.get(given)
+        if rate is None:
+            rate = self._rates[given] = Acceleration(unit, self._quantity(given[1], defaults[0]))
         speed, other = self._speed(
             word, arguments, SpeedUnit.AXIS if joint else SpeedUnit.TRAVEL, defaults[1]
         )
@@ -193,10 +199,15 @@ class UrscriptMoveRules:
         return Speed(SpeedUnit.TIME, Quantity(written, 1.0)), other
 
     def _blend(self, arguments: dict[str, Node]) -> Blend:
-        if "r" not in arguments:
+        node = arguments.get("r")
+        if node is None:
             return _STOP
-        radius = self._quantity(arguments["r"], 0.0)
-        return _STOP if radius.literal == 0.0 else Blend(BlendKind.RADIUS, radius)
+        known = self._blends.get(node)
+        if known is None:
+            radius = self._quantity(node, 0.0)
+            known = _STOP if radius.literal == 0.0 else Blend(BlendKind.RADIUS, radius)
+            self._blends[node] = known
+        return known
 
     def _quantity(self, node: Node | None, default: float) -> Quantity:
         return Quantity(Number(default) if node is None else fold(self._expressions.lower(node)), 1.0)
