@@ -1901,3 +1901,14 @@ def test_the_tool_and_the_base_of_one_spline_move_hold_for_it_alone():
     assert plan.moves.length[-1] == pytest.approx(
         math.hypot(0.05, 0.1)
     )  # the flange goes on from where it was
+
+
+def test_a_name_that_begins_as_a_numbered_variable_is_followed_from_routine_to_routine():
+    lose = "DEF LOSE()\r\nLREALPOS.A=$TIMER[1]*LREALPOS.B\r\nEND\r\n"
+    text = krl(*HOME, "LOSE()", "LIN LREALPOS") + lose
+    found = [
+        loss for loss in losses(text, "krl", "inform") if "it needs" in loss.says and "LREALPOS" in loss.says
+    ]
+    assert [loss.line for loss in found if loss.leaves_out] == [
+        text[: text.index("LIN LREALPOS")].count("\n") + 1
+    ]

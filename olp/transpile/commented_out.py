@@ -5,6 +5,7 @@ A routine with an error in its text is not converted: it becomes its text, each 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple
@@ -272,7 +273,9 @@ class _Origin(NamedTuple):
     surely: bool
 
 
-_LOCAL: Final = tuple(f"l{store}" for store in Store)
+_LOCAL: Final = re.compile(
+    rf"l(?:{'|'.join(Store)})\d+", re.IGNORECASE
+)  # a numbered variable of a routine: `_key`
 
 
 class _Lost:
@@ -287,9 +290,8 @@ class _Lost:
         self._fixed = {d.name.casefold() for d in program.data if d.storage == "constant"}
         self._own = {r.name: {name.casefold() for name in _names_of(r)} for r in program.routines}
         self.origins: list[_Origin] = []
-        self._made: dict[
-            int, dict[Key, int]
-        ] = {}  # id of a statement -> what it loses, by numbers of origins
+        # id of a statement -> what it loses, by numbers of origins
+        self._made: dict[int, dict[Key, int]] = {}
         self._first: dict[Key, int] = {}  # of data that lose their first value
         self._everywhere: dict[str, int] = {}
         self._ways: Reaching | None = None
@@ -297,7 +299,7 @@ class _Lost:
         self._note_statements()
 
     def _key(self, routine: str, name: str) -> Key:
-        local = name in self._own.get(routine, ()) or name.startswith(_LOCAL)
+        local = name in self._own.get(routine, ()) or _LOCAL.fullmatch(name) is not None
         return (routine, name) if local else ("", name)
 
     def _origin(self, line: int, surely: bool) -> int:

@@ -159,9 +159,7 @@ def _holds_when_on(e: Expression) -> bool:
             found = _holds_when_on(first)
             for operator, operand in rest:
                 one = _holds_when_on(operand)
-                found = (
-                    found and one if operator == "and" else found or one if operator == "or" else found != one
-                )
+                found = {"and": found and one, "or": found or one}.get(operator, found != one)
             return found
         case Unary("not", operand):
             return not _holds_when_on(operand)
