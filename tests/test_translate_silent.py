@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from translated_texts import converted, inform, krl, module, read, run_elsewhere, script, tp, translated
 
+import olp
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.fluent import read_source
@@ -20,6 +21,7 @@ from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import PROCESS, Fate
 from olp.transpile.convert import convert, run_converted, runs_of
+from olp.transpile.link import link
 from olp.transpile.receipt import verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
@@ -1912,3 +1914,51 @@ def test_a_name_that_begins_as_a_numbered_variable_is_followed_from_routine_to_r
     assert [loss.line for loss in found if loss.leaves_out] == [
         text[: text.index("LIN LREALPOS")].count("\n") + 1
     ]
+
+
+# --- States in numbers of URScript ----------------------------------------------------------------------------
+
+
+def test_a_state_in_a_number_becomes_a_number_in_urscript():
+    """URScript has no conversion between a state and a number: the line would stop the program."""
+    rows = ("J P[1] 100% FINE", "R[3]=DI[1]", "R[4]=(DI[1] AND DI[2])", "DO[2]=R[3]")
+    lines = code(translated(tp(*rows, positions=(P1,)), "tp", "urscript"), "#")
+    assert lines[lines.index("R3 = 1") - 1] == "if (get_standard_digital_in(1) == True):"
+    assert (
+        lines[lines.index("R4 = 1") - 1] == "if (get_standard_digital_in(1) and get_standard_digital_in(2)):"
+    )
+    assert "set_standard_digital_out(2, R3 != 0)" in lines
+
+
+# --- Listings that call one another -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def called_listings(tmp_path):
+    """A main program that waits with a limit, and calls one that sets the limit and is handed too much."""
+
+    def listing(name, *rows):
+        lines = [f"{n:4d}:  {row} ;" for n, row in enumerate(rows, 1)]
+        head = [f"/PROG  {name}", "/ATTR", "DEFAULT_GROUP\t= *,*,*,*,*;", "/MN"]
+        (tmp_path / f"{name.lower()}.ls").write_text("\n".join([*head, *lines, "/POS", "/END", ""]))
+
+    listing("SHOW", "WAIT DI[1]=ON TIMEOUT,LBL[1]", "CALL PICK(R[1],150,'BOX')", "LBL[1]", "DO[2]=ON")
+    listing("PICK", "R[2]=AR[2]", "$WAITTMOUT=200", "WAIT DI[3]=ON TIMEOUT,LBL[1]", "LBL[1]")
+    return link(olp.read(tmp_path / "show.ls")).program
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "urscript"])
+def test_the_controllers_limit_of_waits_is_one_variable_of_all_listings(target, called_listings):
+    made = convert(called_listings, target, Context(robot=ROBOT, on_loss="comment"))
+    text = b"\n".join(made.files.values()).decode()
+    limits = set(re.findall(r"\w*WAITTMOUT\w*", text))
+    assert len(limits) == 1
+    assert re.search(rf"{limits.pop()}\s*:?=\s*200\b", text)
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "urscript"])
+def test_a_call_hands_over_no_more_than_the_routine_takes(target, called_listings):
+    made = convert(called_listings, target, Context(robot=ROBOT, on_loss="comment"))
+    text = b"\n".join(made.files.values()).decode()
+    assert "BOX" not in text
+    assert any("2 of its 3 arguments" in str(one) for one in made.translated.remarks)

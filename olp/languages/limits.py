@@ -63,11 +63,12 @@ class ValueTypes:
     """Types of a language that converts no value into another type.
 
     `signals_are_states`: a signal in an expression is a state, else a number. `persistent_systems`: tools and frames
-    are data of a module.
+    are data of a module. `results_are_used`: a function that returns a value cannot be called as a statement.
     """
 
     signals_are_states: bool
     persistent_systems: bool = False
+    results_are_used: bool = True
 
 
 @dataclass(frozen=True, slots=True)

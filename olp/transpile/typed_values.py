@@ -121,7 +121,7 @@ class _Typing:
     def _called(self, routine: str, s: Call) -> Call:
         """A call whose arguments are of the types that are asked for, and whose result goes somewhere."""
         arguments = tuple(self._argument(routine, one) for one in s.arguments)
-        called = self.symbols.routines.get(s.routine)
+        called = self.symbols.routines.get(s.routine) if self.types.results_are_used else None
         if called is None or not called.returns or s.result is not None or s.jump:
             return replace(s, arguments=arguments)
         kind = called.returns

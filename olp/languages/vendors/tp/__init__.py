@@ -33,6 +33,7 @@ class Tp(Vendor):
         usual_pulse=0.4,  # $DEFPULSE as delivered
         for_keeps_last=True,  # ENDFOR counts on only where the counter is not at the target value yet
         arguments_are_values=True,
+        surplus_arguments=True,
         sums_of_positions=True,
         sums_of_texts=True,
         zeroed_clock="a running timer that is reset is taken to go on, which no manual confirmed",

@@ -56,7 +56,7 @@ def read_program(source: Source) -> Program:
     text = "\n".join(source.lines) if routines else ""
     data: tuple[Declare, ...] = ()
     if values.TIMEOUT in text or "TIMEOUT" in text:
-        data = (Declare(0, values.TIMEOUT, "integer", Number(values.USUAL_TIMEOUT)),)
+        data = (Declare(0, values.TIMEOUT, "integer", Number(values.USUAL_TIMEOUT), shared=True),)
     return Program("tp", source, routines, findings.result(), bytes(findings.kinds), data)
 
 

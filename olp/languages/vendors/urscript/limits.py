@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
-from olp.languages.limits import Limits
+from olp.languages.limits import Limits, ValueTypes
 from olp.languages.vendors.urscript.builtins import JOINT_DEFAULTS, KNOWN, PATH_DEFAULTS
 from olp.languages.vendors.urscript.helpers import COUNTER, TEXTS
 
@@ -55,6 +55,7 @@ LIMITS: Final = Limits(
     no_external_axes="external axes: UR arms have none",
     array_literals=True,
     pose_functions=True,
+    value_types=ValueTypes(signals_are_states=True, results_are_used=False),
     returned_parameters=True,
     has_power=True,
     shares_programs=False,
