@@ -391,3 +391,100 @@ def test_tool_0_of_a_job_may_be_another_than_the_flange():
     runs = runs_of(program, made, "rapid", (ROBOT, None))
     receipt = receipt_of(link(program), made.translated, "rapid", tuple(made.files), runs, (ROBOT, None))
     assert any("tool 0 of the source's controller" in one for one in receipt.before_run)
+
+
+def test_a_move_behind_a_call_has_its_own_acceleration():
+    rows = ("MOVJ P001 VJ=20.00 ACC=60 DEC=60", "CALL JOB:PART IF B001=1", "MOVJ P002 VJ=20.00")
+    made = translated(inform(*rows, points=POINTS), "inform", "krl")
+    shares = [line.strip() for line in made.splitlines() if line.strip().startswith("$ACC_AXIS[1]")]
+    assert shares == ["$ACC_AXIS[1]=100", "$ACC_AXIS[1]=60", "$ACC_AXIS[1]=100"]
+
+
+@pytest.mark.parametrize("forms", [False, True])
+def test_how_fast_the_tool_turns_holds_for_the_moves_alone_that_say_it(forms):
+    rows = ("MOVJ P001 VJ=20.00", "MOVL P002 VR=10.0", "MOVL P001 V=100.0", "MOVL P002 V=100.0")
+    program = read(inform(*rows, points=POINTS), "inform")
+    made = convert(program, "krl", Context(robot=ROBOT, forms=forms))
+    text = b"\n".join(it for name, it in made.files.items() if name.endswith(".src")).decode()
+    lines = [line.strip() for line in text.splitlines()]
+    words = [line for line in lines if line.startswith(("$VEL.ORI1", "LIN "))]
+    assert [word.split("=")[0].split(" ")[0] for word in words] == [
+        "$VEL.ORI1",
+        "LIN",
+        "$VEL.ORI1",
+        "LIN",
+        "LIN",
+    ]
+    assert float(words[2].split("=")[1]) == 200
+
+
+@pytest.mark.parametrize("tag", ["ACC=40", "DEC=40"])
+def test_speeding_up_alone_is_not_braking(tag):
+    text = inform("MOVJ P001 VJ=20.00", f"MOVL P002 V=100.0 PL=0 {tag}", points=POINTS)
+    losses = converted(text, "inform", "rapid").translated.losses
+    assert any("one share for speeding up and braking" in one.says for one in losses)
+    moves = read(text, "inform").plan(robot=ROBOT).moves
+    assert (moves.acceleration[1], moves.deceleration[1]) == ((0.4, 1.0) if "ACC" in tag else (1.0, 0.4))
+
+
+def test_one_share_for_both_is_written_for_both():
+    data = ("CONST robtarget p1:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",)
+    text = module("AccSet 40,100;", "MoveL p1,v100,fine,tool0;", data=data)
+    assert "ACC=40 DEC=40" in translated(text, "rapid", "inform")
+
+
+def test_a_share_of_speeding_up_in_as_is_not_one_of_braking():
+    program = read_source(
+        decode(as_program("ACCEL 50 ALWAYS", "LMOVE p2", "ACCEL 30", "LMOVE p3").encode(), "main.as")
+    )
+    moves = program.plan(robot=ROBOT).moves
+    assert list(moves.acceleration) == [0.5, 0.3]
+    assert list(moves.deceleration) == [1.0, 1.0]
+
+
+SYSTEMS = (
+    *("///TOOL 1", "///POSTYPE BASE", "///RECTAN", "///RCONF 1,0,0,0,0,0,0,0"),
+    "C001=900.000,0.000,400.000,180.0000,0.0000,0.0000",
+    *("///TOOL 2", "///USER 3", "///POSTYPE USER"),
+    "C002=100.000,50.000,40.000,180.0000,0.0000,0.0000",
+)
+
+
+def moves_of(text, target):
+    lines = translated(text, "inform", target).splitlines()
+    return [line.strip() for line in lines if line.strip().startswith("Move")]
+
+
+def test_a_position_that_is_read_has_the_tool_that_reads_it():
+    rows = ("MOVJ C001 VJ=20.00 PL=0", "GETS P005 $PX001", "MOVL C002 V=100.0 PL=0", "MOVL P005 V=50.0 PL=0")
+    text = inform(*rows, points=SYSTEMS)
+    assert moves_of(text, "rapid")[-1].endswith("fine,tool_1;")
+    assert not {kind for kind, _ in objections(text, "inform", "rapid")} - {"named"}
+
+
+def test_a_position_is_read_in_the_base_whatever_frame_holds():
+    rows = ("MOVL C002 V=100.0 PL=0", "GETS P005 $PX001", "MOVL C001 V=100.0 PL=0", "MOVL P005 V=50.0 PL=0")
+    text = inform(*rows, points=SYSTEMS)
+    for target in ("krl", "rapid", "tp", "urscript"):
+        assert not {kind for kind, _ in objections(text, "inform", target)} - {"named"}, target
+
+
+def test_a_variable_has_the_tool_and_the_frame_of_what_it_was_set_to_last():
+    rows = (
+        "SET P005 C001",
+        "MOVL P005 V=50.0 PL=0",
+        "SET P005 C002",
+        "SET P006 P005",
+        "MOVL P006 V=50.0 PL=0",
+    )
+    text = inform(*rows, points=SYSTEMS)
+    assert [move.split("fine,")[1] for move in moves_of(text, "rapid")] == [
+        "tool_1;",
+        "tool_2\\WObj:=frame_3;",
+    ]
+
+
+def test_a_variable_of_one_tool_or_the_other_is_no_target():
+    rows = ("SET P005 C001", "IFTHENEXP B001=1", "SET P005 C002", "ENDIF", "MOVL P005 V=50.0 PL=0")
+    losses = converted(inform(*rows, points=SYSTEMS), "inform", "rapid").translated.losses
+    assert any("set with several tools or frames" in one.says for one in losses)

@@ -14,6 +14,7 @@ from olp.ir.program import Assign, Blend, BlendKind, Comment, Declare, Move, Pat
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
 from olp.runtime.paths import arc_by_angle
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.current_position import HERE, systems_of
 from olp.transpile.records import literal_of, pose_of_literal
 from olp.transpile.symbols import Symbols, symbols_of
 
@@ -262,7 +263,7 @@ def _asked_for(body: list[Statement], at: int, point: Expression) -> int | None:
     for index in range(at - 1, -1, -1):
         s = body[index]
         if isinstance(s, Assign) and s.target == point:
-            return index if s.value == SystemValue("current-pose") else None
+            return index if s.value == HERE or systems_of(s.value) == (None, FrameRef("base")) else None
         if not isinstance(s, Comment):
             return None
     return None

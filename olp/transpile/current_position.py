@@ -58,8 +58,9 @@ System = tuple[Expression | None, Expression | None]  # tool, frame
 
 
 def seen_in(tool: Expression | None, frame: Expression | None) -> Function:
-    """Where the arm stands with this tool, in this frame."""
-    return Function(HERE.name, (NamedArgument(_TOOL, tool), NamedArgument(_FRAME, frame)))
+    """Where the arm stands with this tool, in this frame; None: those that hold."""
+    named = ((_TOOL, tool), (_FRAME, frame))
+    return Function(HERE.name, tuple(NamedArgument(name, it) for name, it in named if it is not None))
 
 
 def systems_of(e: Expression) -> System | None:
@@ -81,8 +82,8 @@ def _solves_elsewhere(e: Expression) -> bool:
 
 
 def here(program: Program, work: TranslationContext) -> Program:
-    """Every reading of the position that names a tool or a frame as the target says it."""
-    if not work.conventions.names_read_frames:
+    """Every reading of the position that names a tool or a frame as the target says it; taught points' see the base."""
+    if not (work.conventions.names_read_frames or work.conventions.taught_frames):
         return program
     return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
 
@@ -109,6 +110,8 @@ def _statement(s: Statement, last: System, work: TranslationContext) -> Statemen
     for tool, frame in asked[1:]:
         if (tool, frame) != asked[0]:
             work.lose(s, Fate.REFUSED, "position", "two readings of the position with other tools or frames")
+    if work.conventions.taught_frames:
+        return read_here(s, (None, _BASE), last, work)  # with the tool that holds, whatever is written above
     tool, frame = (own if own is not None else known for own, known in zip(asked[0], last, strict=True))
     return read_here(s, (tool, frame), last, work)
 
@@ -119,7 +122,7 @@ def read_here(s: Statement, system: System, last: System, work: TranslationConte
     if read_in == "move" and type(s).__name__ not in _HEADS:
         read_in = "named"
     held = (last[0], _BASE) if read_in == "base" else last
-    if read_in != "named" and system != held:
+    if read_in != "named" and any(e not in (None, known) for e, known in zip(system, held, strict=True)):
         says = f"the current position with another tool or in another frame than {_HELD[read_in]}"
         work.lose(s, Fate.REFUSED, "position", says)
     reading = seen_in(*system) if read_in == "named" else HERE

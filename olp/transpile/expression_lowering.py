@@ -55,7 +55,7 @@ from olp.transpile.first_values import (
     saved_points,
     saved_values,
 )
-from olp.transpile.move_lowering import Points, has_names, lifted_move
+from olp.transpile.move_lowering import Points, carried_systems, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
 from olp.transpile.symbols import STORED
 
@@ -110,7 +110,8 @@ def lift(program: Program, work: TranslationContext) -> Program:
     work.states = {name: state.frame for name, state in lifted.points.states.items()}
     if lifted.joints:
         routines = tuple(map(lifted.with_axes, routines))
-    return replace(program, routines=routines, data=data)
+    made = replace(program, routines=routines, data=data)
+    return carried_systems(made, lifted.points.states, lifted.rows, work)
 
 
 @dataclass(slots=True)
@@ -137,6 +138,9 @@ class _Lift:
     changed: dict[Expression, frozenset[str]] | None = None  # what statements set -> which elements
     returned: Named | None = None
     joints: set[str] = field(default_factory=set)  # variables that are declared as axis values
+    rows: dict[str, set[PointState]] = field(
+        default_factory=dict
+    )  # of the position variables that begin with a position
 
     def __post_init__(self) -> None:
         self.points = Points(self.work)
@@ -206,10 +210,10 @@ class _Lift:
                 if isinstance(name, Named):
                     self.initial.setdefault(name.name, literal)
                     self.work.registers.discard(name.name)  # the job itself sets it when it is loaded
-                    self.points.states.setdefault(name.name, point.state)
+                    self._begins_with(name, point.state)
                 elif isinstance(name, Item) and isinstance(name.base, Named):
                     self.array_initial.append(Assign(0, name, literal))
-                    self.points.states.setdefault(name.base.name, point.state)
+                    self._begins_with(name.base, point.state)
 
     def _saved_positions(self) -> None:
         """Positions that neither a header nor a statement sets are those that the controller keeps."""
@@ -226,10 +230,14 @@ class _Lift:
             if isinstance(name, Named) and name.name not in self.initial:
                 self.initial[name.name] = literal
                 self.work.registers.discard(name.name)  # taught, as a point is
-                self.points.states.setdefault(name.name, point.state)
+                self._begins_with(name, point.state)
             elif isinstance(name, Item) and isinstance(name.base, Named):
                 self.array_initial.insert(0, Assign(0, name, literal))  # what a header says comes after
-                self.points.states.setdefault(name.base.name, point.state)
+                self._begins_with(name.base, point.state)
+
+    def _begins_with(self, name: Named, state: PointState) -> None:
+        self.points.states.setdefault(name.name, state)
+        self.rows.setdefault(name.name, set()).add(state)
 
     def begins(self, name: Expression) -> bool:
         """Whether a value is known that a variable begins with."""

@@ -15,11 +15,13 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import (
     Expression,
     FrameRef,
+    Function,
     Item,
     Named,
     Number,
     PositionLiteral,
     Store,
+    SystemValue,
     Taught,
     Variable,
 )
@@ -27,7 +29,7 @@ from olp.ir.points import Point, PointKind, PointState
 from olp.ir.program import Assign, Declare, Move, Path, Program, Routine, Statement, Update
 from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, is_written_out
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.reaching_definitions import UNSET, Key, reaching
+from olp.transpile.reaching_definitions import UNSET, Key, Reaching, reaching
 
 Value = Callable[[Any], Any]  # of whatever holds expressions
 _VALUES: Final = (
@@ -86,6 +88,166 @@ def relative_tools(program: Program, work: TranslationContext) -> Program:
         for r in program.routines
     )
     return replace(program, routines=routines)
+
+
+_System = tuple[Expression | None, Expression | None]  # tool, frame
+_HERE: Final = "where the arm stands"
+
+
+def carried_systems(
+    program: Program,
+    states: Mapping[str, PointState],
+    rows: Mapping[str, set[PointState]],
+    work: TranslationContext,
+) -> Program:
+    """Moves to position variables with the tool and the frame of what the variable was last set to.
+
+    `states`: of all positions; `rows`: of the variables that begin with a position.
+    """
+    if not work.conventions.taught_frames:
+        return program
+    return _CarriedSystems(program, states, rows, work).followed()
+
+
+@dataclass(slots=True)
+class _CarriedSystems:
+    program: Program
+    states: Mapping[str, PointState]
+    rows: Mapping[str, set[PointState]]
+    work: TranslationContext
+    assigned: dict[str, list[Assign]] = field(default_factory=dict)
+    several: set[str] = field(default_factory=set)  # variables that are set with one system or another
+    setting: list[tuple[str, int, Statement]] = field(default_factory=list)  # routine, place
+    numbers: dict[int, int] = field(default_factory=dict)  # of these, by their ids
+    ways: Reaching = field(default_factory=Reaching)
+
+    def followed(self) -> Program:
+        for r in self.program.routines:
+            for s in r.body:
+                if type(s) is Assign and (name := _variable(s.target)) is not None:
+                    self.assigned.setdefault(name, []).append(s)
+        found: dict[str, set[object]] = {name: set() for name in self.assigned}
+        for name, begins in self.rows.items():
+            found.setdefault(name, set()).update(map(_system, begins))
+        grows = True
+        while grows:
+            before = sum(map(len, found.values()))
+            for name, ways in self.assigned.items():
+                for s in ways:
+                    found[name] |= self._at_all(s.value, found)
+            grows = sum(map(len, found.values())) > before
+        self.several = {name for name, systems in found.items() if _HERE in systems or len(systems) > 1}
+        moves = [
+            (r.name, at, s)
+            for r in self.program.routines
+            for at, s in enumerate(r.body)
+            if type(s) is Move and s.relative is None and _variable(s.targets[0]) in self.several
+        ]
+        if not moves:
+            return self.program
+        self.setting = [
+            (r.name, at, s)
+            for r in self.program.routines
+            for at, s in enumerate(r.body)
+            if type(s) in (Move, Assign)
+        ]
+        self.numbers = {id(s): number for number, (_, _, s) in enumerate(self.setting)}
+        self.ways = reaching(self.program, self._sets, frozenset({Move, Assign}))
+        changed = {(name, at): self._move(name, at, s) for name, at, s in moves}
+        routines = tuple(
+            replace(r, body=tuple(changed.get((r.name, at), s) for at, s in enumerate(r.body)))
+            for r in self.program.routines
+        )
+        return replace(self.program, routines=routines)
+
+    def _at_all(self, source: Expression, found: Mapping[str, set[object]]) -> set[object]:
+        """Every system that what a variable is set to may have, as long as the order of statements is not asked."""
+        source = _first_factor(source)
+        if _is_read(source):
+            return {_HERE}
+        name = _variable(source)
+        if name is None:
+            return set()
+        if name in found:
+            return found[name]
+        return {_system(self.states[name])} if name in self.states else set()
+
+    def _sets(self, s: Statement) -> Mapping[Key, int]:
+        keys: list[Key] = [_TOOL] if type(s) is Move else []
+        if type(s) is Assign and isinstance(s.target, Named) and s.target.name in self.several:
+            keys.append(("systems", s.target.name))
+        return dict.fromkeys(keys, self.numbers[id(s)]) if keys else {}
+
+    def _move(self, routine: str, at: int, s: Move) -> Move:
+        found = self._target(routine, at, s.targets[0], frozenset())
+        if len(found) > 1:
+            says = "the position is set with several tools or frames, and this move may get each of them"
+            self.work.lose(s, Fate.REFUSED, "frame", says)
+        if len(found) != 1:
+            return s
+        (tool, frame), changes = next(iter(found)), {}
+        if tool is not None:
+            changes["tool"] = tool
+        if frame is not None:
+            changes["frame"] = frame
+        return edited(s, changes)
+
+    def _target(self, routine: str, at: int, e: Expression, seen: frozenset[int]) -> set[_System]:
+        """The systems that a position may have where this statement is."""
+        e, name = _first_factor(e), _variable(_first_factor(e))
+        if _is_read(e):
+            return {(tool, FrameRef("base")) for tool in self._tools(routine, at, seen)}
+        if name is None:
+            return set()
+        if name not in self.several:
+            return {_system(self.states[name])} if name in self.states else set()
+        begins = set(map(_system, self.rows.get(name, ())))
+        if not isinstance(e, Named):  # an element: which one is not followed
+            found = (self.numbers[id(s)] for s in self.assigned.get(name, ()))
+            return begins.union(*(self._assigned(number, seen) for number in found))
+        systems: set[_System] = set()
+        for number in self.ways.at(routine, at, ("systems", name)):
+            systems |= begins if number == UNSET else self._assigned(number, seen)
+        return systems
+
+    def _assigned(self, number: int, seen: frozenset[int]) -> set[_System]:
+        routine, at, s = self.setting[number]
+        assert type(s) is Assign
+        return set() if number in seen else self._target(routine, at, s.value, seen | {number})
+
+    def _tools(self, routine: str, at: int, seen: frozenset[int]) -> set[Expression | None]:
+        """The tools that the arm may hold where this statement is."""
+        tools: set[Expression | None] = set()
+        for number in self.ways.at(routine, at, _TOOL):
+            if number == UNSET:
+                continue
+            name, place, s = self.setting[number]
+            assert type(s) is Move
+            if _variable(s.targets[0]) in self.several and s.relative is None:
+                if number not in seen:
+                    found = self._target(name, place, s.targets[0], seen | {number})
+                    tools |= {tool for tool, _ in found}
+            elif s.tool is not None:
+                tools.add(s.tool)
+        return tools or {_tool(0)}
+
+
+def _first_factor(e: Expression) -> Expression:
+    return e.arguments[0] if isinstance(e, Function) and e.name == "pose-product" else e
+
+
+def _is_read(e: Expression) -> bool:
+    """Whether this is where the arm stands."""
+    return isinstance(e, (Function, SystemValue)) and e.name in ("current-pose", "current-joints")
+
+
+def _variable(e: Expression) -> str | None:
+    base = e.base if isinstance(e, Item) else e
+    return base.name if isinstance(base, Named) else None
+
+
+def _system(state: PointState) -> _System:
+    return tool_of(state), frame_of(state)
 
 
 def _systems(s: Move, tool: Expression) -> dict[str, Any]:

@@ -452,14 +452,12 @@ def _one_share(s: Move, work: TranslationContext) -> Move:
     """Braking and speeding up are one share where the target cannot tell them apart."""
     if s.deceleration is None or work.limits.separate_deceleration:
         return s
-    if s.acceleration is not None and s.acceleration.literal != s.deceleration.literal:
-        work.lose(
-            s,
-            Fate.APPROXIMATED,
-            "acceleration",
-            "one share for speeding up and braking: the first is written",
-        )
-    return replace(s, acceleration=s.acceleration or s.deceleration, deceleration=None)
+    share = s.acceleration or s.deceleration
+    if share.literal != s.deceleration.literal or s.acceleration is None:
+        which = "the first" if s.acceleration is not None else "that of braking"
+        says = f"one share for speeding up and braking: {which} is written"
+        work.lose(s, Fate.APPROXIMATED, "acceleration", says)
+    return replace(s, acceleration=share, deceleration=None)
 
 
 def _as_rate(s: Move, work: TranslationContext, rated: float | None) -> Move:

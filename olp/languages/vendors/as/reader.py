@@ -12,7 +12,7 @@ from typing import Any, Final
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import shelf
 from olp.core.source import Source
-from olp.core.units import mm
+from olp.core.units import mm, percent
 from olp.ir.expressions import (
     Binary,
     CallValue,
@@ -53,6 +53,7 @@ from olp.ir.program import (
     PulseOutput,
     Repeat,
     Routine,
+    SetAcceleration,
     SetBlend,
     SetOutput,
     SpeedUnit,
@@ -111,6 +112,7 @@ _MOST_ELEMENTS: Final = 5000  # per index of an array
 _DEEP: Final = 4  # variables that are set to variables
 _MOST_ROOM: Final = 500_000  # elements of all arrays together
 _FIRST_ACCURACY: Final = Blend(BlendKind.RADIUS, Quantity(Number(1), mm))
+_FULL: Final = Quantity(Number(100), percent)  # the braking of moves without DECEL
 _STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _NUMERIC: Final = words("sqrt abs sin cos tan atan2 trunc min max length-of-text value-of-text pose-distance")
 _SIZES: Final = {1: 1000, 2: 100}  # of an array that only the program fills, by its number of indices
@@ -440,6 +442,7 @@ class _AsBody:
         self.next: dict[str, Any] = {}
         self.always: dict[str, Any] = {}  # what all moves take from here on
         self.passes = True  # CP
+        self.rated = False  # behind ACCEL … ALWAYS
         self.accuracy: tuple[Blend, ...] = (_FIRST_ACCURACY,)
         self.via: tuple[Expression, int] | None = None
 
@@ -482,6 +485,7 @@ class _AsBody:
         elif isinstance(one, Move):
             self.body.append(self._taken(one))
         else:
+            self.rated = self.rated or isinstance(one, SetAcceleration)
             self._block(one)
             self.body.append(one)
 
@@ -518,6 +522,8 @@ class _AsBody:
     def _taken(self, move: Move) -> Move:
         """The move with what SPEED, ACCURACY and ACCEL before it said."""
         fields, self.next = self.always | self.next, {}
+        if self.rated or "acceleration" in fields:
+            fields.setdefault("deceleration", _FULL)  # ACCEL says nothing of braking
         if not self.passes:
             fields.pop("blend", None)
         speeds = fields.pop("speeds", ())

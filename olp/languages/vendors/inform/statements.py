@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, cast
 
 from lark import Token
 
-from olp.core.units import mm
+from olp.core.units import mm, percent
 from olp.ir.expressions import (
     Argument,
     Element,
@@ -106,6 +106,9 @@ _SENTENCES = {
 _CONTINUOUS = Blend(BlendKind.CONTINUOUS)
 
 
+_FULL: Final = Quantity(Number(100), percent)  # the braking of a move without DEC=
+
+
 class MoveTag(NamedTuple):
     """One word after a move's positions: a field of Move, its value, and how it begins in the line."""
 
@@ -150,6 +153,8 @@ class InformMoveRules(InformExpressionRules):
             path = PATHS[word[-1]]
         if word[0] == "S":
             fields["coordinated"] = True
+        if "acceleration" in fields:
+            fields.setdefault("deceleration", _FULL)  # ACC= says nothing of braking
         return Move(0, path, targets, parts=parts, **fields)
 
     def part(self, children: list[Any]) -> MovePart:

@@ -79,8 +79,9 @@ class InformMoves(InformValues):
         found = [f"{tag}={self.single(value)}" for tag, value in s.other]
         if s.acceleration is not None:
             found.append(f"ACC={quantity(s.acceleration, values.RATE, 0)}")
-        if s.deceleration is not None:
-            found.append(f"DEC={quantity(s.deceleration, values.RATE, 0)}")
+        braking = s.acceleration if s.deceleration is None else s.deceleration
+        if braking is not None and braking.literal != 1.0:
+            found.append(f"DEC={quantity(braking, values.RATE, 0)}")
         if s.end_of_arc:
             found.append("FPT")
         if s.relative is not None and s.relative.kind != "own":

@@ -29,6 +29,7 @@ _SIZES: Final = {
 _WORDS: Final = {st.Path.JOINT: "PTP", st.Path.LINEAR: "LIN", st.Path.CIRCULAR: "CIRC", st.Path.SPLINE: "SPL"}
 _OF_PATH = (st.BlendKind.SPEED, st.BlendKind.TURN)
 _USUAL: Final = ex.Quantity(ex.Number(100), percent)
+_USUAL_TURN: Final = ex.Quantity(ex.Number(200), deg)
 _USUAL_OF_FORMS: Final = ex.Quantity(ex.Number(100), values.ACC_PTP)
 _SET_BY_FORMS: Final = ("$TOOL", "$BASE", "$VEL.CP", "joint", "$APO.CDIS", "$APO.CPTP")
 _MEMBERS: Final = {"x": "X", "y": "Y", "z": "Z", "rz": "A", "ry": "B", "rx": "C"}
@@ -40,11 +41,14 @@ class KrlMoves(KrlValues):
     """Writes moves and settings. `in_block`: within SPLINE … ENDSPLINE, where moves name no blend.
 
     `forms`: of moves that are written as the pendant writes them. `turning`: $VEL.ORI1 and 2 where the program sets
-    them once, at its beginning.
+    them once, at its beginning. `rated`: whether joint moves (True) or paths (False) of another language's program
+    name accelerations, so that those which name none set the usual one; `turns`: the same of the paths' turning.
     """
 
     forms: InlineForms | None = None
     turning = ""
+    rated: frozenset[bool] = frozenset()
+    turns = False
 
     cannot: ClassVar = {
         st.Move: {
@@ -120,17 +124,28 @@ class KrlMoves(KrlValues):
     def _form(self, s: st.Move, form: list[str]) -> list[str]:
         """The fold of a move, which sets all but how fast the tool turns."""
         lines: list[str] = []
-        if s.turn is not None:
-            self._turn(lines, self.quantity(s.turn, deg))
+        self._turned(lines, s)
         for name in _SET_BY_FORMS:
             self.holds.pop(name, None)
         self._given.clear()
-        key = f"acceleration {s.path is st.Path.JOINT}"
-        if s.acceleration is None and s.rate is None:
-            self.holds.pop(key, None)
-        else:
-            self.holds[key] = None
+        joint = s.path is st.Path.JOINT
+        usual = s.acceleration is None and s.rate is None
+        self.holds[f"acceleration {joint}"] = self._usual(joint) if usual else None
         return [*lines, *form]
+
+    def initialised(self) -> None:
+        """BAS (#INITMOV,0) has set accelerations and how fast the tool turns."""
+        for joint in (True, False):
+            self.holds[f"acceleration {joint}"] = self._usual(joint)
+        for axis in (1, 2):
+            self.holds[f"$VEL.ORI{axis}"] = self.quantity(_USUAL_TURN, deg)
+
+    def _usual(self, joint: bool) -> str:
+        return self.quantity(self._unprogrammed(joint), percent)
+
+    def _unprogrammed(self, joint: bool) -> ex.Quantity:
+        """The acceleration of a move that names none."""
+        return _USUAL_OF_FORMS if joint and self.forms else _USUAL
 
     def _native(self, blend: st.Blend | None) -> str:
         """The words that KRL's own program wrote; other languages' names mean nothing here."""
@@ -248,14 +263,13 @@ class KrlMoves(KrlValues):
         if s.speed is not None and given.get(key) is not s.speed:
             self._speed(lines, s.speed)
             given[key] = s.speed  # not before it is written: what cannot be said is told for each move
-        if s.turn is not None:
-            self._turn(lines, self.quantity(s.turn, deg))
+        self._turned(lines, s)
         if s.rate is not None:
             self._rate(lines, s.rate)
         elif s.acceleration is not None:
             self._fraction(lines, s.acceleration, joint)
-        elif s.speed is not None and (f"acceleration {joint}") in self.holds:
-            self._fraction(lines, _USUAL_OF_FORMS if joint and self.forms else _USUAL, joint)
+        elif s.speed is not None and joint in self.rated:
+            self._fraction(lines, self._unprogrammed(joint), joint)
         blend = s.blend
         if (
             blend is not None
@@ -285,6 +299,13 @@ class KrlMoves(KrlValues):
         else:
             raise CannotSayError(terminology.SPEEDS[speed.unit], "KRL knows %, m/s and deg/s")
 
+    def _turned(self, lines: list[str], s: st.Move) -> None:
+        """How fast the tool turns; moves that bound it not may do so as fast as INITMOV lets them."""
+        if s.turn is not None:
+            self._turn(lines, self.quantity(s.turn, deg))
+        elif self.turns and s.path is not st.Path.JOINT and not says_turning(s):
+            self._turn(lines, self.quantity(_USUAL_TURN, deg))
+
     def _turn(self, lines: list[str], value: str) -> None:
         if value == self.turning:
             return
@@ -293,6 +314,7 @@ class KrlMoves(KrlValues):
 
     def _rate(self, lines: list[str], rate: st.Acceleration) -> None:
         if rate.unit is st.AccelerationUnit.TRAVEL:
+            self.holds["acceleration False"] = None
             self._set(lines, "$ACC.CP", self.quantity(rate.value, 1.0))
         elif rate.unit is st.AccelerationUnit.FRACTION:
             self._fraction(lines, rate.value, joint=True)
@@ -308,6 +330,7 @@ class KrlMoves(KrlValues):
         if joint:
             lines += _axes("$ACC_AXIS", _whole(share, text))
         else:
+            self.holds.pop("$ACC.CP", None)
             lines.append(f"BAS (#ACC_CP,{text})")
 
     # --- modal statements -------------------------------------------------------------------------------
@@ -453,6 +476,11 @@ class KrlMoves(KrlValues):
             if value not in (_ZERO, ex.Number(0.0)):
                 self._before.append(f"{name}.{key}={self.value(value)}")
         return ex.Named(name)
+
+
+def says_turning(s: st.Move) -> bool:
+    """Whether a move bounds how fast the tool turns, or is as fast as that."""
+    return s.turn is not None or (s.speed is not None and s.speed.unit is st.SpeedUnit.TURN)
 
 
 def _whole(share: ex.Quantity, text: str) -> str:

@@ -25,7 +25,7 @@ from olp.languages.vendors.krl.neighbours import CONFIG_MARK
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
 from olp.languages.vendors.krl.write_forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
 from olp.languages.vendors.krl.write_forms import HEADER as HEADER_OF_FORMS
-from olp.languages.vendors.krl.write_moves import KrlMoves
+from olp.languages.vendors.krl.write_moves import KrlMoves, says_turning
 from olp.languages.vendors.krl.write_values import TEXT_LENGTH, KrlValues, is_of_config
 
 # --- Bas calls ---
@@ -176,6 +176,13 @@ class KrlWriter(KrlMoves):
         main = program.main
         ordered = sorted(program.routines, key=lambda one: bool(main) and one.name != main)
         self.routines = list(program.routines) if self.own else ordered
+        if not self.own:
+            self.rated = frozenset(
+                s.path is st.Path.JOINT
+                for s in program.statements()
+                if type(s) is st.Move and not (s.acceleration is None and s.rate is None)
+            )
+            self.turns = any(type(s) is st.Move and says_turning(s) for s in program.statements())
         if forms and pair and not self.own:
             self.forms = InlineForms(program, self.scope, self.quantity)
             self.spelt = self.forms.names
@@ -384,6 +391,7 @@ class KrlWriter(KrlMoves):
             self.lose(problem, routine.line)
         if self._moves_first(routine):
             self.rows += _INI if self.forms is None else initialisation(self._settings_of(statements))
+            self.initialised()
         self.body(data)
         self.body(statements)
         waits = any(isinstance(one, st.Wait) and one.timeout is not None for one in routine.body)
@@ -430,9 +438,7 @@ class KrlWriter(KrlMoves):
         for s in self.program.statements():
             if type(s) is st.Move and s.turn is not None:
                 found.add(self.quantity(s.turn, deg))
-            elif type(s) is st.SetSpeed or (
-                type(s) is st.Move and s.speed and s.speed.unit is st.SpeedUnit.TURN
-            ):
+            elif type(s) is st.SetSpeed or (type(s) is st.Move and s.path is not st.Path.JOINT):
                 return ""
         return found.pop() if len(found) == 1 else ""
 
