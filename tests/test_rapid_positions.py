@@ -327,3 +327,19 @@ def test_a_list_of_modules_is_the_program_of_its_modules() -> None:
     assert len(whole.line_kinds) == len(whole.source.lines)
     said = [[s.statement for s in p.plan(robot="yaskawa/gp25").steps()] for p in (whole, part)]
     assert said[0] == said[1]
+
+
+def test_a_tool_and_a_work_object_that_the_program_changes_between_moves_are_looked_at_anew():
+    data = [
+        "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+        'PERS wobjdata w:=[FALSE,TRUE,"",[[500,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];',
+        f"CONST robtarget p:=[[100,0,900],[0,0,1,0],[0,0,0,0],{NO_AXES}];",
+    ]
+    line = "MoveL p,v100,fine,t\\WObj:=w;"
+    plan = read(
+        module([line, line, "t.tframe.trans.z:=300;", line, "w.uframe.trans.x:=700;", line], data)
+    ).plan()
+    moves = plan.moves
+    tools = [plan.tools[number] for number in plan.held.tolist()]
+    assert [round(1000 * float(tool.position[2])) for tool in tools] == [100, 100, 300, 300]
+    assert (1000 * plan.positions.position[moves.target][:, 0]).round().tolist() == [600, 600, 600, 800]

@@ -16,7 +16,7 @@ from olp.ir.program import Comment, Move, Program, Statement
 from olp.ir.transformer import expressions_of, note_names, sets_numbers
 from olp.robots.robot import load_robot
 from olp.transpile import Context
-from olp.transpile.occurrences import Look, changed_rare, with_routines, with_rows
+from olp.transpile.occurrences import Look, changed_rare, with_routines, with_rows, with_same_parts
 from olp.transpile.pipeline import work_for
 
 ROBOT = load_robot("yaskawa/gp25")
@@ -93,3 +93,16 @@ def test_a_look_is_taken_anew_when_the_routine_has_changed(tmp_path: Path) -> No
     assert work.look(shorter).body is shorter.body
     assert work.symbols(program) is work.symbols(program)
     assert work.symbols(replace(program, data=())) is not work.symbols(program)
+
+
+def test_a_program_that_is_put_together_anew_of_the_same_is_the_same(tmp_path: Path) -> None:
+    program = krl(tmp_path)
+    (routine,) = program.routines
+    anew = replace(routine, body=(*routine.body[:1], *routine.body[1:]))
+    assert with_same_parts(replace(program, routines=(anew,)), program) is program
+    shorter = replace(anew, body=anew.body[:-1])
+    assert with_same_parts(replace(program, routines=(shorter,)), program).routines == (shorter,)
+    renamed = with_same_parts(replace(program, routines=(replace(anew, comment="new"),)), program)
+    assert renamed.routines[0].comment == "new"
+    assert renamed.routines[0].body is routine.body
+    assert with_same_parts(replace(program, routines=(replace(anew, name="other"),)), program) != program

@@ -63,6 +63,7 @@ from olp.runtime.poses import (
     own_frame,
     pose_of,
     position_value,
+    product,
     raw_pose,
     with_pose,
 )
@@ -123,7 +124,7 @@ def _product(m: Machine, arguments: Arguments) -> Value:
     state, other = first.state, second.state
     if other.configuration and (state.configuration, state.sectors) != (other.configuration, other.sectors):
         state = replace(state, configuration=other.configuration, sectors=other.sectors)
-    return with_pose(first, raw_pose(first) @ raw_pose(second), state)
+    return product(first, second, state)
 
 
 def _inverse(m: Machine, arguments: Arguments) -> Value:

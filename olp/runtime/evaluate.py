@@ -629,8 +629,8 @@ def _in_any_order(m: Machine, scope: Scope, waiting: tuple[Declare, ...]) -> Non
 
 def _slot(m: Machine, s: Declare) -> Slot:
 
-    sizes = [max(0, whole(m, size)) for size in s.sizes]
-    if math.prod(size or 1 for size in sizes) > _MOST_ITEMS:  # empty ones are built, too
+    sizes = [max(0, whole(m, size)) for size in s.sizes] if s.sizes else []
+    if sizes and math.prod(size or 1 for size in sizes) > _MOST_ITEMS:  # empty ones are built, too
         raise StatementError(
             "I202", f"{s.name} has more than {_MOST_ITEMS:,} items", "make the array smaller"
         )
@@ -653,7 +653,10 @@ def _empty(type_: str, sizes: list[int]) -> Value | None:
 def literal(m: Machine, e: RecordLiteral) -> Value:
     """A record, or an array where the members have no names."""
 
-    values = [(name, copied(evaluate(m, value))) for name, value in e.members]
+    values = [
+        (name, value.value if type(value) is Number else copied(evaluate(m, value)))
+        for name, value in e.members
+    ]
     if values and not values[0][0]:
         return Array([value for _, value in values])
     return Record(e.type, dict(values)) if values else Array([])

@@ -35,6 +35,7 @@ Place = tuple[str, int | None]
 _JOINT_PATH, _POSE = Path.JOINT, PointKind.POSE  # looked up once: every move asks
 _JOINTS = PointState(PointKind.JOINT, "joint")
 _POSE_SIZE = 6
+_STANDING = frozenset({0.0, 9e9})  # of an axis beside the arm: at zero, or not connected
 _AHEAD = 2_000  # statements
 _FAR = 1e6  # [m, rad] what is farther is told where it is used
 
@@ -91,7 +92,9 @@ def _value_of(m: Machine, mechanism: int, s: Move, target: Expression) -> Positi
         value = _displaced(m, value)
     if s.offset is not None or s.tool_offset is not None:
         value = _offset(m, mechanism, s, value)
-    if value.external and any(v not in (0.0, 9e9) and not math.isnan(v) for v in value.external):
+    if not _STANDING.issuperset(value.external) and any(
+        v not in _STANDING and not math.isnan(v) for v in value.external
+    ):
         m.assume_once("external axes", EXTERNAL_AXES)
     if m.conventions.systems_stay and s.tool is not None and s.frame is not None:
         m.active_tool, m.active_frame = tool, place

@@ -7,11 +7,12 @@ frame, speeds, accelerations, sizes of blends, override.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache, reduce
 from operator import matmul
-from typing import Final
+from struct import Struct
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -47,13 +48,15 @@ from olp.robots.coordinate_systems import in_frame
 from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import Tool
 from olp.runtime.evaluate import evaluate, find_slot, is_whole, number, quantity, read_variable, whole
-from olp.runtime.memory import ACTIVE, PositionValue, Record, SystemPosition, Value
+from olp.runtime.memory import ACTIVE, PositionValue, Record, Slot, SystemPosition, Value
 from olp.runtime.plan import PATHS
 from olp.runtime.recorder import NOWHERE
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
 
+T = TypeVar("T")
 _POSE_SIZE = 6
+_SIX_NUMBERS: Final = Struct("6d")
 
 
 # Controllers have at most 64 tools and frames; numbers from here on are later states of them.
@@ -105,7 +108,7 @@ def _bytes_of(value: PositionValue) -> bytes:
     """The six numbers of a pose. Raises StatementError (I213) for pulses and joints."""
     if value.state.kind is not PointKind.POSE or len(value.values) < _POSE_SIZE:
         raise StatementError("I213", "this needs a Cartesian position", "convert it first")
-    return np.array(value.values[:_POSE_SIZE], dtype=np.float64).tobytes()
+    return _SIX_NUMBERS.pack(*value.values[:_POSE_SIZE])
 
 
 @lru_cache(maxsize=1024)
@@ -120,8 +123,22 @@ def _pose_of(*frames: bytes) -> Pose:
 
 def with_pose(value: PositionValue, pose: Pose, state: PointState | None = None) -> PositionValue:
     """`value` with its first six numbers replaced; further axes stay."""
-    values = tuple(float(v) for v in pose.xyz_angles()) + value.values[_POSE_SIZE:]
-    return PositionValue(state or value.state, values)
+    return PositionValue(state or value.state, _numbers_of(pose) + value.values[_POSE_SIZE:])
+
+
+def product(first: PositionValue, second: PositionValue, state: PointState) -> PositionValue:
+    """`first` with its first six numbers replaced by those of `second` seen from it; further axes stay."""
+    return PositionValue(state, _product_of(_bytes_of(first), _bytes_of(second)) + first.values[_POSE_SIZE:])
+
+
+@lru_cache(maxsize=4096)
+def _product_of(first: bytes, second: bytes) -> tuple[float, ...]:
+    """Six numbers; worked out once for a move that is looked at ahead and then made."""
+    return _numbers_of(_pose_of(first) @ _pose_of(second))
+
+
+def _numbers_of(pose: Pose) -> tuple[float, ...]:
+    return tuple(pose.xyz_angles().tolist())
 
 
 def current_frames(m: Machine, state: PointState) -> PointState:
@@ -498,18 +515,7 @@ def tool_number(m: Machine, tool: Expression) -> int:
     if isinstance(tool, FrameRef):
         number = whole(m, tool.number) if tool.number is not None else 0
         return m.tool_now.get(number, number)
-    if (pose := _elsewhere(m, tool, "tool", "the flange")) is not None:
-        return _number_of(m, "tool", pose, m.world.tools)
-    value = evaluate(m, tool)
-    if isinstance(value, (int, float)):
-        return m.tool_now.get(int(value), int(value))
-    if isinstance(value, Record) and value.members.get("robhold") is False:
-        m.assume_once(
-            "held work",
-            f"{spell(tool)} stands beside the robot: speeds about it are taken as the robot's own",
-        )
-    pose = raw_pose(as_position(_member(value, _FLANGE)))
-    return _number_of(m, "tool", pose, m.world.tools)
+    return _asked_once(m, tool, m.tools_named, _tool_of_value)
 
 
 def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
@@ -519,6 +525,48 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
             return "base", None
         number = whole(m, frame.number) if frame.number is not None else 0
         return "user", m.user_now.get(number, number)
+    return _asked_once(m, frame, m.frames_named, _place_of_value)
+
+
+def _asked_once(
+    m: Machine, e: Expression, known: dict[int, tuple[Slot, int, T]], find: Callable[[Machine, Expression], T]
+) -> T:
+    """`find` for a tool or frame; the answer of before where a variable holds it and none has changed since."""
+    slot = find_slot(m, e.name) if type(e) is Named else None
+    before = None if slot is None else known.get(id(slot))
+    if before is not None and before[0] is slot and before[1] == m.memory.stamp:
+        return before[2]
+    found = find(m, e)
+    # Not of numbers, whose tools and frames may be redefined; what is assumed of held work is counted at every move.
+    if (
+        slot is not None
+        and isinstance(slot.value, (PositionValue, Record))
+        and not _stands_beside(slot.value)
+    ):
+        known[id(slot)] = (slot, m.memory.stamp, found)
+    return found
+
+
+def _tool_of_value(m: Machine, tool: Expression) -> int:
+    if (pose := _elsewhere(m, tool, "tool", "the flange")) is not None:
+        return _number_of(m, "tool", pose, _told(pose)[0])
+    value = evaluate(m, tool)
+    if isinstance(value, (int, float)):
+        return m.tool_now.get(int(value), int(value))
+    if _stands_beside(value):
+        m.assume_once(
+            "held work",
+            f"{spell(tool)} stands beside the robot: speeds about it are taken as the robot's own",
+        )
+    pose = raw_pose(as_position(_member(value, _FLANGE)))
+    return _number_of(m, "tool", pose, _told(pose)[0])
+
+
+def _stands_beside(tool: Value) -> bool:
+    return isinstance(tool, Record) and tool.members.get("robhold") is False
+
+
+def _place_of_value(m: Machine, frame: Expression) -> tuple[str, int | None]:
     pose = _elsewhere(m, frame, "frame", "the base")
     if pose is None:
         value = evaluate(m, frame)
@@ -526,9 +574,8 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
             number = int(value)
             return ("user", m.user_now.get(number, number)) if number else ("base", None)
         pose = _work_pose(value)
-    if _told(pose)[1]:
-        return "base", None
-    return "user", _number_of(m, "user", pose, m.world.cell.user_frames)
+    values, is_none = _told(pose)
+    return ("base", None) if is_none else ("user", _number_of(m, "user", pose, values))
 
 
 def _elsewhere(m: Machine, e: Expression, kind: str, taken: str) -> Pose | None:
@@ -563,11 +610,11 @@ def _member(value: Value, names: tuple[str, ...]) -> Value:
     return value if found is None else found
 
 
-def _number_of(m: Machine, kind: str, pose: Pose, known: Mapping[int, object]) -> int:
-    """A number that stands for this pose from now on."""
-    values = _told(pose)[0]
+def _number_of(m: Machine, kind: str, pose: Pose, values: tuple[float, ...]) -> int:
+    """A number that stands for this pose, whose six numbers are `values`, from now on."""
     number = m.placed.get((kind, values))
     if number is None:
+        known: Mapping[int, object] = m.world.tools if kind == "tool" else m.world.cell.user_frames
         number = m.placed[(kind, values)] = fresh_number(known)
         if kind == "tool":
             m.world.tools[number] = Tool(pose)

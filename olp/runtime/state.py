@@ -171,6 +171,9 @@ class Machine:
     placed: dict[tuple[str, tuple[float, ...]], int] = field(
         default_factory=dict
     )  # tools and frames by value
+    # Tools and frames that variables hold, by the id of the variable, which is kept; with `Memory.stamp` then
+    tools_named: dict[int, tuple[Slot, int, int]] = field(default_factory=dict)
+    frames_named: dict[int, tuple[Slot, int, tuple[str, int | None]]] = field(default_factory=dict)
     # (pose, axes nearby, tool, frame) -> the axes that reach it
     solved: dict[tuple[PositionValue, PositionValue, int, tuple[str, int | None]], PositionValue] = field(
         default_factory=dict

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -95,7 +94,7 @@ class _Literals:
     work: TranslationContext
     symbols: Symbols
     used: dict[int, tuple[PositionLiteral, list[int]]] = field(default_factory=dict)
-    at_line: dict[int, Counter[Flags]] = field(default_factory=dict)
+    at_line: dict[int, dict[Flags, int]] = field(default_factory=dict)  # how often they end with which
     # By the line: where an axis ends that has turned further than flags can say, and where they say it ends [rad].
     wound: dict[int, tuple[float, float]] = field(default_factory=dict)
 
@@ -137,7 +136,8 @@ class _Literals:
         flags = flags_of(other, stands, self.style)
         lines = plan.line[steps].tolist()
         for line, found in zip(lines, flags, strict=True):
-            self.at_line.setdefault(line, Counter())[found] += 1
+            counts = self.at_line.setdefault(line, {})
+            counts[found] = counts.get(found, 0) + 1
         self._note_wound(other, stands, lines, flags)
 
     def _note_wound(
@@ -183,9 +183,10 @@ class _Literals:
         """The program with flags in its literals; a move that reaches one otherwise has its own."""
         chosen: dict[int, PositionLiteral] = {}
         for key, (literal, lines) in self.used.items():
-            counts: Counter[Flags] = Counter()
+            counts: dict[Flags, int] = {}
             for line in lines:
-                counts.update(self.at_line.get(line, {}))
+                for flags, times in self.at_line.get(line, {}).items():
+                    counts[flags] = counts.get(flags, 0) + times
             if counts:
                 chosen[key] = _flagged(literal, _most_frequent(counts))
             elif literal.sectors:
@@ -253,7 +254,7 @@ def _flagged(literal: PositionLiteral, flags: Flags) -> PositionLiteral:
     return _changed_literal(literal, {"configuration": flags[0], "sectors": flags[1]})
 
 
-def _most_frequent(counts: Counter[Flags]) -> Flags:
+def _most_frequent(counts: dict[Flags, int]) -> Flags:
     return max(counts, key=counts.__getitem__)
 
 

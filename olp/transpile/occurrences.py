@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from operator import is_
+from typing import Any, TypeVar
 
 from olp.ir.expressions import Expression, Named, Number, PositionLiteral
 from olp.ir.program import Declare, Disabled, Move, Program, Routine, Statement, Wait
 from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
+
+Part = TypeVar("Part", Program, Routine)
 
 
 @dataclass(slots=True)
@@ -117,6 +120,30 @@ def with_routines(program: Program, routines: Iterable[Routine]) -> Program:
     if len(routines) == len(program.routines) and all(map(is_, routines, program.routines)):
         return program
     return replace(program, routines=routines)
+
+
+def with_same_parts(program: Program, old: Program) -> Program:
+    """`program` with the routines, statements and data of `old` that are the same: what was found in them holds on."""
+    if program is old:
+        return program
+    before = {r.name: r for r in old.routines}
+    routines = tuple([_with_same(r, before.get(r.name, r)) for r in program.routines])
+    return _with_same(replace(program, routines=routines), old)
+
+
+def _with_same(new: Part, old: Part) -> Part:
+    """`new` with the tuples of `old` that hold the same objects; `old` where nothing else differs."""
+    changes: dict[str, Any] = {}
+    differs = False
+    for name in new.__dataclass_fields__:
+        one, other = getattr(new, name), getattr(old, name)
+        if one is other:
+            continue
+        if type(one) is tuple and len(one) == len(other) and all(map(is_, one, other)):
+            changes[name] = other
+        else:
+            differs = True
+    return replace(new, **changes) if differs else old
 
 
 def literals_in(data: Iterable[Declare], looks: Iterable[Look]) -> Iterator[PositionLiteral]:

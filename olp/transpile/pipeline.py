@@ -64,6 +64,7 @@ from olp.transpile.modal_state import modal
 from olp.transpile.move_lowering import relative_tools
 from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
+from olp.transpile.occurrences import with_same_parts
 from olp.transpile.partial_positions import computed_axes, externals, partial, turned_together
 from olp.transpile.postures import configurations, postures, reached
 from olp.transpile.quaternions import own_components, quaternions
@@ -350,7 +351,7 @@ def _translated(
     work = work_for(program, target, context, planned)
     result = leave_out(program, out, work)
     for step in passes(work):
-        result = step(result, work)
+        result = with_same_parts(step(result, work), result)
     return result, work
 
 

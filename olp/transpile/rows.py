@@ -76,22 +76,21 @@ def _rooms(plan: Plan) -> dict[int, float]:
 
 
 def _rows(plan: Plan) -> dict[int, list[MoveExecution]]:
-    found: dict[int, list[MoveExecution]] = {}
     moves, positions = plan.moves, plan.positions
-    turned = np.abs(positions.axes[moves.target] - positions.axes[moves.start])
     steps = np.nonzero((plan.kind == StepKind.MOVE) & (plan.source == 0))[0]
-    for step in steps.tolist():
-        row = int(plan.row[step])
-        found.setdefault(int(plan.line[step]), []).append(
-            MoveExecution(
-                float(moves.length[row]),
-                float(moves.angle[row]),
-                tuple(turned[row].tolist()),
-                float(moves.travel[row]),
-                float(moves.fraction[row]),
-                float(moves.blend[row]),
-            )
-        )
+    rows = plan.row[steps]
+    turned = np.abs(positions.axes[moves.target[rows]] - positions.axes[moves.start[rows]])
+    columns = (
+        moves.length[rows].tolist(),
+        moves.angle[rows].tolist(),
+        map(tuple, turned.tolist()),
+        moves.travel[rows].tolist(),
+        moves.fraction[rows].tolist(),
+        moves.blend[rows].tolist(),
+    )
+    found: dict[int, list[MoveExecution]] = {}
+    for line, execution in zip(plan.line[steps].tolist(), map(MoveExecution, *columns), strict=True):
+        found.setdefault(line, []).append(execution)
     return found
 
 
