@@ -94,3 +94,11 @@ def test_a_statement_is_written_as_the_syntax_wants_it(statement: str, says: str
 
 def test_a_module_is_not_called_like_a_word_of_the_language() -> None:
     assert "MODULE M_TEST" in as_rapid("R[1]=2", "TEST")
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["PERS wobjdata w:=wobj0;", "PERS num n:=1 + 2;", "PROC A()\nPERS wobjdata w;\nENDPROC"],
+)
+def test_the_oracle_refuses_persistents_that_are_computed_or_a_routines_own(line: str) -> None:
+    assert refused(f"MODULE M\n{line}\nENDMODULE")

@@ -1962,3 +1962,53 @@ def test_a_call_hands_over_no_more_than_the_routine_takes(target, called_listing
     text = b"\n".join(made.files.values()).decode()
     assert "BOX" not in text
     assert any("2 of its 3 arguments" in str(one) for one in made.translated.remarks)
+
+
+# --- Settings that some ways alone make ---------------------------------------------------------------------------
+
+ON_SOME_WAYS = krl(
+    *HOME, "IF $IN[1] THEN", "$OV_PRO=50", "$BASE={X 100,Y 0,Z 0,A 0,B 0,C 0}", "ENDIF", "IF $IN[2] THEN", "$OV_PRO=30",
+    "ENDIF", *poses((900, 0, 400)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("target", "begins"), [("rapid", "frame:=wobj0;"), ("tp", "UFRAME[1]=PR[100] ;"), ("urscript", None)]
+)
+def test_a_frame_that_one_way_chooses_does_not_hold_in_the_next_run(target, begins):
+    """The variable that holds it lives on in RAPID's and KRL's data, and as a frame of FANUC's controller."""
+    text = translated(ON_SOME_WAYS, "krl", target)
+    first = re.search(r"IF di1=1|IF \(DI\[1\]\)|if \(get", text).start()
+    assert begins is None or begins in text[:first]
+
+
+def test_a_tool_that_one_way_chooses_does_not_hold_in_the_next_run_of_krl():
+    rows = (
+        "if get_digital_in(1):",
+        "  set_tcp(p[0, 0, 0.1, 0, 0, 0])",
+        "end",
+        "movel(p[0.5, 0, 0.4, 0, 3.1, 0])",
+    )
+    text = translated(script(*rows), "urscript", "krl")
+    assert text.index("tool=$NULLFRAME") < text.index("IF $IN[1]")
+    assert "DECL FRAME tool={X 0" in text  # a list holds what is written out
+
+
+def test_no_override_is_the_whole_speed_where_one_way_alone_sets_one():
+    text = translated(ON_SOME_WAYS, "krl", "urscript")
+    assert "global override = 100.0" in text
+    one = run(read(ON_SOME_WAYS, "krl"), robot=ROBOT)
+    assert compare_plans(one, run_elsewhere(ON_SOME_WAYS, "krl", "urscript")).differences == []
+
+
+def test_a_frame_of_a_routines_own_is_a_persistent_of_rapids_module():
+    """RAPID has no PERS in routines; each call begins with the first value."""
+    rows = (
+        "local plane = p[0.1, 0.2, 0.3, 0, 0, 0]", "movel(pose_trans(plane, p[0.5, 0, 0.4, 0, 3.14, 0]))",
+        "plane[2] = 0.4", "movel(pose_trans(plane, p[0.5, 0, 0.4, 0, 3.14, 0]))",
+    )  # fmt: skip
+    text = translated(script(*rows), "urscript", "rapid")
+    head, body = text.split("PROC ", 1)
+    assert "PERS wobjdata plane" in head
+    assert "PERS" not in body
+    assert body.index("plane.uframe:=[[100,200,300],[1,0,0,0]];") < body.index("MoveL")

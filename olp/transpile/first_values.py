@@ -307,7 +307,7 @@ def _set_by_runs(program: Program, work: TranslationContext) -> Program:
         return program
     main = program.main or program.routines[0].name
     routines = [
-        replace(r, body=tuple(_behind_declarations(r.body, rows))) if r.name == main or r.starts else r
+        replace(r, body=tuple(behind_declarations(r.body, rows))) if r.name == main or r.starts else r
         for r in program.routines
     ]
     return replace(program, routines=tuple(routines))
@@ -373,7 +373,7 @@ def _with_zeros(program: Program) -> tuple[Routine, ...]:
             read = _names_read(s) & own[r.name].keys() if state is not None else set()
             open_ |= {name for name in read if ENTRY in (state or {}).get(("local", name), {ENTRY})}
         rows = {name: rows for name, rows in own[r.name].items() if name in open_}
-        routines.append(replace(r, body=tuple(_behind_declarations(r.body, rows))) if rows else r)
+        routines.append(replace(r, body=tuple(behind_declarations(r.body, rows))) if rows else r)
     return tuple(routines)
 
 
@@ -417,7 +417,7 @@ def _names_read(s: Statement) -> set[str]:
     return found
 
 
-def _behind_declarations(body: tuple[Statement, ...], rows: Mapping[str, list[Assign]]) -> list[Statement]:
+def behind_declarations(body: tuple[Statement, ...], rows: Mapping[str, list[Assign]]) -> list[Statement]:
     """`rows`: what sets each name first, behind its declaration and those that follow that one.
 
     What the body does not declare is set behind the declarations at its head, before one that reads it.

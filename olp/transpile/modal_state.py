@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm, percent
-from olp.ir.expressions import Binary, Expression, FrameRef, Item, Named, Number, Quantity
+from olp.ir.expressions import Binary, Expression, FrameRef, Item, Named, Number, PositionLiteral, Quantity
 from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
@@ -41,6 +41,7 @@ from olp.languages.limits import limits_of
 from olp.runtime.poses import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
 from olp.transpile.context import LOST, SET_BACK, Fate, TranslationContext
 from olp.transpile.current_position import HERE, UNSEEN, System, read_here, solves
+from olp.transpile.first_values import behind_declarations
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
 
@@ -72,6 +73,9 @@ _SLOW: Final[Mapping[bool, Speed]] = {
 _NO_BLEND: Final = Quantity(Number(0.0), 1.0)
 _FLANGE: Final = FrameRef("tool", Number(0))
 _BASE: Final = FrameRef("base")
+_NOTHING: Final = PositionLiteral(
+    "pose", (0.0,) * 6
+)  # the flange, or the base, as a value that is written out
 _CHANGING: Final = frozenset(
     {"Named", "Item", "Member", "Signal", "Function", "CallValue", "SystemValue", "Variable"}
 )
@@ -115,6 +119,9 @@ class _Modal:
     variables: dict[Key, Named] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
     assigned: dict[int, tuple[Key, Named]] = field(default_factory=dict)  # definition -> its variable
+    begins: dict[str, list[Assign]] = field(
+        default_factory=dict
+    )  # what each run sets a variable to, by its name
     routine: str = ""
     flow: Reaching = field(default_factory=Reaching)
     made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
@@ -188,10 +195,7 @@ class _Modal:
         if unset is None and UNSET in found and len(found) == 2:
             known = next(value for value in values if value is not None)
             if self._is_fixed(known):
-                part = _CALLED.get(str(key[0]), key[0])
-                self.work.note_once(
-                    f"{part}: assumed to be set, although one path avoids every statement that sets it"
-                )
+                self._tell_assumed(key)
                 return known
         return self._variable(key, found, unset)
 
@@ -219,17 +223,46 @@ class _Modal:
         if name is None:
             name = self.variables[key] = Named(self.work.helper(_name_of(key)))
             frame = key in (_TOOL, _FRAME)
-            value: Any = unset if frame else Number(0.0)
+            value: Any = _NOTHING if frame else self._begin(key, found, unset)
             kind = str(key[0]) if frame else "real"
             if key in self.by_number:
                 kind, value = "integer", Number(0)
             self.declared.append(Declare(0, name.name, kind, value, shared=True))
+            if UNSET in found and self._lives_on(key):
+                self.begins[name.name] = [Assign(0, name, unset if frame else value)]  # type: ignore[arg-type]
         for number in found:
             if number != UNSET:
                 self.assigned[number] = (key, name)
         if key in (_TOOL, _FRAME):
             return name
         return Quantity(name, _scale(key))
+
+    def _begin(self, key: Key, found: Values, unset: object) -> Expression:
+        """What a variable holds before any statement sets it."""
+        if UNSET not in found:
+            return Number(0.0)
+        if unset is None:
+            known = (self.definitions[number] for number in sorted(found) if number != UNSET)
+            unset = next(
+                (value for value in known if type(value) is Quantity and value.literal is not None), None
+            )
+            self._tell_assumed(key)
+        return Number(0.0) if unset is None else _counted(unset, key)
+
+    def _tell_assumed(self, key: Key) -> None:
+        part = _CALLED.get(str(key[0]), key[0])
+        self.work.note_once(
+            f"{part}: assumed to be set, although one path avoids every statement that sets it"
+        )
+
+    def _lives_on(self, key: Key) -> bool:
+        """Whether a variable for a setting holds in the next run what this one has left in it."""
+        numbered = bool(
+            self.work.limits.numbered
+        )  # whose variables each run sets first, but tools and frames
+        return (
+            key in (_TOOL, _FRAME) and key not in self.by_number if numbered else self.work.limits.keeps_data
+        )
 
     # --- statements -------------------------------------------------------------------------------------
 
@@ -367,9 +400,9 @@ class _Modal:
         return next(iter(numbers)) if len(numbers) == 1 else None
 
     def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
-        share = self.value(_OVERRIDE)
+        share = self.value(_OVERRIDE, _WHOLE)
         speed: Speed | None = changes.get("speed", s.speed)
-        if share is None or speed is None:
+        if share is _WHOLE or speed is None:
             return
         assert isinstance(share, Quantity)
         known, value = share.literal, speed.value
@@ -586,6 +619,8 @@ def modal(program: Program, work: TranslationContext) -> Program:
                 rows += own.kept(original)
             else:
                 rows.append(s)
+        if own.begins and (routine.starts or routine.name == (program.main or program.routines[0].name)):
+            rows = behind_declarations(tuple(rows), own.begins)
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines), data=(*program.data, *own.declared))
 

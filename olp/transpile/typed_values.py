@@ -46,7 +46,7 @@ from olp.ir.program import (
     SetOutput,
     Statement,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, sets_numbers
 from olp.languages.limits import ValueTypes
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
@@ -109,11 +109,7 @@ class _Typing:
 
     def _begun(self, routine: str, s: Declare) -> list[Statement]:
         """A variable that begins with what is computed is set where it was declared."""
-        if (
-            s.value is None
-            or s.storage != "variable"
-            or all(type(e) in _LITERALS for e in expressions_of(s.value))
-        ):
+        if s.value is None or s.storage != "variable" or _is_written(s.value):
             return [s]
         begins = Assign(s.line, Named(s.name), s.value, s.comment)
         return [replace(s, value=None, comment=""), *self.statement(routine, begins)]
@@ -195,13 +191,25 @@ def _not_zero(e: Expression) -> Expression:
     return Compare("<>", e, Number(0))
 
 
+def _is_written(value: Expression | None) -> bool:
+    """Whether a value stands in the text as it is, and is not computed."""
+    return value is not None and all(type(e) in _LITERALS for e in expressions_of(value))
+
+
 def _systems_in_the_module(program: Program, work: TranslationContext) -> Program:
     """Tools and frames that a routine declares, declared for the whole program under names of their own."""
     data: list[Declare] = []
     routines: list[Routine] = []
     taken = {declare.name.casefold() for declare in program.data}
     for routine in program.routines:
-        moved = [s for s in routine.body if isinstance(s, Declare) and s.type in _MODULE_DATA]
+        chosen = {
+            e.name for s in routine.body if type(s) is Move for e in (s.tool, s.frame) if type(e) is Named
+        }
+        moved = [
+            s
+            for s in routine.body
+            if isinstance(s, Declare) and (s.type in _MODULE_DATA or (s.name in chosen and not s.sizes))
+        ]
         if not moved:
             routines.append(routine)
             continue
@@ -212,15 +220,25 @@ def _systems_in_the_module(program: Program, work: TranslationContext) -> Progra
                 new = work.fresh(f"{routine.name}_{new}")
             taken.add(new.casefold())
             names[declare.name] = new
-            value = declare.value if declare.value is not None or declare.sizes else _NOTHING
+            value = declare.value if _is_written(declare.value) or declare.sizes else _NOTHING
             data.append(replace(declare, line=0, name=new, value=value, storage="persistent", shared=True))
         gone = set(map(id, moved))
 
         def change(e: Expression, names: dict[str, str] = names) -> Expression:
             return Named(names[e.name]) if type(e) is Named and names.get(e.name, e.name) != e.name else e
 
-        body = [mapped(s, change) for s in routine.body if id(s) not in gone]
-        routines.append(replace(routine, body=tuple(body)))
+        changed = {name for s in routine.body for name in changed_by(s)}
+        rows: list[Statement] = []
+        for s in routine.body:
+            if id(s) not in gone:
+                rows.append(mapped(s, change))
+            elif (
+                isinstance(s, Declare)
+                and s.value is not None
+                and (s.name in changed or not _is_written(s.value))
+            ):
+                rows.append(Assign(s.line, Named(names[s.name]), s.value))  # what each call begins with
+        routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines), data=(*program.data, *data)) if data else program
 
 

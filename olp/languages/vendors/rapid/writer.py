@@ -265,8 +265,9 @@ def _is_joints(move: st.Move) -> bool:
 
 
 def uses(program: Program) -> dict[str, str]:
-    """Lower-case name -> tooldata or wobjdata; also of names that hand their value on to one of them."""
-    found: dict[str, str] = {}
+    """Lower-case name -> tooldata or wobjdata; also of the program's data that hand their value on to one of them."""
+    found = {one.name.lower(): "tooldata" for one in program.data if one.type == "tool"}
+    known = {one.name.lower() for one in program.data}
     given: list[tuple[str, str]] = []
     for one in (*program.data, *program.statements()):
         if isinstance(one, Move):
@@ -276,6 +277,7 @@ def uses(program: Program) -> dict[str, str]:
             given.append((one.target.name.lower(), one.value.name.lower()))
         elif isinstance(one, Declare) and isinstance(one.value, Named):
             given.append((one.name.lower(), one.value.name.lower()))
+    given = [pair for pair in given if known.issuperset(pair)]
     for _ in range(len(given)):
         before = len(found)
         for target, value in given:
