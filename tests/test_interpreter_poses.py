@@ -328,6 +328,25 @@ def test_a_tool_that_is_set_holds_for_later_moves_only() -> None:
     np.testing.assert_allclose(target[1], flange[0] + rotation[0] @ [0, 0, 0.15], atol=1e-9)
 
 
+def test_a_tool_that_is_set_to_what_it_holds_parts_no_arc() -> None:
+    places = {
+        "P001": P1,
+        "P002": P1 + pose(40.0, 30.0, 5.0, 0.0, 0.0, 0.0),
+        "P003": P1 + pose(85.0, -10.0, 12.0, 0.0, 0.0, 0.0),
+        "P005": pose(12.5, -8.25, 187.4, 0.0, 15.0, 30.0),
+    }
+    tool = "SETTOOL TL#(0) P005\n"
+    arc = "GETS PX006 $PX001\nMOVC P006 V=50.0\nMOVC P002 V=50.0\nMOVC P003 V=50.0"
+    given = Assumptions(variables=variables(**places))
+    once, twice = (
+        plan_of(f"{tool}MOVL P001 V=50.0\n{again}{arc}", given, robot="yaskawa/ma2010")
+        for again in ("", tool)
+    )
+    assert (once.moves.via[-2:] >= 0).all()
+    np.testing.assert_array_equal(twice.moves.via[-2:], once.moves.via[-2:])
+    np.testing.assert_allclose(twice.moves.length, once.moves.length, atol=1e-12)
+
+
 def test_a_position_variable_of_the_header_is_set_before_anything_runs(tmp_path: Path) -> None:
     main = write_jobs(tmp_path, {"MAIN": "SETE P030 (1) 700000\nCALL JOB:SUB", "SUB": "MOVL P030 V=50.0"})
     sub = tmp_path / "SUB.JBI"

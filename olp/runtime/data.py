@@ -41,7 +41,6 @@ from olp.ir.program import (
     Update,
 )
 from olp.robots.geometry import Pose, frame_from_points
-from olp.robots.kinematics.configuration import Tool
 from olp.runtime.evaluate import (
     both,
     calculate,
@@ -59,7 +58,7 @@ from olp.runtime.poses import (
     as_pulses,
     frame_pose,
     frame_state,
-    fresh_number,
+    number_of,
     own_frame,
     pose_of,
     position_value,
@@ -83,16 +82,14 @@ def frame_value(m: Machine, frame: FrameRef) -> Value:
 def set_tool(m: Machine, argument: Expression, value: Value) -> None:
     """Gives a tool new data; what was recorded with the old ones keeps them."""
     tool = whole(m, argument)
-    m.tool_now[tool] = fresh = fresh_number(m.world.cell.tools)
-    m.world.tools[fresh] = Tool(raw_pose(as_position(value)))
+    m.tool_now[tool] = number_of(m, "tool", raw_pose(as_position(value)))
     m.plain = False
 
 
 def set_frame(m: Machine, frame: FrameRef, pose: Pose) -> None:
     """Gives a user frame a new place; what was recorded in the old one stays where it was."""
     user = whole(m, frame.number) if frame.number is not None else 0
-    m.user_now[user] = fresh = fresh_number(m.world.cell.user_frames)
-    m.world.cell.user_frames[fresh] = pose
+    m.user_now[user] = number_of(m, "user", pose)
     m.plain = False
 
 

@@ -549,7 +549,7 @@ def _asked_once(
 
 def _tool_of_value(m: Machine, tool: Expression) -> int:
     if (pose := _elsewhere(m, tool, "tool", "the flange")) is not None:
-        return _number_of(m, "tool", pose, _told(pose)[0])
+        return number_of(m, "tool", pose)
     value = evaluate(m, tool)
     if isinstance(value, (int, float)):
         return m.tool_now.get(int(value), int(value))
@@ -559,7 +559,7 @@ def _tool_of_value(m: Machine, tool: Expression) -> int:
             f"{spell(tool)} stands beside the robot: speeds about it are taken as the robot's own",
         )
     pose = raw_pose(as_position(_member(value, _FLANGE)))
-    return _number_of(m, "tool", pose, _told(pose)[0])
+    return number_of(m, "tool", pose)
 
 
 def _stands_beside(tool: Value) -> bool:
@@ -608,6 +608,11 @@ def _member(value: Value, names: tuple[str, ...]) -> Value:
         return value
     found = next((v for name, v in value.members.items() if name.casefold() in names), None)
     return value if found is None else found
+
+
+def number_of(m: Machine, kind: str, pose: Pose) -> int:
+    """The number, in the cell, of a tool or frame with this pose: the same one whenever the pose is the same."""
+    return _number_of(m, kind, pose, _told(pose)[0])
 
 
 def _number_of(m: Machine, kind: str, pose: Pose, values: tuple[float, ...]) -> int:
