@@ -40,7 +40,7 @@ from olp.checks.merge.merge import merge_bytes
 from olp.checks.merge.model import MergedText
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
-from olp.languages.vendor import find_vendor, recognise, vendor_names
+from olp.languages.vendor import find_vendor, recognise
 from olp.runtime.interpreter import run
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
@@ -646,13 +646,14 @@ _SUFFIX = {
     "inform": ".jbi", "tp": ".ls", "krl": ".src", "rapid": ".mod", "as": ".as", "pdl2": ".pdl", "val3": ".dtx",
     "urscript": ".script",
 }  # fmt: skip
+LANGUAGES = tuple(_SUFFIX)
 
 
 def made(count: int, seed: int) -> dict[str, Sums]:
     """So many of each language, but for those in which both sides changed one position."""
     rows: dict[str, Sums] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for language in vendor_names():
+        for language in LANGUAGES:
             sums = rows.setdefault(language, Sums())
             suffix = _SUFFIX[language]
             done = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -37,10 +38,10 @@ from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
 from olp.core.source import decode
 from olp.identification.signature.estimator import estimator_names, load_estimator
-from olp.ir.program import Message, Move, Path
+from olp.ir.program import Dwell, Message, Move, Path
 from olp.languages.limits import limits_of, writable
 from olp.languages.loading import Loading
-from olp.languages.vendor import find_vendor, part_of, vendor_names
+from olp.languages.vendor import Vendor, find_vendor, part_of, vendor_names
 from olp.reports.formats import report_names
 from olp.robots import robot as robot_module
 from olp.robots.robot import robot_names
@@ -349,18 +350,95 @@ def test_a_writer_that_refuses_what_its_limits_do_not_declare_breaks_its_contrac
 ) -> None:
     """A message is in no contract program, so that nothing else notices."""
     vendor = find_vendor(name)
+    _refusing(vendor, Message, monkeypatch)
+    told = [differs for _, differs in writers.writes_each_kind_of_statement(WriterUnderTest(vendor, None))]
+    assert any("`refuses` in its limits names nothing of it: not this" in differs for differs in told)
+
+
+def _refusing(vendor: Vendor, kind: type, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The vendor's writer refuses this kind of statement from here on."""
     module = import_module(f"{type(vendor).__module__}.writer")
     whole = module.write
 
     @functools.wraps(whole)
     def write(program, *rest, **more):
         values, problems = whole(program, *rest, **more)
-        messages = [s for s in program.statements() if isinstance(s, Message)]
-        return values, [*problems, *(error("X002", "no messages", (s.line, 1, 1)) for s in messages)]
+        refused = [s for s in program.statements() if isinstance(s, kind)]
+        lines = [(s.line, program.source.line(s.line)) for s in refused]
+        return values, [*problems, *(error("X002", "not this", (n, 1, 1), source_line=t) for n, t in lines)]
 
     monkeypatch.setattr(module, "write", write)
-    told = [differs for _, differs in writers.writes_each_kind_of_statement(WriterUnderTest(vendor, None))]
-    assert any("`refuses` in its limits names nothing of it: no messages" in differs for differs in told)
+
+
+def test_a_vendor_is_told_what_other_languages_cannot_say_of_its_program_and_what_becomes_a_comment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A new language finds this in its own suite, not in those of the others."""
+    _refusing(find_vendor("urscript"), Dwell, monkeypatch)
+    told = _told(find_vendor("as"), "is_written_in_other_languages", "as to urscript")
+    assert told
+    assert all("not this (line" in one and "TWAIT" in one for one in told)
+    monkeypatch.undo()
+    _refusing(find_vendor("rapid"), Dwell, monkeypatch)
+    told = _told(find_vendor("rapid"), "is_written_in_other_languages", "rapid to krl and back")
+    assert any("is a comment there: " in one for one in told)
+
+
+def _told(vendor: Vendor, promise: str, given: str) -> list[str]:
+    """What the vendor's suite tells of one promise and input."""
+    with pytest.raises(ContractError) as caught:
+        check_vendor(vendor, only=promise)
+    return [one.differs for one in caught.value.broken if one.given == given]
+
+
+def test_a_vendor_is_told_of_words_that_nothing_finds_and_of_a_sniff_that_takes_its_text(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    vendor = find_vendor("krl")
+    monkeypatch.setattr(
+        type(vendor), "conventions", replace(vendor.conventions, silent_processes={"CONTINUE": "CONTINUE"})
+    )
+    told = _told(vendor, "states_its_conventions", "conventions.silent_processes")
+    assert told == ["'CONTINUE' is looked for as 'continue'"]
+    monkeypatch.setattr(type(find_vendor("pdl2")), "sniff", lambda self, source: True)
+    (told,) = _told(vendor, "knows_its_own_text", "handling.src")
+    assert "the sniff of pdl2 takes it for PDL2" in told
+
+
+def test_a_sample_without_decimal_numbers_is_told_that_merges_cannot_be_tried(tmp_path: FilePath) -> None:
+    vendor = find_vendor("pdl2")
+    main = samples_folder(vendor) / "handling.pdl"
+    text = re.sub(r"(\d+)\.(\d+)", r"\1\2", main.read_text(encoding="utf-8"))
+    (tmp_path / main.name).write_text(text, encoding="utf-8")
+    with pytest.raises(ContractError, match="too few of its statements have a decimal number"):
+        check_vendor(vendor, samples=tmp_path, only="merges_what_both_changed")
+
+
+def test_texts_that_differ_are_told_by_their_first_line() -> None:
+    told = writers.unlike_text(b"one\r\ntwo\r\n", b"one\r\nthree\r\n")
+    assert told == "another text, line 2: 'two' is wanted, and there is 'three'"
+    assert "there is no line" in writers.unlike_text(b"one\ntwo\n", b"one\n")
+
+
+@pytest.mark.parametrize("name", ["krl", "tp"])
+def test_a_writer_that_takes_an_input_for_an_output_breaks_its_contract(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = import_module(f"{type(find_vendor(name)).__module__}.writer")
+    writer = next(one for key, one in vars(module).items() if key.lower() == f"{name}writer")
+    monkeypatch.setattr(writer, "signals", {**writer.signals, "in": writer.signals["out"]})
+    found = list(writers.keeps_inputs_and_outputs_apart(WriterUnderTest(find_vendor(name), None)))
+    assert any("input 3 on is wanted and own output 3 on found" in differs for _, differs in found)
+
+
+def test_limits_that_lack_what_no_routine_computes_break_the_contract(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    name = writable()[0]
+    module = import_module(f"{type(find_vendor(name)).__module__}.limits")
+    monkeypatch.setattr(module, "LIMITS", replace(limits_of(name), lacks=frozenset({"round", "floor"})))
+    found = list(writers.lacks_what_a_routine_computes(WriterUnderTest(find_vendor(name), None)))
+    assert [given for given, _ in found] == ["lacks 'round'"]
 
 
 def test_a_writer_that_writes_what_its_limits_declare_as_refused_breaks_its_contract(

@@ -20,7 +20,7 @@ from olp.checks.merge.merge import merge_bytes
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
 from olp.ir.statements import Move
-from olp.languages.vendor import find_vendor, read, vendor_names
+from olp.languages.vendor import find_vendor, read
 
 ROOT = Path(__file__).parent.parent
 BEFORE = ROOT / "samples/inform/touch-up/before/TOUCH-UP.JBI"
@@ -35,7 +35,7 @@ def merged(base: bytes, ours: bytes, theirs: bytes, vendor: str = "inform") -> t
 def test_the_sides_swapped_say_the_same_and_conflicts_have_theirs_first():
     """Made programs changed by two offices: some merges have conflicts, some have none, all have no first side."""
     found = {True: 0, False: 0}
-    for language in vendor_names():
+    for language in made.LANGUAGES:
         for seed in range(8):
             choose = random.Random(f"{language} sides {seed}")
             base = made.program(choose)
@@ -51,7 +51,7 @@ def test_the_sides_swapped_say_the_same_and_conflicts_have_theirs_first():
     assert min(found.values()) > 5
 
 
-@pytest.mark.parametrize("language", vendor_names())
+@pytest.mark.parametrize("language", made.LANGUAGES)
 def test_a_night_at_the_robot_and_a_day_in_the_office_become_what_both_meant(language):
     for seed in range(6):
         choose = random.Random(f"{language} {seed}")

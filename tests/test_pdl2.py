@@ -13,6 +13,7 @@ from olp.core.units import mm
 from olp.fluent import read_source
 from olp.ir.expressions import Number, Signal
 from olp.ir.program import Blend, BlendKind, Dwell, EndWhile, Move, Path, Program, SpeedUnit, While
+from olp.languages.vendor import recognise
 
 SAMPLE = SAMPLES / "pdl2" / "handling.pdl"
 
@@ -209,3 +210,11 @@ def test_the_sample_is_read_whole() -> None:
 
 def test_no_damage_makes_the_reader_raise_or_hang() -> None:
     check_damage(SAMPLE, 8)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"), [("PROGRAM p\nBEGIN\nEND p\n", "pdl2"), ("PROGRAM p\nDELAY 100\nEND\n", None)]
+)
+def test_a_text_with_a_program_of_another_language_is_not_taken(text: str, name: str | None) -> None:
+    found = recognise(decode(text.encode(), "unnamed"))
+    assert (found and found.name) == name

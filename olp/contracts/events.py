@@ -126,8 +126,8 @@ def _signal_or_wait(
         return
     asked = [one for one in statements if isinstance(one, Wait)]
     if asked:
-        signal, on = _asked(asked[0].condition)
-        yield OracleEvent("input", signal=signal, on=on, line=line)
+        source, signal, on = _asked(asked[0].condition)
+        yield OracleEvent(source, signal=signal, on=on, line=line)
     elif seconds > 0.0:
         yield OracleEvent("wait", seconds=seconds, line=line)
 
@@ -144,14 +144,16 @@ def _state(value: Expression) -> bool | None:
     return bool(value.value) if isinstance(value, Number) else None
 
 
-def _asked(condition: Expression) -> tuple[int | str, bool | None]:
-    """The input that a condition waits for, and its state."""
-    if isinstance(condition, Signal):
-        return _number(condition), True
-    if isinstance(condition, Compare) and isinstance(condition.left, Signal):
-        on = _state(condition.right)
-        return _number(condition.left), on if condition.operator == "=" or on is None else not on
-    return str(condition), None
+def _asked(condition: Expression) -> tuple[str, int | str, bool | None]:
+    """What a condition waits for, an input or the program's own output, and its state."""
+    asked: Expression = condition
+    on: bool | None = True
+    if isinstance(condition, Compare):
+        asked, right = condition.left, _state(condition.right)
+        on = right if condition.operator == "=" or right is None else not right
+    if not isinstance(asked, Signal):
+        return "input", str(condition), None
+    return "own output" if asked.bus == "out" else "input", _number(asked), on
 
 
 def _goes_nowhere(plan: Plan, row: int) -> bool:
@@ -283,7 +285,7 @@ def _alike(a: OracleEvent, b: OracleEvent) -> bool:
 
 
 def _shown(event: OracleEvent) -> str:
-    if event.kind in ("output", "input"):
+    if event.signal != "":
         return f"{event.kind} {event.signal} {'on' if event.on else 'off'}"
     return f"{event.kind} of {event.seconds:g} s" if event.kind == "wait" else f"{event.kind} move"
 

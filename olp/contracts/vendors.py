@@ -15,13 +15,20 @@ from olp.checks.merge.merge import merge_bytes
 from olp.contracts import derived_readings, handling, readings
 from olp.contracts.events import OracleEvent, differences, events_of, robot_of, stopped_by_advance
 from olp.contracts.promises import Difference, Promise, chosen, hold
-from olp.contracts.writers import WriterUnderTest, does_what_the_program_does, writes_each_kind_of_statement
+from olp.contracts.writers import (
+    WriterUnderTest,
+    does_what_the_program_does,
+    sample_of,
+    translated,
+    unlike_text,
+    writes_each_kind_of_statement,
+)
 from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source, decode, load
 from olp.ir.program import Comment, LineKind, Opaque, Program
 from olp.languages.limits import writable
-from olp.languages.vendor import Vendor, find_vendor, recognise, vendor_names
+from olp.languages.vendor import Vendor, find_vendor, language_of, recognise, vendor_names
 from olp.reports.annotate import annotate, remove
 from olp.runtime.interpreter import run
 from olp.timing.blending.law import law_names
@@ -29,6 +36,12 @@ from olp.timing.timing import time_plan
 
 _CODE: Final = re.compile(r"[A-Z]\d{3}")
 _KINDS: Final = frozenset(value for name, value in vars(LineKind).items() if name.isupper())
+# Fields of `Conventions` whose words are looked for case folded.
+_FOLDED: Final = (
+    "interrupted_places", "returning_places", "idle_processes", "silent_processes", "standing_processes",
+    "manner_processes", "idle_routines", "replaceable_routines", "result_types", "answers", "idle_settings",
+    "manner_settings", "idle_words",
+)  # fmt: skip
 _SECONDS: Final = 6.0  # of CPU for all bad texts of a language
 _DECIMAL: Final = re.compile(r"(?<![\w.\[(\-+$#:])\d*\.\d+(?![\w.])")  # of no name, no index and no comment
 _PAUSE: Final = 0.35  # [s] that the handling sample waits, for the line that a comment is put behind
@@ -103,6 +116,10 @@ def states_its_conventions(it: VendorUnderTest) -> Iterator[Difference]:
             yield name, f"{getattr(vendor, name)!r}"
     if vendor.name not in vendor_names() or find_vendor(vendor.name) is not vendor:
         yield vendor.name, "the registry of vendors does not find it under its name"
+    for name in _FOLDED:
+        for word in getattr(vendor.conventions, name):
+            if word != word.casefold():
+                yield f"conventions.{name}", f"{word!r} is looked for as {word.casefold()!r}"
 
 
 def knows_its_own_text(it: VendorUnderTest) -> Iterator[Difference]:
@@ -121,6 +138,11 @@ def knows_its_own_text(it: VendorUnderTest) -> Iterator[Difference]:
         main = None if name == it.vendor.name else handling.main_of(other, handling.samples_folder(other))
         if main is not None and it.vendor.sniff(replace(load(main), path="unnamed")):
             yield str(main), "sniff says that it is this language"
+        if main is not None and other.sniff(unnamed):
+            yield (
+                it.main.name,
+                f"the sniff of {name} takes it for {language_of(name)}, which has to ask for more",
+            )
 
 
 # --- whole programs -----------------------------------------------------------------------------------------
@@ -443,6 +465,12 @@ def merges_what_both_changed(it: VendorUnderTest) -> Iterator[Difference]:
     source, name = it.source, it.vendor.name
     own = (at for at, kind in enumerate(it.program.line_kinds, 1) if kind == LineKind.STATEMENT)
     lines = [at for at in own if _NUMBER.search(source.line(at))][:6]
+    if len(lines) < 2:
+        yield (
+            it.main.name,
+            "too few of its statements have a decimal number, such as 250.0, that a side can change",
+        )
+        return
 
     def text(rows: dict[int, list[str]]) -> bytes:
         return source.edited(rows).raw
@@ -465,8 +493,11 @@ def merges_what_both_changed(it: VendorUnderTest) -> Iterator[Difference]:
             joined["a comment and a change"] = (remark, first, {**remark, **first})
         for what, (ours, theirs, both) in joined.items():
             found = merge_bytes(name, source.raw, text(ours), text(theirs))
-            if found.hunks or found.to_bytes() != text(both):
-                yield f"{what}: {source.line(one).strip()} and {source.line(other).strip()}", "another text"
+            changed = f"{what}: {source.line(one).strip()} and {source.line(other).strip()}"
+            if found.hunks:
+                yield changed, "a conflict"
+            elif found.to_bytes() != text(both):
+                yield changed, unlike_text(text(both), found.to_bytes())
         found = merge_bytes(name, source.raw, text(first), text(third))
         lost = [
             row
@@ -481,6 +512,13 @@ def merges_what_both_changed(it: VendorUnderTest) -> Iterator[Difference]:
             found = merge_bytes(name, source.raw, text({one: [left]}), text({one: [right]}))
             if not found.hunks and text({one: [_with_another(left, 1, 0.5)]}) != found.to_bytes():
                 yield f"two numbers of {source.line(one).strip()}", "one of the changes is lost"
+
+
+def is_written_in_other_languages(it: VendorUnderTest) -> Iterator[Difference]:
+    """Its handling program does the same in each language that olp writes, and when translated back"""
+    for name in writable():
+        if name != it.vendor.name:
+            yield from translated(WriterUnderTest(find_vendor(name), None), it.vendor, sample_of(it))
 
 
 def reads_what_is_written(it: VendorUnderTest) -> Iterator[Difference]:
@@ -513,4 +551,5 @@ PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     merges_what_both_changed,
     stands_bad_text,
     reads_what_is_written,
+    is_written_in_other_languages,
 )

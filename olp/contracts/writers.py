@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from itertools import groupby
+from itertools import groupby, zip_longest
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -31,15 +31,16 @@ from olp.core.diagnostic import OlpError, Severity
 from olp.core.files import temporary_cell
 from olp.core.source import decode, load
 from olp.core.units import mm
-from olp.ir.expressions import Number, Quantity, Signal, SignalState
-from olp.ir.program import Comment, Declare, Move, Opaque, PathTrigger, Program, SetOutput
+from olp.ir.expressions import Compare, Number, Quantity, Signal, SignalState
+from olp.ir.program import Comment, Declare, Move, Opaque, PathTrigger, Program, SetOutput, Wait
 from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import Vendor, find_vendor, vendor_names
 from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
-from olp.transpile.context import Translated
+from olp.transpile.context import Fate, Translated
 from olp.transpile.convert import Converted, convert, export
+from olp.transpile.helper_routines import COMPUTED
 from olp.transpile.link import link
 from olp.transpile.probes import probes, program_with
 
@@ -60,10 +61,13 @@ def handling_sample(name: str) -> Sample | None:
     """The handling program of a vendor in the checkout's `samples`; None where it has none."""
     vendor = find_vendor(name)
     main = handling.main_of(vendor, handling.samples_folder(vendor))
-    if main is None:
-        return None
-    program = link(vendor.read(load(main))).program
-    found = events_of(program, run(program, robot_of(), folder=main.parent), vendor)
+    return None if main is None else sample_of(handling.HandlingSample(vendor, None))
+
+
+def sample_of(it: handling.HandlingSample) -> Sample:
+    """A vendor's handling program as translations take it."""
+    program = link(it.vendor.read(load(it.main))).program
+    found = events_of(program, run(program, robot_of(), folder=it.main.parent), it.vendor)
     length = any(e.kind == "joint" and e.blend > 0.0 for e in found)
     return Sample(program, handling.joint_speeds_of(found), length)
 
@@ -100,7 +104,10 @@ class WriterUnderTest(handling.HandlingSample):
         declared = limits_of(self.vendor.name).refuses
         for found in refused.diagnostics:
             if kind not in declared and not any(words in found.message for words in declared):
-                yield f"refused, and `refuses` in its limits names nothing of it: {found.message}"
+                says = f"refused, and `refuses` in its limits names nothing of it: {found.message}"
+                yield (
+                    f"{says} (line {found.line}: {found.source_line.strip()})" if found.source_line else says
+                )
             if not found.code or not found.message.strip():
                 yield "refused without a reason"
 
@@ -111,7 +118,7 @@ class WriterUnderTest(handling.HandlingSample):
         yield from ((f"{given}, read and written again", d) for d in differences(wanted, found))
         twice = self.written(again).files
         yield from (
-            (f"{given}, read and written again", f"{name} is another text the next time")
+            (f"{given}, read and written again", f"{name}: {unlike_text(data, twice.get(name, b''))}")
             for name, data in made.files.items()
             if twice.get(name) != data
         )
@@ -183,6 +190,12 @@ def is_found(it: WriterUnderTest) -> Iterator[Difference]:
     """A language with a writer and a template is one of those that can be written"""
     if it.vendor.name not in writable():
         yield it.vendor.name, f"olp writes {', '.join(writable())}"
+
+
+def lacks_what_a_routine_computes(it: WriterUnderTest) -> Iterator[Difference]:
+    """What its limits lack is computed by a routine of the translation; the writer spells or refuses all else"""
+    for name in sorted(limits_of(it.vendor.name).lacks - COMPUTED.keys()):
+        yield f"lacks {name!r}", f"a routine computes {', '.join(sorted(COMPUTED))}"
 
 
 def spells_poses_as_the_sample(it: WriterUnderTest) -> Iterator[Difference]:
@@ -336,6 +349,22 @@ def writes_each_kind_of_statement(it: WriterUnderTest) -> Iterator[Difference]:
         yield from it.unlike(f"a program with {kind}", again, found)
 
 
+def keeps_inputs_and_outputs_apart(it: WriterUnderTest) -> Iterator[Difference]:
+    """An input and an output of one number stay two signals, or such a program is refused"""
+    inside, outside = (Signal(bus, Number(3)) for bus in ("in", "out"))
+    for state in (True, False):
+        wait = Wait(0, Compare("=", inside, SignalState(state)))
+        program = program_with((SetOutput(0, outside, SignalState(True)), wait), it.vendor.name)
+        try:
+            _, found = it.events(it.written(program))
+        except OlpError:
+            continue
+        wanted = events_of(program, run(program, robot_of()), it.vendor)
+        yield from (
+            (f"output 3 on, then a wait for input 3 = {state}", d) for d in differences(wanted, found)
+        )
+
+
 def leaves_out_nothing_in_silence(it: WriterUnderTest) -> Iterator[Difference]:
     """What changes what a statement does is written, told in the receipt, or refused, never left out"""
     for name, without, having in fields_that_count():
@@ -386,7 +415,22 @@ def writes_back_its_own(it: WriterUnderTest) -> Iterator[Difference]:
         twice = it.written(again).files
         if twice != made.files:
             changed = [name for name in made.files if twice.get(name) != made.files[name]]
-            yield it.main.name, f"written, read and written again other text: {changed}"
+            yield from (
+                (
+                    f"{name}, written, read and written again",
+                    unlike_text(made.files[name], twice.get(name, b"")),
+                )
+                for name in changed
+            )
+
+
+def unlike_text(wanted: bytes, found: bytes) -> str:
+    """The first line where two texts differ."""
+    rows = zip_longest(*(data.decode("cp1252", "replace").splitlines() for data in (wanted, found)))
+    pairs = ((at, one, other) for at, (one, other) in enumerate(rows, 1) if one != other)
+    at, one, other = next(pairs, (0, "other line ends", None))
+    said, was = ("no line" if row is None else repr(row.strip()) for row in (one, other))
+    return f"another text, line {at}: {said} is wanted, and there is {was}"
 
 
 def _comments(program: Program) -> list[str]:
@@ -399,28 +443,43 @@ def translates_there_and_back(it: WriterUnderTest) -> Iterator[Difference]:
     refusals = []
     for name in vendor_names():
         sample = handling_sample(name) if name != it.vendor.name else None
-        if sample is None:
-            continue
-        try:
-            there = it.written(sample.program)
-        except OlpError as refused:
+        if sample is not None and (yield from translated(it, find_vendor(name), sample)):
             refusals.append(name)
-            yield from ((f"{name} to {it.vendor.name}", told) for told in it.undeclared("", refused))
-            continue
-        read, found = it.events(there)
-        wanted = stopped_by_advance(_wanted(sample, there), it.vendor, find_vendor(name))
-        yield from ((f"{name} to {it.vendor.name}", d) for d in differences(wanted, found))
-        yield from it.unlike(f"{name} to {it.vendor.name}", read, found)
-        if name in writable():
-            back = convert(read, name, Context(robot=robot_of(), on_loss="comment"), date=_DATE)
-            _, found = read_again(back, find_vendor(name))
-            twice = loosened(wanted, back.translated.losses)
-            kept = [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in twice]
-            # How long the way to the first point is, nobody can say, so no speed of another kind comes back from it.
-            kept[0] = replace(kept[0], share=math.nan, axis=math.nan, speed=math.nan)
-            yield from ((f"{name} to {it.vendor.name} and back", d) for d in differences(kept, found))
     if 2 * len(refusals) > len(vendor_names()):
         yield f"handling programs of {', '.join(refusals)}", "refused: a writer takes those of most languages"
+
+
+def translated(it: WriterUnderTest, source: Vendor, sample: Sample) -> Generator[Difference, None, bool]:
+    """What differs where a handling program is written in `it`'s language and translated back; True: it is refused."""
+    given = f"{source.name} to {it.vendor.name}"
+    try:
+        there = it.written(sample.program)
+    except OlpError as refused:
+        yield from ((given, told) for told in it.undeclared("", refused))
+        return True
+    read, found = it.events(there)
+    wanted = stopped_by_advance(_wanted(sample, there), it.vendor, source)
+    yield from ((given, d) for d in differences(wanted, found))
+    yield from it.unlike(given, read, found)
+    if source.name in writable():
+        back = convert(read, source.name, Context(robot=robot_of(), on_loss="comment"), date=_DATE)
+        _, found = read_again(back, source)
+        twice = loosened(wanted, back.translated.losses)
+        kept = [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in twice]
+        # How long the way to the first point is, nobody can say, so no speed of another kind comes back from it.
+        kept[0] = replace(kept[0], share=math.nan, axis=math.nan, speed=math.nan)
+        differ = [(f"{given} and back", d) for d in differences(kept, found)]
+        if differ:  # what is no statement any more explains them
+            yield from ((f"{given} and back", told) for told in _left_out(back))
+        yield from differ
+    return False
+
+
+def _left_out(made: Converted) -> Iterator[str]:
+    """The statements that a translation has made comments of."""
+    for loss in made.translated.losses:
+        if loss.fate is Fate.COMMENTED:
+            yield f"line {loss.line} is a comment there: {loss.says}"
 
 
 def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:
@@ -529,6 +588,7 @@ def _refuses_an_unknown_signal(it: WriterUnderTest) -> Iterator[Difference]:
 
 PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     is_found,
+    lacks_what_a_routine_computes,
     writes_as_declared,
     does_what_the_program_does,
     does_the_same_in_one_file,
@@ -537,6 +597,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     keeps_words,
     loses_nothing_else,
     writes_each_kind_of_statement,
+    keeps_inputs_and_outputs_apart,
     leaves_out_nothing_in_silence,
     switches_on_the_way,
     has_a_true_reader,

@@ -75,12 +75,12 @@ class _Helpers:
         return self._called(e.name, e.arguments)
 
     def _called(self, name: str, given: tuple[Expression, ...]) -> Expression:
-        if name not in self.work.limits.lacks or name not in _WRITTEN:
+        if name not in self.work.limits.lacks or name not in COMPUTED:
             return Binary(name, *given) if name in _BITS else Function(name, given)
         if name not in self.made:
             words = (f"{name}_of", "first", "second", "result", "count")
             routine, *others = map(self.work.helper, words)
-            self.made[name] = _WRITTEN[name](_HelperNames(routine, *map(Named, others)), name)
+            self.made[name] = COMPUTED[name](_HelperNames(routine, *map(Named, others)), name)
         return CallValue(self.made[name].name, given)
 
 
@@ -172,7 +172,7 @@ def _bits(names: _HelperNames, operator: str) -> Routine:
     return _routine(names, ("integer", "integer", "integer"), rows)
 
 
-_WRITTEN: Final[dict[str, Callable[[_HelperNames, str], Routine]]] = {
+COMPUTED: Final[dict[str, Callable[[_HelperNames, str], Routine]]] = {
     "power": _power,
     "max": _larger,
     "min": _larger,

@@ -298,7 +298,7 @@ class _ForeignWords:
             says = f"{s.name} waits until the arm stands: the move before it stops exactly"
             self.work.lose(s, Fate.EXACT, "statement", says)
             return [Comment(s.line, s.comment)] if s.comment else []
-        silent = self.work.conventions.silent_processes.get(s.name)
+        silent = self.work.conventions.silent_processes.get(s.name.casefold())
         if silent is None:
             return None
         why = dict(s.arguments).get(ON_THE_WAY)

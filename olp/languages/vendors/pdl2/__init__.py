@@ -12,6 +12,7 @@ from olp.languages.vendor import Conventions, Vendor, statements
 _MARK: Final = re.compile(
     r"^\s*PROGRAM\s+[A-Z_]\w*\s*(?:&|,|--|$|EZ\b|HOLD|NOHOLD|PROG_ARM|PRIORITY)", re.IGNORECASE
 )
+_BODY: Final = re.compile(r"^\s*BEGIN\b", re.IGNORECASE)  # other languages have a PROGRAM, too
 
 
 class Pdl2(Vendor):
@@ -31,7 +32,7 @@ class Pdl2(Vendor):
     comment_length = 200
 
     def sniff(self, source: Source) -> bool:
-        return any(_MARK.match(line) for line in source.lines[:200])
+        return any(map(_MARK.match, source.lines[:200])) and any(map(_BODY.match, source.lines))
 
     def read(self, source: Source) -> Program:
         from olp.languages.vendors.pdl2.reader import read_program

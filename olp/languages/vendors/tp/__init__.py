@@ -56,8 +56,8 @@ class Tp(Vendor):
         },
         idle_processes={"diag_rec": "recording for a diagnosis"},
         silent_processes={
-            "OFFSET CONDITION": "a condition of offsets, which moves name themselves,",
-            "TOOL_OFFSET CONDITION": "a condition of offsets, which moves name themselves,",
+            "offset condition": "a condition of offsets, which moves name themselves,",
+            "tool_offset condition": "a condition of offsets, which moves name themselves,",
         },
         share_zones=True,
         pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
