@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from interpreter_jobs import findings, plan_of, program, said, visited, waits, write_jobs
 
-from olp.fluent import read
+from olp.core.source import decode
+from olp.fluent import read, read_source
 from olp.ir.expressions import Store
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.interpreter import run
@@ -311,3 +312,20 @@ def test_a_retry_that_a_counter_ends_is_counted(tmp_path: Path, check: str) -> N
         "CHECK": "SET B022 0\nIFTHENEXP D030<4\nSET B022 1\nENDIF",
     }
     assert visited(run(read(write_jobs(tmp_path, jobs)))) == [0, *[1, 2] * 4, 9]
+
+
+def test_a_loop_of_steps_goes_on_while_a_counter_decides_when_the_step_changes() -> None:
+    rows = (
+        "step=1",
+        "WHILE step>0",
+        "inner=inner+1",
+        "IF inner>=3 THEN",
+        "inner=0",
+        "outer=outer+1",
+        "ENDIF",
+    )
+    more = ("IF outer>=2 THEN", "step=-1", "ENDIF", "LIN {X 900,Y 0,Z 400,A 0,B 0,C 180}", "ENDWHILE")
+    text = "\n".join(
+        ["DEF steps()", "DECL INT step,inner,outer", "inner=0", "outer=0", *rows, *more, "END", ""]
+    )
+    assert len(run(read_source(decode(text.encode(), "steps.src"))).moves) == 6

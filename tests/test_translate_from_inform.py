@@ -488,3 +488,28 @@ def test_a_variable_of_one_tool_or_the_other_is_no_target():
     rows = ("SET P005 C001", "IFTHENEXP B001=1", "SET P005 C002", "ENDIF", "MOVL P005 V=50.0 PL=0")
     losses = converted(inform(*rows, points=SYSTEMS), "inform", "rapid").translated.losses
     assert any("set with several tools or frames" in one.says for one in losses)
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp"])
+def test_bits_of_bytes_are_inverted_and_combined_in_every_language(target):
+    rows = ("DIN B001 IG#(2)", "NOT B002 B001", "AND B002 15", "DOUT OG#(1) B002")
+    text = inform(*rows)
+    losses = converted(text, "inform", target).translated.losses
+    assert all("a loop computes them" in one.says for one in losses), losses
+    assert not {kind for kind, _ in objections(text, "inform", target)} - {"named"}
+
+
+def test_the_bits_of_more_than_a_byte_are_not_inverted():
+    losses = converted(inform("NOT I001 I002"), "inform", "krl").translated.losses
+    assert any("beyond a byte" in one.says for one in losses)
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_a_group_that_the_target_knows_by_name_has_the_number_of_the_source(target):
+    text = inform("DIN B001 IG#(2)", "DOUT OG#(1) B001", "IFTHENEXP B001=7", "DOUT OT#(30) ON", "ENDIF")
+    assert not objections(text, "inform", target)
+
+
+def test_waits_that_ask_in_a_loop_do_not_end_the_run_of_a_translation():
+    rows = ("WAIT IN#(1)=ON T=90.00", "DOUT OT#(1) ON", "WAIT IN#(2)=ON T=90.00", "DOUT OT#(2) ON")
+    assert {kind for kind, _ in objections(inform(*rows), "inform", "krl")} <= {"named"}

@@ -90,6 +90,11 @@ class SignalKey(NamedTuple):
     number: int | str
 
 
+def holds_number(bus: str) -> bool:
+    """Whether the signals of a bus are numbers; what one with a name alone is, is not known."""
+    return any(word in bus for word in ("group", "analog", "register"))
+
+
 class WrittenPosition(NamedTuple):
     """A position from the file: `values` in pulses, or metres and radians, as `state` says."""
 

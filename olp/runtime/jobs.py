@@ -89,7 +89,11 @@ def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int
             c for i in range(first, index) if _skips(body[i], flow, i, index) for c in _conditions(body[i])
         )
     reads = {read for condition in deciding for read in reads_of(condition)}
-    return Region(exits, frozenset(reads | _behind(body, flow, range(first, last), reads)))
+    size = 0
+    while reads and len(reads) > size:
+        size = len(reads)
+        reads |= _behind(body, flow, range(first, last), reads)
+    return Region(exits, frozenset(reads))
 
 
 Read = tuple[str, int | None, bool]

@@ -19,7 +19,7 @@ from olp.core.units import deg, mm
 from olp.ir.expressions import Store
 from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import Pose
-from olp.runtime.assumptions import SignalKey
+from olp.runtime.assumptions import SignalKey, holds_number
 from olp.runtime.memory import ACTIVE, INTEGERS, Array, PositionValue, Record, Slot, Value
 
 _NEAR: Final = (40 * mm, 12 * deg)  # how far a tool's or a frame's made-up pose is from none
@@ -111,6 +111,8 @@ class MadeUp:
         chance = self._chance(thing)
         if chance is None:
             return None
+        # The other program may know the signal by a name, which does not say that it is a number.
+        is_number = is_number or (isinstance(thing.name, SignalKey) and holds_number(thing.name.bus))
         # Every second seed has the other state.
         made = int(self._number(thing, chance, True)) if is_number else (self._first(thing) + self.seed) % 2
         self._keep(thing, made)

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from olp.ir.expressions import Binary, Compare, Expression, Logic, Number, Signal, SignalState, Text, Unary
-from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, signal_name
+from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, holds_number, signal_name
 from olp.runtime.evaluate import evaluate, whole
 from olp.runtime.memory import Value
 from olp.runtime.state import Machine
 
-# Buses that carry numbers; all others carry on and off.
-_NUMBERS = ("group", "analog", "register")
 _HALF = 8  # bits in the low and in the high half of a register
-
-
 # What stops an advance run that waits for the arm; flags and registers of the program do not.
 PERIPHERY = frozenset({"in", "out", "analog-in", "analog-out", "in-group", "out-group"})
 
@@ -25,10 +21,6 @@ def key_of(m: Machine, signal: Signal) -> SignalKey:
     return SignalKey(signal.bus, whole(m, signal.index))
 
 
-def is_number(bus: str) -> bool:
-    return any(word in bus for word in _NUMBERS)
-
-
 def read_signal(m: Machine, signal: Signal) -> Value:
     """The signal's value: a bool, or a number for groups and registers."""
     if signal.bus in PERIPHERY:
@@ -37,7 +29,7 @@ def read_signal(m: Machine, signal: Signal) -> Value:
     value = _raw(m, key)
     if signal.part:
         value = value >> _HALF & 0xFF if signal.part == "high" else value & 0xFF
-    return value if is_number(signal.bus) else bool(value)
+    return value if holds_number(signal.bus) or value not in (0, 1) else bool(value)
 
 
 def _raw(m: Machine, key: SignalKey) -> int:
@@ -53,11 +45,11 @@ def _raw(m: Machine, key: SignalKey) -> int:
     m.inputs_read[key] = m.reads
     value = m.memory.signals.get(key)
     if value is None and m.made_up is not None:
-        value = m.made_up.signal(key, is_number(key.bus))
+        value = m.made_up.signal(key, holds_number(key.bus))
         if value is not None:
             m.memory.signals[key] = value
     if value is None:
-        shown = "0" if is_number(key.bus) else "OFF"
+        shown = "0" if holds_number(key.bus) else "OFF"
         m.assume(f"{signal_name(key)} is taken as {shown}")
         return 0
     return value
@@ -113,5 +105,5 @@ def flip(m: Machine, key: SignalKey) -> str:
     """Turns an input over, and says so."""
     new = 0 if m.memory.signals.get(key, 0) else 1
     m.memory.signals[key] = new
-    shown = str(new) if is_number(key.bus) else ("ON" if new else "OFF")
+    shown = str(new) if holds_number(key.bus) else ("ON" if new else "OFF")
     return f"{signal_name(key)} is taken to change to {shown}"

@@ -27,6 +27,7 @@ from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Rout
 from olp.ir.terminology import kind_of
 from olp.ir.transformer import expressions_of
 from olp.languages.limits import Limits, limits_of, refuse_unwritable
+from olp.runtime.plan import CUT_SHORT
 from olp.transpile.commented_out import text_alone, with_texts
 from olp.transpile.context import Context, Fate, Loss, Translated, partly_left_out
 from olp.transpile.dead_code import name_of
@@ -426,8 +427,10 @@ def runs_of(
         plan = plan_of(program, robots[0], {}, _MOST_MADE_UP, here)
         if plan is None:
             return None, None
+        # What the source comes to the end of, the translation has to end, too: its waits may be loops that ask.
+        most = _MOST_MADE_UP if any(d.code in CUT_SHORT for d in plan.diagnostics) else _MOST_STEPS
         with _read_again(converted, vendor, target, source) as (_, again):
-            return plan, again({}, _MOST_MADE_UP, those(), start)
+            return plan, again({}, most, those(), start)
 
     made_up = [
         run

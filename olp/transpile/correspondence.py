@@ -101,12 +101,19 @@ def _token(s: Statement) -> Token:
             return ()
 
 
+def _meet(made: tuple[Token, Statement], written: tuple[Token, Statement]) -> bool:
+    """Whether a statement may be this one written; a wait with a limit may be a loop that waits and asks."""
+    s = made[1]
+    loops = isinstance(s, Wait) and s.timeout is not None and isinstance(written[1], Dwell)
+    return loops or made[0] == written[0]
+
+
 def _paired(
     made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]]
 ) -> Iterable[tuple[Statement, Statement]]:
     i, j = 0, 0
     while i < len(made) and j < len(written):
-        if made[i][0] == written[j][0]:
+        if _meet(made[i], written[j]):
             yield made[i][1], written[j][1]
             i, j = i + 1, j + 1
             continue
@@ -121,7 +128,7 @@ def _next_pair(
     for total in range(1, _AHEAD):
         for more in range(total + 1):
             x, y = i + more, j + total - more
-            if x < len(made) and y < len(written) and made[x][0] == written[y][0]:
+            if x < len(made) and y < len(written) and _meet(made[x], written[y]):
                 return more, total - more
     return 1, 1
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 from olp.core.diagnostic import OlpError
 from olp.ir.expressions import (
@@ -404,7 +404,7 @@ class _Lift:
             case Assign(line, Element() as element, value, comment):
                 member, scale = self._element(element)
                 return [Assign(line, member, in_units(self.value(value), scale), comment)]
-            case Return(line, value, condition, comment) if value is not None and self._returns_by_register:
+            case Return(line, value, condition, comment) if self._returns_by_register(routine, value):
                 target = self._returned()
                 if condition is not None:
                     self.work.lose(s, Fate.REFUSED, "value", "a value is returned under a condition")
@@ -413,9 +413,9 @@ class _Lift:
             case _:
                 return [mapped(s, self._change)]
 
-    @property
-    def _returns_by_register(self) -> bool:
-        return self.work.conventions.returns_by_register
+    def _returns_by_register(self, routine: Routine, value: Expression | None) -> TypeGuard[Expression]:
+        """Whether a value goes back as its caller asks for it later (`$RV`), not as that of a function."""
+        return value is not None and not routine.returns and self.work.conventions.returns_by_register
 
     def _returned(self) -> Named:
         if self.returned is None:
@@ -427,19 +427,12 @@ class _Lift:
         operand = None if s.operand is None else self.value(s.operand)
         if _is_position(s.target):
             return self._moved_position(s, target, operand)
-        value: Expression
-        if operand is None or s.operator == "not":
-            value = Unary("not", operand or target)
-        else:
-            value = Binary(s.operator, target, operand)
-            if (
-                s.operator == "/"
-                and isinstance(s.target, Variable)
-                and STORED.get(s.target.store) == "integer"
-            ):
-                # Two integers divide towards zero; what a real gives is rounded.
-                whole = _is_integer(s.operand)
-                value = Binary("div", target, operand) if whole else Function("round", (value,))
+        assert operand is not None
+        value: Expression = Binary(s.operator, target, operand)
+        if s.operator == "/" and isinstance(s.target, Variable) and STORED.get(s.target.store) == "integer":
+            # Two integers divide towards zero; what a real gives is rounded.
+            whole = _is_integer(s.operand)
+            value = Binary("div", target, operand) if whole else Function("round", (value,))
         return [Assign(s.line, target, value, s.comment)]
 
     def _moved_position(self, s: Update, target: Expression, operand: Expression | None) -> list[Statement]:

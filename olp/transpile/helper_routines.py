@@ -4,9 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeGuard
 
-from olp.ir.expressions import Binary, CallValue, Compare, Expression, Function, Logic, Named, Number
+from olp.ir.expressions import (
+    Binary,
+    CallValue,
+    Compare,
+    Expression,
+    Function,
+    Logic,
+    Named,
+    Number,
+    Store,
+    Variable,
+)
 from olp.ir.points import PointTable
 from olp.ir.program import (
     Assign,
@@ -22,6 +33,7 @@ from olp.ir.program import (
     Return,
     Routine,
     Statement,
+    Update,
     While,
 )
 from olp.ir.transformer import mapped
@@ -30,6 +42,7 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 
 _BITS: Final = ("and", "or", "xor")
+_BYTE: Final = 255
 _WHOLE: Final = ("floor", "ceil", "trunc")
 
 
@@ -39,12 +52,12 @@ def helper_routines(program: Program, work: TranslationContext) -> Program:
         return program
     own = _Helpers(work)
     routines = [
-        changed_rare(r, look, own.statement) if any(map(own.asks, look.expressions)) else r
+        changed_rare(r, look, own.statement)
+        if any(map(own.asks, look.expressions)) or any(own.is_bitwise(s) for _, s in look.rare)
+        else r
         for r in program.routines
         for look in (work.look(r),)
     ]
-    if not own.made:
-        return program
     return replace(program, routines=(*routines, *own.made.values()))
 
 
@@ -57,8 +70,20 @@ class _Helpers:
         name = e.operator if isinstance(e, Binary) else e.name if isinstance(e, Function) else ""
         return name in self.work.limits.lacks
 
+    def is_bitwise(self, s: Statement) -> TypeGuard[Update]:
+        """Whether bits of a variable are set (`AND B001 15`, `NOT B001 B002`) in a way that the target has not."""
+        return type(s) is Update and (s.operator == "not" or s.operator in self.work.limits.lacks)
+
     def statement(self, s: Statement) -> Statement:
-        return mapped(s, lambda e: self._change(e, s))
+        if not self.is_bitwise(s):
+            return mapped(s, lambda e: self._change(e, s))
+        operand = s.target if s.operand is None else s.operand
+        if s.operator == "not":
+            if not (_is_byte(s.target) and _is_byte(operand)):
+                self.work.lose(s, Fate.REFUSED, "value", "the bits of a number beyond a byte inverted")
+            return Assign(s.line, s.target, Binary("-", Number(_BYTE), operand), s.comment)
+        value = self._change(Binary(s.operator, s.target, operand), s)
+        return Assign(s.line, s.target, value, s.comment)
 
     def _change(self, e: Expression, s: Statement) -> Expression:
         language = language_of(self.work.target)
@@ -82,6 +107,12 @@ class _Helpers:
             routine, *others = map(self.work.helper, words)
             self.made[name] = COMPUTED[name](_HelperNames(routine, *map(Named, others)), name)
         return CallValue(self.made[name].name, given)
+
+
+def _is_byte(e: Expression) -> bool:
+    if isinstance(e, Variable):
+        return e.store is Store.BYTE
+    return isinstance(e, Number) and 0 <= e.value <= _BYTE
 
 
 class _HelperNames(NamedTuple):

@@ -48,8 +48,8 @@ from olp.ir.program import (
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import language_of
+from olp.runtime.assumptions import holds_number
 from olp.runtime.end_actions import shown_at_ends, split_at_end
-from olp.runtime.signals import is_number
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.signal_variables import NUMBER
 
@@ -451,7 +451,7 @@ def _kind(bus: str) -> str:
     plain = plain_bus(bus)
     if not {"in", "out"}.isdisjoint(plain.split("-")):
         return plain
-    return "out-group" if is_number(bus) else "out"
+    return "out-group" if holds_number(bus) else "out"
 
 
 def _is_computed(e: Expression) -> bool:
@@ -520,9 +520,9 @@ class _Aliases:
         """The routine that reads a signal by its number: a state, or the number that a group carries."""
         variable = Named(self.variables.setdefault((bus, 0), self.work.helper(f"read_{stem_of(bus)}_signal")))
         signal = Signal(plain_bus(bus), variable)
-        value: Expression = signal if is_number(bus) else Compare("=", signal, SignalState(True))
+        value: Expression = signal if holds_number(bus) else Compare("=", signal, SignalState(True))
         body = (Begin(0), Assign(0, variable, _called(bus, Named(_INDEX))), Return(0, value), End(0))
-        returns = "real" if is_number(bus) else "boolean"
+        returns = "real" if holds_number(bus) else "boolean"
         parameters = (Parameter(_INDEX, "integer"),)
         return Routine(name, 0, body, PointTable(), parameters=parameters, returns=returns, shared=False)
 
