@@ -2012,3 +2012,66 @@ def test_a_frame_of_a_routines_own_is_a_persistent_of_rapids_module():
     assert "PERS wobjdata plane" in head
     assert "PERS" not in body
     assert body.index("plane.uframe:=[[100,200,300],[1,0,0,0]];") < body.index("MoveL")
+
+
+def test_what_a_call_changes_by_reference_is_of_one_type_in_krl():
+    """RAPID's byte is a num; a controller of KUKA takes no REAL for an INT that it changes."""
+    data = ("VAR num sol{2,3};", "VAR byte cnt:=0;")
+    rows = ("fill sol;", "bump cnt;", "WaitTime cnt + sol{1,2};")
+    text = module(*rows, data=data).replace(
+        "ENDMODULE",
+        "PROC fill(INOUT byte out{*,*})\r\nout{1,2}:=3;\r\nENDPROC\r\n"
+        "PROC bump(INOUT num n)\r\nn:=n+1;\r\nENDPROC\r\nENDMODULE",
+    )
+    written = translated(text, "rapid", "krl")
+    assert {"DECL REAL sol[2,3]", "DECL REAL out[,]", "DECL REAL cnt=0"} <= set(code(written, ";"))
+
+
+# --- What a left-out block would have set -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp"])
+def test_what_follows_a_left_out_block_lacks_what_the_block_sets(target):
+    """The move went to where the variable stood before, "exact"."""
+    rows = (
+        "place = p[0.3, 0.1, 0.2, 0, 3.1, 0]", "n = 0", "while (force() > 3):", "  n = n + 1",
+        "  place = p[0.3, 0.1, n * 0.01, 0, 3.1, 0]", "end", "movel(place)", "if (n > 3):",
+        "  set_digital_out(2, True)", "end",
+    )  # fmt: skip
+    found = {loss.line: (str(loss.fate), loss.says) for loss in losses(script(*rows), "urscript", target)}
+    assert found[8][0] == "commented"
+    assert "it needs place" in found[8][1]
+    assert "it needs n" in found[9][1]
+
+
+# --- Scripts ------------------------------------------------------------------------------------------------------
+
+
+def test_a_function_of_rapid_returns_a_robtarget_and_no_pose():
+    text = translated(
+        "def part():\n  def above(p1):\n    return pose_trans(p1, p[0, 0, -0.1, 0, 0, 0])\n  end\n"
+        "  def seen(base, p1):\n    return pose_trans(base, p1)\n  end\n"
+        "  movel(above(p[0.3, 0.1, 0.2, 0, 3.1, 0]))\n"
+        "  movel(seen(p[0.1, 0, 0, 0, 0, 0.2], p[0.3, 0.1, 0.2, 0, 3.1, 0]))\nend\n",
+        "urscript",
+        "rapid",
+    )
+    assert "RETURN PoseMult" not in text
+    assert re.search(r"(\w+):=PoseMult\(.*\);\s+RETURN \[\1\.trans,\1\.rot,", text)
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp"])
+def test_the_length_of_a_list_is_a_number(target):
+    rows = (
+        "steps = [0.1, 0.2, 0.3]",
+        "i = 0",
+        "while (i < length(steps)):",
+        "  sleep(steps[i])",
+        "  i = i + 1",
+        "end",
+    )
+    text = script(*rows)
+    assert not [loss for loss in losses(text, "urscript", target) if loss.fate is Fate.COMMENTED]
+    one = run(read(text, "urscript"), robot=ROBOT)
+    assert len(one.kind) == 3
+    assert compare_plans(one, run_elsewhere(text, "urscript", target)).is_equal

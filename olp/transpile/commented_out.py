@@ -162,6 +162,7 @@ def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Progr
     program = _without_data(program, out, lost, work)
     program, bodies = _without_heads(program, out, lost)
     lines = {**_users(program, lost), **bodies, **out.lines}
+    lines = {**_inside(program, lines), **lines}
     lines |= _tell_users(program, lines, work)
     _tell_callers(program, out, work)
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
@@ -454,6 +455,30 @@ def _read_by(s: Statement) -> dict[str, str]:
             found.setdefault(f"{_RESULT}{e.routine.casefold()}", f"what {e.routine} returns")
         elif isinstance(e, Variable) and (key := _key(e)) is not None:
             found.setdefault(key, e.name or f"{e.store} variable {key.lstrip(_LETTERS)}")
+    return found
+
+
+def _inside(program: Program, lines: Mapping[int, str]) -> dict[int, str]:
+    """The lines of blocks that go as a whole, because their begin, a branch or their end does."""
+    found: dict[int, str] = {}
+
+    def note(nodes: list[Node]) -> None:
+        for node in nodes:
+            if not isinstance(node, Block):
+                continue
+            marked = [m.line for m in (*(m for m, _ in node.branches), node.closer) if m.line in lines]
+            if marked:
+                rows = flat([node])
+                found.update(
+                    dict.fromkeys((s.line for s in rows if not isinstance(s, Comment)), lines[marked[0]])
+                )
+            else:
+                for _, inside in node.branches:
+                    note(inside)
+
+    for routine in program.routines:
+        if any(s.line in lines for s in routine.body):
+            note(parse(routine.body) or [])
     return found
 
 

@@ -63,7 +63,10 @@ Key = tuple[str, str]  # routine ("" for the whole program), name
 
 def whole_numbers(program: Program, work: TranslationContext) -> Program:
     """Where loops and indices need integers: every counter and every index one."""
-    if not work.limits.integer_type or not _counts(program, work):
+    if not work.limits.integer_type:
+        return program
+    program = _alike_by_reference(program, work)
+    if not _counts(program, work):
         return program
     symbols = symbols_of(program)
     held = _Held(symbols)
@@ -73,6 +76,43 @@ def whole_numbers(program: Program, work: TranslationContext) -> Program:
             held.note(routine)
         program = _retyped(program, wanted & held.whole())
     return _rounded(program, work)
+
+
+def _alike_by_reference(program: Program, work: TranslationContext) -> Program:
+    """Whole numbers that stand for fractions in a call by reference as fractions: both sides are of one type."""
+    takes = {r.name: r.parameters for r in program.routines if any(p.by_reference for p in r.parameters)}
+    calls = [
+        (r.name, name, given)
+        for r in program.routines
+        if takes
+        for _, s in work.look(r).rare
+        for name, given in _handed_over(s)
+        if name in takes
+    ]
+    while calls:
+        symbols = symbols_of(program)
+        wrong: set[Key] = set()
+        for caller, name, given in calls:
+            for parameter, value in paired(takes[name], given):
+                base = base_of(value)
+                one = symbols.find(name, parameter)
+                other = symbols.find(caller, base.name) if isinstance(base, Named) else None
+                if one is None or one.parameter is None or not one.parameter.by_reference or other is None:
+                    continue
+                if {one.type, other.type} == {"integer", "real"}:
+                    wrong |= {(symbol.scope, symbol.name) for symbol in (one, other)}
+        if not wrong:
+            break
+        program = _retyped(program, wrong, "real")
+    return program
+
+
+def _handed_over(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
+    """The routines that a statement calls, with what they are handed."""
+    if type(s) is Call:
+        yield s.routine, s.arguments
+    if not calls_nothing(s):
+        yield from ((e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue)
 
 
 def _counts(program: Program, work: TranslationContext) -> bool:
@@ -224,18 +264,18 @@ class _Held:
         return key in whole if key is not None else kind_of_value(self.symbols, routine, e) == "integer"
 
 
-def _retyped(program: Program, whole: set[Key]) -> Program:
-    """These numbers as integers, where they are declared."""
-    if not whole:
+def _retyped(program: Program, keys: set[Key], kind: str = "integer") -> Program:
+    """These numbers as integers, or of another kind, where they are declared."""
+    if not keys:
         return program
 
     def declare(scope: str, s: Declare) -> Declare:
-        if ("" if s.shared else scope, s.name) not in whole:
+        if ("" if s.shared else scope, s.name) not in keys:
             return s
         value = s.value
-        if isinstance(value, Number):
+        if isinstance(value, Number) and kind == "integer":
             value = Number(int(value.value))
-        return replace(s, type="integer", value=value)
+        return replace(s, type=kind, native="" if kind == "real" else s.native, value=value)
 
     def row(scope: str, s: Statement) -> Statement:
         return declare(scope, s) if isinstance(s, Declare) else s
@@ -243,6 +283,7 @@ def _retyped(program: Program, whole: set[Key]) -> Program:
     routines = tuple(
         replace(
             r,
+            parameters=tuple(replace(p, type=kind) if (r.name, p.name) in keys else p for p in r.parameters),
             body=tuple([row(r.name, s) for s in r.body]),
             data=tuple(declare(r.name, d) for d in r.data),
         )

@@ -319,8 +319,11 @@ class RapidStatements(RapidMoves):
     def write_return(self, s: st.Return) -> Lines:
         if s.spelling == "EXIT" and self.own:
             return "EXIT;"
-        value = "" if s.value is None else f" {self.typed(s.value, self.returns)}"
-        return f"RETURN{value};"
+        if s.value is None:
+            return "RETURN;"
+        if self.returns == "robtarget" and not self.own:
+            return f"RETURN {self.as_robtarget(s.value)};"
+        return f"RETURN {self.typed(s.value, self.returns)};"
 
     def write_pause(self, s: st.Pause) -> Lines:
         return "Break;" if s.spelling == "Break" and self.own else "Stop;"
@@ -395,7 +398,8 @@ class RapidStatements(RapidMoves):
         """The body's lines with their indent; `opening`: instructions that stand behind its declarations."""
         self.begin()
         self._rate = _FULL if routine.name == self.program.main else None
-        self.returns = routine.details.get("returns", "") if self.own else ""
+        place = "robtarget" if routine.returns == "position" else ""
+        self.returns = routine.details.get("returns", "") if self.own else place
         if not self.own:
             body = self._declarations_first(body)
         declared = _declarations(body)

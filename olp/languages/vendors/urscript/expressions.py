@@ -351,8 +351,12 @@ def _find(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -
 
 
 def _length(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> Expression | None:
-    text = len(values) == 1 and e.type_of(values[0]) == "string"
-    return Function("length-of-text", (e.lower(values[0]),)) if text else None
+    kind = e.type_of(values[0]) if len(values) == 1 else ""
+    if kind == "string":
+        return Function("length-of-text", (e.lower(values[0]),))
+    if kind.startswith("list") or kind == "joints":
+        return Function("size-of-array", (e.lower(values[0]), Number(1)))
+    return None
 
 
 def _structure(e: Expressions, values: list[Node], given: tuple[UrscriptArgument, ...]) -> Expression | None:

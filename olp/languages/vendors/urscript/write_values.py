@@ -355,6 +355,9 @@ class UrscriptValues(Generator):
     def function_length_of_text(self, given: Arguments) -> Spelled:
         return f"str_len({self.arguments(given)})", _WHOLE
 
+    def function_size_of_array(self, given: Arguments) -> Spelled:
+        return f"length({self.value(given[0])})", _WHOLE
+
     def function_exp(self, given: Arguments) -> Spelled:
         return f"pow({_EULER}, {self.value(given[0])})", _WHOLE
 
