@@ -463,23 +463,23 @@ def translated(it: WriterUnderTest, source: Vendor, sample: Sample) -> Generator
     yield from it.unlike(given, read, found)
     if source.name in writable():
         back = convert(read, source.name, Context(robot=robot_of(), on_loss="comment"), date=_DATE)
+        commented = [loss for loss in back.translated.losses if loss.fate is Fate.COMMENTED]
+        if any(words in loss.says for loss in commented for words in limits_of(source.name).refuses):
+            return False  # what the language says it cannot take back
         _, found = read_again(back, source)
         twice = loosened(wanted, back.translated.losses)
         kept = [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in twice]
         # How long the way to the first point is, nobody can say, so no speed of another kind comes back from it.
         kept[0] = replace(kept[0], share=math.nan, axis=math.nan, speed=math.nan)
-        differ = [(f"{given} and back", d) for d in differences(kept, found)]
-        if differ:  # what is no statement any more explains them
-            yield from ((f"{given} and back", told) for told in _left_out(back))
-        yield from differ
+        if differ := [(f"{given} and back", d) for d in differences(kept, found)]:
+            # What is no statement any more explains them.
+            for loss in commented:
+                says = (
+                    f"line {loss.line} is a comment there, and its `refuses` names nothing of it: {loss.says}"
+                )
+                yield f"{given} and back", says
+            yield from differ
     return False
-
-
-def _left_out(made: Converted) -> Iterator[str]:
-    """The statements that a translation has made comments of."""
-    for loss in made.translated.losses:
-        if loss.fate is Fate.COMMENTED:
-            yield f"line {loss.line} is a comment there: {loss.says}"
 
 
 def takes_what_others_read(it: WriterUnderTest) -> Iterator[Difference]:

@@ -16,6 +16,7 @@ _WORDS: Final = """
 _REFUSED: Final = frozenset({
     "Move spline", "ShiftOn", "ShiftOff", "ExternalTool", "DefineFrame", "Reference", "Clear", "PulseOutput",
     "ReadInput", "StartTask", "WaitTask", "Synchronise", "Process", "Opaque", "data of the type", "a value of a kind",
+    "the function", "a pose seen in another",
 })  # fmt: skip
 LIMITS: Final = Limits(
     routine_name=24,
