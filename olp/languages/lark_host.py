@@ -38,7 +38,7 @@ class BrokenLineError(Exception):
 class Grammar:
     """The parser of one language. `rules` build the result while lark parses; None: `parse` gives lark's tree.
 
-    `terminals`: their patterns, by name. Safe to share between threads.
+    `terminals`: their patterns, by name; `written`: of those with one spelling, that. Safe to share between threads.
     """
 
     def __init__(
@@ -60,6 +60,9 @@ class Grammar:
         )
         self._lock = Lock()
         self.terminals = {terminal.name: terminal.pattern.value for terminal in self.lark.terminals}
+        self.written = {
+            one.name: one.pattern.value for one in self.lark.terminals if one.pattern.type == "str"
+        }
 
     def parse(self, text: str, start: str | None = None, then: Iterable[str] = (), **settings: Any) -> Any:
         """What the rules make of a text; with `then` a tuple of that and of these attributes of the rules.

@@ -26,7 +26,15 @@ from olp.ir.expressions import (
 )
 from olp.ir.program import LineKind, Opaque, Program, Statement
 from olp.languages.findings import Findings
-from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, expected, give_up, placed
+from olp.languages.lark_host import (
+    MOST_BROKEN,
+    BrokenLineError,
+    Grammar,
+    column_of,
+    expected,
+    give_up,
+    placed,
+)
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput
@@ -252,11 +260,11 @@ class LineParser:
     def _refused(self, text: str, number: int, refused: UnexpectedInput) -> list[Any]:
         if _first_word(text) not in self._known:
             return [self.opaque(text, number)]
-        column = refused.column if 0 < (refused.column or 0) <= len(text) else len(text) + 1
+        column = column_of(refused, text)
         match = _WORD.match(text, column - 1)
         word = match[0] if match else text[column - 1 : column]
         said = f"'{word[:40]}' is not expected here" if word else "the line ends too early"
-        self._tell(text, number, said, column, wanted_by(refused))
+        self._tell(text, number, said, column, wanted_by(refused, _lines(self._language).grammar.written))
         return []
 
     def _too_much(self, text: str, number: int) -> bool:
@@ -294,11 +302,20 @@ def with_comment(statement: Any, comment: str) -> Any:
     return replace(statement, comment=comment) if hasattr(statement, "comment") else statement
 
 
-def wanted_by(refused: UnexpectedInput) -> str:
-    """Return a list, in words, of at most six tokens that the grammar expected at the error."""
-    names = expected(refused)
-    words = sorted(name.lower().replace("_", " ").strip() for name in names if not name.startswith("$"))
-    return ", ".join(words[:6]) + (" …" if len(words) > 6 else "")
+def wanted_by(refused: UnexpectedInput, written: Mapping[str, str]) -> str:
+    """Return a list of at most six tokens that the grammar expected at the error.
+
+    `written`: the text of terminals that have one spelling; others are called by their names.
+    """
+    words = (_in_words(name, written.get(name)) for name in expected(refused) if not name.startswith("$"))
+    names = sorted(words, key=lambda word: (word.startswith("'"), word.isupper(), word))  # signs last
+    return ", ".join(names[:6]) + (" …" if len(names) > 6 else "")
+
+
+def _in_words(name: str, text: str | None) -> str:
+    if text is None:
+        return name.lower().replace("_", " ").strip()
+    return text.upper() if text.isidentifier() else f"'{text}'"
 
 
 def _first_word(text: str) -> str:
