@@ -2075,3 +2075,40 @@ def test_the_length_of_a_list_is_a_number(target):
     one = run(read(text, "urscript"), robot=ROBOT)
     assert len(one.kind) == 3
     assert compare_plans(one, run_elsewhere(text, "urscript", target)).is_equal
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_a_move_to_what_a_function_without_its_result_returns_is_left_out(target):
+    """The result's RETURN is left out: the move went to a register that nothing sets."""
+    text = (
+        "def part():\n  def seen(base, p1):\n    off = pose_trans(base, p1)\n"
+        "    return interpolate_pose(base, off, 0.5)\n  end\n"
+        "  place = p[0, 0, 0, 0, 0, 0]\n  place = seen(p[0.1, 0, 0, 0, 0, 0.2], p[0.3, 0.1, 0.2, 0, 3.1, 0])\n"
+        "  movel(place)\nend\n"
+    )
+    found = {loss.line: (str(loss.fate), loss.says) for loss in losses(text, "urscript", target)}
+    assert found[8][0] == "commented"
+    assert "it needs place" in found[8][1]
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_an_argument_by_its_name_is_handed_over_once(target):
+    """Its default was handed over behind it."""
+    text = (
+        "def part():\n  def shut(n, twice=False):\n    if (twice):\n      sleep(n * 0.5)\n    end\n"
+        "    sleep(n)\n  end\n"
+        "  shut(2, twice=True)\n  shut(3)\nend\n"
+    )
+    one = run(read(text, "urscript"), robot=ROBOT)
+    assert compare_plans(one, run_elsewhere(text, "urscript", target)).is_equal
+    assert len(one.kind) == 3
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"), [("rapid", "frame:=frame_3;"), ("urscript", "frame = frame_3")]
+)
+def test_a_frame_by_its_number_that_one_way_chooses_is_translated(target, wanted):
+    rows = (*HOME, "IF $IN[1] THEN", "$BASE=BASE_DATA[3]", "ENDIF", *poses((900, 0, 400)))
+    text = krl(*rows)
+    assert wanted in translated(text, "krl", target)
+    assert not [loss for loss in losses(text, "krl", target) if loss.fate is Fate.COMMENTED]

@@ -448,8 +448,12 @@ def _read_by(s: Statement) -> dict[str, str]:
     """Variables whose values a statement takes: case folded -> as written."""
     names: set[str] = set()
     inside: Any = s.value if isinstance(s, Assign) and isinstance(s.target, (Named, Variable)) else s
+    if isinstance(s, Call) and isinstance(s.result, (Named, Variable)):
+        inside = replace(s, result=None)
     note_names(inside, names)
     found = {name.casefold(): name for name in sorted(names)}
+    if isinstance(s, Call) and s.result is not None:
+        found[f"{_RESULT}{s.routine.casefold()}"] = f"what {s.routine} returns"
     for e in (inside, *expressions_of(inside)):
         if isinstance(e, CallValue):
             found.setdefault(f"{_RESULT}{e.routine.casefold()}", f"what {e.routine} returns")

@@ -172,6 +172,12 @@ class _Systems(SystemNames):
 
     def assigned(self, s: Assign) -> list[Statement]:
         """An assignment to a name that stands for a numbered tool or frame sets that one's values."""
+        if (
+            self.work.limits.named_frames
+            and isinstance(s.value, FrameRef)
+            and s.value.kind in ("tool", "user")
+        ):
+            s = replace(s, value=self._said(s.value.kind, s.value, s))
         key = system_of(s.target)
         if key is not None and not self.work.limits.named_frames:
             ref = self.numbered(key[0], FrameRef(key[0], Number(key[1])), s)

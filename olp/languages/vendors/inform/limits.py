@@ -57,6 +57,7 @@ LIMITS: Final = Limits(
     has_endless=False,
     nested_logic=False,
     timed_out="",
+    ordered_arguments=True,
     registers=Registers(
         stores={
             "integer": Store.DOUBLE,
