@@ -30,6 +30,7 @@ from olp.contracts import (
     vendors,
     writers,
 )
+from olp.contracts.__main__ import main as contracts_command
 from olp.contracts.derived_readings import unlike_derived
 from olp.contracts.handling import samples_folder
 from olp.contracts.promises import hold
@@ -412,6 +413,21 @@ def test_a_sample_without_decimal_numbers_is_told_that_merges_cannot_be_tried(tm
     (tmp_path / main.name).write_text(text, encoding="utf-8")
     with pytest.raises(ContractError, match="too few of its statements have a decimal number"):
         check_vendor(vendor, samples=tmp_path, only="merges_what_both_changed")
+
+
+def test_the_command_of_contracts_runs_a_promise_of_either_suite_and_lists_all(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert contracts_command(["krl", "is_found"]) == contracts_command(["krl", "knows_its_own_text"]) == 0
+    assert not capsys.readouterr().out
+    assert contracts_command(["krl", "?"]) == contracts_command(["nobody"]) == 2
+    listed = capsys.readouterr().out
+    assert "\nkeeps_every_byte: A sample reads" in listed
+    assert "\nis_found: A language with a writer" in listed
+    assert "known vendors: as" in listed
+    monkeypatch.setattr(type(find_vendor("krl")), "sniff", lambda self, source: False)
+    assert contracts_command(["krl", "knows_its_own_text"]) == 1
+    assert "sniff says that it is another language" in capsys.readouterr().out
 
 
 def test_texts_that_differ_are_told_by_their_first_line() -> None:
