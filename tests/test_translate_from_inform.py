@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import pytest
+from scipy.spatial.transform import Rotation
 from translated_texts import ROBOT, converted, inform, module, read, script, translated
 
 from olp.core.source import decode
+from olp.fluent import read as read_path
 from olp.fluent import read_source
 from olp.ir.expressions import FrameRef, Logic, Number, Signal, SignalState, Text, Unary
 from olp.ir.program import Move, Path, Process, SpeedUnit
 from olp.robots.robot import load_robot
+from olp.runtime.interpreter import run
 from olp.transpile import Context
 from olp.transpile.compare import WRITTEN, compare_plans
 from olp.transpile.convert import convert, run_converted, runs_of
@@ -513,3 +516,70 @@ def test_a_group_that_the_target_knows_by_name_has_the_number_of_the_source(targ
 def test_waits_that_ask_in_a_loop_do_not_end_the_run_of_a_translation():
     rows = ("WAIT IN#(1)=ON T=90.00", "DOUT OT#(1) ON", "WAIT IN#(2)=ON T=90.00", "DOUT OT#(2) ON")
     assert {kind for kind, _ in objections(inform(*rows), "inform", "krl")} <= {"named"}
+
+
+VAL3_DATA = """<?xml version="1.0" encoding="utf-8" ?>
+<Database xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xmlns="http://www.staubli.com/robotics/VAL3/Data/2">
+  <Datas>
+    <Data name="pA" access="private" xsi:type="array" type="pointRx" size="1">
+      <Value key="0" x="700" y="100" z="400" rx="10" ry="20" rz="30" fatherId="world[0]" />
+    </Data>
+    <Data name="mNom" access="private" xsi:type="array" type="mdesc" size="1">
+      <Value key="0" accel="100" vel="100" decel="100" tmax="250" rmax="90" blend="cartesian" leave="20" reach="20" />
+    </Data>
+    <Data name="mStop" access="private" xsi:type="array" type="mdesc" size="1">
+      <Value key="0" accel="50" vel="40" decel="50" tmax="99999" rmax="90" blend="off" leave="50" reach="50" />
+    </Data>
+    <Data name="nTurn" access="private" xsi:type="array" type="num" size="1">
+      <Value key="0" value="0" />
+    </Data>
+  </Datas>
+</Database>
+"""
+
+
+def val3_beside(folder, *rows):
+    """A program with the data of its project in the folder."""
+    (folder / "cell.dtx").write_text(VAL3_DATA)
+    code = "\n".join(rows)
+    head = '<Programs xmlns="http://www.staubli.com/robotics/VAL3/Program/2"><Program name="start">'
+    (folder / "start.pgx").write_text(
+        f"{head}<Code><![CDATA[begin\n{code}\nend]]></Code></Program></Programs>"
+    )
+    return link(read_path(folder / "start.pgx")).program
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_moves_of_val3_have_the_values_of_their_motion_descriptors(target, tmp_path):
+    program = val3_beside(tmp_path, "movej(pA,flange,mStop)", "movel(appro(pA,{0,0,-50,0,0,0}),flange,mNom)")
+    made = convert(program, target, Context(robot=load_robot("staubli/tx2-90l")))
+    text = b"\n".join(made.files.values()).decode("cp1252")
+    assert "mNom" not in text
+    assert {"krl": "$VEL.CP=0.25", "rapid": "v250", "tp": "250mm/sec", "urscript": "v=0.25"}[target] in text
+
+
+def test_a_motion_descriptor_that_a_program_changes_is_variables(tmp_path):
+    program = val3_beside(tmp_path, "mNom.tmax=100", "movel(pA,flange,mNom)")
+    made = convert(program, "krl", Context(robot=load_robot("staubli/tx2-90l")))
+    text = b"\n".join(made.files.values()).decode("cp1252")
+    assert "mNom_tmax=100" in text
+    assert "$VEL.CP=mNom_tmax*0.001" in text
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_angles_of_val3_turn_about_its_own_axes(target, tmp_path):
+    rows = (
+        "pA.trsf.rx=pA.trsf.rx+25",
+        "movel(pA,flange,mNom)",
+        "nTurn=pA.trsf.ry",
+        "if nTurn>19.9 and nTurn<20.1",
+    )
+    program = val3_beside(tmp_path, *rows, "movel(appro(pA,{0,0,-50,0,0,0}),flange,mNom)", "endIf")
+    robot = load_robot("staubli/tx2-90l")
+    plan = run(program, robot=robot)
+    turned = Rotation.from_euler("XYZ", (35, 20, 30), degrees=True)
+    w, x, y, z = plan.positions.quaternion[plan.moves.target[0]]
+    assert (Rotation.from_quat([x, y, z, w]) * turned.inv()).magnitude() < 1e-6
+    assert len(plan.moves) == 2
+    made = convert(program, target, Context(robot=robot))
+    assert compare_plans(plan, run_converted(made, target, robot, program)).is_equal

@@ -527,10 +527,20 @@ def _made(vendor: Vendor, program: Program, *, forms: bool = False) -> Converted
 
 
 def _wanted(sample: Sample, made: Converted) -> list[OracleEvent]:
-    events = loosened(handling.events(joint=sample.joint), made.translated.losses)
+    events = _numbered(loosened(handling.events(joint=sample.joint), made.translated.losses), made)
     if sample.blends:
         return events
     return [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in events]
+
+
+def _numbered(events: list[OracleEvent], made: Converted) -> list[OracleEvent]:
+    """With the free numbers that signals got whose names in the source hold none."""
+    given = {
+        "input" if name.startswith("in ") else "output": int(number)
+        for (kind, name), number in made.translated.mapping.items()
+        if kind == "signal" and number.isdigit() and not re.search(r"\d", name)
+    }
+    return [replace(e, signal=given.get(e.kind, e.signal)) if e.signal != "" else e for e in events]
 
 
 # --- what cannot be said -----------------------------------------------------------------------------------

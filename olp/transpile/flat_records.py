@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from olp.ir.expressions import (
+    Binary,
     CallValue,
     Expression,
     Item,
@@ -27,6 +28,7 @@ from olp.ir.program import (
     ElseIf,
     EndIf,
     If,
+    Move,
     Parameter,
     Program,
     Return,
@@ -97,7 +99,7 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
 
     A statement that takes a record whole in another way than that is refused.
     """
-    program = _spelled_out(program)
+    program = _settings(_spelled_out(program))
     found = _found(program, symbols_of(program), work.conventions.member_types)
     if not found.any:
         return program
@@ -145,6 +147,30 @@ def _spelled_out(program: Program) -> Program:
         elif isinstance(s, Call):
             s = replace(s, arguments=tuple([literal(a, routine) for a in s.arguments]))
         return s
+
+    routines = tuple(replace(r, body=tuple([row(s, r.name) for s in r.body])) for r in program.routines)
+    return replace(program, routines=routines)
+
+
+def _settings(program: Program) -> Program:
+    """Moves with the values of what they take from records that nothing changes: VAL3's motion descriptors."""
+    if not any(
+        isinstance(d.value, RecordLiteral) and d.type == d.value.type for _, d in _declarations(program)
+    ):
+        return program
+    symbols = symbols_of(program)
+
+    def setting(e: Expression, routine: str) -> Expression:
+        if type(e) is Binary and e.operator == "*" and type(e.left) is type(e.right) is Number:
+            return Number(e.left.value * e.right.value)
+        record = symbols.fixed_value(routine, e.base) if type(e) is Member else None
+        if type(e) is not Member or not isinstance(record, RecordLiteral):
+            return e
+        found = next((value for name, value in record.members if name.casefold() == e.name.casefold()), e)
+        return found if type(found) is Number else e
+
+    def row(s: Statement, routine: str) -> Statement:
+        return mapped(s, lambda e: setting(e, routine)) if type(s) is Move else s
 
     routines = tuple(replace(r, body=tuple([row(s, r.name) for s in r.body])) for r in program.routines)
     return replace(program, routines=routines)

@@ -14,6 +14,7 @@ from olp.core.units import deg, mm, ms, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.transformer import mapped
 from olp.languages.generator import CannotSayError, decimal
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.scope import AXES
@@ -35,6 +36,7 @@ _SET_BY_FORMS: Final = ("$TOOL", "$BASE", "$VEL.CP", "joint", "$APO.CDIS", "$APO
 _MEMBERS: Final = {"x": "X", "y": "Y", "z": "Z", "rz": "A", "ry": "B", "rx": "C"}
 _ANGLES = ("x", "y", "z", "rx", "ry", "rz")
 _ZERO: Final = ex.Number(0)
+_POSES: Final = ("pose-product", "pose-inverse")
 
 
 class KrlMoves(KrlValues):
@@ -411,6 +413,7 @@ class KrlMoves(KrlValues):
             return [], s
         self._before: list[str] = []
         self._filled = 0
+        self._poses: dict[ex.Expression, ex.Expression] = {}
         if isinstance(s, st.Move):
             s = replace(
                 s,
@@ -423,8 +426,22 @@ class KrlMoves(KrlValues):
             s = replace(s, arguments=tuple(map(self._plain, s.arguments)))
         else:
             name = {st.Assign: "value", st.Return: "value", st.SetTool: "tool", st.SetFrame: "frame"}[type(s)]
-            s = replace(s, **{name: self._plain(getattr(s, name))})
+            s = replace(s, **{name: self._parted(self._plain(getattr(s, name)))})
         return self._before, s
+
+    def _parted(self, it: ex.Expression) -> ex.Expression:
+        """The expression with variables for the positions of which it takes elements."""
+        return mapped(it, self._of_variable)
+
+    def _of_variable(self, e: ex.Expression) -> ex.Expression:
+        base = e.base if type(e) is ex.Member else None
+        if type(e) is not ex.Member or type(base) is not ex.Function or base.name not in _POSES:
+            return e
+        if base not in self._poses:
+            name = self._temporary("FRAME")
+            self._before.append(f"{name}={self.value(self._plain(base))}")
+            self._poses[base] = ex.Named(name)
+        return ex.Member(self._poses[base], e.name)
 
     def _plain(self, it: ex.Expression) -> ex.Expression:
         """The expression with variables for its computed positions."""
@@ -465,12 +482,17 @@ class KrlMoves(KrlValues):
             return ex.PositionLiteral("pose", found)
         return self._fill("FRAME", [(word, parts[place]) for word, place in POSE])
 
-    def _fill(self, word: str, parts: list[tuple[str, ex.Expression]]) -> ex.Expression:
+    def _temporary(self, word: str) -> str:
         self._filled += 1
         name = f"COMPUTED_{'POSE' if word == 'FRAME' else 'AXES'}_{self._filled}"
         while self.scope.known(name):
             name += "_"
         self.temporaries[name] = word
+        return name
+
+    def _fill(self, word: str, parts: list[tuple[str, ex.Expression]]) -> ex.Expression:
+        parts = [(key, self._parted(value)) for key, value in parts]
+        name = self._temporary(word)
         self._before.append(f"{name}={{{','.join(f'{key} 0' for key, _ in parts)}}}")
         for key, value in parts:
             if value not in (_ZERO, ex.Number(0.0)):

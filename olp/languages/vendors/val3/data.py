@@ -23,7 +23,7 @@ POSES: Final = frozenset(("pointRx", "pointRs", "point", "trsf", "frame", "tool"
 JOINTS: Final = frozenset(("jointRx", "jointRs", "joint"))
 WORLD, MIXED = "world[0]", "?"
 SIGNALS: Final = frozenset(("dio", "aio"))
-_TYPES: Final = {"num": "real", "bool": "boolean", "string": "string", "mdesc": "speed"}
+_TYPES: Final = {"num": "real", "bool": "boolean", "string": "string", "mdesc": "mdesc"}
 _TAG = re.compile(r"<(/?)([\w:]+)((?:\s+[\w:.\-]+\s*=\s*\"[^\"<]*\")*)\s*(/?)>")
 _ATTRIBUTE = re.compile(r"([\w:.\-]+)\s*=\s*\"([^\"]*)\"")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import unescape
 from typing import Any, Final, NamedTuple
 
@@ -330,6 +330,34 @@ _TIMED_OUT: Final = SystemValue("timed-out")
 _POSE_FUNCTIONS: Final = frozenset(("pose-product", "pose-inverse", "pose-angles", "forward"))
 
 
+_ANGLES: Final = ("rx", "ry", "rz")
+
+
+def _angle(pose: Expression, name: str) -> Unary:
+    """An angle of R = Rx Ry Rz: that of the inverse, Rz(-rz) Ry(-ry) Rx(-rx), by the angles of all other languages."""
+    return Unary("-", Member(Function("pose-inverse", (pose,)), name))
+
+
+def _turned(target: Expression, value: Expression) -> Assign | None:
+    """The assignment of the whole pose where one of its angles is set; None for any other target."""
+    read = target.operand if isinstance(target, Unary) and target.operator == "-" else None
+    if not isinstance(read, Member) or not isinstance(read.base, Function):
+        return None
+    pose = read.base.arguments[0]
+    angles = [value if name == read.name else _angle(pose, name) for name in _ANGLES]
+    return Assign(0, pose, _computed_pose([*(Member(pose, axis) for axis in "xyz"), *angles]))
+
+
+def _computed_pose(values: Sequence[Expression]) -> Expression:
+    """x, y, z [mm] and R = Rx(rx) Ry(ry) Rz(rz) [deg]."""
+    x, y, z, rx, ry, rz = values
+    zero = Number(0)
+    pose: Expression = Function("pose-angles", (x, y, z, rx, zero, zero))
+    for turn in ((zero, ry, zero), (zero, zero, rz)):
+        pose = Function("pose-product", (pose, Function("pose-angles", (zero, zero, zero, *turn))))
+    return pose
+
+
 class Leave(NamedTuple):
     """break: leaves a loop, or ends a case."""
 
@@ -376,6 +404,8 @@ class Val3Rules(BlockRules):
 
     def member(self, children: list[Any]) -> Expression:
         base, name = children[0], str(children[1])
+        if name in _ANGLES:
+            return _angle(base, name)
         return base if name == "trsf" else Member(base, name)
 
     def member_item(self, children: list[Any]) -> Expression:
@@ -392,12 +422,7 @@ class Val3Rules(BlockRules):
         numbers = constants(children)
         if numbers is not None:
             return xyz_pose(numbers, tuple((f"j{n}", repr(v)) for n, v in enumerate(numbers, 1)))
-        x, y, z, rx, ry, rz = children
-        zero = Number(0)
-        value: Expression = Function("pose-angles", (x, y, z, rx, zero, zero))
-        for turn in ((zero, ry, zero), (zero, zero, rz)):
-            value = Function("pose-product", (value, Function("pose-angles", (zero, zero, zero, *turn))))
-        return value
+        return _computed_pose(children)
 
     def not_(self, children: list[Any]) -> Any:
         if self._is_pose(children[0]):
@@ -512,6 +537,8 @@ class Val3Rules(BlockRules):
         if isinstance(target, Signal):
             bus = target.bus.replace("in", "out")
             return SetOutput(0, Signal(bus, target.index), value)
+        if (turned := _turned(target, value)) is not None:
+            return turned
         if not isinstance(target, (Named, Item, Member)):
             raise BrokenLineError("nothing can be stored here", wanted="a variable")
         kind = self._type(target)
