@@ -30,12 +30,14 @@ from olp.ir.program import (
     Pause,
     Repeat,
     Return,
+    Statement,
     Until,
     Wait,
     While,
 )
 from olp.languages.short_reader import constants, joints
 
+Statements = Statement | list[Statement]
 _COMPARE: Final = {
     "==": "=",
     "=": "=",
@@ -141,7 +143,10 @@ class ValueRules:
 
 
 class BlockRules(ValueRules):
-    """Lowering rules of statements that open, divide and close blocks; a grammar may use any of them."""
+    """Lowering rules of statements that open, divide and close blocks; a grammar may use any of them.
+
+    A language's own rule of the same name may make several statements of its line.
+    """
 
     def instruction(self, children: list[Any]) -> Any:
         return children[0]
@@ -153,38 +158,38 @@ class BlockRules(ValueRules):
     def power(self, children: list[Expression]) -> Function:
         return Function("power", tuple(children))
 
-    def wait(self, children: list[Any]) -> Wait:
+    def wait(self, children: list[Any]) -> Statements:
         return Wait(0, children[0])
 
-    def if_(self, children: list[Any]) -> If:
+    def if_(self, children: list[Any]) -> Statements:
         return If(0, children[0])
 
-    def else_if(self, children: list[Any]) -> ElseIf:
+    def else_if(self, children: list[Any]) -> Statements:
         return ElseIf(0, children[0])
 
-    def else_(self, _: list[Any]) -> Else:
+    def else_(self, _: list[Any]) -> Statements:
         return Else(0)
 
-    def end_if(self, _: list[Any]) -> EndIf:
+    def end_if(self, _: list[Any]) -> Statements:
         return EndIf(0)
 
-    def while_(self, children: list[Any]) -> While:
+    def while_(self, children: list[Any]) -> Statements:
         return While(0, children[0])
 
-    def end_while(self, _: list[Any]) -> EndWhile:
+    def end_while(self, _: list[Any]) -> Statements:
         return EndWhile(0)
 
-    def end_for(self, _: list[Any]) -> Next:
+    def end_for(self, _: list[Any]) -> Statements:
         return Next(0, None)
 
-    def do(self, _: list[Any]) -> Repeat:
+    def do(self, _: list[Any]) -> Statements:
         return Repeat(0)
 
-    def until(self, children: list[Any]) -> Until:
+    def until(self, children: list[Any]) -> Statements:
         return Until(0, children[0])
 
-    def pause(self, _: list[Any]) -> Pause:
+    def pause(self, _: list[Any]) -> Statements:
         return Pause(0)
 
-    def return_(self, _: list[Any]) -> Return:
+    def return_(self, _: list[Any]) -> Statements:
         return Return(0)
