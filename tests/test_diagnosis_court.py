@@ -12,7 +12,7 @@ from olp.__main__ import main
 from olp.identification.diagnosis import naming
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
-from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, drifts_on, fallen, matters
+from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, Selection, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
@@ -475,6 +475,23 @@ def test_three_moves_are_no_comparison(tmp_path):
     assert joined("explained", "not-judged", True) == "explained"
 
 
+def test_where_no_name_holds_the_verdict_is_that_of_no_names(monkeypatch, tmp_path):
+    """An acceleration that fits how durations round, and foretells no unseen move, is no reason for a mismatch."""
+    _, _, way, speed = program(22)
+    real = np.round(travel(way, speed, 0.995 * ACCELERATION) / 0.02) * 0.02
+    recording = record(tmp_path / "r", real, 22, toml="time_resolution_s = 0.02\n")
+
+    def holds(best, clean, noise, folds, shelf, kinds):
+        part = next(p for p in shelf.parts if p.term.name == "acceleration")
+        return fit(DurationModel((part,)), clean, noise, 30), (Gain(30.0, 1.0, 0.02, 0.01, 4.0),)
+
+    monkeypatch.setattr(naming, "confirmed", holds)
+    monkeypatch.setattr(naming, "selection", lambda clean, *_: Selection(clean.simulated, ()))
+    found = diagnose_recording(recording).diagnosis
+    assert any("not named for want of evidence" in note for note in found.notes)
+    assert (found.verdict, found.findings) == ("no-mismatch", ())
+
+
 FEW = 60  # moves: with twice as many the search of the strangest recordings takes ten times as long
 WAYS = (
     *("nothing", "wave", "walk", "jerky", "tail", "drift", "late"),
@@ -719,7 +736,7 @@ def test_waits_are_looked_for_again_where_a_name_that_fell_had_them(monkeypatch,
     longest = Condition((Statement("length", above=float(np.sort(way)[-3] + 1e-6)),))
     found, greedy = naming._found, []
 
-    def takes_two(clean, noise, shelf):
+    def takes_two(clean, noise, shelf, known=None):
         if greedy:
             return found(clean, noise, shelf)
         greedy.append(next(p for p in shelf.parts if p.term.name == "dispatch")._replace(condition=longest))
@@ -739,3 +756,24 @@ def test_ten_moves_that_are_late_the_more_the_longer_they_take_do_not_wait(tmp_p
         real = plain_times + late * few + 0.001 * rng.normal(size=COUNT)
         case = case_of(record(tmp_path / "moves", real, 25)).case
         assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_none(waits, tmp_path):
+    """All moves of a line go down, and some of them wait there for a signal; or all are slowed by what they carry."""
+    start, end, way, _ = program(26)
+    rng = np.random.default_rng(26)
+    down = (start - end)[:, 2] > 0.6 * way
+    load = rng.uniform(0.5, 4.0, COUNT).round(1)
+    signal = np.where(rng.random(COUNT) < 0.7, 0.1 + rng.gamma(1.5, 0.1, COUNT), 0.0)
+    late = down * (signal if waits else 0.06 * load)
+    line = np.where(down, 9, 1 + np.arange(COUNT) % 7)
+    real = plain(26) + late + 0.001 * rng.normal(size=COUNT)
+    more = {"job": ["JOB1"] * COUNT, "line": line.tolist(), "payload_kg": load.tolist()}
+    found = diagnose_recording(record(tmp_path / "r", real, 26, more)).diagnosis
+    assert 12 <= down.sum() <= 40
+    terms = {finding.term: finding for finding in found.findings}
+    assert ("external-wait" in terms) == waits
+    if waits:
+        assert found.verdict == "explained"
+        assert set(terms["external-wait"].moves) >= set((np.flatnonzero(late > 0.05) + 1).tolist())

@@ -356,5 +356,5 @@ def test_a_fixed_time_in_a_region_of_few_programmed_moves_may_as_well_be_waits(f
     region = Condition((Statement("start z", below=0.0), Statement("x", above=-9.0)))
     time = part("dispatch", made, 0.03, key="")._replace(condition=region)
     best = fit(DurationModel((time,)), made, noise)
-    named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None)
+    named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None, {})
     assert [other.term for other in _as_waits(best, 0, named)] == (["external-wait"] if alike else [])

@@ -347,6 +347,24 @@ def test_joint_moves_without_a_robot_are_simulated_as_they_were(tmp_path):
     np.testing.assert_allclose(moves.rates.rated_acceleration, RAMPS, rtol=1e-3)
 
 
+def test_a_joint_move_that_alone_tells_an_axis_limits_is_not_judged(tmp_path):
+    """A simulated time of one move fits a slow axis with short ramps and a quick one with long ramps."""
+    rng = np.random.default_rng(7)
+    points = rng.uniform(-1.0, 1.0, (61, 4)) * [1, 0.8, 1, 0.01]
+    points[31:, 3] += 3.0  # axis 4 turns in move 31 alone
+    turned, share = np.abs(np.diff(points, axis=0)), rng.choice([0.3, 0.6, 1.0], 60)
+    turned[30, :3] = 0.1
+    points = np.concatenate([np.zeros((1, 4)), np.cumsum(turned, axis=0)])
+    sim = joint_times(turned, share, True)
+    found = limits_from_times(turned, share, np.ones(60), sim)
+    assert np.flatnonzero(~found.confirmed).tolist() == [30]
+    assert found.speeds[3] == found.accelerations[3] == np.inf
+    cells = [{"sim_s": repr(float(sim[i])), "speed_pct": repr(float(100 * share[i]))} for i in range(60)]
+    making = case_of(read(tmp_path, [row(i + 1, "joint", points[i : i + 2], **cells[i]) for i in range(60)]))
+    assert making.case.move.tolist() == [i for i in range(1, 61) if i != 31]
+    assert any("1 joint moves alone" in note for note in making.notes)
+
+
 def test_a_stretched_arm_slows_joint_moves_as_far_as_the_first_axis_is_the_slowest(tmp_path):
     rng = np.random.default_rng(5)
     points, share = rng.uniform(-1.0, 1.0, (121, 4)) * [1, 0.8, 1, 2], rng.choice([0.3, 0.6, 1.0], 120)

@@ -82,7 +82,9 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
         )
     left = len(moves) - len(rows)
     if left:
-        notes.append(f"{left} of {len(moves)} moves are not judged: no duration, simulation, length or speed")
+        notes.append(
+            f"{left} of {len(moves)} moves are not judged: no duration, simulation, length or known speed"
+        )
     return Making(_case(recording, rows, pace, judged, notes), rows, tuple(notes))
 
 
@@ -164,6 +166,12 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
         leading = np.where(joint, axis, leading)
         way = np.where(joint, lead, way)
         rated, ramp = _joint_pace(recording, joint, lead, axis, axes, notes)
+        if axes is not None and 0 < (unsure := joint & ~axes.confirmed).sum() < _FEW * len(moves):
+            rated = np.where(unsure, np.nan, rated)
+            notes.append(
+                f"{unsure.sum()} joint moves alone tell an axis' limits in the simulation, which do not tell speed and "
+                "ramps apart: they are not judged; a robot model would add these limits"
+            )
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
     override = _whole(moves.override) if own else _simulated_override(moves, way, speed, leading)
@@ -545,7 +553,7 @@ _ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
 _SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
 _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
 _MOST_ALIKE = 0.8  # of the moves have one of them
-_FEW = 0.5  # of the moves: more of them are not limited, the simulation has another law
+_FEW = 0.5  # of the moves: more of them are no exceptions, the simulation has another law
 
 
 def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask) -> Mask:

@@ -14,7 +14,7 @@ from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, 
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.naming import NamingResult, name, without
+from olp.identification.diagnosis.naming import NamingResult, name, nameless, without
 from olp.identification.diagnosis.residuals import LEVEL
 from olp.identification.diagnosis.result import (
     Alternative,
@@ -117,12 +117,15 @@ def _answer(
         named = without(named, idle)
         sigma, told_by = floor_of(named)
         told = findings_of(named, case, sigma)
-    verdict, tails = verdict_of(named), _tails(named)
     told, tuned = _without_tuning(told, case)
-    notes = (*notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
-    if verdict not in ("explained", "partly-explained"):
-        notes = (*notes, *(f"not named for want of evidence: {f.says}" for f in told.findings))
+    if _misled(named):
+        tuned = (*tuned, *(f"not named for want of evidence: {f.says}" for f in told.findings))
         told = ReportedFindings([], [], [])
+        if not named.late.any():
+            named = nameless(named)
+            sigma, told_by = floor_of(named)
+    verdict, tails = verdict_of(named), _tails(named)
+    notes = (*notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:
@@ -365,13 +368,21 @@ def verdict_of(named: NamingResult) -> str:
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
     unseen = named.clean.measured - named.selection.predicted  # by the whole search, without these moves
-    if named.fit.model.parts and evidence.clipped_cut(named.clean.residual, unseen, sigma) < evidence.CUT:
+    if _misled(named):
         return "unexplained"
     if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
         pattern and left**2 > _LITTLE * raw**2
     ):
         return "explained"
     return "partly-explained"
+
+
+def _misled(named: NamingResult) -> bool:
+    """Whether all names together take away less of the unseen moves' error than they leave beyond the noise."""
+    unseen, sigma = named.clean.measured - named.selection.predicted, floor_of(named).value
+    return bool(named.fit.model.parts) and (
+        evidence.clipped_cut(named.clean.residual, unseen, sigma) < evidence.CUT
+    )
 
 
 def _tails(named: NamingResult) -> float:

@@ -34,7 +34,7 @@ from olp.identification.diagnosis.search import (
     search,
     shelf_of,
 )
-from olp.identification.diagnosis.waits import late_moves, spread, waiting_moves
+from olp.identification.diagnosis.waits import at_a_line, late_moves, spread, waiting_moves
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -58,15 +58,20 @@ class NamingResult(NamedTuple):
     selection: Selection
     gains: tuple[Gain, ...]
     remains: Remains
+    groups: dict[str, Labels]  # of the clean case
 
 
 def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> NamingResult:
     """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
-    late = np.zeros(len(case), dtype=bool)
+    known = _everywhere(case, noise, shelf_of(case, move_terms()))
+    late = _waits(known, case, noise)
+    if not at_a_line(late, case.measured - known.model.seconds(case), case):
+        # A term under the condition of a line would make up for some of what waits there; others wait for no term.
+        late = np.zeros(len(case), dtype=bool)
     for last in (False,) * (_ROUNDS - 1) + (True,):
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
-        best = _found(clean, noise, shelf)
+        best = _found(clean, noise, shelf, None if late.any() else known)
         noise = noise._replace(order=_order(best, clean))
         if noise.order:
             best = _found(clean, noise, shelf)
@@ -99,24 +104,40 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     remains = remains_of(whiten(left, stamped(noise), clean), clean, clean_groups)
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
-    return NamingResult(best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains)
+    return NamingResult(
+        best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups
+    )
 
 
 def without(named: NamingResult, term: str) -> NamingResult:
     """The others, fitted anew."""
-    kept = [k for k, part in enumerate(named.fit.model.parts) if part.term.name != term]
+    return _with(named, [k for k, part in enumerate(named.fit.model.parts) if part.term.name != term])
+
+
+def nameless(named: NamingResult) -> NamingResult:
+    """No name at all."""
+    return _with(named, [])
+
+
+def _with(named: NamingResult, kept: list[int]) -> NamingResult:
     model = DurationModel(tuple(named.fit.model.parts[k] for k in kept))
     best = fit(model, named.clean, named.noise, 30)
     left = named.clean.measured - best.model.seconds(named.clean)
-    remains = remains_of(whiten(left, stamped(named.noise), named.clean), named.clean, {})
+    remains = remains_of(whiten(left, stamped(named.noise), named.clean), named.clean, named.groups)
     return named._replace(fit=best, gains=tuple(named.gains[k] for k in kept), remains=remains)
 
 
-def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
+def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf, known: ModelFit | None = None) -> ModelFit:
+    """`known`: what was found without conditions."""
+    best = known if known is not None else _everywhere(clean, noise, shelf)
+    return conditioned(best, clean, noise, shelf, WIDE.additions)
+
+
+def _everywhere(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
+    """Without conditions."""
     best = chosen(search(clean, noise, shelf, WIDE), clean, noise)
     best = merged(exchanged(best, shelf, clean, noise), shelf, clean, noise)
-    best = plainer(best, shelf, clean, noise)
-    return conditioned(best, clean, noise, shelf, WIDE.additions)
+    return plainer(best, shelf, clean, noise)
 
 
 def _order(best: ModelFit, clean: MeasuredMoves) -> float:

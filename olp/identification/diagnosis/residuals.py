@@ -104,7 +104,7 @@ def _by_columns(residual: Floats, case: MeasuredMoves) -> list[Correlate]:
         known = np.isfinite(values)
         if known.sum() < _FEWEST or np.ptp(values[known]) <= 0:
             continue
-        rho = _spearman(residual[known], values[known])
+        rho = rank_correlation(residual[known], values[known])
         found.append(Correlate(name, rho, _two_sided(rho * math.sqrt(known.sum() - 1))))
     return found
 
@@ -121,7 +121,7 @@ def _by_neighbours(residual: Floats, case: MeasuredMoves) -> list[Correlate]:
         known = near >= 0
         if known.sum() < 3 * _FEWEST:
             continue
-        r = _spearman(means[known], means[near[known]])
+        r = rank_correlation(means[known], means[near[known]])
         z = max(r, 0.0) * math.sqrt(known.sum()) / _MUTUAL  # a pattern makes neighbours alike, never opposite
         found.append(Correlate(f"moves of like {name}", r, _two_sided(z)))
     return found
@@ -163,7 +163,8 @@ def _by_groups(residual: Floats, groups: dict[str, Labels]) -> list[Correlate]:
     return found
 
 
-def _spearman(a: Floats, b: Floats) -> float:
+def rank_correlation(a: Floats, b: Floats) -> float:
+    """Of two columns (n,), C. Spearman's; 0 where one of them is constant."""
     one, two = ranks(a), ranks(b)
     one, two = one - one.mean(), two - two.mean()
     size = math.sqrt(float(one @ one) * float(two @ two))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import ModelFit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.residuals import LEVEL, ranks
+from olp.identification.diagnosis.residuals import LEVEL, rank_correlation, ranks
 from olp.identification.diagnosis.scatter import far_out
 from olp.timing.physics._case import MeasuredMoves
 
@@ -53,14 +53,27 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    if excess < _SURE or _chosen_by_the_motion(late, corrected, case):
+    if excess < _SURE or _sized_by_the_motion(residual[late], case.simulated[late]):
         return nothing
-    if _sized_by_the_motion(residual[late], case.simulated[late]):
+    if _chosen_by_the_motion(late, corrected, case) and not at_a_line(late, residual, case):
         return nothing
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
     if many and _the_same_moves(residual, late, case, sigma):
         return nothing
     return np.asarray(late, dtype=bool)
+
+
+def at_a_line(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
+    """Whether the moves that are `late` (n,) wait at one line of the program: its moves are of one kind, so only that
+    they are late by times that differ, and that go together with nothing in the motion, tells them from slow ones."""
+    waits, few = residual[late], int(late.sum())
+    if few < 2 * _KINDS or case.line[late].min() <= 0 or np.ptp(case.line[late]) > 0:
+        return False
+    if waits.std() < _DIFFER * waits.mean():
+        return False
+    columns = [case.simulated, *(c for c in _of_the_motion(case) if np.isfinite(c[late]).all())]
+    together = [abs(rank_correlation(waits, column[late])) for column in columns]
+    return 2.0 * _tail(max(together), few) * len(columns) > LEVEL
 
 
 def _flaw(fitted: ModelFit, case: MeasuredMoves) -> Floats:
@@ -158,18 +171,7 @@ def _chosen_by_the_motion(
     few, many = int(late.sum()), int((~late).sum())
     if few < _KINDS or many < _KINDS:
         return False
-    reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
-    turned = np.nan_to_num(case.turn) / np.maximum(case.base.way, 1e-6)
-    columns = (
-        case.rise,
-        case.base.way,
-        case.base.speed,
-        case.turn,
-        turned,
-        case.payload,
-        corrected,
-        *reaches,
-    )
+    columns = [*_of_the_motion(case), corrected]
     for column in columns:
         values = column[one]
         if not np.isfinite(values).all() or np.ptp(values) <= 0:
@@ -181,19 +183,24 @@ def _chosen_by_the_motion(
     return False
 
 
-def _sized_by_the_motion(waits: Floats, simulated: Floats) -> bool:
-    """Whether moves are late the more, the longer they take: a wait does not know how long the move is.
+def _of_the_motion(case: MeasuredMoves) -> tuple[Floats, ...]:
+    """(n,) each: what a move is like."""
+    turned = np.nan_to_num(case.turn) / np.maximum(case.base.way, 1e-6)
+    reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
+    return (case.rise, case.base.way, case.base.speed, case.turn, turned, case.payload, *reaches)
 
-    By the ranks' correlation (C. Spearman, American Journal of Psychology 15, 1904), whose inverse hyperbolic tangent
-    is near enough normal (E. Fieller, H. Hartley, E. Pearson, Biometrika 44, 1957).
-    """
-    if len(waits) <= _KINDS:
-        return False
-    one, two = (ranks(values) - 0.5 * (len(waits) + 1) for values in (waits, simulated))
-    size = math.sqrt(float(one @ one) * float(two @ two))
-    rho = min(float(one @ two) / size, 1.0 - 1e-9) if size > 0 else 0.0
-    z = math.atanh(rho) * math.sqrt((len(waits) - 3) / 1.06)
-    return 0.5 * math.erfc(z / math.sqrt(2.0)) < _BY_CHANCE
+
+def _sized_by_the_motion(waits: Floats, simulated: Floats) -> bool:
+    """Whether moves are late the more, the longer they take: a wait does not know how long the move is."""
+    return len(waits) > _KINDS and _tail(rank_correlation(waits, simulated), len(waits)) < _BY_CHANCE
+
+
+def _tail(rho: float, count: int) -> float:
+    """Probability of a correlation of ranks of at least that by chance (C. Spearman, American Journal of Psychology 15,
+    1904): its inverse hyperbolic tangent is near enough normal (E. Fieller, H. Hartley, E. Pearson, Biometrika 44,
+    1957)."""
+    z = math.atanh(max(min(rho, 1.0 - 1e-9), 1e-9 - 1.0)) * math.sqrt((count - 3) / 1.06)
+    return 0.5 * math.erfc(z / math.sqrt(2.0))
 
 
 def _the_same_moves(residual: Floats, late: Mask, case: MeasuredMoves, sigma: float) -> bool:
