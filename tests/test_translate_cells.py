@@ -121,3 +121,18 @@ def test_two_programs_of_one_name_that_share_nothing_are_told_apart_by_folders(t
     assert "error[C008]: two programs that share nothing make the file main.ls" in told
     assert "each into a folder of its own" in told
     assert not (tmp_path / "out").exists()
+
+
+def test_a_program_with_an_error_stops_itself_and_what_shares_with_it_alone(tmp_path, capsys):
+    folder, out = tmp_path / "cell", tmp_path / "out"
+    folder.mkdir()
+    (folder / "good.mod").write_text("MODULE A\nPROC good()\nWaitTime 1;\nENDPROC\nENDMODULE\n")
+    (folder / "bad.mod").write_text("MODULE B\nPROC bad()\nWaitTime ((;\nENDPROC\nENDMODULE\n")
+    (folder / "caller.mod").write_text("MODULE C\nPROC caller()\nbad;\nENDPROC\nENDMODULE\n")
+    assert main(["convert", str(folder), "--to", "krl", "-o", str(out)]) == 2
+    assert sorted(path.name for path in out.iterdir()) == ["good.src"]
+    told = capsys.readouterr()
+    assert "bad.mod:3" in told.err
+    assert "good.mod" in told.out
+    assert main(["convert", str(folder / "bad.mod"), "--to", "krl", "-o", str(tmp_path / "none")]) == 2
+    assert not (tmp_path / "none").exists()

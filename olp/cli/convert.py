@@ -90,6 +90,7 @@ def run(args: Namespace) -> int:
     context = replace(_context(args), entry=len(parts) == 1 and not parts[0].others)
     alone: list[Diagnostic] = []  # files of data that the target's programs hold
     files: dict[str, bytes] = {}
+    clash: list[Diagnostic] = []
     receipts: list[Receipt] = []
     for part in parts:
         job = part.program.path
@@ -106,11 +107,13 @@ def run(args: Namespace) -> int:
             if files.setdefault(name, data) != data:
                 says = f"two programs that share nothing make the file {name}"
                 help = "translate them one by one, each into a folder of its own"
-                told.append(error("C008", says, file=job, help=help))
+                clash.append(error("C008", says, file=job, help=help))
         receipts.append(receipt)
     others = len(alone) < len(parts)
     told += [replace(one, severity=Severity.WARNING) if others else one for one in alone]
-    if any(diagnostic.is_error for diagnostic in told):
+    told += clash
+    rejected = any(diagnostic.is_error for diagnostic in told)
+    if clash or (rejected and not receipts):
         print_diagnostics(told)
         return 2
     _write_all(Path(args.output), files, jobs, args.force)
@@ -118,6 +121,8 @@ def run(args: Namespace) -> int:
         write_output(args.receipt, _document(receipts), inputs=jobs)
     write_output(None, "\n".join(map(as_text, receipts)))
     print_diagnostics(told)
+    if rejected:
+        return 2
     return 0 if all(receipt.verdict.holds(args.accept) for receipt in receipts) else 1
 
 
