@@ -2112,3 +2112,34 @@ def test_a_frame_by_its_number_that_one_way_chooses_is_translated(target, wanted
     text = krl(*rows)
     assert wanted in translated(text, "krl", target)
     assert not [loss for loss in losses(text, "krl", target) if loss.fate is Fate.COMMENTED]
+
+
+# --- FANUC's registers and speeds ---------------------------------------------------------------------------------
+
+
+def test_a_point_that_a_frame_is_computed_from_stays_a_robtarget_of_rapid():
+    """P1 became a wobjdata, which no move takes for its target."""
+    rows = (
+        "J P[1] 20% FINE",
+        "PR[5]=P[1]",
+        "PR[6]=PR[5]",
+        "PR[6,3]=PR[6,3]+20",
+        "UFRAME[2]=PR[6]",
+        "UFRAME_NUM=2",
+    )
+    text = translated(
+        tp(*rows, "L PR[6] 100mm/sec FINE", positions=((1, 2, 1, 900, 0, 400, 180, 0, 0),)), "tp", "rapid"
+    )
+    assert set(re.findall(r"(\w+) P1:=", text)) == {"robtarget"}
+    assert set(re.findall(r"(\w+) PV6:=", text)) == {"robtarget"}
+    assert "frame_2.uframe:=[PV6.trans,PV6.rot];" in text
+
+
+def test_a_speed_of_turning_is_not_bound_by_the_speed_of_the_move_before_in_krl():
+    rows = ("J P[1] 50% FINE", "L P[2] 5mm/sec FINE", "L P[3] 90deg/sec FINE")
+    text = tp(*rows, positions=(P1, P2, (3, 0, 1, 850, 100, 400, 180, 0, 60)))
+    lines = code(translated(text, "tp", "krl"), ";")
+    slow, turning = lines.index("$VEL.CP=0.005"), lines.index("$VEL.ORI1=90")
+    assert "$VEL.CP=3" in lines[slow:turning]
+    one, other = run(read(text, "tp"), robot=ROBOT), run_elsewhere(text, "tp", "krl")
+    assert compare_plans(one, other).differences == []

@@ -17,6 +17,7 @@ from olp.ir import terminology
 from olp.ir.transformer import mapped
 from olp.languages.generator import CannotSayError, decimal
 from olp.languages.vendors.krl import values
+from olp.languages.vendors.krl.limits import LIMITS
 from olp.languages.vendors.krl.scope import AXES
 from olp.languages.vendors.krl.write_forms import InlineForms
 from olp.languages.vendors.krl.write_values import AXIS_WORDS, POSE, KrlValues, pose_text
@@ -297,6 +298,8 @@ class KrlMoves(KrlValues):
         elif speed.unit is st.SpeedUnit.TRAVEL:
             self._set(lines, "$VEL.CP", self.quantity(speed.value, 1.0))
         elif speed.unit is st.SpeedUnit.TURN:
+            # The slower of both counts: what a move before has set would hold.
+            self._set(lines, "$VEL.CP", f"{LIMITS.speed_ranges[st.SpeedUnit.TRAVEL][1]:g}")
             self._turn(lines, self.quantity(speed.value, deg))
         else:
             raise CannotSayError(terminology.SPEEDS[speed.unit], "KRL knows %, m/s and deg/s")

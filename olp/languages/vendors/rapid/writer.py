@@ -17,6 +17,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.expressions import Expression, Named
 from olp.ir.program import Assign, Declare, Move, Program
+from olp.ir.transformer import note_names
 from olp.languages.generator import CannotSayError, as_text
 from olp.languages.vendor import TRAP
 from olp.languages.vendors.rapid.limits import RESERVED
@@ -268,15 +269,18 @@ def uses(program: Program) -> dict[str, str]:
     """Lower-case name -> tooldata or wobjdata; also of the program's data that hand their value on to one of them."""
     found = {one.name.lower(): "tooldata" for one in program.data if one.type == "tool"}
     known = {one.name.lower() for one in program.data}
+    places: set[str] = set()  # names that say where moves go
     given: list[tuple[str, str]] = []
     for one in (*program.data, *program.statements()):
         if isinstance(one, Move):
             _note(found, one.tool, "tooldata")
             _note(found, one.frame, "wobjdata")
+            note_names((one.targets, one.via), places)
         elif isinstance(one, Assign) and isinstance(one.target, Named) and isinstance(one.value, Named):
             given.append((one.target.name.lower(), one.value.name.lower()))
         elif isinstance(one, Declare) and isinstance(one.value, Named):
             given.append((one.name.lower(), one.value.name.lower()))
+    known -= {name.lower() for name in places}
     given = [pair for pair in given if known.issuperset(pair)]
     for _ in range(len(given)):
         before = len(found)
