@@ -583,3 +583,31 @@ def test_angles_of_val3_turn_about_its_own_axes(target, tmp_path):
     assert len(plan.moves) == 2
     made = convert(program, target, Context(robot=robot))
     assert compare_plans(plan, run_converted(made, target, robot, program)).is_equal
+
+
+# --- KRL ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["rapid", "inform"])
+def test_points_of_forms_that_no_list_has_are_another_one_in_each_file(target, tmp_path):
+    (tmp_path / "part.src").write_text("DEF part()\nPTP XP1\nPTP XHOME\nEND\n")
+    (tmp_path / "main.src").write_text("DEF main()\nPTP XHOME\nPTP XP1\npart()\nEND\n")
+    program = link(read_path(tmp_path / "main.src"), target).program
+    taught = {
+        move.targets[0].name
+        for routine in program.routines
+        for move in routine.body
+        if isinstance(move, Move)
+    }
+    assert taught == {"XHOME", "XP1", "XP1_part"}
+    (tmp_path / "main.dat").write_text(
+        "DEFDAT main PUBLIC\nDECL GLOBAL E6POS XP1={X 900,Y 0,Z 400,A 0,B 0,C 180}\nENDDAT\n"
+    )
+    program = link(read_path(tmp_path / "main.src"), target).program
+    taught = {
+        move.targets[0].name
+        for routine in program.routines
+        for move in routine.body
+        if isinstance(move, Move)
+    }
+    assert taught == {"XHOME", "XP1"}

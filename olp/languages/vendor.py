@@ -173,6 +173,7 @@ class Conventions:
     own_names: re.Pattern[str] | None = (
         None  # of the controller's own variables and constants, beside those with $
     )
+    file_points: re.Pattern[str] | None = None  # of the names of points that each file has for itself
     controller_names: bool = (
         False  # the controller holds tools, frames and signals by names that no file declares
     )

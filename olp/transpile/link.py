@@ -334,6 +334,7 @@ class _Joined:
                 self.renamed_routines[(source, name.casefold())] = names[id(found)]
         self._add_layouts()
         self._keep_private()
+        self._keep_points()
         self.routines = [self._renamed(r) for r in self.routines]
         if starts:
             called = {name.casefold() for r in self.routines for name in self._called(r)}
@@ -376,6 +377,26 @@ class _Joined:
                     taken = {d.name.casefold() for d in self.data}
                     new = self.public.get(name) or _free(f"{name}_shared", taken)
                     self.public[name] = self.renamed_data[(source, name)] = new
+
+    def _keep_points(self) -> None:
+        """Points that no list here has, of which each file has its own: they are another one in each file."""
+        own_points = find_vendor(self.program.vendor).conventions.file_points
+        if own_points is None or len(self.offsets) == 1:
+            return
+        own = [{d.name.casefold() for d in one.data} for one in self.jobs.programs]
+        known = {d.name.casefold() for one in self.jobs.programs for d in one.data if d.shared}
+        first: dict[str, int] = {}
+        for routine in self.routines:
+            source = self.sources.get(id(routine.body), 0)
+            local = {d.name.casefold() for d in _locals(routine)} | known | own[source]
+            for s in routine.body:
+                points = (*s.targets, s.via) if isinstance(s, Move) else ()
+                for name in (e.name for e in points if type(e) is Named and own_points.fullmatch(e.name)):
+                    key = name.casefold()
+                    if key not in local and first.setdefault(key, source) != source:
+                        taken = {*first, *map(str.casefold, self.renamed_data.values())}
+                        new = self._fresh(name, self.jobs.programs[source], taken)
+                        self.renamed_data.setdefault((source, key), new)
 
     def _apart(self, other: Program) -> list[Declare]:
         """The data of a file that comes in, under other names where the data here have them and are others."""

@@ -120,6 +120,7 @@ class Krl(Vendor):
         interrupted_places={"$pos_int": "current-pose", "$axis_int": "current-joints"},
         returning_places=frozenset({"$pos_ret", "$axis_ret"}),
         assumed_codes=frozenset({"P413"}),
+        file_points=re.compile(r"X(?!HOME$)\w+", re.IGNORECASE),  # of inline forms
         resolved_variables=frozenset({"FDAT_ACT", "PDAT_ACT", "LDAT_ACT", "$BWDSTART", "$H_POS"}),
     )
     joint_moves = (
