@@ -122,6 +122,15 @@ def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one
         ("Pick i\\Slow;", "Pick i\\Quick;", "K112"),
         ("Sum(3,most)", "Sum(3)", "K112"),
         ("NumToStr(which,0)", "NumToStr(which)", "K112"),
+        ("NumToStr(which,0)", "NumToStr(busy,0)", "K108"),
+        ("Pick i\\Slow;", "Pick label\\Slow;", "K108"),
+        ("v200,z10", "z10,v200", "K108"),
+        ("MoveJ pPick", "MoveAbsJ pPick", "K108"),
+        ("MoveJ pPick", "MoveJ pPick.trans", "K108"),
+        ("count:=height", "pPick.trans.xx:=height", "K109"),
+        ("count:=height+Sum(3,most);", "label:=pPick.trans.x;", "K108"),
+        ("tool0\\WObj:=wobj0", "tool0\\WobjData:=wobj0", "K112"),
+        ('TPWrite "part "', "TPWrite labell", "K101"),
     ],
 )
 def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:
@@ -145,6 +154,17 @@ def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code:
         ("PICK(COUNT, BUSY)", "PICK(COUNT, BUSY, 1)", "K112"),
         ("IF SUM(COUNT) > 2", "IF 2 < PICK(COUNT)", "K112"),
         ("DEF CELL()", "DEF CELLS()", "K113"),
+        ("PICK(COUNT, BUSY)", "PICK(BUSY, COUNT)", "K108"),
+        ("INT WHICH", "INT WICH", "K101"),
+        ("IF SUM(COUNT) > 2", "IF SUM(COUNT) + 2", "K108"),
+        ("IF SUM(COUNT) > 2", "IF SUM(BUSY) > 2", "K108"),
+        ("COUNT = 3", "$OUT[3] = COUNT", "K108"),
+        ("COUNT = 3", "WAIT FOR HEIGHT", "K108"),
+        ("COUNT = 3", "WAIT SEC BUSY", "K108"),
+        ("COUNT = 3", "SUM(COUNT)", "K112"),
+        ("PTP XHOME", "PTP HEIGHT", "K108"),
+        ("RETURN N + 1", "RETURN", "K108"),
+        ("RETURN N + 1", "RETURN N > 1", "K108"),
     ],
 )
 def test_each_mistake_in_krl_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:

@@ -46,11 +46,15 @@ class LoadedCell:
 
 @dataclass(slots=True)
 class LoadFindings:
-    """What a check has to say of one source. `unknown`: names that nothing declares, with where they stand."""
+    """What a check has to say of one source. `unknown`: names that nothing declares, with where they stand.
+
+    `doubtful`: those that the controller's configuration may declare: told only where one is nearly a declared name.
+    """
 
     source: Source
     diagnostics: list[Diagnostic] = field(default_factory=list)
     unknown: list[tuple[str, Span, str]] = field(default_factory=list)
+    doubtful: list[tuple[str, Span, str]] = field(default_factory=list)
     known: set[str] = field(default_factory=set)  # names that are used and declared
 
     def tell(
@@ -111,14 +115,15 @@ class LoadFindings:
         )
         spellings = {name.casefold(): name for name in sorted(declared)}
         told: set[str] = set()
-        for name, span, what in self.unknown:
+        for name, span, what in (*self.unknown, *self.doubtful):
             if name.casefold() in told:
                 continue
             told.add(name.casefold())
             near = get_close_matches(
                 name.casefold(), [s for s in spellings if is_near(s, name.casefold())], 1, 0.0
             )
-            if not (whole or near or complete or (mostly and what in _OWN)):
+            certain = name.casefold() in names and (whole or complete or (mostly and what in _OWN))
+            if not (near or certain):
                 continue
             help = (
                 f"did you mean {spellings[near[0]]}?"

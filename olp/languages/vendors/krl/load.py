@@ -100,10 +100,13 @@ class Name(NamedTuple):
 
 @dataclass(slots=True)
 class KrlRoutine:
-    """`most`: parameters. `names`: what its declarations declare; `body`: its other lines, with their numbers."""
+    """`result`: the type of what a function returns. `names`: what its declarations declare; `body`: its other lines,
+    with their numbers.
+    """
 
     name: Name
     kind: str
+    result: str = ""
     parameters: list[Name] = field(default_factory=list)
     names: list[tuple[Name, str]] = field(default_factory=list)
     body: list[tuple[int, str]] = field(default_factory=list)
@@ -293,7 +296,8 @@ def file_of(source: Source) -> File:
 
 def _begun(head: re.Match[str], number: int, line: str) -> KrlRoutine:
     kind, shared = head[1].upper(), head[0].upper().startswith("GLOBAL")
-    routine = KrlRoutine(Name(head[3], _span(line, number, head[3])), kind, shared=shared)
+    result = (head[2] or "").casefold() if kind == "DEFFCT" else ""
+    routine = KrlRoutine(Name(head[3], _span(line, number, head[3])), kind, result, shared=shared)
     for part in filter(None, (one.split(":")[0].strip() for one in head[4].split(","))):
         text = re.sub(r"\[.*", "", part).strip()
         routine.parameters.append(Name(text, _span(line, number, text)))
@@ -435,8 +439,13 @@ def _routine(
     for parameter in routine.parameters:  # their brackets say nothing of how many indices there are
         if "[" in kinds[parameter.key]:
             kinds[parameter.key] = ""
+    for parameter in routine.parameters:
+        if parameter.key not in own and parameter.key not in _WORDS:
+            help = f"declare it below {routine.kind}: DECL REAL {parameter.text}"
+            found.tell("K101", f"the parameter {parameter.text} has no type", parameter.span, help)
+    scope = _KrlScope(local | set(lists), set(shared), routines, kinds, structures, routine)
     for number, code in routine.body:
-        _line(found, number, code, local | set(lists), set(shared), routines, kinds, structures)
+        _line(found, number, code, scope)
 
 
 def _type(found: LoadFindings, name: Name, kind: str, types: set[str]) -> None:
@@ -445,16 +454,22 @@ def _type(found: LoadFindings, name: Name, kind: str, types: set[str]) -> None:
         found.unknown.append((bare.upper(), name.span, "the type"))
 
 
-def _line(
-    found: LoadFindings,
-    number: int,
-    code: str,
-    local: set[str],
-    shared: set[str],
-    routines: dict[str, KrlRoutine],
-    kinds: dict[str, str],
-    structures: Structures,
-) -> None:
+_Token = tuple[str | None, str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class _KrlScope:
+    """What a line of a routine may name. `kinds`: types of variables; `local`: names of the module and its list."""
+
+    local: set[str]
+    shared: set[str]
+    routines: Mapping[str, KrlRoutine]
+    kinds: Mapping[str, str]
+    structures: Structures
+    routine: KrlRoutine
+
+
+def _line(found: LoadFindings, number: int, code: str, scope: _KrlScope) -> None:
     line = found.source.line(number)
     offset = max(0, line.find(code[:8]))
     tokens = [(m.lastgroup, m[0], m.start() + offset + 1) for m in _TOKEN.finditer(code)]
@@ -463,9 +478,8 @@ def _line(
     head = tokens[0][1].casefold()
     if head == "goto":
         return  # the reader knows the labels
-    _literal(found, number, tokens, kinds)
-    _condition(found, number, tokens, kinds)
-    _constants(found, number, tokens, kinds, structures)
+    _types(found, number, tokens, scope)
+    _constants(found, number, tokens, scope)
     for i, token in enumerate(tokens):
         kind, text, _ = token
         key = text.casefold()
@@ -476,17 +490,17 @@ def _line(
         if _is_member(tokens, i):
             continue
         if after == "(":
-            _call(found, number, tokens, i, routines, local, shared)
-        elif key in local or key in shared or key in _CONFIG or key in FUNCTIONS:
+            _call(found, number, tokens, i, scope)
+        elif key in scope.local or key in scope.shared or key in _CONFIG or key in FUNCTIONS:
             found.known.add(key)
-            _part(found, number, tokens, i, kinds.get(key, ""), structures)
+            _part(found, number, tokens, i, scope.kinds.get(key, ""), scope.structures)
         elif i == 0 and after == "=" and len(tokens) > 1:
             found.unknown.append((text, _at(number, token), "the variable"))
         else:
             found.unknown.append((text, _at(number, token), "the name"))
 
 
-def _is_member(tokens: list[tuple[str | None, str, int]], at: int) -> bool:
+def _is_member(tokens: list[_Token], at: int) -> bool:
     """Whether a word names a member, or the type, of a value written out: {E6POS: X 1, Y 2}."""
     if tokens[at - 1][1] not in ("{", ",", ":") or not at:
         return False
@@ -499,14 +513,14 @@ def _is_member(tokens: list[tuple[str | None, str, int]], at: int) -> bool:
     return bool(depth) and depth[-1] == "{"
 
 
-def _at(number: int, token: tuple[str | None, str, int]) -> Span:
+def _at(number: int, token: _Token) -> Span:
     return Span(number, token[2], token[2] + len(token[1]))
 
 
 def _part(
     found: LoadFindings,
     number: int,
-    tokens: list[tuple[str | None, str, int]],
+    tokens: list[_Token],
     at: int,
     kind: str,
     structures: Structures,
@@ -545,7 +559,7 @@ def _part(
         kind = known.get(name[1].casefold(), "")
 
 
-def _closing(tokens: list[tuple[str | None, str, int]], start: int) -> int:
+def _closing(tokens: list[_Token], start: int) -> int:
     """Where the bracket that opens at `start` closes, -1 where it does not."""
     depth = 0
     for i in range(start, len(tokens)):
@@ -555,7 +569,7 @@ def _closing(tokens: list[tuple[str | None, str, int]], start: int) -> int:
     return -1
 
 
-def _commas(tokens: list[tuple[str | None, str, int]]) -> int:
+def _commas(tokens: list[_Token]) -> int:
     """How many commas stand between the outer brackets alone."""
     depth = count = 0
     for _, text, _ in tokens:
@@ -564,27 +578,151 @@ def _commas(tokens: list[tuple[str | None, str, int]]) -> int:
     return count
 
 
-def _condition(
-    found: LoadFindings, number: int, tokens: list[tuple[str | None, str, int]], kinds: dict[str, str]
-) -> None:
-    """`IF NAME THEN` and its like: whether the name can be true."""
+# Types that the controller converts into each other; a structure or an enumeration is like itself alone.
+_ALIKE: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("int", "real"), "number"),
+    **dict.fromkeys(("frame", "pos", "e6pos"), "pose"),
+    **dict.fromkeys(("axis", "e6axis"), "axes"),
+    "bool": "bool",
+}
+_SYSTEM_KINDS: Final[Mapping[str, str]] = dict.fromkeys(("$in", "$out", "$flag", "$cycflag"), "bool[]")
+_COMPARES: Final = frozenset(("==", "<>", "<", ">", "<=", ">=", "and", "or", "not", "exor"))
+_COMPUTES: Final = frozenset(("+", "-", "*", "/", "b_and", "b_or", "b_exor", "b_not"))
+_TEXT, _CONSTANT = "text", "#"
+
+
+def _types(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlScope) -> None:
+    """Whether the values of a line are such as its statement takes."""
     head = tokens[0][1].casefold()
-    ends = {"if": 3, "while": 2, "until": 2}.get(head, 0)
-    if len(tokens) != ends or tokens[1][0] != "word":
-        return
-    kind = kinds.get(tokens[1][1].casefold(), "")
-    if kind in (*_NUMBERS, *_COMPONENTS):
-        says = f"{tokens[1][1]} is {kind.upper()}, and no condition"
-        found.tell("K108", says, _at(number, tokens[1]), "compare it with a value")
+    last = len(tokens) - (tokens[-1][1].casefold() in ("then", "do"))
+    sign = next((i for i, t in enumerate(tokens) if t[1] == "=" and not _depth(tokens, i)), 0)
+    if head in ("if", "while", "until"):
+        _fits(found, number, "bool", tokens[1:last], scope, "a condition")
+    elif head == "for" and sign > 1 and _alike(_kind_of(tokens[1:sign], scope), scope) not in ("", "number"):
+        found.tell("K108", f"{tokens[1][1]} is no number, and counts no loop", _at(number, tokens[1]))
+    elif head == "wait" and tokens[1:] and tokens[1][1].casefold() == "for":
+        _fits(found, number, "bool", tokens[2:], scope, "a condition")
+    elif head == "wait":
+        _fits(found, number, "real", tokens[2:], scope, "a time in s")
+    elif head == "return" and len(tokens) == 1 and scope.routine.result:
+        says = f"{scope.routine.name.text} returns {scope.routine.result.upper()}, and here nothing"
+        found.tell("K108", says, _at(number, tokens[0]))
+    elif head == "return":
+        _fits(found, number, scope.routine.result, tokens[1:], scope, "what the function returns")
+    elif sign and head not in _WORDS:
+        _fits(
+            found,
+            number,
+            _kind_of(tokens[:sign], scope),
+            tokens[sign + 1 :],
+            scope,
+            "".join(t[1] for t in tokens[:sign]),
+        )
+    elif head in _MOVES and tokens[1:] and tokens[1][0] == "word":
+        end = next((i for i, t in enumerate(tokens) if t[1].casefold() in _MOVE_ENDS), len(tokens))
+        kind = _ALIKE.get(_kind_of(tokens[1:end], scope), "")
+        if kind in ("number", "bool") or scope.kinds.get(tokens[1][1].casefold()) in _MOVE_DATA:
+            found.tell("K108", f"{tokens[1][1]} is no place", _at(number, tokens[1]))
+    for at in range(len(tokens) - 1):
+        routine = scope.routines.get(tokens[at][1].casefold()) if tokens[at + 1][1] == "(" else None
+        if routine is not None and (not at or tokens[at - 1][1] != "."):
+            _arguments(found, number, tokens[at + 1 :], routine, scope)
 
 
-def _constants(
-    found: LoadFindings,
-    number: int,
-    tokens: list[tuple[str | None, str, int]],
-    kinds: dict[str, str],
-    structures: Structures,
+_MOVES: Final = frozenset(("ptp", "lin", "sptp", "slin"))
+_MOVE_ENDS: Final = frozenset(("c_ptp", "c_dis", "c_vel", "c_ori", "c_spl", "with"))
+_MOVE_DATA: Final = ("fdat", "ldat", "pdat")  # of inline forms, which stand beside their place
+
+
+def _arguments(
+    found: LoadFindings, number: int, tokens: list[_Token], routine: KrlRoutine, scope: _KrlScope
 ) -> None:
+    """What a routine is given in the bracket that opens, by type; a place may be left empty."""
+    end = _closing(tokens, 0)
+    types = {n.key: kind for n, kind in routine.names}
+    for parameter, given in zip(routine.parameters, _split(tokens[1:end]), strict=False):
+        wanted = types.get(parameter.key, "")
+        if given and "[" not in wanted:
+            _fits(found, number, wanted, given, scope, f"{parameter.text} of {routine.name.text}")
+
+
+def _split(tokens: list[_Token]) -> list[list[_Token]]:
+    """What stands between the commas that no bracket holds."""
+    found: list[list[_Token]] = [[]]
+    depth = 0
+    for token in tokens:
+        depth += (token[1] in "([{") - (token[1] in ")]}")
+        if token[1] == "," and not depth:
+            found.append([])
+        else:
+            found[-1].append(token)
+    return found
+
+
+def _fits(
+    found: LoadFindings, number: int, wanted: str, given: list[_Token], scope: _KrlScope, what: str
+) -> None:
+    """Tells a value of another type than is taken; nothing where one of them is not known."""
+    own, other = (_alike(kind, scope) for kind in (wanted, _kind_of(given, scope)))
+    if own and other and own != other and not (other == _CONSTANT and wanted in scope.structures.enums):
+        shown = " ".join(t[1] for t in given[:1]) if len(given) == 1 else "this"
+        kind = "a constant of an enumeration" if other == _CONSTANT else _kind_of(given, scope).upper()
+        found.tell("K108", f"{what} is {wanted.upper()}, and {shown} is {kind}", _at(number, given[0]))
+
+
+def _alike(kind: str, scope: _KrlScope) -> str:
+    if kind in scope.structures.enums or kind in scope.structures.members or kind in (_TEXT, _CONSTANT):
+        return _ALIKE.get(kind, kind)
+    return _ALIKE.get(kind, "")
+
+
+def _kind_of(tokens: list[_Token], scope: _KrlScope) -> str:
+    """The type of an expression, "" where it is not known."""
+    outer = {t[1].casefold() for i, t in enumerate(tokens) if not _depth(tokens, i)}
+    if not tokens or outer & _COMPARES:
+        return "bool" if tokens else ""
+    if ":" in outer:
+        return "frame"
+    if outer & _COMPUTES:
+        return "real"
+    kind, text, _ = tokens[0]
+    if text == "#":
+        return _CONSTANT
+    if text == "(" and _closing(tokens, 0) == len(tokens) - 1:
+        return _kind_of(tokens[1:-1], scope)
+    if len(tokens) == 1 and kind == "number":
+        return "real" if "." in text else "int"
+    if len(tokens) == 1 and kind == "text":
+        return _TEXT if text.startswith('"') else "int"  # a number of other digits, as 'B101'
+    if len(tokens) == 1 and text.casefold() in ("true", "false"):
+        return "bool"
+    return _named(tokens, scope) if kind == "word" else ""
+
+
+def _named(tokens: list[_Token], scope: _KrlScope) -> str:
+    """The type of a call, or of a variable with its indices and components."""
+    key = tokens[0][1].casefold()
+    if tokens[1:] and tokens[1][1] == "(":
+        routine = scope.routines.get(key)
+        return routine.result if routine is not None and _closing(tokens, 1) == len(tokens) - 1 else ""
+    kind, at = scope.kinds.get(key) or _SYSTEM_KINDS.get(key, ""), 1
+    while at < len(tokens) and kind:
+        if tokens[at][1] == "[" and "[" in kind:
+            at, kind = _closing(tokens, at) + 1, kind.partition("[")[0]
+        elif tokens[at][1] == "." and at + 1 < len(tokens):
+            at, kind = at + 2, scope.structures.members.get(kind, {}).get(tokens[at + 1][1].casefold(), "")
+        else:
+            return ""
+        if not at:
+            return ""
+    return "" if "[" in kind else kind
+
+
+def _depth(tokens: list[_Token], at: int) -> int:
+    return sum((t[1] in "([{") - (t[1] in ")]}") for t in tokens[:at])
+
+
+def _constants(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlScope) -> None:
     """`NAME = #CONSTANT`, `NAME == #CONSTANT`: whether the enumeration of the name has the constant."""
     for i in range(len(tokens) - 3):
         name, sign, mark, constant = tokens[i : i + 4]
@@ -592,7 +730,7 @@ def _constants(
             continue
         if i and tokens[i - 1][1] == ".":
             continue
-        known = structures.enums.get(kinds.get(name[1].casefold(), ""))
+        known = scope.structures.enums.get(scope.kinds.get(name[1].casefold(), ""))
         if known is not None and constant[1].casefold() not in known:
             says = f"{name[1]} has no value #{constant[1]}"
             help = f"one of {', '.join('#' + one.upper() for one in sorted(known)[:_SHOWN])}"
@@ -600,35 +738,20 @@ def _constants(
 
 
 _SHOWN: Final = 8  # names in a help
-_NUMBERS: Final = ("int", "real")
-
-
-def _literal(
-    found: LoadFindings, number: int, tokens: list[tuple[str | None, str, int]], kinds: dict[str, str]
-) -> None:
-    """`NAME = literal`: whether the literal is of the name's type."""
-    if len(tokens) != 3 or tokens[1][1] != "=" or tokens[0][0] != "word":
-        return
-    wanted = kinds.get(tokens[0][1].casefold(), "")
-    kind, text, _ = tokens[2]
-    given = "real" if kind == "number" else "bool" if text.casefold() in ("true", "false") else ""
-    if (wanted == "bool" and given == "real") or (wanted in _NUMBERS and given == "bool"):
-        found.tell("K108", f"{tokens[0][1]} is {wanted.upper()}, and {text} is not", _at(number, tokens[2]))
 
 
 def _call(
     found: LoadFindings,
     number: int,
-    tokens: list[tuple[str | None, str, int]],
+    tokens: list[_Token],
     at: int,
-    routines: dict[str, KrlRoutine],
-    local: set[str],
-    shared: set[str],
+    scope: _KrlScope,
 ) -> None:
     key = tokens[at][1].casefold()
-    routine = routines.get(key)
+    routine = scope.routines.get(key)
     if routine is None:
-        if key not in _OPTIONS | KNOWN_ROUTINES.keys() and key not in local and key not in shared:
+        declared = key in scope.local or key in scope.shared
+        if not declared and key not in _OPTIONS | KNOWN_ROUTINES.keys():
             found.unknown.append((tokens[at][1], _at(number, tokens[at]), "the routine"))
         return
     found.known.add(key)
@@ -636,6 +759,9 @@ def _call(
         found.tell(
             "K112", f"{tokens[at][1]} is a DEF and has no value", _at(number, tokens[at]), "make it a DEFFCT"
         )
+    elif routine.kind == "DEFFCT" and not at and _closing(tokens, 1) == len(tokens) - 1:
+        says = f"{tokens[at][1]} is a function: its value must go somewhere"
+        found.tell("K112", says, _at(number, tokens[at]))
     depth = count = 0
     for _, text, _ in tokens[at + 1 :]:
         depth += (text in "([{") - (text in ")]}")
@@ -652,7 +778,7 @@ _TEXT_BEFORE_VALUES: Final = "= + - * / == <> < > <= >= ( if while until switch 
 _BEFORE_VALUES: Final = frozenset(_TEXT_BEFORE_VALUES.split())
 
 
-def _is_value(tokens: list[tuple[str | None, str, int]], at: int) -> bool:
+def _is_value(tokens: list[_Token], at: int) -> bool:
     return tokens[at - 1][1].casefold() in _BEFORE_VALUES and tokens[0][1].upper() != "TRIGGER"
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import replace
-from typing import Final, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 from olp.ir.expressions import CallValue, Expression, NamedArgument, Number, Text
 from olp.ir.program import Call, Declare, Parameter, Process, Program, Statement
@@ -118,6 +118,135 @@ _TYPES: Final = """
 """
 TYPES: Final = frozenset(_TYPES.split())
 
+
+class RoutineSignature(NamedTuple):
+    """What a routine takes besides options, by type ("" where several types will do), and what a function returns.
+
+    `options`: None where not all of them are listed here.
+    """
+
+    result: str
+    takes: tuple[str, ...]
+    options: frozenset[str] | None = None
+
+
+# A line each: the type of a function's result or "-", the name, the types of its arguments ("?": of several types, or a
+# signal or unit of the configuration), and behind a bar its options, where all are listed.
+_TEXT_SIGNATURES: Final = """
+    - movej robtarget speeddata zonedata tooldata | conc id v t z inpos wobj corr tload
+    - movel robtarget speeddata zonedata tooldata | conc id v t z inpos wobj corr tload
+    - moveabsj jointtarget speeddata zonedata tooldata | conc id noeoffs v t z inpos wobj tload
+    - movec robtarget robtarget speeddata zonedata tooldata | conc id v t z inpos wobj corr tload
+    - movejdo robtarget speeddata zonedata tooldata ? ?
+    - moveldo robtarget speeddata zonedata tooldata ? ?
+    - movecdo robtarget robtarget speeddata zonedata tooldata ? ?
+    - movejsync robtarget speeddata zonedata tooldata string
+    - movelsync robtarget speeddata zonedata tooldata string
+    - movecsync robtarget robtarget speeddata zonedata tooldata string
+    - triggj robtarget speeddata ? zonedata tooldata
+    - triggl robtarget speeddata ? zonedata tooldata
+    - triggc robtarget robtarget speeddata ? zonedata tooldata
+    - searchl ? robtarget robtarget speeddata tooldata
+    - searchc ? robtarget robtarget robtarget speeddata tooldata
+    - set ?
+    - reset ?
+    - invertdo ?
+    - pulsedo ? | high plength
+    - setdo ? ? | sdelay sync
+    - setgo ? ? | sdelay
+    - setao ? num
+    - waitdi ? ?
+    - waitdo ? ?
+    - waitgi ? ?
+    - waitai ? ?
+    - waituntil bool
+    - waittime num | inpos
+    - add num num
+    - incr num
+    - decr num
+    - clear num
+    - accset num num | finepointramp
+    - velset num num
+    - gripload loaddata
+    - pdispset pose
+    - pdispon robtarget tooldata | rot exep wobj
+    - pdispoff
+    - clkreset clock
+    - clkstart clock
+    - clkstop clock
+    - isignaldi ? ? intnum | single singlesafe
+    - isignaldo ? ? intnum | single singlesafe
+    - isignalgi ? intnum | single singlesafe
+    - itimer ? intnum | single singlesafe
+    - ipers ? intnum | single singlesafe
+    - idelete intnum
+    - iwatch intnum
+    - isleep intnum
+    - ienable
+    - idisable
+    - stopmove
+    - startmove
+    - exitcycle
+    - tperase
+    - tpshow ?
+    - tpwrite string | num bool pos orient dnum
+    - tpreadnum ? string
+    - tpreadfk ? string string string string string string
+    - errwrite string string | w i rl2 rl3 rl4
+    - open ? iodev
+    - close iodev
+    - write iodev string | num bool pos orient dnum nonewline
+    - socketcreate socketdev | udp
+    - socketbind socketdev string num
+    - socketlisten socketdev
+    - socketaccept socketdev socketdev | clientaddress time
+    - socketconnect socketdev string num | time
+    - socketsend socketdev | str rawdata data noofbytes
+    - socketreceive socketdev | str rawdata data readnoofbytes norecbytes time
+    - socketclose socketdev
+    robtarget offs robtarget num num num
+    robtarget reltool robtarget num num num | rx ry rz
+    robtarget calcrobt jointtarget tooldata
+    jointtarget calcjointt robtarget tooldata
+    pose posemult pose pose
+    pose poseinv pose
+    pos posevect pose pos
+    num distance pos pos
+    num vectmagn pos
+    num dotprod pos pos
+    num eulerzyx orient | x y z
+    orient orientzyx num num num
+    orient norient orient
+    num abs ?
+    num sqrt num
+    num exp num
+    num sin num
+    num cos num
+    num tan num
+    num atan2 num num
+    num pow num num
+    num dim ? num
+    num clkread clock | highres
+    num strlen string
+    num strfind string num string
+    num strmatch string num string
+    string strpart string num num
+    string numtostr num num
+    string valtostr ?
+    bool strtoval string ?
+    bool isfile string
+"""
+
+
+def _signatures() -> Iterator[tuple[str, RoutineSignature]]:
+    for line in _TEXT_SIGNATURES.strip().splitlines():
+        head, bar, options = line.partition("|")
+        result, name, *takes = head.split()
+        types = tuple("" if type_ == "?" else type_ for type_ in takes)
+        yield name, RoutineSignature(result.strip("-"), types, frozenset(options.split()) if bar else None)
+
+
+SIGNATURES: Final[Mapping[str, RoutineSignature]] = dict(_signatures())
 
 # --- Known routines ---
 

@@ -11,9 +11,16 @@ from typing import Final, NamedTuple
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading
-from olp.languages.vendors.rapid.known_routines import FUNCTIONS, INSTRUCTIONS, RESERVED, TYPES
+from olp.languages.vendors.rapid.known_routines import (
+    FUNCTIONS,
+    INSTRUCTIONS,
+    RESERVED,
+    SIGNATURES,
+    TYPES,
+    RoutineSignature,
+)
 from olp.languages.vendors.rapid.limits import LONGEST_TEXT
-from olp.languages.vendors.rapid.predefined_data import SPEEDS, ZONES
+from olp.languages.vendors.rapid.predefined_data import RECORDS, SPEEDS, ZONES
 
 _TOKEN: Final = re.compile(
     r"(?P<text>\"(?:[^\"]|\"\")*\"?)|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+)|(?P<word>[^\W\d]\w*)"
@@ -30,29 +37,6 @@ _TEXT_BLOCKS: Final = """
     return step test then to true trynext while with
 """
 _BLOCKS: Final = frozenset(_TEXT_BLOCKS.split())
-# How many arguments an instruction or function needs, and how many it takes at most, options aside.
-_ARGUMENTS: Final[Mapping[str, tuple[int, int]]] = {
-    **dict.fromkeys(("movej", "movel", "moveabsj"), (4, 4)),
-    "movec": (5, 5),
-    **dict.fromkeys(
-        ("setdo", "setgo", "setao", "waitdi", "waitdo", "waitgi", "waitai", "add", "accset", "velset"), (2, 2)
-    ),
-    **dict.fromkeys(
-        ("set", "reset", "pulsedo", "incr", "decr", "clear", "waittime", "gripload", "pdispset"), (1, 1)
-    ),
-    **dict.fromkeys(("clkreset", "clkstart", "clkstop", "idelete", "iwatch", "isleep", "tpshow"), (1, 1)),
-    **dict.fromkeys(
-        ("tperase", "pdispoff", "ienable", "idisable", "stopmove", "startmove", "exitcycle"), (0, 0)
-    ),
-    "waituntil": (1, 1),
-    "tpwrite": (1, 1),
-    **dict.fromkeys(("offs", "reltool"), (4, 4)),
-    **dict.fromkeys(
-        ("abs", "sqrt", "sin", "cos", "tan", "strlen", "eulerzyx", "poseinv", "clkread", "exp"), (1, 1)
-    ),
-    **dict.fromkeys(("atan2", "distance", "numtostr", "posemult", "pow", "strtoval", "dim"), (2, 2)),
-    **dict.fromkeys(("strpart", "orientzyx", "strfind"), (3, 3)),
-}
 # Where a name is a signal, a unit or a file of the configuration, which stands in no module: argument by number.
 _TEXT_CONFIGURED: Final = """
     actunit ainput aliasio aoutput camgetparameter camgetresult camloadjob camreqimage camsetparameter
@@ -68,6 +52,21 @@ _TEXT_PREDEFINED: Final = """
     tool0 tp_latestprog tp_progpool tp_screenviewer true vmax wait_max wobj0
 """
 _PREDEFINED: Final = frozenset(_TEXT_PREDEFINED.split()) | {name.casefold() for name in (*SPEEDS, *ZONES)}
+_PREDEFINED_TYPES: Final[Mapping[str, str]] = {
+    **{name.casefold(): "speeddata" for name in SPEEDS},
+    **{name.casefold(): "zonedata" for name in ZONES},
+    "tool0": "tooldata",
+    "wobj0": "wobjdata",
+    "load0": "loaddata",
+}
+_COMPONENTS: Final[Mapping[str, Mapping[str, str]]] = {
+    **{name: dict(members) for name, members in RECORDS.items()},
+    "robtarget": {"trans": "pos", "rot": "orient", "robconf": "confdata", "extax": "extjoint"},
+    "jointtarget": {"robax": "robjoint", "extax": "extjoint"},
+    "pose": {"trans": "pos", "rot": "orient"},
+    "pos": dict.fromkeys("xyz", "num"),
+    "orient": dict.fromkeys(("q1", "q2", "q3", "q4"), "num"),
+}
 # Constants of the controller: error numbers, states, buttons and events.
 _PREFIXES: Final = (
     "err_", "sys_", "op_", "run_", "event_", "socket_", "str_", "egm_", "exec_", "handler_", "iobus_", "iounit_",
@@ -103,15 +102,14 @@ class Data:
 
 @dataclass(slots=True)
 class RapidRoutine:
-    """`least` to `most` arguments besides `options`; `type` of what a function returns."""
+    """What is declared of a routine. `type`: of what a function returns."""
 
     name: RapidToken
     kind: str
     type: str
     local: bool
     parameters: list[Data] = field(default_factory=list)
-    least: int = 0
-    most: int = 0
+    takes: list[str] = field(default_factory=list)  # the types of what is no option
     options: set[str] = field(default_factory=set)
     data: list[Data] = field(default_factory=list)
     body: list[RapidToken] = field(default_factory=list)
@@ -125,6 +123,7 @@ class Module:
     data: list[Data] = field(default_factory=list)
     routines: list[RapidRoutine] = field(default_factory=list)
     types: dict[str, RapidToken] = field(default_factory=dict)
+    components: dict[str, dict[str, str]] = field(default_factory=dict)  # of records, each with its type
     values: list[tuple[Data, list[RapidToken]]] = field(default_factory=list)  # what declarations begin with
 
 
@@ -151,6 +150,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         k for one in above for k in one.types
     }
     found.unknown = [one for one in found.unknown if one[0].casefold() not in elsewhere]
+    found.doubtful = [one for one in found.doubtful if one[0].casefold() not in elsewhere]
     has_main = any(r.name.key == "main" for m in modules for r in m.routines)
     return found.finish(names, _is_whole(cell), shared=not has_main)
 
@@ -235,8 +235,19 @@ class _Reader:
         if word == "alias":
             self.until(";")
             return
+        start = name + 1
         while self.at < len(self.tokens) and self.key() != "endrecord":
             self.at += 1
+        if name < len(self.tokens):
+            members = self.module.components.setdefault(self.tokens[name].key, {})
+            kind = ""
+            for token in self.tokens[start : self.at]:
+                if token.kind != "word":
+                    kind = "" if token.text == ";" else kind
+                elif not kind:
+                    kind = token.key
+                else:
+                    members[token.key] = kind
         self.at += 1
 
     def declaration(
@@ -306,8 +317,7 @@ class _Reader:
                 if optional or type_ == "switch":
                     routine.options.add(words[-1].key)
                 else:
-                    routine.least += 1
-                    routine.most += 1
+                    routine.takes.append("" if routine.parameters[-1].array else type_)
             before = sign
 
 
@@ -372,6 +382,7 @@ class _SharedNames:
     data: dict[str, Data]
     routines: dict[str, RapidRoutine]
     types: set[str]
+    components: dict[str, Mapping[str, str]]
 
     @classmethod
     def of(cls, modules: list[Module]) -> _SharedNames:
@@ -385,13 +396,23 @@ class _SharedNames:
                 if not own or not routine.local:
                     routines.setdefault(routine.name.key, routine)
         types = {key for module in modules for key in module.types}
-        return cls(data, routines, types | TYPES)
+        components: dict[str, Mapping[str, str]] = {}
+        for module in reversed(modules):
+            components.update(module.components)
+        return cls(data, routines, types | TYPES, {**components, **_COMPONENTS})
+
+    def type_of(self, name: RapidToken, local: Mapping[str, Data]) -> tuple[str, bool]:
+        """The type of a name, "" where it is not known, and whether it is an array of such."""
+        one = local.get(name.key) or self.data.get(name.key)
+        return (one.type, one.array) if one else (_PREDEFINED_TYPES.get(name.key, ""), False)
 
 
+_TRUTHS: Final = frozenset(("=", "<>", "<", ">", "<=", ">="))
+_LOGIC: Final = frozenset(("and", "or", "xor", "not"))
 _LITERALS: Final = {"text": "string", "number": "num"}
 _SIMPLE: Final = frozenset(
-    ("num", "bool", "string", "robtarget", "jointtarget", "pos", "orient", "pose", "tooldata")
-)
+    ("num", "bool", "string", "robtarget", "jointtarget", "pos", "orient", "pose", "tooldata", "wobjdata")
+) | {"speeddata", "zonedata", "loaddata", "confdata", "clock", "socketdev", "iodev", "intnum", "triggdata"}
 _NUMBERS: Final = frozenset(("num", "dnum", "byte", "intnum", "errnum"))
 
 
@@ -406,31 +427,48 @@ def _value(found: LoadFindings, shared: _SharedNames, data: Data, value: list[Ra
         )
     if not data.array and data.type in _SIMPLE and value:
         _match(
-            found, data.type, _type_of(value, shared, {}), value[0].span, f"{data.name.text} is {data.type}"
+            found,
+            shared,
+            data.type,
+            _type_of(value, shared, {}),
+            value[0].span,
+            f"{data.name.text} is {data.type}",
         )
 
 
 def _type_of(tokens: list[RapidToken], shared: _SharedNames, local: Mapping[str, Data]) -> str:
-    """The type of an expression that is a literal or one name, else ""."""
-    if len(tokens) == 1:
-        token = tokens[0]
-        if token.kind in _LITERALS:
-            return _LITERALS[token.kind]
-        if token.key in ("true", "false"):
-            return "bool"
-        one = local.get(token.key) or shared.data.get(token.key)
-        return "" if one is None or one.array else one.type
+    """The type of an expression that is a literal, a name with its components, a call or a comparison, else ""."""
+    if any(t.text in _TRUTHS or t.key in _LOGIC for i, t in enumerate(tokens) if not _depth(tokens, i)):
+        return "bool"
+    if len(tokens) == 1 and (tokens[0].kind in _LITERALS or tokens[0].key in ("true", "false")):
+        return _LITERALS.get(tokens[0].kind, "bool")
     if tokens and tokens[0].text == "[":
         return "aggregate"
-    if (
-        len(tokens) > 2
-        and tokens[0].kind == "word"
-        and tokens[1].text == "("
-        and _closes(tokens, 1) == len(tokens) - 1
-    ):
-        routine = shared.routines.get(tokens[0].key)
-        return "" if routine is None else routine.type
-    return ""
+    if not tokens or tokens[0].kind != "word":
+        return ""
+    if len(tokens) > 1 and tokens[1].text == "(":
+        routine, known = shared.routines.get(tokens[0].key), SIGNATURES.get(tokens[0].key)
+        type_ = routine.type if routine else known.result if known else ""
+        return type_ if _closes(tokens, 1) == len(tokens) - 1 else ""
+    *_, (end, type_, array) = _walk(tokens, 0, shared, local)
+    return "" if array or end < len(tokens) else type_
+
+
+def _walk(
+    tokens: list[RapidToken], at: int, shared: _SharedNames, local: Mapping[str, Data]
+) -> Iterator[tuple[int, str, bool]]:
+    """A name and its components one after the other: where each ends, its type, and whether it is an array."""
+    type_, array = shared.type_of(tokens[at], local)
+    at += 1
+    while True:
+        if at < len(tokens) and tokens[at].text == "{":
+            closed = _closes(tokens, at)
+            at, array = (closed + 1 if closed > 0 else len(tokens)), False
+        yield at, type_, array
+        if at + 1 >= len(tokens) or tokens[at].text != ".":
+            return
+        type_ = shared.components.get(type_, {}).get(tokens[at + 1].key, "")
+        at += 2
 
 
 def _closes(tokens: list[RapidToken], start: int) -> int:
@@ -442,7 +480,7 @@ def _closes(tokens: list[RapidToken], start: int) -> int:
     return -1
 
 
-def _match(found: LoadFindings, wanted: str, given: str, span: Span, what: str) -> None:
+def _match(found: LoadFindings, shared: _SharedNames, wanted: str, given: str, span: Span, what: str) -> None:
     """Types that the kernel converts are alike: numbers, and signals with their values."""
     if not given or given == wanted or (wanted in _NUMBERS and given in _NUMBERS):
         return
@@ -450,7 +488,7 @@ def _match(found: LoadFindings, wanted: str, given: str, span: Span, what: str) 
         if wanted in ("num", "bool", "string"):
             found.tell("K108", f"{what}, and this is a list of values", span)
         return
-    if wanted in _SIMPLE and given in (*_SIMPLE, "dnum"):
+    if wanted in _SIMPLE and (given in (*_SIMPLE, "dnum") or given in shared.components):
         found.tell("K108", f"{what}, and this is {given}", span)
 
 
@@ -516,7 +554,8 @@ def _statement(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list
         return  # the reader knows the labels
     if head == "return":
         _return(found, shared, scope, s)
-    assigned = next((i for i, t in enumerate(s) if t.text == ":=" and _depth(s, i) == 0), 0)
+    assigned = next((i for i, t in enumerate(s) if t.text in (":=", "\\") and _depth(s, i) == 0), 0)
+    assigned = assigned if s[assigned].text == ":=" else 0  # not that of an option
     if assigned and head not in _BEGINS:
         _assignment(found, shared, scope, s[:assigned], s[assigned + 1 :])
     elif head in ("if", "elseif", "while") and _is_one_word(s):
@@ -553,6 +592,7 @@ def _return(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[Ra
     elif scope.routine.kind == "func":
         _match(
             found,
+            shared,
             scope.routine.type,
             _type_of(s[1:], shared, scope.local),
             s[1].span,
@@ -578,7 +618,7 @@ def _assignment(
             found.tell("K111", f"{target.text} is a signal: := does not set it", target.span, "write SetDO")
         else:
             given = _type_of(right, shared, scope.local)
-            _match(found, one.type, given, right[0].span, f"{target.text} is {one.type}")
+            _match(found, shared, one.type, given, right[0].span, f"{target.text} is {one.type}")
 
 
 def _call(
@@ -586,7 +626,7 @@ def _call(
 ) -> None:
     routine = shared.routines.get(name.key)
     if routine is None and name.key in INSTRUCTIONS:
-        _count(found, name, rest, _ARGUMENTS.get(name.key))
+        _given(found, shared, scope, name, rest)
         return
     if routine is None:
         if name.key in scope.local or name.key in shared.data:
@@ -601,40 +641,59 @@ def _call(
         found.tell("K112", f"{name.text} is a function: its value must go somewhere", name.span)
     elif routine.kind == "trap":
         found.tell("K112", f"{name.text} is a trap: only an interrupt calls it", name.span)
-    _given(found, name, rest, routine)
+    _given(found, shared, scope, name, rest)
 
 
-def _given(found: LoadFindings, name: RapidToken, rest: list[RapidToken], routine: RapidRoutine) -> None:
-    _count(found, name, rest, (routine.least, routine.most))
-    for i, token in enumerate(rest[:-1]):
-        option = rest[i + 1]
-        if token.text == "\\" and _depth(rest, i) == 0 and option.key not in routine.options:
+def _given(
+    found: LoadFindings, shared: _SharedNames, scope: _Scope, name: RapidToken, rest: list[RapidToken]
+) -> None:
+    """What a routine is given: how many arguments, of which types, and which options."""
+    wanted = _wanted(shared, name)
+    if wanted is None:
+        return
+    given, options = _arguments(rest)
+    found.arguments(name.text, name.span, (len(wanted.takes), len(wanted.takes)), len(given))
+    for type_, tokens in zip(wanted.takes, given, strict=False):
+        is_type = _type_of(tokens, shared, scope.local)
+        _match(found, shared, type_, is_type, tokens[0].span, f"{name.text} takes a {type_} here")
+        if not is_type and type_ in _SIMPLE and len(tokens) == 1 and tokens[0].kind == "word":
+            _argument(found, shared, scope, tokens[0], type_)
+    for option in options:
+        if wanted.options is not None and option.key not in wanted.options:
             found.tell("K112", f"{name.text} has no optional argument {option.text}", option.span)
 
 
-def _count(
-    found: LoadFindings, name: RapidToken, rest: list[RapidToken], wanted: tuple[int, int] | None
-) -> None:
-    if wanted is not None:
-        found.arguments(name.text, name.span, wanted, _positional(rest))
+def _argument(found: LoadFindings, shared: _SharedNames, scope: _Scope, name: RapidToken, type_: str) -> None:
+    """A name that is given for data: nothing of the configuration, but the value of a signal is a number, too."""
+    declared = name.key in scope.local or name.key in shared.data or name.key in shared.routines
+    if not declared and name.key not in scope.loops and name.key not in RESERVED and not _is_known(name.key):
+        names = found.doubtful if type_ in ("num", "bool") else found.unknown
+        names.append((name.text, name.span, "the name"))
 
 
-def _positional(tokens: list[RapidToken]) -> int:
-    """How many arguments stand here besides the optional ones."""
-    count, depth, filled, optional = 0, 0, False, False
-    for token in tokens:
-        if depth == 0 and token.text == ",":
-            count += filled
-            filled = optional = False
-            continue
-        if depth == 0 and token.text == "\\":
-            count += filled
-            filled, optional = False, True
+def _wanted(shared: _SharedNames, name: RapidToken) -> RoutineSignature | None:
+    """What a routine takes, of the modules or of the controller."""
+    routine = shared.routines.get(name.key)
+    if routine is None:
+        return SIGNATURES.get(name.key)
+    return RoutineSignature(routine.type, tuple(routine.takes), frozenset(routine.options))
+
+
+def _arguments(tokens: list[RapidToken]) -> tuple[list[list[RapidToken]], list[RapidToken]]:
+    """The arguments that are no options, and the names of the options."""
+    given: list[list[RapidToken]] = [[]]
+    options: list[RapidToken] = []
+    depth, optional = 0, False
+    for i, token in enumerate(tokens):
+        if depth == 0 and token.text in (",", "\\"):
+            optional = token.text == "\\"
+            options += tokens[i + 1 : i + 2] if optional else []
+            given.append([])
             continue
         depth += (token.text in "([{") - (token.text in ")]}")
         if not optional:
-            filled = True
-    return count + filled
+            given[-1].append(token)
+    return [one for one in given if one], options
 
 
 def _names(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken]) -> None:
@@ -644,10 +703,12 @@ def _names(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[Rap
         if token.kind != "word" or token.key in RESERVED or token.key in _BLOCKS or token.key in _OPERATORS:
             continue
         before, after = (s[i - 1].text if i else ""), (s[i + 1].text if i + 1 < len(s) else "")
+        if before not in (".", "\\", "%") and after in (".", "{"):
+            _members(found, shared, scope, s, i)
         if before in (".", "\\", "%") or (i == 0 and after not in (":=", ".", "{")):
             continue
         if after == "(":
-            _function(found, shared, token, s, i)
+            _function(found, shared, scope, s, i)
             continue
         if token.key in scope.local or token.key in scope.loops or _is_known(token.key):
             continue
@@ -663,27 +724,39 @@ def _names(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[Rap
             continue
         # Beside a comparison a name may be a signal of the configuration, and so may an argument of a routine.
         certain = (i == 0 and after in (":=", ".", "{")) or after in (".", "{")
-        certain = certain or (head in ("movej", "movel", "movec", "moveabsj") and before != "\\")
         if certain:
             what = "the variable" if i == 0 else "the name"
             found.unknown.append((token.text, token.span, what))
 
 
-def _function(
-    found: LoadFindings, shared: _SharedNames, token: RapidToken, s: list[RapidToken], at: int
-) -> None:
+def _members(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken], at: int) -> None:
+    """Components that the type of a name does not have."""
+    for end, type_, _ in _walk(s, at, shared, scope.local):
+        members = shared.components.get(type_)
+        if members is None or end + 1 >= len(s) or s[end].text != ".":
+            return
+        if s[end + 1].kind == "word" and s[end + 1].key not in members:
+            near = ", ".join(members)
+            found.tell(
+                "K109", f"{type_} has no component {s[end + 1].text}", s[end + 1].span, f"it has {near}"
+            )
+            return
+
+
+def _function(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken], at: int) -> None:
+    token = s[at]
     end = _closes(s, at + 1)
     inner = s[at + 2 : end] if end > 0 else []
     routine = shared.routines.get(token.key)
     if routine is not None:
         found.known.add(token.key)
         if routine.kind == "func" and end > 0:
-            _given(found, token, inner, routine)
+            _given(found, shared, scope, token, inner)
         elif routine.kind != "func" and at:
             found.tell("K112", f"{token.text} is a procedure and has no value", token.span)
     elif token.key in FUNCTIONS:
         if end > 0:
-            _count(found, token, inner, _ARGUMENTS.get(token.key))
+            _given(found, shared, scope, token, inner)
     elif token.key not in INSTRUCTIONS:
         found.unknown.append((token.text, token.span, "the function"))
 
