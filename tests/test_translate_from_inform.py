@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from scipy.spatial.transform import Rotation
 from translated_texts import ROBOT, converted, inform, module, read, script, translated
@@ -611,3 +613,18 @@ def test_points_of_forms_that_no_list_has_are_another_one_in_each_file(target, t
         if isinstance(move, Move)
     }
     assert taught == {"XHOME", "XP1"}
+
+
+def test_a_blend_in_a_variable_is_millimetres_in_inform():
+    rows = ("$VEL.CP=0.25", "$APO.CDIS=size", "LIN {X 900,Y 0,Z 400,A 0,B 0,C 180} C_DIS")
+    text = "\n".join(
+        ["DEF main(size:IN)", "INT size", *rows, "LIN {X 900,Y 90,Z 400,A 0,B 0,C 180}", "END", ""]
+    )
+    made = translated(text, "krl", "inform")
+    assert re.search(r"MOVL C\d+ V=250.0 CR=D\d+", made), made
+
+
+def test_a_group_of_krl_has_the_number_of_the_target():
+    head = "DEF main()\nDECL INT code\nSIGNAL INP8 $IN[17] TO $IN[24]\nSIGNAL OUT8 $OUT[17] TO $OUT[24]\n"
+    text = head + "code=INP8\nOUT8=code\nEND\n"
+    assert not objections(text, "krl", "inform")

@@ -259,7 +259,7 @@ class Limits:
     register_arguments: bool = False  # functions take variables only, and no sign stands before one
     variable_scales: Mapping[float, float] = field(
         default_factory=dict
-    )  # SI per unit of a literal -> of a variable
+    )  # of speeds and times: SI per unit of a literal -> of a variable
     ordered_arguments: bool = False  # arguments have their place and nothing else: all must be there
     reference_parameters: bool = False  # a routine may change what it is handed
     text_decimals: bool = True  # a number becomes a text with as many decimals as the program says

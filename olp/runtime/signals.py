@@ -26,13 +26,13 @@ def read_signal(m: Machine, signal: Signal) -> Value:
     if signal.bus in PERIPHERY:
         m.stop_advance()
     key = key_of(m, signal)
-    value = _raw(m, key)
+    value = _raw(m, key, holds_number(signal.bus))
     if signal.part:
         value = value >> _HALF & 0xFF if signal.part == "high" else value & 0xFF
     return value if holds_number(signal.bus) or value not in (0, 1) else bool(value)
 
 
-def _raw(m: Machine, key: SignalKey) -> int:
+def _raw(m: Machine, key: SignalKey, is_number: bool) -> int:
     given = m.assumptions.inputs.get(key)
     if given is not None:
         visit = m.visits.get(key, 0)
@@ -45,7 +45,7 @@ def _raw(m: Machine, key: SignalKey) -> int:
     m.inputs_read[key] = m.reads
     value = m.memory.signals.get(key)
     if value is None and m.made_up is not None:
-        value = m.made_up.signal(key, holds_number(key.bus))
+        value = m.made_up.signal(key, is_number)
         if value is not None:
             m.memory.signals[key] = value
     if value is None:

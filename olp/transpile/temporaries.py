@@ -896,12 +896,14 @@ class _Hoist(Values):
     def _quantities(self, s: Any, before: list[Statement]) -> Any:
         """Computed speeds, times and blends in variables, in the unit that a number of the target has there."""
 
-        def change(node: Any) -> Any:
+        scales = self.work.limits.variable_scales
+        kind = "integer" if scales else "real"
+
+        def change(node: Any, name: str) -> Any:
             if type(node) is not Quantity or isinstance(node.written, Number):
                 return node
-            scales = self.work.limits.variable_scales
-            kind = "integer" if scales else "real"
-            scale = scales.get(round(node.scale, 12), node.scale)
+            finer = name in ("speed", "duration")
+            scale = scales.get(round(node.scale, 12), node.scale) if finer else node.scale
             if not scales and isinstance(node.written, Named):
                 return node
             factor = node.scale / scale
@@ -913,11 +915,15 @@ class _Hoist(Values):
         changes: dict[str, Any] = {}
         for name in ("duration", "acceleration", "deceleration", "turn"):
             old = getattr(s, name, None)
-            if old is not None and (new := change(old)) is not old:
+            if old is not None and (new := change(old, name)) is not old:
                 changes[name] = new
         for name in ("speed", "blend", "rate"):
             old = getattr(s, name, None)
-            if old is not None and old.value is not None and (new := change(old.value)) is not old.value:
+            if (
+                old is not None
+                and old.value is not None
+                and (new := change(old.value, name)) is not old.value
+            ):
                 changes[name] = old._replace(value=new)
         return replace(s, **changes) if changes else s
 
