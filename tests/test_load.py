@@ -313,6 +313,8 @@ def test_a_sound_script_may_call_what_a_urcap_or_another_file_adds(tmp_path: Pat
         ("grip(20)", "grip(20, 40, 1)", ("K112", 16)),
         ("  sync()", "  sync(1)", ("K112", 10)),
         ('"xmlrpc", ', "", ("K112", 3)),
+        ("1.2, speed, 0", "1.2, sped, 0", ("K101", 15)),
+        ("width>10", "widht>10", ("K101", 5)),
         ("get_actual_tcp_pose(), p", "get_actual_tcp_pose(\n    ), pose_inv(), p", ("K112", 16)),
     ],
 )

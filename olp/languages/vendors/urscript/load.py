@@ -1,5 +1,6 @@
 """What a UR controller rejects when it loads a script: calls of functions that it does not have, or with a number of
-arguments that they do not take.
+arguments that they do not take, and variables that nothing sets. The installation may set some: only what is nearly
+the name of another is told.
 
 Names and parameters: "URScript Programming Language", the script manual for e-Series SW 5, as github.com/ahernguo/
 urscript-extension lists its functions (`src/*Functions.json`). Where versions differ, what any of them takes is taken.
@@ -150,6 +151,9 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
             found.undeclared(says, _at(found, call), help, whole)
         else:
             found.unknown.append((call.name, _at(found, call), "the function"))
+    for line, name in _reads(root):
+        if name not in names and name not in _FUNCTIONS | _UNLISTED:
+            found.doubtful.append((name, _place(found, line, name), "the variable"))
     return found.finish(names.keys() | _FUNCTIONS, whole, shared=True)
 
 
@@ -186,13 +190,30 @@ def _calls(root: UrscriptPart) -> Iterator[ScriptCall]:
                     yield ScriptCall(part, line, node.function.text, len(node.arguments))
 
 
+def _reads(root: UrscriptPart) -> Iterator[tuple[UrscriptLine, str]]:
+    """The variables that are read."""
+    for _, line, instruction in _instructions(root):
+        for expression in expressions(instruction):
+            nodes = list(walk(expression))
+            called = {id(node.function) for node in nodes if isinstance(node, Invocation)}
+            yield from (
+                (line, node.text)
+                for node in nodes
+                if isinstance(node, UrscriptName) and id(node) not in called
+            )
+
+
 def _at(found: LoadFindings, call: ScriptCall) -> Span:
-    """Where the name stands: a statement may go over several lines."""
-    for number in range(call.line.number, call.line.last + 1):
-        place = re.search(rf"\b{re.escape(call.name)}\b\s*\(", found.source.line(number))
+    return _place(found, call.line, call.name, r"\s*\(")
+
+
+def _place(found: LoadFindings, line: UrscriptLine, name: str, behind: str = "") -> Span:
+    """Where a name stands, before what `behind` matches: a statement may go over several lines."""
+    for number in range(line.number, line.last + 1):
+        place = re.search(rf"\b{re.escape(name)}\b{behind}", found.source.line(number))
         if place is not None:
-            return Span(number, place.start() + 1, place.start() + 1 + len(call.name))
-    return Span(call.line.number, 1, 1)
+            return Span(number, place.start() + 1, place.start() + 1 + len(name))
+    return Span(line.number, 1, 1)
 
 
 LOAD: Final = Loading(("polyscope-5",), check)
