@@ -2143,3 +2143,20 @@ def test_a_speed_of_turning_is_not_bound_by_the_speed_of_the_move_before_in_krl(
     assert "$VEL.CP=3" in lines[slow:turning]
     one, other = run(read(text, "tp"), robot=ROBOT), run_elsewhere(text, "tp", "krl")
     assert compare_plans(one, other).differences == []
+
+
+@pytest.mark.parametrize("target", ["krl", "tp"])
+def test_what_a_routine_hands_back_without_its_value_is_lost_for_its_callers(target):
+    """A left-out statement inside of the routine computes it: the callers' moves went elsewhere, "exact"."""
+    data = (*TARGETS, "VAR robtarget pA;", "VAR robtarget pB;")
+    rows = ("MoveL p1,v100,fine,tool0;", "pA:=above(p1);", "MoveL pA,v100,fine,tool0;", "lift pB;")
+    text = module(*rows, "MoveL pB,v100,fine,tool0;", data=data).replace(
+        "ENDMODULE",
+        "FUNC robtarget above(robtarget p)\r\nVAR robtarget q;\r\nq:=p;\r\nq.rot:=OrientZYX(10,0,0)*q.rot;\r\n"
+        "RETURN q;\r\nENDFUNC\r\nPROC lift(INOUT robtarget q)\r\nq:=p2;\r\nq.rot:=OrientZYX(10,0,0)*q.rot;\r\n"
+        "ENDPROC\r\nENDMODULE",
+    )
+    found = {loss.line: (str(loss.fate), loss.says) for loss in losses(text, "rapid", target)}
+    assert found[10][0] == found[12][0] == "commented"
+    assert "it needs pA" in found[10][1]
+    assert "it needs pB" in found[12][1]

@@ -49,6 +49,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.vendor import conventions_of
+from olp.transpile.constant_folding import handed_over, paired
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.source_only import untranslated
@@ -339,14 +340,46 @@ class _Lost:
             self._ways = self._reaching()
             for r in self._program.routines:
                 for index, s in enumerate(r.body):
-                    name = None if s.line in self._lines else _set_by(s)
-                    if name is None or id(s) in self._made:
+                    result = f"{_RESULT}{r.name.casefold()}" if isinstance(s, Return) and s.value else ""
+                    name = result or (None if s.line in self._lines else _set_by(s))
+                    if name is None or id(s) in self._made or name in self._everywhere:
                         continue
                     origins = [o for read in _read_by(s) if (o := self._number(r.name, index, read))]
                     if origins:
                         origin = next((o for o in origins if self.origins[o - 1].surely), origins[0])
-                        self._made[id(s)] = {self._key(r.name, name): origin}
+                        if result:
+                            self._everywhere[result] = origin
+                        else:
+                            self._made[id(s)] = {self._key(r.name, name): origin}
                         found = True
+            found = self._hand_back() or found
+
+    def _hand_back(self) -> bool:
+        """Notes what callers get back by reference of what a routine has lost; whether that is more than before."""
+        handed = {
+            (r.name, p.name.casefold())
+            for r in self._program.routines
+            for p in r.parameters
+            if p.by_reference
+        }
+        inside = {
+            key: number for made in self._made.values() for key, number in made.items() if key in handed
+        }
+        takes = {
+            r.name: r.parameters for r in self._program.routines if any(r.name == name for name, _ in inside)
+        }
+        found = False
+        for r in self._program.routines if takes else ():
+            for s in r.body:
+                for name, arguments in handed_over(s):
+                    for parameter, value in paired(takes.get(name, ()), arguments):
+                        number = inside.get((name, parameter.casefold()))
+                        given = None if number is None or s.line in self._lines else _key(value)
+                        made = self._made.setdefault(id(s), {}) if number and given else {}
+                        if number and given and (key := self._key(r.name, given)) not in made:
+                            made[key] = number
+                            found = True
+        return found
 
     def _reaching(self) -> Reaching:
         keys = {key for made in self._made.values() for key in made} | self._first.keys()

@@ -255,6 +255,14 @@ def _listed(value: Expression | None) -> list[Expression] | None:
     return found if all(isinstance(one, (Number, Text, SignalState)) for one in found) else None
 
 
+def handed_over(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
+    """The routines that a statement calls, with what they are handed."""
+    if type(s) is Call:
+        yield s.routine, s.arguments
+    if not calls_nothing(s):
+        yield from ((e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue)
+
+
 def paired(
     parameters: tuple[Parameter, ...], arguments: tuple[Expression, ...]
 ) -> Iterator[tuple[str, Expression | None]]:

@@ -50,7 +50,7 @@ from olp.ir.program import (
 )
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of
-from olp.transpile.constant_folding import paired
+from olp.transpile.constant_folding import handed_over, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
@@ -86,7 +86,7 @@ def _alike_by_reference(program: Program, work: TranslationContext) -> Program:
         for r in program.routines
         if takes
         for _, s in work.look(r).rare
-        for name, given in _handed_over(s)
+        for name, given in handed_over(s)
         if name in takes
     ]
     while calls:
@@ -105,14 +105,6 @@ def _alike_by_reference(program: Program, work: TranslationContext) -> Program:
             break
         program = _retyped(program, wrong, "real")
     return program
-
-
-def _handed_over(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
-    """The routines that a statement calls, with what they are handed."""
-    if type(s) is Call:
-        yield s.routine, s.arguments
-    if not calls_nothing(s):
-        yield from ((e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue)
 
 
 def _counts(program: Program, work: TranslationContext) -> bool:
