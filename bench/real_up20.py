@@ -23,6 +23,7 @@ from real_tables import print_findings  # noqa: E402
 from tables import print_table  # noqa: E402
 
 from olp.identification.diagnosis.diagnose import DiagnosisOutcome, diagnose_recording, errors_of  # noqa: E402
+from olp.identification.diagnosis.evidence import foreseen  # noqa: E402
 from olp.identification.diagnosis.fitting import Noise, fit  # noqa: E402
 from olp.identification.diagnosis.folds import folds_of  # noqa: E402
 from olp.identification.diagnosis.naming import name  # noqa: E402
@@ -67,19 +68,22 @@ def held_out(recording: Recording, outcome: DiagnosisOutcome) -> None:
     simulated = errors_of(case.residual, case.measured)
     table = [("the simulation as it is", *_errors(simulated), "nothing fitted")]
     for way, labels in ways.items():
-        (left, same), counted = np.empty((2, len(case))), Counter[str]()
+        (left, same), counted, kept = np.empty((2, len(case))), Counter[str](), 0
         for label in np.unique(labels).tolist():
             held = labels == label
             seen = np.nonzero(~held)[0]
             train = case.take(seen)
             folds = folds_of(recording, rows[seen], train.residual)
             some = {kind: of[seen] for kind, of in groups.items()}
-            model = name(train, Noise(_CLOCK), folds, some).fit.model
-            left[held] = (case.measured - model.seconds(case))[held]
-            counted.update({part.term.name for part in model.parts})
+            named = name(train, Noise(_CLOCK), folds, some)
+            predicted, beyond = foreseen(named.fit, named.clean, case.take(np.nonzero(held)[0]), named.noise)
+            left[held] = case.measured[held] - predicted
+            counted.update({part.term.name for part in named.fit.model.parts})
+            kept += int(beyond.sum())
             values = fit(outcome.model, train, Noise(_CLOCK), 20).model
             same[held] = (case.measured - values.seconds(case))[held]
         names = ", ".join(f"{n} {count}" for n, count in counted.most_common())
+        names += f"; {kept} moves beyond what was seen" if kept else ""
         row = f"held out by {way} ({len(np.unique(labels))} folds)"
         table.append((row, *_errors(errors_of(left, case.measured)), names or "nothing"))
         row = f"names of all moves, values held out by {way}"

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis import evidence
-from olp.identification.diagnosis.diagnose import _as_waits, findings_of
+from olp.identification.diagnosis.diagnose import _as_waits, _condition, _says, findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved, kinds_of
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.identification.diagnosis.naming import NamingResult, name
+from olp.identification.diagnosis.result import FittedParameter
 from olp.identification.diagnosis.search import WIDE, move_terms, search, shelf_of
 from olp.identification.diagnosis.waits import late_moves, waiting_moves
 from olp.identification.recorded_plan import case_of
@@ -343,6 +344,58 @@ def test_inside_a_fold_names_are_held_against_unseen_moves_too(monkeypatch):
     seen = evidence.selection(made, noise, Folds("", labels), shelf, DurationModel((slower,)))
     assert seen.sets == (frozenset({"acceleration"}),) * 5
     assert np.abs(made.measured - seen.predicted).max() < 5 * NOISE
+
+
+@pytest.mark.parametrize("pattern", [0.0, 0.02])
+def test_a_law_that_leaves_a_pattern_changes_unseen_moves_by_no_more_than_seen_ones(pattern):
+    """The seen moves are programmed at 0.4 m/s at most, the unseen one at 2.4 m/s over 2 m."""
+    way, speed = programmed()
+    real = trapezoids(way, np.minimum(speed, 0.35), ACCELERATION)
+    made = case(measured=real + scatter() + pattern * np.sin(np.arange(MOVES) / 6.0))
+    rows, noise = np.nonzero(speed <= 0.4)[0], Noise(NOISE / 3)
+    seen, unseen = made.take(rows), made.take(np.array([40]))
+    fitted = fit(DurationModel((part("speed-clamp", made, 0.35),)), seen, noise)
+    predicted, held = evidence.foreseen(fitted, seen, unseen, noise)
+    if not pattern:
+        assert predicted == pytest.approx(real[[40]], abs=0.05)
+        assert not held.any()
+        return
+    change = fitted.model.seconds(seen) - seen.simulated
+    most = max(change.max(), (change / seen.simulated).max() * unseen.simulated[0])
+    assert predicted == pytest.approx(unseen.simulated + most)
+    assert held.all()
+    assert evidence.foreseen(fitted, seen, seen, noise)[0] == pytest.approx(fitted.model.seconds(seen))
+
+
+def test_parts_of_a_name_under_different_conditions_are_told_with_their_own():
+    made = case()
+    low = Condition((Statement("z", below=0.4),))
+    for conditions, where in (
+        ((None, low), ("", "where z < 400 mm: ")),
+        ((low, low), ("where z < 400 mm: ", "")),
+    ):
+        parts = [part("settling", made, 0.03)._replace(condition=c) for c in conditions]
+        told = [{parts[0].form.parameters[0].name: FittedParameter(0.03, "s", 0.029, 0.031)}] * 2
+        clause = "every exact stop takes 30.0 ms longer until the axes are in position"
+        assert _says(list(zip(parts, told, strict=True)), made) == "; ".join(w + clause for w in where)
+        assert _condition(parts) == (None if None in conditions else "z < 400 mm")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "says"),
+    [
+        (2.4, 2.6, "is 2.5 m/s^2, 125.0% of the simulated one"),
+        (2.1, 3.0, "is between 2.1 and 3 m/s^2, between 105.0% and 150.0% of the simulated one"),
+        (2.1, 900.0, "is at least 2.1 m/s^2, at least 105.0% of the simulated one"),
+        (0.0001, 2.6, "is at most 2.6 m/s^2, at most 130.0% of the simulated one"),
+        (0.0001, 900.0, "is 2.5 m/s^2, 125.0% of the simulated one, or any other size"),
+    ],
+)
+def test_a_clause_has_the_number_only_where_its_interval_is_narrow(low, high, says):
+    made = case()
+    one = part("acceleration", made, 2.5)
+    told = {"acceleration": FittedParameter(2.5, "m/s^2", low, high)}
+    assert _says([(one, told)], made) == f"the real acceleration {says}"
 
 
 @pytest.mark.parametrize(("few", "alike"), [(2, True), (12, False)])

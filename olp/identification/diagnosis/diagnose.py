@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis import evidence
+from olp.identification.diagnosis import evidence, phrasing
 from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, loss_of, penalty, whiten
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
@@ -148,7 +148,7 @@ def _answer(
         heldout_before=errors_of(raw, named.clean.measured),
         heldout_after=errors_of(held, named.clean.measured),
         placebo=evidence.placebo(named.fit, named.clean, named.shelf),
-        notes=(*notes, *_untold(case), *(log.notes if log is not None else ())),
+        notes=(*notes, *_held_back(named), *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
@@ -243,6 +243,17 @@ def _beyond_the_names(named: NamingResult) -> list[DurationModel]:
     more = {part.term.name: part for part in additions(named.shelf, best, case, noise, 2 * _NEAREST)}
     models = [DurationModel((*best.model.parts, part)) for part in more.values()]
     return [one.model for one in sorted((fit(m, case, noise) for m in models), key=price)[:_NEAREST]]
+
+
+def _held_back(named: NamingResult) -> tuple[str, ...]:
+    """That the names do not reach as far as the recording, which shows on moves that they were not fitted to."""
+    if not named.selection.held or not named.fit.model.parts:
+        return ()
+    return (
+        f"in {named.selection.held} of {len(named.clean)} moves, names that were fitted to the others change more than "
+        "in any of these, and the unseen error counts the largest change seen there: do not predict moves beyond the "
+        "recorded ones by them",
+    )
 
 
 def _untold(case: MeasuredMoves) -> tuple[str, ...]:
@@ -628,11 +639,9 @@ def _finding(
         rest = ModelFit(rest.model.without(k), rest.loss, rest.scale, rest.bic)
     bare = fit(rest.model, named.clean, named.noise, 20)
     gains = [named.gains[k] for k in parts]
-    conditions = [str(p.condition) for p in members if p.condition is not None]
-    where = f"where {conditions[0]}: " if conditions else ""
     return Finding(
         term=name,
-        says=where + "; ".join(p.term.says(p.form, p.values, case) for p in members),
+        says=_says([(best.model.parts[k], parameters[k]) for k in parts], case),
         equation=members[0].form.equation,
         parameters={key: value for k in parts for key, value in parameters[k].items()},
         moves=tuple(case.move[acts].tolist()),
@@ -644,9 +653,38 @@ def _finding(
             min(g.after for g in gains),
         ),
         alternatives=tuple(rivals),
-        condition=conditions[0] if conditions else None,
+        condition=_condition(members),
         nulls=_nulls(members),
     )
+
+
+def _condition(members: list[ModelPart]) -> str | None:
+    """Where any of them acts; None: everywhere."""
+    told = [part.condition for part in members if part.condition is not None]
+    return " or ".join(dict.fromkeys(map(str, told))) if len(told) == len(members) else None
+
+
+def _says(parts: list[tuple[ModelPart, dict[str, FittedParameter]]], case: MeasuredMoves) -> str:
+    """A clause per part under the condition that all have, or each under its own."""
+    clauses = [_clause(part, fitted, case) for part, fitted in parts]
+    where = [f"where {part.condition}: " if part.condition is not None else "" for part, _ in parts]
+    if len(set(where)) == 1:
+        return where[0] + "; ".join(clauses)
+    return "; ".join(place + clause for place, clause in zip(where, clauses, strict=True))
+
+
+def _clause(part: ModelPart, fitted: dict[str, FittedParameter], case: MeasuredMoves) -> str:
+    """With the numbers where their intervals are narrow, else with the ends of these."""
+    values, told = part.values, [fitted[p.name] for p in part.form.parameters]
+    ends, open_ends = np.stack([values, values]), [False, False]
+    for k, (parameter, one) in enumerate(zip(part.form.parameters, told, strict=True)):
+        if not one.wide(parameter.null):
+            continue
+        ends[:, k] = np.clip([one.low, one.high], parameter.low, parameter.high)
+        if k == 0:  # the size; the others say how it changes
+            open_ends = [one.low < parameter.low, one.high > parameter.high]
+    best, low, high = (part.term.says(part.form, v, case) for v in (values, *ends))
+    return phrasing.ranged(best, low, high, *open_ends)
 
 
 def _nulls(members: list[ModelPart]) -> dict[str, float]:

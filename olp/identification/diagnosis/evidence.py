@@ -63,6 +63,7 @@ class Selection(NamedTuple):
 
     predicted: Floats  # (n,) [s]
     sets: tuple[frozenset[str], ...] = ()  # the names that each fold chose
+    held: int = 0  # moves in which what a name changes is held at the most that the fit saw
 
 
 def chosen(
@@ -304,7 +305,7 @@ def selection(
     The `named` terms of all moves are one candidate: a narrow search may not come to them, and the moves that are seen
     choose. Names beyond these have to hold on folds of the moves that are seen.
     """
-    predicted, sets = np.full(len(case), np.nan), list[frozenset[str]]()
+    predicted, sets, held_back = np.full(len(case), np.nan), list[frozenset[str]](), 0
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
         train, test = case.take(seen), case.take(held)
@@ -317,9 +318,32 @@ def selection(
                 found, known.labels, train, noise, Folds(folds.by, folds.labels[seen]), shelf
             )
         best = min(known, found, key=price)
-        predicted[held] = best.model.seconds(test)
+        predicted[held], beyond = foreseen(best, train, test, noise)
+        held_back += int(beyond.sum())
         sets.append(frozenset(best.names))
-    return Selection(predicted, tuple(sets))
+    return Selection(predicted, tuple(sets), held_back)
+
+
+def foreseen(
+    fitted: ModelFit, seen: MeasuredMoves, case: MeasuredMoves, noise: Noise
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Durations (n,) [s] of moves that the fit to the moves `seen` never had, and (n,) where they are held back.
+
+    A law that leaves only scatter is taken at its word. One that leaves a pattern is no more than a description of the
+    moves `seen`: what it changes in another move, in seconds and as a share of the duration, is at most what it changes
+    in one of these.
+    """
+    predicted = fitted.model.seconds(case)
+    if not fitted.model.parts or not patterned(fitted, seen, noise):
+        return predicted, np.zeros(len(case), dtype=bool)
+    held, beyond = np.array(case.simulated), np.zeros(len(case), dtype=bool)
+    for known, asked in zip(fitted.model.contributions(seen), fitted.model.contributions(case), strict=True):
+        share = known / np.maximum(seen.simulated, 1e-9)
+        least = np.minimum(min(known.min(), 0.0), min(share.min(), 0.0) * case.simulated)
+        most = np.maximum(max(known.max(), 0.0), max(share.max(), 0.0) * case.simulated)
+        held += np.clip(asked, least, most)
+        beyond |= (asked < least) | (asked > most)
+    return np.where(beyond, held, predicted), beyond
 
 
 def _held_against(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from olp.identification.diagnosis.result import Alternative, Diagnosis, Errors, Finding, FittedParameter
@@ -16,6 +18,7 @@ GLUE = "\u00a0"  # between a number and its unit: no line ends there
 UNKNOWN = "not known"
 Place = tuple[str | None, int | None]  # job, 1-based line
 
+_NUMBER = re.compile(r"(?<![\w.^])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?%?(?![\w])")
 _LARGEST_FEW = 3  # moves named in a sentence
 
 
@@ -52,6 +55,32 @@ def figure(value: float, digits: int = 4) -> str:
         mantissa, _, power = text.partition("e")
         text = f"{mantissa}·10^{int(power)}".replace("-", MINUS)
     return _sign(value) + text
+
+
+def ranged(best: str, low: str, high: str, open_low: bool = False, open_high: bool = False) -> str:
+    """One clause of those for the best value and for both ends of its interval: their numbers are said as "between 2
+    and 3" or, where nothing tells one end, as "at least 2". Clauses of other words are put side by side."""
+    numbers = [_NUMBER.findall(text) for text in (low, high)]
+    if open_low and open_high:
+        return f"{best}, or any other size"
+    if low == high:
+        return best
+    if _NUMBER.split(low) != _NUMBER.split(high):
+        return f"{best} (by the ends of the interval: {low}, or {high})"
+    words = _NUMBER.split(low)
+    told = [_span(a, b, open_low, open_high) for a, b in zip(*numbers, strict=True)]
+    return "".join(map("".join, zip_longest(words, told, fillvalue="")))
+
+
+def _span(a: str, b: str, open_low: bool, open_high: bool) -> str:
+    """From the number at the low end to the one at the high end of what it is told by."""
+    first, last = (float(text.rstrip("%")) for text in (a, b))
+    if first == last:
+        return a
+    if open_low or open_high:
+        known, unknown, text = (last, first, b) if open_low else (first, last, a)
+        return f"{'at least' if known < unknown else 'at most'} {text}"
+    return f"between {a} and {b}" if first < last else f"between {b} and {a}"
 
 
 def chance(p_value: float) -> str:

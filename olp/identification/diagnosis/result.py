@@ -36,6 +36,11 @@ class FittedParameter(NamedTuple):
     at_bound: bool = False
     identified: bool = True  # False: the data hold the parameter no better than its bounds do
 
+    def wide(self, null: float) -> bool:
+        """Whether the interval is wider than the value is away from the `null` at which nothing happens, or from 0."""
+        size = abs(self.value - null) if math.isfinite(null) else abs(self.value)
+        return not self.identified or self.high - self.low > size
+
 
 class Alternative(NamedTuple):
     """A term that could stand for a finding, or beside a plainer form of it, and how much worse the whole then is
