@@ -568,6 +568,19 @@ def test_a_motion_descriptor_that_a_program_changes_is_variables(tmp_path):
     assert "$VEL.CP=mNom_tmax*0.001" in text
 
 
+@pytest.mark.parametrize("target", ["krl", "rapid", "inform"])
+def test_what_the_tool_of_val3_does_is_told_as_left_out(target, tmp_path):
+    program = val3_beside(tmp_path, "movel(pA,flange,mNom)", "close(flange)", "delay(0.2)", "stopMove()")
+    robot = load_robot("staubli/tx2-90l")
+    made = convert(program, target, Context(robot=robot, on_loss="comment"))
+    left_out = {loss.line for loss in made.translated.losses if loss.leaves_out}
+    assert len(left_out) == 2
+    found = compare_plans(
+        run(program, robot=robot), run_converted(made, target, robot, program), blends=False, without=left_out
+    )
+    assert found.is_equal, found.differences
+
+
 @pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
 def test_angles_of_val3_turn_about_its_own_axes(target, tmp_path):
     rows = (

@@ -95,7 +95,9 @@ def _token(s: Statement) -> Token:
             return (type(s).__name__, s.signal.index)
         case Process(name=name):
             return ("Process", name)
-        case Dwell() | Wait() | Pause() | Message():
+        case Dwell(duration=duration):
+            return ("Dwell", duration.literal == 0.0)  # one of no time may be a stop there, and no statement
+        case Wait() | Pause() | Message():
             return (type(s).__name__,)
         case _:
             return ()

@@ -19,7 +19,7 @@ class Val3(Vendor):
     title = "Staubli VAL3"
     suffixes = (".pgx", ".dtx", ".pjx")
     reads = statements(
-        "ElseIf While EndWhile For Next Switch Case Default EndSwitch StartTask Repeat Until Break "
+        "ElseIf While EndWhile For Next Switch Case Default EndSwitch StartTask Repeat Until Break Process "
         "Declare SetOverride Opaque"
     )
     data_suffixes = (".dtx", ".pjx")

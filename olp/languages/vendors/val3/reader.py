@@ -52,6 +52,7 @@ from olp.ir.program import (
     Next,
     Parameter,
     Path,
+    Process,
     Program,
     Repeat,
     Routine,
@@ -325,7 +326,7 @@ _FUNCTIONS: Final = {
 }  # fmt: skip
 _WORDS: Final[dict[str, Expression]] = {"off": Number(0), "joint": Number(1), "cartesian": Number(1)}
 _MESSAGES: Final = frozenset(("popUpMsg", "logMsg", "put", "putln"))
-_STOPS: Final = frozenset(("waitEndMove", "open", "close", "stopMove", "restartMove"))
+_ACTS: Final = frozenset(("open", "close", "stopMove", "restartMove"))  # what they do has no word elsewhere
 _TIMED_OUT: Final = SystemValue("timed-out")
 _POSE_FUNCTIONS: Final = frozenset(("pose-product", "pose-inverse", "pose-angles", "forward"))
 
@@ -567,8 +568,11 @@ class Val3Rules(BlockRules):
             return Dwell(0, Quantity(arguments[0], 1.0))
         if name in ("wait", "watch") and arguments:
             return Wait(0, arguments[0], Quantity(arguments[1], 1.0) if len(arguments) > 1 else None)
-        if name in _STOPS:
-            return Dwell(0, Quantity(Number(0), 1.0))
+        stop = Dwell(0, Quantity(Number(0), 1.0))
+        if name == "waitEndMove":
+            return stop
+        if name in _ACTS:
+            return [stop, Process(0, name, tuple(("", one) for one in arguments))]
         if name in _MESSAGES:
             return Message(0, arguments[-1] if arguments else Text(""))
         if name in ("dioSet", "aioSet") and len(arguments) == 2:
