@@ -164,7 +164,10 @@ class KrlValues(Generator):
 
     def target(self, e: ex.Expression) -> str:
         """What can stand left of an equals sign."""
-        if isinstance(e, (ex.Named, ex.Item, ex.Member, ex.SystemValue, ex.Signal)):
+        numbered = (
+            isinstance(e, ex.FrameRef) and e.kind in ("tool", "user") and e.number not in (None, ex.Number(0))
+        )
+        if numbered or isinstance(e, (ex.Named, ex.Item, ex.Member, ex.SystemValue, ex.Signal)):
             return self.value(e)
         raise CannotSayError("an assignment to this", "assign to a variable")
 
