@@ -307,12 +307,14 @@ def wanted_by(refused: UnexpectedInput, written: Mapping[str, str]) -> str:
 
     `written`: the text of terminals that have one spelling; others are called by their names.
     """
-    words = (_in_words(name, written.get(name)) for name in expected(refused) if not name.startswith("$"))
+    words = (_in_words(name, written.get(name)) for name in expected(refused))
     names = sorted(words, key=lambda word: (word.startswith("'"), word.isupper(), word))  # signs last
     return ", ".join(names[:6]) + (" …" if len(names) > 6 else "")
 
 
 def _in_words(name: str, text: str | None) -> str:
+    if name == "$END":
+        return "the end of the line"
     if text is None:
         return name.lower().replace("_", " ").strip()
     return text.upper() if text.isidentifier() else f"'{text}'"
