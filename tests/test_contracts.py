@@ -39,7 +39,7 @@ from olp.contracts.writers import WriterUnderTest, other_texts
 from olp.core.diagnostic import error
 from olp.core.source import decode
 from olp.identification.signature.estimator import estimator_names, load_estimator
-from olp.ir.program import Dwell, Message, Move, Path
+from olp.ir.program import Blend, BlendKind, Dwell, Message, Move, Path
 from olp.languages.limits import limits_of, writable
 from olp.languages.loading import Loading
 from olp.languages.vendor import Vendor, find_vendor, part_of, vendor_names
@@ -428,6 +428,35 @@ def test_the_command_of_contracts_runs_a_promise_of_either_suite_and_lists_all(
     monkeypatch.setattr(type(find_vendor("krl")), "sniff", lambda self, source: False)
     assert contracts_command(["krl", "knows_its_own_text"]) == 1
     assert "sniff says that it is another language" in capsys.readouterr().out
+
+
+def test_a_sample_with_errors_is_told_by_one_promise(tmp_path: FilePath) -> None:
+    vendor = find_vendor("pdl2")
+    main = samples_folder(vendor) / "handling.pdl"
+    text = main.read_text(encoding="utf-8").replace("BEGIN\n", "BEGIN\n  DELAY\n", 1)
+    (tmp_path / main.name).write_text(text, encoding="utf-8")
+    with pytest.raises(ContractError) as caught:
+        check_vendor(vendor, samples=tmp_path)
+    assert {one.name for one in caught.value.broken} == {"keeps_every_byte"}
+
+
+def test_a_language_that_only_says_whether_a_corner_is_rounded_is_written_in_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    vendor = find_vendor("as")
+    read = type(vendor).read
+
+    def rounded(s):
+        sized = isinstance(s, Move) and s.blend and s.blend.value and s.blend.value.literal
+        return replace(s, blend=Blend(BlendKind.CONTINUOUS)) if sized else s
+
+    def without_sizes(self, source):
+        program = read(self, source)
+        routines = [replace(r, body=tuple(map(rounded, r.body))) for r in program.routines]
+        return replace(program, routines=tuple(routines))
+
+    monkeypatch.setattr(type(vendor), "read", without_sizes)
+    check_vendor(vendor, only="is_written_in_other_languages")
 
 
 def test_texts_that_differ_are_told_by_their_first_line() -> None:

@@ -49,11 +49,14 @@ _ROBOT: Final = "X012"  # the code of what a translation cannot know without a r
 
 
 class Sample(NamedTuple):
-    """A language's handling program with the files that it calls, and the kind of speed that its joint moves have."""
+    """A language's handling program with the files that it calls, and the kind of speed that its joint moves have.
+
+    `blends`: the kinds of moves whose blends are lengths; others are shares, or say only that a corner is rounded.
+    """
 
     program: Program
     joint: str
-    blends: bool  # whether the blend of its joint move is a length
+    blends: frozenset[str]
 
 
 @lru_cache(maxsize=32)
@@ -68,8 +71,8 @@ def sample_of(it: handling.HandlingSample) -> Sample:
     """A vendor's handling program as translations take it."""
     program = link(it.vendor.read(load(it.main))).program
     found = events_of(program, run(program, robot_of(), folder=it.main.parent), it.vendor)
-    length = any(e.kind == "joint" and e.blend > 0.0 for e in found)
-    return Sample(program, handling.joint_speeds_of(found), length)
+    lengths = frozenset(e.kind for e in found if e.blend > 0.0)
+    return Sample(program, handling.joint_speeds_of(found), lengths)
 
 
 class WriterUnderTest(handling.HandlingSample):
@@ -528,9 +531,12 @@ def _made(vendor: Vendor, program: Program, *, forms: bool = False) -> Converted
 
 def _wanted(sample: Sample, made: Converted) -> list[OracleEvent]:
     events = _numbered(loosened(handling.events(joint=sample.joint), made.translated.losses), made)
-    if sample.blends:
-        return events
-    return [replace(e, loose=e.loose | {"blend"}) if e.kind == "joint" else e for e in events]
+    return [
+        replace(e, loose=e.loose | {"blend"})
+        if e.kind not in sample.blends and (e.kind == "joint" or e.blend > 0.0)
+        else e
+        for e in events
+    ]
 
 
 def _numbered(events: list[OracleEvent], made: Converted) -> list[OracleEvent]:
