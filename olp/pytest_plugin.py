@@ -56,11 +56,10 @@ class BudgetFile(pytest.File):
 
     def _programs(self) -> list[str]:
         from olp.core.diagnostic import OlpError
-        from olp.core.files import expand_paths
-        from olp.languages.vendor import vendor_suffixes
+        from olp.languages.vendor import program_files
 
         try:
-            return [str(path) for path in expand_paths([self.path.parent], vendor_suffixes())]
+            return [str(path) for path in program_files([self.path.parent])]
         except OlpError:
             return []  # a folder without programs
 

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from olp.cli.command import Parser
 from olp.core.diagnostic import Diagnostic, OlpError
 from olp.core.files import expand_paths, write_output
 from olp.core.version import __version__
+from olp.languages.vendor import program_files
 
 ROOT = Path(__file__).parent.parent
 HEAVY = {"numpy", "pandas", "lark", "rich", "jinja2", "scipy", "pyarrow", "multiprocessing"}
@@ -269,6 +271,22 @@ def test_patterns_that_the_shell_left_alone_are_expanded(tmp_path: Path) -> None
     make_files(tmp_path, "a1.jbi", "a2.jbi", "b.jbi", "x[1].jbi")
     assert [file.name for file in expand_paths([tmp_path / "a?.jbi"], [".jbi"])] == ["a1.jbi", "a2.jbi"]
     assert [file.name for file in expand_paths([tmp_path / "x[1].jbi"], [".jbi"])] == ["x[1].jbi"]
+
+
+def test_a_file_of_another_maker_with_a_programs_suffix_is_left_alone_in_a_folder(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "samples/backup/dx200", tmp_path / "backup")
+    shutil.copy(ROOT / "samples/inform/twins/base.jbi", tmp_path / "backup")
+    module = "MODULE Base(SYSMODULE)\n    VAR num count:=0;\nENDMODULE\n"
+    (tmp_path / "backup/BASE.SYS").write_text(module)
+    (tmp_path / "backup/LOST.SYS").symlink_to("nowhere")
+    names = [file.name for file in program_files([tmp_path / "backup"])]
+    assert names == [
+        "BASE.SYS",
+        "LOST.SYS",
+        "base.jbi",
+    ]  # not SYSTEM.SYS; who reads LOST.SYS tells that it is gone
+    named = tmp_path / "backup/SYSTEM.SYS"
+    assert program_files([named]) == [named]
 
 
 def test_a_folder_without_programs_says_which_names_are_looked_for(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from olp.cli.command import refuse_other_forms
 from olp.core.diagnostic import Diagnostic, OlpError, error
-from olp.core.files import expand_paths, from_os_error, write_output
+from olp.core.files import from_os_error, write_output
 
 if TYPE_CHECKING:
     from olp.reports.outcome.model import Outcome, OutcomeFormat
@@ -44,9 +44,9 @@ def convert(args: Namespace, work: Work, suffix: str | None = None) -> list[Diag
     A file whose work raises OlpError is told about and not written; the others are. `suffix`: of the outputs,
     with its dot (None: as the input's). Raises OlpError for missing inputs and outputs that contradict each other.
     """
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
 
-    inputs = expand_paths(args.jobs, vendor_suffixes())
+    inputs = program_files(args.jobs)
     targets = destinations(inputs, args, suffix)
     told: list[Diagnostic] = []
     for source, target in zip(inputs, targets, strict=True):

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_format_arguments, outcome_outputs
-from olp.core.files import expand_paths
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,10 +53,10 @@ def run(args: Namespace) -> int:
     from olp.checks.guard.run import GuardSettings, tasks
     from olp.checks.guard.run import run as judge_all
     from olp.cli._timing import timing_job_of, with_progress
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
 
     told = outcome_outputs(args)
-    paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
+    paths = [str(path) for path in program_files(args.paths)]
     job = timing_job_of(args)
     work = tasks(paths, args.budgets)
     if args.store:

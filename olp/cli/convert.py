@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from olp.cli._timing import print_diagnostics
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error
-from olp.core.files import expand_paths, from_os_error
+from olp.core.files import from_os_error
 
 if TYPE_CHECKING:
     from olp.transpile.compare import Tolerances
@@ -79,12 +79,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.core.files import write_output
     from olp.languages.limits import refuse_unwritable
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
     from olp.transpile.dead_code import DATA_ALONE
     from olp.transpile.receipt_text import as_text
 
     refuse_unwritable(args.to)
-    jobs = expand_paths(args.jobs, vendor_suffixes())
+    jobs = program_files(args.jobs)
     told: list[Diagnostic] = []
     parts = _wholes(jobs, args, told)
     context = replace(_context(args), entry=len(parts) == 1 and not parts[0].others)

@@ -28,9 +28,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.cli._timing import print_diagnostics
     from olp.core.diagnostic import OlpError, error
-    from olp.core.files import expand_paths, write_output
+    from olp.core.files import write_output
     from olp.identification.timing_job import plan_and_time
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
     from olp.reports.batch import Job, shown, time_files
     from olp.reports.cell import started
     from olp.robots.robot import load_robot
@@ -45,7 +45,7 @@ def run(args: Namespace) -> int:
         raise OlpError(error("C009", says, file=str(target), help="say --force to replace it"))
     if args.robot:
         load_robot(args.robot)
-    paths = [str(path) for path in expand_paths([str(folder)], vendor_suffixes())]
+    paths = [str(path) for path in program_files([str(folder)])]
     arms = [] if args.robot else _named_before(target) or find_arms(folder, paths)
     robot = args.robot or (arms[0].name if len(arms) == 1 else "")
     job = Job(robot=robot or None)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_format_arguments, outcome_outputs
 from olp.core.diagnostic import OlpError, error, visible
-from olp.core.files import expand_paths, write_output
+from olp.core.files import write_output
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -84,7 +84,7 @@ def run(args: Namespace) -> int:
     from olp.checks.lint.run import baseline_text, choice, read_baseline, without_known
     from olp.cli._timing import encode, timing_job_of, with_progress
     from olp.identification.timing_job import check_assumptions
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
 
     if args.rules:
         write_output(args.output, encode(_rules(), args.output), inputs=[])
@@ -99,7 +99,7 @@ def run(args: Namespace) -> int:
     told, job = outcome_outputs(args), timing_job_of(args)
     check_assumptions(job)
     known = read_baseline(Path(args.baseline)) if args.baseline else {}
-    paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
+    paths = [str(path) for path in program_files(args.paths)]
     asked = choice(_codes(args.select), _codes(args.ignore))
     if args.controller and not args.load:
         raise OlpError(error("C002", "--controller goes with --load", help="olp lint --load --controller C"))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from olp.core.files import expand_paths, read_input, write_output
+from olp.core.files import read_input, write_output
 
 if TYPE_CHECKING:
     from olp.checks.guard.budget import Budget
@@ -38,12 +38,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     from olp.cli._timing import print_diagnostics, timing_job_of
     from olp.core.diagnostic import OlpError, error
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
     from olp.reports.batch import branch_times
     from olp.reports.cell import started
     from olp.reports.page import report_page
 
-    paths = [str(path) for path in expand_paths(args.paths, vendor_suffixes())]
+    paths = [str(path) for path in program_files(args.paths)]
     job = timing_job_of(args)
     entries = [_entry(path, job, args.budgets) for path in paths]
     first = set(started(entries))

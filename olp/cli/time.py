@@ -16,7 +16,7 @@ from olp.cli._timing import (
 )
 from olp.cli.command import refuse_other_forms
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import expand_paths, write_output
+from olp.core.files import write_output
 from olp.core.terminal import wanted
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     if args.explain is not None:
         return run_explain(args)
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
     from olp.reports.batch import shown, time_files
     from olp.reports.formats.report import WORKBOOK, format_of, load_report
 
@@ -89,7 +89,7 @@ def run(args: Namespace) -> int:
         refuse_other_forms(args.output, (".csv", ".json", ".md", WORKBOOK), args.format)
     args.format = args.format or said or "text"
     report = load_report(args.format)
-    paths = [str(path) for path in expand_paths(args.jobs, vendor_suffixes())]
+    paths = [str(path) for path in program_files(args.jobs)]
     job = job_of(args, len(paths))
     parts = with_progress(paths, lambda done: time_files(paths, job, args.workers, done))
     if workbook:

@@ -114,6 +114,7 @@ def states_its_conventions(it: VendorUnderTest) -> Iterator[Difference]:
         "title": len(title) >= 2 and vendor.title.isprintable(),
         "suffixes": bool(vendor.suffixes) and all(re.fullmatch(r"\.[a-z0-9]+", s) for s in vendor.suffixes),
         "data_suffixes": set(vendor.data_suffixes) < set(vendor.suffixes),
+        "shared_suffixes": set(vendor.shared_suffixes) < set(vendor.suffixes),
         "list_suffixes": all(re.fullmatch(r"\.[a-z0-9]+", s) for s in vendor.list_suffixes),
         "comment_prefix": bool(vendor.comment_prefix.strip()) and vendor.comment_prefix.isascii(),
         "comment_suffix": vendor.comment_suffix.isascii(),

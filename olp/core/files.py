@@ -13,7 +13,7 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -184,10 +184,13 @@ def absent(paths: Iterable[str | Path]) -> list[Diagnostic]:
     ]
 
 
-def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[Path]:
+def expand_paths(
+    paths: Iterable[str | Path], suffixes: Sequence[str], is_meant: Callable[[Path], bool] | None = None
+) -> list[Path]:
     """The files meant by `paths`: files as they are, folders searched for `suffixes`, patterns expanded.
 
-    Suffixes are lower case with their dot (".jbi") and match either case. Every file comes once, folders in
+    Suffixes are lower case with their dot (".jbi") and match either case. `is_meant`: whether a file with such a suffix
+    in a folder is one of them. Every file comes once, folders in
     sorted order. A file that is missing is one of them where there are others: whoever reads them tells of it as of
     any that cannot be read. Raises OlpError naming everything that is unreadable or empty, or missing altogether.
     """
@@ -195,7 +198,7 @@ def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[P
     problems: list[Diagnostic] = []
     missing = 0
     for path in map(Path, paths):
-        files = _expand_one(path, tuple(suffixes), problems)
+        files = _expand_one(path, tuple(suffixes), is_meant, problems)
         for file in files:
             found.setdefault(os.path.normcase(os.path.abspath(file)), file)
         if not files and not path.is_dir():
@@ -207,14 +210,19 @@ def expand_paths(paths: Iterable[str | Path], suffixes: Sequence[str]) -> list[P
     return list(found.values())
 
 
-def _expand_one(path: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+def _expand_one(
+    path: Path,
+    suffixes: tuple[str, ...],
+    is_meant: Callable[[Path], bool] | None,
+    problems: list[Diagnostic],
+) -> list[Path]:
     """The files that one path means, none where it is missing."""
     if path.is_dir():
-        return _search(path, suffixes, problems)
+        return _search(path, suffixes, is_meant, problems)
     if path.exists() or path.is_symlink():
         return [path]
     # Shells on Windows hand patterns over as they are.
-    return [file for match in _glob(path) for file in _expand_one(match, suffixes, problems)]
+    return [file for match in _glob(path) for file in _expand_one(match, suffixes, is_meant, problems)]
 
 
 def _glob(path: Path) -> list[Path]:
@@ -223,13 +231,18 @@ def _glob(path: Path) -> list[Path]:
     return [Path(name) for name in sorted(glob(str(path)))] if has_magic(str(path)) else []
 
 
-def _search(root: Path, suffixes: tuple[str, ...], problems: list[Diagnostic]) -> list[Path]:
+def _search(
+    root: Path,
+    suffixes: tuple[str, ...],
+    is_meant: Callable[[Path], bool] | None,
+    problems: list[Diagnostic],
+) -> list[Path]:
     refused: list[OSError] = []
     found = [
         Path(folder, name)
         for folder, _, names in os.walk(root, onerror=refused.append)
         for name in names
-        if name.lower().endswith(suffixes)
+        if name.lower().endswith(suffixes) and (is_meant is None or is_meant(Path(folder, name)))
     ]
     problems.extend(map(from_os_error, refused))
     if not found and not refused:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import parse_json
+from olp.core.files import expand_paths, parse_json
 from olp.core.registry import file_names
 from olp.core.source import Source, load
 from olp.ir.program import Program, Routine, Statement
@@ -271,6 +271,8 @@ class Vendor(ABC):
 
     `reads`: kinds of statements that its reader makes, moves by their path ("Move spline"), for `olp vendors`.
     `data_suffixes`: those of `suffixes` whose files hold data of the programs beside them and nothing that runs.
+    `shared_suffixes`: those of `suffixes` that other makers' files have, too: in a folder, such a file is a program
+    only where its text looks like this language.
     `list_suffixes`: of files beside the programs that hold data and are known by their text alone. `folders_beside`:
     seen from a program's folder, where the files stand that the controller loads with it.
     `joint_moves`: patterns of a straight move and what makes each a joint move, `{percent}` of rated speed.
@@ -295,6 +297,7 @@ class Vendor(ABC):
     suffixes: ClassVar[tuple[str, ...]]
     reads: ClassVar[frozenset[str]]
     data_suffixes: ClassVar[tuple[str, ...]] = ()
+    shared_suffixes: ClassVar[tuple[str, ...]] = ()
     list_suffixes: ClassVar[tuple[str, ...]] = ()
     folders_beside: ClassVar[tuple[str, ...]] = ()
     comment_prefix: ClassVar[str]
@@ -365,6 +368,21 @@ def vendor_suffixes() -> tuple[str, ...]:
     """The suffixes of program files of all vendors, lower case, sorted: what folders are searched for."""
     vendors = [find_vendor(name) for name in vendor_names()]
     return tuple(sorted({s for one in vendors for s in one.suffixes if s not in one.data_suffixes}))
+
+
+def program_files(paths: Iterable[str | Path]) -> list[Path]:
+    """The programs meant by `paths`, in any language: files as they are, those of folders. Raises OlpError."""
+    return expand_paths(paths, vendor_suffixes(), _is_program)
+
+
+def _is_program(path: Path) -> bool:
+    """Whether a file of a folder is a program and no other maker's file with its suffix."""
+    suffix = path.suffix.lower()
+    vendors = [one for one in map(find_vendor, vendor_names()) if suffix in one.shared_suffixes]
+    try:
+        return not vendors or any(one.sniff(load(path)) for one in vendors)
+    except (OlpError, OSError):
+        return True  # whoever reads it tells why it cannot be read
 
 
 def find_vendor(name: str) -> Vendor:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.files import expand_paths, from_os_error, parse_json
+from olp.core.files import from_os_error, parse_json
 from olp.servers.confinement import CommandLine, as_json, close_in, limit_memory, prepare
 from olp.servers.web.desk import DROPPED, Desk, WorkerSetting, diagnosed, packed, received
 
@@ -41,14 +41,14 @@ _TOLD = 200  # diagnostics of one answer
 
 def cell(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table of `olp time FOLDER`; {} where no file has changed since the answer with the stamp `known`."""
-    from olp.languages.vendor import vendor_suffixes
+    from olp.languages.vendor import program_files
     from olp.reports.batch import Job, time_files
     from olp.reports.formats.report import Options
 
     stamp = _stamp(desk)
     if given.get("known") == stamp:
         return {}
-    paths = [str(path) for path in expand_paths(["."], vendor_suffixes())]
+    paths = [str(path) for path in program_files(["."])]
     job = Job(**asdict(desk.setting.job), options=Options(segments=False, top=_COSTLIEST))
     # Processes that are started anew would not be closed in; copies of this one are.
     workers = 0 if multiprocessing.get_start_method() == "fork" else 1

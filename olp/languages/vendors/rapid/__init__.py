@@ -51,6 +51,7 @@ class Rapid(Vendor):
     name = "rapid"
     title = "ABB RAPID"
     suffixes = (".mod", ".modx", ".prg", ".sys", ".pgf")
+    shared_suffixes = (".sys",)  # SYSTEM.SYS stands in other makers' backups
     reads = statements(
         "Update PulseOutput Label Jump ElseIf While EndWhile For Next Switch Case Default EndSwitch "
         "Pause Declare SetAcceleration SetOverride ObeyFlags ShiftOn ShiftOff Process Disabled Opaque"
