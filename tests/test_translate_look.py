@@ -11,9 +11,9 @@ from translate_programs import own_program
 from translated_texts import VENDORS
 
 import olp
-from olp.ir.expressions import PositionLiteral
+from olp.ir.expressions import Expression, PositionLiteral
 from olp.ir.program import Comment, Move, Program, Statement
-from olp.ir.transformer import expressions_of, note_names, sets_numbers
+from olp.ir.transformer import expressions_of, mapped, note_names, sets_numbers
 from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.occurrences import Look, changed_rare, with_routines, with_rows, with_same_parts
@@ -54,6 +54,20 @@ def test_a_look_finds_what_a_walk_through_everything_finds(vendor: str, seed: in
     everything = [*program.data, *(d for r in program.routines for d in r.data), *program.statements()]
     walked = Counter(e for s in everything for e in expressions_of(s) if type(e) is PositionLiteral)
     assert Counter(work.literals(program)).keys() == walked.keys()
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_the_expressions_of_a_statement_are_those_that_would_be_changed(vendor: str, tmp_path: Path) -> None:
+    program = own_program(5, vendor, tmp_path, ROBOT)
+    for s in [*program.statements(), *program.data, *krl(tmp_path).statements()]:
+        visited: list[Expression] = []
+
+        def visit(e: Expression, visited: list[Expression] = visited) -> Expression:
+            visited.append(e)
+            return e
+
+        assert mapped(s, visit) is s
+        assert list(map(id, expressions_of(s))) == list(map(id, visited))
 
 
 def test_plain_moves_and_settings_are_told_from_the_rest(tmp_path: Path) -> None:

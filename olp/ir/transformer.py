@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields
-from typing import Any, Final, TypeVar, cast, get_args
+from typing import Any, Final, TypeVar, get_args
 
 from olp.core.fast_dataclass import changer
 from olp.ir.expressions import (
@@ -50,7 +50,8 @@ def mapped(node: T, change: Change) -> T:
 
     Literal numbers of a quantity (a speed, a time) are not passed to `change`.
     """
-    return cast(T, _mapped(node, change))
+    found: T = _mapped(node, change)
+    return found
 
 
 def _mapped(node: Any, change: Change) -> Any:
@@ -225,15 +226,52 @@ _ATOMS: Final = frozenset(
 
 
 def expressions_of(node: object) -> list[Expression]:
-    """Return every expression in a statement or expression, inner ones first."""
+    """Return every expression in a statement or expression, inner ones first: those that `mapped` changes."""
     found: list[Expression] = []
-
-    def note(expression: Expression) -> Expression:
-        found.append(expression)
-        return expression
-
-    _mapped(node, note)
+    gather(node, found)
     return found
+
+
+def gather(node: Any, found: list[Expression]) -> None:
+    """Add to `found` what `expressions_of` returns: what there is most of without the detour of `mapped`."""
+    kind = type(node)
+    if kind in _LEAVES:
+        found.append(node)
+    elif kind is Move and is_usual(node):
+        speed, blend = node.speed, node.blend
+        for e in node.targets:
+            gather(e, found)
+        if node.tool is not None:
+            gather(node.tool, found)
+        if node.frame is not None:
+            gather(node.frame, found)
+        if speed is not None and type(speed.value.written) is not Number:
+            gather(speed, found)
+        if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
+            gather(blend, found)
+    elif kind is Function:
+        for e in node.arguments:
+            gather(e, found)
+        found.append(node)
+    elif kind is RecordLiteral:
+        for _, e in node.members:
+            if type(e) in _LEAVES:
+                found.append(e)
+            else:
+                gather(e, found)
+        found.append(node)
+    elif kind is Declare and not node.sizes:
+        if node.value is not None:
+            gather(node.value, found)
+    elif kind is FrameRef and (node.number is None or type(node.number) is Number):
+        found.append(node)
+    else:
+
+        def note(e: Expression) -> Expression:
+            found.append(e)
+            return e
+
+        _mapped(node, note)
 
 
 def changed_by(s: object) -> Iterator[str]:
@@ -256,33 +294,7 @@ def changed_by(s: object) -> Iterator[str]:
 
 def note_names(node: Any, found: set[str]) -> None:
     """Add to `found` the name of every variable in a statement or expression."""
-    kind = type(node)
-    if kind is Named:
-        found.add(node.name)
-    elif kind is Move and is_usual(node):
-        for e in (*node.targets, node.tool, node.frame):
-            if type(e) is Named:
-                found.add(e.name)
-            elif e is not None and not (
-                type(e) is FrameRef and (e.number is None or type(e.number) is Number)
-            ):
-                note_names(e, found)
-        speed, blend = node.speed, node.blend
-        if speed is not None and type(speed.value.written) is not Number:
-            note_names(speed.value.written, found)
-        if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
-            note_names(blend.value.written, found)
-    elif kind is Function:
-        for e in node.arguments:
-            note_names(e, found)
-    elif kind is RecordLiteral:
-        for _, e in node.members:
-            note_names(e, found)
-    elif kind is Declare and not node.sizes:
-        if node.value is not None:
-            note_names(node.value, found)
-    elif kind not in _LEAVES and not sets_numbers(node):
-        found.update([e.name for e in expressions_of(node) if type(e) is Named])
+    found.update([e.name for e in expressions_of(node) if type(e) is Named])
 
 
 def sets_numbers(s: object) -> bool:

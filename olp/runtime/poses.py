@@ -538,11 +538,8 @@ def _asked_once(
         return before[2]
     found = find(m, e)
     # Not of numbers, whose tools and frames may be redefined; what is assumed of held work is counted at every move.
-    if (
-        slot is not None
-        and isinstance(slot.value, (PositionValue, Record))
-        and not _stands_beside(slot.value)
-    ):
+    counted = slot is None or (find is _tool_of_value and _stands_beside(slot.value))
+    if slot is not None and not counted and isinstance(slot.value, (PositionValue, Record)):
         known[id(slot)] = (slot, m.memory.stamp, found)
     return found
 
@@ -562,7 +559,7 @@ def _tool_of_value(m: Machine, tool: Expression) -> int:
     return number_of(m, "tool", pose)
 
 
-def _stands_beside(tool: Value) -> bool:
+def _stands_beside(tool: Value | None) -> bool:
     return isinstance(tool, Record) and tool.members.get("robhold") is False
 
 

@@ -20,7 +20,7 @@ from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.postures import NEAREST, carriers_of_flags, takes_flags
-from olp.transpile.symbols import Symbols, symbols_of
+from olp.transpile.symbols import Symbols
 
 Sectors = tuple[tuple[int, float, float], ...]
 Flags = tuple[tuple[int, ...], Sectors]
@@ -41,7 +41,7 @@ def with_flags(program: Program, work: TranslationContext) -> Program:
     moves = [s for s in program.statements() if type(s) is Move]
     if not any(s.path is Path.JOINT for s in moves):
         return program
-    own = _Literals(work, symbols_of(program))
+    own = _Literals(work, work.symbols(program))
     for routine in program.routines:
         for s in routine.body:
             if type(s) is Move:
@@ -202,9 +202,9 @@ class _Literals:
             rows = [self._move(s, routine.name, chosen) if type(s) is Move else s for s in routine.body]
             body = tuple(s if type(s) is Move and _is_named(s) else mapped(s, change) for s in rows)
             routines.append(
-                replace(routine, body=body, data=tuple(mapped(one, change) for one in routine.data))
+                replace(routine, body=body, data=tuple([mapped(one, change) for one in routine.data]))
             )
-        data = tuple(mapped(one, change) for one in program.data)
+        data = tuple([mapped(one, change) for one in program.data])
         return replace(program, data=data, routines=tuple(routines))
 
     def _move(self, s: Move, routine: str, chosen: dict[int, PositionLiteral]) -> Move:
@@ -260,7 +260,7 @@ def _most_frequent(counts: dict[Flags, int]) -> Flags:
 
 def _left_open(program: Program, work: TranslationContext) -> Program:
     """The program does not watch the flags of joint moves where they are not known."""
-    symbols, carriers = symbols_of(program), carriers_of_flags(program)
+    symbols, carriers = work.symbols(program), carriers_of_flags(program)
     open_moves: set[int] = set()
     known = False
     for routine in program.routines:

@@ -67,7 +67,7 @@ _OPEN: Final = Unknown("")  # how many elements a parameter has where its caller
 def array_parameters(program: Program, work: TranslationContext) -> Program:
     """Arrays that routines take have as many elements as what all calls hand over, where that is one number."""
     while True:
-        symbols = symbols_of(program)
+        symbols = work.symbols(program)
         changed = [_sized(r, program, symbols) for r in program.routines]
         if all(new is old for new, old in zip(changed, program.routines, strict=True)):
             return program
@@ -380,7 +380,7 @@ def vectors(program: Program, work: TranslationContext) -> Program:
     """p[x, y, z, a[3], a[4], a[5]] as a copy of `a` with another place; a[3] of a constant as its number."""
     if not work.conventions.pose_lists or work.target_conventions.pose_lists:
         return program
-    own = _Vectors(work, symbols_of(program))
+    own = _Vectors(work, work.symbols(program))
     routines = tuple(
         replace(r, body=tuple(row for s in r.body for row in own.rows(s, r.name))) for r in program.routines
     )
@@ -470,7 +470,7 @@ def sums(program: Program, work: TranslationContext) -> Program:
     """PR[1]=PR[2]+PR[3] as a copy of the first with elements that are set one by one."""
     if not work.conventions.sums_of_positions or work.target_conventions.sums_of_positions:
         return program
-    own = _Sums(work, symbols_of(program))
+    own = _Sums(work, work.symbols(program))
     routines = tuple(
         replace(r, body=tuple([row for s in r.body for row in own.rows(s, r.name)])) for r in program.routines
     )

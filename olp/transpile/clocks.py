@@ -49,7 +49,7 @@ def clocks(program: Program, work: TranslationContext) -> Program:
     if not work.limits.clocks:
         return program
     found = {
-        routine.name: {i: c for i, s in enumerate(routine.body) for c in _clocks_in(s)}
+        routine.name: {i: c for i, s in work.look(routine).rare for c in _clocks_in(s)}
         for routine in program.routines
     }
     if not any(found.values()):

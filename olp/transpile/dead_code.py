@@ -8,9 +8,9 @@ from pathlib import PureWindowsPath
 from typing import Final
 
 from olp.core.diagnostic import OlpError, error
-from olp.ir.expressions import Named, PositionLiteral, RecordLiteral
+from olp.ir.expressions import Expression, Named, PositionLiteral, RecordLiteral
 from olp.ir.program import Declare, Program, Routine
-from olp.ir.transformer import expressions_of, note_names
+from olp.ir.transformer import expressions_of, gather
 from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
@@ -22,13 +22,14 @@ _HELD = _PLAIN | {"tool", "frame", "clock", ""}  # types that every language has
 
 def prune(program: Program, work: TranslationContext) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
-    used: set[str] = set()
+    named: list[Expression] = []
     everything = [*program.data, *(d for r in program.routines for d in r.data)]
     for s in program.statements():
         if type(s) is Declare:
             everything.append(s)
         else:
-            note_names(s, used)
+            gather(s, named)
+    used = {e.name for e in named if type(e) is Named}
     by_name = {d.name: d for d in everything}
     naming = {name: d for name, d in by_name.items() if type(d.value) is not PositionLiteral}
     todo = list(used & naming.keys())

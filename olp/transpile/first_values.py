@@ -51,7 +51,7 @@ from olp.runtime.assumptions import Given
 from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, saved_position
 from olp.transpile.context import SET_BACK, Fate, TranslationContext, world_of
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
-from olp.transpile.symbols import Symbols, base_of, symbols_of
+from olp.transpile.symbols import Symbols, base_of
 
 _NUMBERS_AND_TEXTS: Final = (Number, Text, SignalState)
 _PLAIN: Final = (*_NUMBERS_AND_TEXTS, PositionLiteral, type(None))
@@ -62,9 +62,9 @@ _DEEPEST: Final = 20  # a value that names a value that names …
 
 def first_values(program: Program, work: TranslationContext) -> Program:
     """All data of the program with literal values."""
-    if all(_is_plain(d.value) for d in program.data) and not any(r.data for r in program.routines):
+    if all(is_plain(d.value) for d in program.data) and not any(r.data for r in program.routines):
         return program
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
     routines = tuple(
         replace(r, data=tuple(_written(d, symbols, r.name, work) for d in r.data)) if r.data else r
         for r in program.routines
@@ -74,7 +74,7 @@ def first_values(program: Program, work: TranslationContext) -> Program:
 
 
 def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContext) -> Declare:
-    if _is_plain(s.value) or isinstance(s.value, Signal):
+    if is_plain(s.value) or isinstance(s.value, Signal):
         return s
     value: Expression | None = s.value
     for _ in range(_DEEPEST):
@@ -91,7 +91,7 @@ def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContex
     return s if value is s.value else replace(s, value=value)
 
 
-def _is_plain(value: Expression | None) -> bool:
+def is_plain(value: Expression | None) -> bool:
     """Whether a value is written out: nothing in it is computed, nor a position to be taught."""
     if type(value) is RecordLiteral:
         return all(type(e) in _NUMBERS_AND_TEXTS for _, e in value.members)

@@ -38,11 +38,12 @@ from olp.ir.program import (
     Wait,
     While,
 )
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.name_types import AXES, COMPONENTS
-from olp.transpile.symbols import Symbol, Symbols, symbols_of
+from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.symbols import Symbol, Symbols
 
 _WHOLE_TYPES: Final = {
     "tooldata": "tool",
@@ -99,8 +100,8 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
 
     A statement that takes a record whole in another way than that is refused.
     """
-    program = _settings(_spelled_out(program))
-    found = _found(program, symbols_of(program), work.conventions.member_types)
+    program = _settings(_spelled_out(program, work), work)
+    found = _found(program, work)
     if not found.any:
         return program
     for s, kind in _odd(program, found):
@@ -127,13 +128,13 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=tuple(data))
 
 
-def _spelled_out(program: Program) -> Program:
+def _spelled_out(program: Program, work: TranslationContext) -> Program:
     """The program with the values of speeds and zones that nothing changes, where they are copied or handed over."""
-    symbols = symbols_of(program)
     if not any(d.type in _PARTS for _, d in _declarations(program)) and not any(
         p.type in _PARTS for r in program.routines for p in r.parameters
     ):
         return program
+    symbols = work.symbols(program)
 
     def literal(e: Expression, routine: str) -> Expression:
         symbol = symbols.find(routine, e.name) if isinstance(e, Named) else None
@@ -143,22 +144,22 @@ def _spelled_out(program: Program) -> Program:
 
     def row(s: Statement, routine: str) -> Statement:
         if isinstance(s, Assign):
-            s = replace(s, value=literal(s.value, routine))
+            value = literal(s.value, routine)
+            s = s if value is s.value else replace(s, value=value)
         elif isinstance(s, Call):
             s = replace(s, arguments=tuple([literal(a, routine) for a in s.arguments]))
         return s
 
-    routines = tuple(replace(r, body=tuple([row(s, r.name) for s in r.body])) for r in program.routines)
-    return replace(program, routines=routines)
+    return with_routines(program, (with_rows(r, [row(s, r.name) for s in r.body]) for r in program.routines))
 
 
-def _settings(program: Program) -> Program:
+def _settings(program: Program, work: TranslationContext) -> Program:
     """Moves with the values of what they take from records that nothing changes: VAL3's motion descriptors."""
     if not any(
         isinstance(d.value, RecordLiteral) and d.type == d.value.type for _, d in _declarations(program)
     ):
         return program
-    symbols = symbols_of(program)
+    symbols = work.symbols(program)
 
     def setting(e: Expression, routine: str) -> Expression:
         if type(e) is Binary and e.operator == "*" and type(e.left) is type(e.right) is Number:
@@ -172,8 +173,7 @@ def _settings(program: Program) -> Program:
     def row(s: Statement, routine: str) -> Statement:
         return mapped(s, lambda e: setting(e, routine)) if type(s) is Move else s
 
-    routines = tuple(replace(r, body=tuple([row(s, r.name) for s in r.body])) for r in program.routines)
-    return replace(program, routines=routines)
+    return with_routines(program, (with_rows(r, [row(s, r.name) for s in r.body]) for r in program.routines))
 
 
 def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
@@ -185,7 +185,8 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 # --- What there is ---
 
 
-def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Records:
+def _found(program: Program, work: TranslationContext) -> _Records:
+    symbols, types = work.symbols(program), work.conventions.member_types
     found = _Records(symbols)
     layouts = dict(_layouts(program)) if types else {}
     given = [(scope, d, one) for scope, d in _declarations(program) if (one := _element(d.value)) is not None]
@@ -216,7 +217,7 @@ def _found(program: Program, symbols: Symbols, types: Mapping[str, str]) -> _Rec
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
     _add_unknown(program, found, layouts.keys())
-    _add_undeclared(program, found)
+    _add_undeclared(program, found, work)
     handed = {
         p.type for r in program.routines for p in r.parameters if p.type in _PARTS
     } - found.shapes.keys()
@@ -281,7 +282,7 @@ def _add_unknown(program: Program, found: _Records, kinds: Set[str]) -> None:
                     found.shapes[kind] = (*found.shapes[kind], _Leaf(path, ""))
 
 
-def _add_undeclared(program: Program, found: _Records) -> None:
+def _add_undeclared(program: Program, found: _Records, work: TranslationContext) -> None:
     """Names that nothing declares, of which statements take members: their type has those that any of them names.
 
     What one of them is copied from or to is of the same type. A name that is anything else besides is no record.
@@ -290,8 +291,8 @@ def _add_undeclared(program: Program, found: _Records) -> None:
     links: list[tuple[str, str]] = []
     others: set[str] = set()
     for r in program.routines:
-        for s in r.body:
-            if calls_nothing(s) or sets_numbers(s) or isinstance(s, Declare):
+        for _, s in work.look(r).rare:
+            if isinstance(s, Declare):
                 continue
             whole: Counter[str] = Counter()
             for e in expressions_of(s):

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from olp.ir.expressions import Expression, Named, Number, PositionLiteral
 from olp.ir.program import Declare, Disabled, Move, Program, Routine, Statement, Wait
-from olp.ir.transformer import calls_nothing, expressions_of, note_names, sets_numbers
+from olp.ir.transformer import calls_nothing, expressions_of, gather, note_names, sets_numbers
 
 Part = TypeVar("Part", Program, Routine)
 
@@ -27,6 +27,7 @@ class Look:
     plain: list[Move] = field(default_factory=list)
     _expressions: list[Expression] | None = None
     _systems: list[tuple[str, Expression]] | None = None
+    _values: list[Expression] | None = None
 
     def __post_init__(self) -> None:
         for at, s in enumerate(self.body):
@@ -58,6 +59,21 @@ class Look:
             self._systems = found + [("user", e) for e in frames.values() if e is not None]
         return self._systems
 
+    @property
+    def values(self) -> list[Expression]:
+        """All expressions in the tools, frames and computed speeds and blends of plain moves."""
+        if self._values is None:
+            self._values = []
+            for _, e in self.systems:
+                gather(e, self._values)
+            for s in self.plain:
+                speed, blend = s.speed, s.blend
+                if speed is not None and type(speed.value.written) is not Number:
+                    gather(speed.value.written, self._values)
+                if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
+                    gather(blend.value.written, self._values)
+        return self._values
+
     def direct(self) -> list[Move]:
         """Plain moves to places that are not named, but written out or numbered."""
         return [s for s in self.plain if type(s.targets[0]) is not Named or len(s.targets) > 1]
@@ -73,17 +89,10 @@ class Look:
     def names(self) -> set[str]:
         """The variables that the statements name."""
         found = {s.targets[0].name for s in self.plain if type(s.targets[0]) is Named}
-        found.update([e.name for e in self.expressions if type(e) is Named])
+        others = [*self.expressions, *self.values]
         for s in self.direct():
-            note_names(s.targets, found)
-        for _, e in self.systems:
-            note_names(e, found)
-        for s in self.plain:
-            speed, blend = s.speed, s.blend
-            if speed is not None and type(speed.value.written) is not Number:
-                note_names(speed.value.written, found)
-            if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
-                note_names(blend.value.written, found)
+            gather(s.targets, others)
+        found.update([e.name for e in others if type(e) is Named])
         return found
 
 

@@ -34,7 +34,7 @@ from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
-from olp.transpile.symbols import Symbols, symbols_of
+from olp.transpile.symbols import Symbols
 
 _STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool and its frame where they are
 _SAME: Final = 1e-9  # [rad]
@@ -62,7 +62,7 @@ def partial(program: Program, work: TranslationContext) -> Program:
     """
     if not work.conventions.partial_targets or not any(_leaves_out(r, work) for r in program.routines):
         return _whole_data(program, work)
-    own = _Partial(work, symbols_of(program))
+    own = _Partial(work, work.symbols(program))
     routines = tuple(replace(r, body=tuple(own.rows(r))) for r in program.routines)
     return _whole_data(replace(program, routines=routines, data=(*program.data, *own.declared)), work)
 

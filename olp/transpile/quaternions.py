@@ -45,10 +45,8 @@ def own_components(program: Program, work: TranslationContext) -> Program:
     symbols = work.symbols(program)
     held = _POSITIONS if work.limits.numbered else _POSITIONS | _SYSTEMS
     for routine in program.routines:
-        for s in routine.body:
-            if isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s):
-                continue
-            if isinstance(s, Move) and not s.has_signals:
+        for _, s in work.look(routine).rare:
+            if isinstance(s, Declare) or (isinstance(s, Move) and not s.has_signals):
                 continue
             for e in expressions_of(s):
                 kind = system_or_position(e.base, symbols, routine.name) if isinstance(e, Member) else ""

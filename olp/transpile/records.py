@@ -31,6 +31,7 @@ from olp.ir.transformer import (
 )
 from olp.robots.geometry import Pose
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.first_values import is_plain
 from olp.transpile.occurrences import changed_rare, with_rows
 
 _COPIES = 5  # of a tool or frame, one of the other
@@ -182,9 +183,10 @@ def _declared(data: tuple[Declare, ...], work: TranslationContext) -> tuple[Decl
 
 
 def _plain(s: Declare, work: TranslationContext) -> Declare:
-    if type(s.value) is PositionLiteral and not s.sizes:
+    system = s.type in ("tool", "frame")
+    if not s.sizes and (type(s.value) is PositionLiteral or (not system and is_plain(s.value))):
         return s
-    if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
+    if not system or not isinstance(s.value, RecordLiteral) or s.sizes:
         return mapped(s, _change)
     value = pose_of_record(s.value)
     if value is None:

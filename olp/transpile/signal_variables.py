@@ -17,7 +17,7 @@ from olp.ir.expressions import (
     Text,
 )
 from olp.ir.program import Assign, Call, Declare, Parameter, Program, Routine, Statement
-from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
+from olp.ir.transformer import calls_nothing, mapped, sets_numbers
 from olp.transpile.context import Fate, TranslationContext
 
 NUMBER: Final = "signal-number"  # of a signal, which a later pass knows
@@ -28,7 +28,7 @@ def signal_variables(program: Program, work: TranslationContext) -> Program:
     """Signals that routines are handed, and those that variables stand for, by their numbers."""
     if work.target_conventions.controller_names or not work.conventions.controller_names:
         return program
-    own = _Variables(work, _buses(program), {r.name.casefold(): r.parameters for r in program.routines})
+    own = _Variables(work, _buses(program, work), {r.name.casefold(): r.parameters for r in program.routines})
     if not own.buses:
         return program
     return replace(
@@ -38,13 +38,12 @@ def signal_variables(program: Program, work: TranslationContext) -> Program:
     )
 
 
-def _buses(program: Program) -> dict[str, str]:
+def _buses(program: Program, work: TranslationContext) -> dict[str, str]:
     """The variables and parameters that stand for a signal, case folded -> the bus on which they are used."""
     return {
         e.index.name.casefold(): e.bus
-        for s in program.statements()
-        if not calls_nothing(s) and not sets_numbers(s)
-        for e in expressions_of(s)
+        for r in program.routines
+        for e in work.look(r).expressions
         if isinstance(e, Signal) and isinstance(e.index, Named)
     }
 

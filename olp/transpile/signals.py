@@ -119,6 +119,7 @@ class _Signals:
         numbers = {
             (e.bus, int(e.index.value))
             for s in program.statements()
+            if type(s) is not Move or s.has_signals
             for e in expressions_of(s)
             if type(e) is Signal and isinstance(e.index, Number)
         }
@@ -130,7 +131,7 @@ class _Signals:
         """Gives numbers to names: those that show a number keep it, all others get the numbers after them."""
         names: list[tuple[str, str]] = []
         for s in program.statements():
-            for e in expressions_of(s):
+            for e in expressions_of(s) if type(s) is not Move or s.has_signals else ():
                 if type(e) is Signal and isinstance(e.index, Text) and (e.bus, e.index.value) not in names:
                     names.append((e.bus, e.index.value))
         for bus, name in names:

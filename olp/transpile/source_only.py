@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -63,10 +63,9 @@ from olp.ir.program import (
 from olp.ir.transformer import (
     calls_nothing,
     expressions_of,
-    is_written_out,
+    gather,
     mapped,
     note_names,
-    sets_numbers,
 )
 from olp.languages.vendor import (
     ACKNOWLEDGED,
@@ -83,6 +82,7 @@ from olp.languages.vendor import (
 )
 from olp.transpile.clocks import is_clock
 from olp.transpile.context import PROCESS, Fate, TranslationContext
+from olp.transpile.occurrences import Look
 from olp.transpile.symbols import base_of
 
 _ACKNOWLEDGES: Final = (
@@ -123,11 +123,12 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     resolved = work.conventions.resolved_variables
     routines = []
     for routine in program.routines:
-        unresolved = _read_records(routine) if resolved else set[str]()
+        unresolved = _read_records(work.look(routine)) if resolved else set[str]()
         halts = words.halts(routine)
         rows: list[Statement] = []
         for s in vendor.without_editor_comments(routine.body) if vendor else routine.body:
-            s = words.without_arm(s)
+            if _may_name_arm(s):
+                s = words.without_arm(s)
             if type(s) in _MODAL or (type(s) is Move and not s.other):
                 rows.append(s)
             elif isinstance(s, Process) and s.line in halts:
@@ -162,19 +163,21 @@ class _ForeignWords:
     def of(cls, program: Program, work: TranslationContext) -> _ForeignWords:
         options = work.conventions.move_options
         stands = _tables_stand(program, work)
-        held = frozenset(d.name for d in _all_declared(program) if d.type == _EXTERNAL)
+        rare = [s for r in program.routines for _, s in work.look(r).rare]
+        declared = (*program.data, *(s for s in rare if isinstance(s, Declare)))
+        held = frozenset(d.name for d in declared if d.type == _EXTERNAL)
         return cls(
             program,
             work,
-            {s.task for s in program.statements() if isinstance(s, StartTask)},
-            any(isinstance(s, ShiftOn) for s in program.statements()),
+            {s.task for s in rare if isinstance(s, StartTask)},
+            any(isinstance(s, ShiftOn) for s in rare),
             options.manner | options.together if stands else options.manner,
             {routine.name.casefold() for routine in program.routines},
-            {s.routine.casefold() for s in program.statements() if isinstance(s, Call)},
-            _idle_settings(program, work),
-            stands and not any(_sets_axes(s, held) for s in program.statements()),
+            {s.routine.casefold() for s in rare if isinstance(s, Call)},
+            _idle_settings(program, rare, work),
+            stands and not any(_sets_axes(s, held) for s in rare),
             held,
-            dict(_watched(program)),
+            dict(_watched(rare)),
         )
 
     @property
@@ -200,8 +203,6 @@ class _ForeignWords:
 
     def without_arm(self, s: Statement) -> Statement:
         """The statement with computed positions that name no arm configuration, nor axes where all stand."""
-        if not _may_name_arm(s):
-            return s
         gone = {"conf", "axes"} if self.axes_stand else {"conf"}
         dropped: set[str] = set()
 
@@ -427,18 +428,17 @@ def _is_resolved(target: Expression, resolved: Set[str], unresolved: Set[str]) -
     return isinstance(target, Named) and target.name.upper() in resolved - unresolved
 
 
-def _read_records(routine: Routine) -> set[str]:
+def _read_records(look: Look) -> set[str]:
     """Those of the forms' records, in capitals, whose members a statement reads: the reader could not resolve them."""
-    read: set[str] = set()
-    for s in routine.body:
-        if not (isinstance(s, Comment) or sets_numbers(s) or (isinstance(s, Move) and is_written_out(s))):
-            taken = s.value if isinstance(s, Assign) else s
-            members = (e.base for e in expressions_of(taken) if isinstance(e, Member))
-            read.update(base.name.upper() for base in members if isinstance(base, Named))
-    return read
+    found: list[Expression] = list(look.values)
+    for _, s in look.rare:
+        if type(s) is not Comment:
+            gather(s.value if isinstance(s, Assign) else s, found)
+    members = (e.base for e in found if type(e) is Member)
+    return {base.name.upper() for base in members if isinstance(base, Named)}
 
 
-def _idle_settings(program: Program, work: TranslationContext) -> dict[int, str]:
+def _idle_settings(program: Program, rare: Sequence[Statement], work: TranslationContext) -> dict[int, str]:
     """Lines that set what moves nothing, and what that is: settings that nobody reads, to a number that does nothing.
 
     Less than the least number matters to blended moves alone.
@@ -446,9 +446,7 @@ def _idle_settings(program: Program, work: TranslationContext) -> dict[int, str]
     known = work.conventions.idle_settings
     found: dict[str, dict[int, str]] = {}
     names: set[str] = set()  # of what is read
-    for s in program.statements() if known else ():
-        if calls_nothing(s) or sets_numbers(s):
-            continue
+    for s in rare if known else ():
         name = s.target.name.casefold() if isinstance(s, Assign) and isinstance(s.target, Named) else ""
         if isinstance(s, Assign) and name in known:
             what, least = known[name]
@@ -599,23 +597,18 @@ def _tables_stand(program: Program, work: TranslationContext) -> bool:
 def _may_name_arm(s: Statement) -> bool:
     """Whether a computed position of a statement may say more than where the tool is."""
     if isinstance(s, Move):
+        if len(s.targets) == 1:
+            return type(s.targets[0]) is Function or type(s.via) is Function
         return any(type(e) is Function for e in (*s.targets, s.via))
     return isinstance(s, (Assign, Call, Return))
 
 
-def _watched(program: Program) -> Iterator[tuple[int, tuple[CallValue, bool]]]:
-    for s in program.statements():
+def _watched(rare: Sequence[Statement]) -> Iterator[tuple[int, tuple[CallValue, bool]]]:
+    for s in rare:
         given = dict(s.arguments) if isinstance(s, Process) else {}
         call, number = given.get("call"), given.get("number")
         if WATCH in given and isinstance(call, CallValue) and isinstance(number, Number):
             yield int(number.value), (call, given.get(ONCE) == SignalState(True))
-
-
-def _all_declared(program: Program) -> Iterator[Declare]:
-    yield from program.data
-    for s in program.statements():
-        if isinstance(s, Declare):
-            yield s
 
 
 def _sets_axes(s: Statement, held: Set[str]) -> bool:

@@ -165,8 +165,12 @@ class _Speeds:
         speed = None if s.speed is None else s.speed.value.literal
         if not speed or s.speed is None or s.speed.unit is not SpeedUnit.TRAVEL:
             return 0.0
-        usual = [(max(length / speed, angle / other), angle) for length, angle in self._segments(s)]
-        return max((angle / bound / time - 1.0 for time, angle in usual if time > 0.0), default=0.0)
+        longest = 0.0
+        for length, angle in self._segments(s):
+            time = max(length / speed, angle / other)
+            if time > 0.0:
+                longest = max(longest, angle / bound / time - 1.0)
+        return longest
 
     def _segments(self, s: Move) -> list[Segment]:
         """Length and turn of each execution: from the text where it shows them, else from the plan."""

@@ -146,9 +146,9 @@ def symbols_of(program: Program) -> Symbols:
     found = Symbols({}, {routine.name: routine for routine in program.routines})
     known = conventions_of(program.vendor)
     found.values_alone, found.results = known.arguments_are_values, known.result_types
-    names = [declare.name for declare in program.data]
-    if len(set(names)) == len(names):
-        found.declared.update(zip(names, program.data, strict=True))
+    declared = {declare.name: declare for declare in program.data}
+    if len(declared) == len(program.data):
+        found.declared = declared
     for declare in program.data if not found.declared else ():
         if declare.name in found.declared or ("", declare.name) in found.table:
             _declare(found, "", declare)

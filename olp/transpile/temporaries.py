@@ -602,14 +602,13 @@ def decided_early(program: Program, work: TranslationContext) -> Program:
         return program
     quiet = _quiet_of(program)
     for routine in program.routines:
-        for s in routine.body:
-            if not calls_nothing(s):
-                for name in _called_behind(s, quiet):
-                    says = (
-                        f"{language_of(program.vendor)} does not call {name} where what stands before it decides "
-                        f"the condition: {language_of(work.target)} may call it there too"
-                    )
-                    work.lose(s, Fate.APPROXIMATED, "call", says)
+        for _, s in work.look(routine).rare:
+            for name in _called_behind(s, quiet):
+                says = (
+                    f"{language_of(program.vendor)} does not call {name} where what stands before it decides "
+                    f"the condition: {language_of(work.target)} may call it there too"
+                )
+                work.lose(s, Fate.APPROXIMATED, "call", says)
     return program
 
 

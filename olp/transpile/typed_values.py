@@ -50,7 +50,7 @@ from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.limits import ValueTypes
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
-from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
+from olp.transpile.symbols import Symbols, kind_of_value
 
 _NUMBERS: Final = frozenset({"integer", "real"})
 _PLACES: Final = frozenset({"position", "joints"})
@@ -66,7 +66,7 @@ def typed_values(program: Program, work: TranslationContext) -> Program:
         return program
     if types.persistent_systems:
         program = _systems_in_the_module(program, work)
-    own = _Typing(types, symbols_of(program), work)
+    own = _Typing(types, work.symbols(program), work)
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []

@@ -151,6 +151,7 @@ class Krl(Vendor):
 
     def as_called(self, program: Program) -> Program:
         from olp.languages.vendors.krl.controller import (
+            reading_of,
             with_channel_calls,
             with_kept_settings,
             with_own_layouts,
@@ -166,7 +167,10 @@ class Krl(Vendor):
 
         program = with_record_messages(with_given_parameters(program))
         program = with_plain_functions(with_status_members(with_cyclic_flags(program)))
-        return without_unknown_types(with_own_layouts(with_kept_settings(with_channel_calls(program))))
+        program = with_channel_calls(program)
+        reading = reading_of(program)
+        kept = with_kept_settings(program, reading)
+        return without_unknown_types(with_own_layouts(kept, reading if kept is program else reading_of(kept)))
 
     def sniff(self, source: Source) -> bool:
         return any(_SIGNS.match(line) for line in source.lines[:_LOOKED_AT])

@@ -74,9 +74,8 @@ _ACTUAL: Final = {"PDAT_ACT": "PDAT", "LDAT_ACT": "LDAT", "FDAT_ACT": "FDAT"}
 _STATE: Final = "STATE_T"
 
 
-def with_own_layouts(program: Program) -> Program:
+def with_own_layouts(program: Program, reading: Sequence[Statement]) -> Program:
     """The program with the layouts of the controller's own types, where a statement takes a record of them apart."""
-    reading = _reading(program)
     taken = {_root(e).upper() for s in reading for e in expressions_of(s) if type(e) is Member}
     taken |= {_root(s.target).upper() for s in reading if isinstance(s, Assign) and _is_record(s)}
     if not taken:
@@ -111,12 +110,12 @@ def _declared(program: Program) -> Iterator[Declare]:
         yield from (s for s in r.body if type(s) is Declare)
 
 
-def _reading(program: Program) -> list[Statement]:
+def reading_of(program: Program) -> list[Statement]:
+    """The statements that may read a record, a setting or a place of the controller's, or call a function."""
     return [s for s in program.statements() if _is_read(s)]
 
 
 def _is_read(s: Statement) -> bool:
-    """Whether a statement may read a record, a setting or a place of the controller's, or call a function."""
     if type(s) is Move:
         return not is_written_out(s) or _is_place(s.targets[0])
     return not (isinstance(s, Declare) or sets_numbers(s))
@@ -171,9 +170,8 @@ _WHOLE: Final = frozenset({"$OV_PRO", "$ADVANCE"})
 _PLACES: Final = {"$H_POS": "H_POS", "$AXIS_HOME": "AXIS_HOME"}
 
 
-def with_kept_settings(program: Program) -> Program:
+def with_kept_settings(program: Program, reading: Sequence[Statement]) -> Program:
     """The program with variables for the settings that it reads."""
-    reading = _reading(program)
     read = {key for s in reading for e in _values(s) if (key := _setting(e))}
     # Of single axes, where one variable for all would be another value.
     read -= {_setting(s.target) for s in reading if isinstance(s, Assign)} - _WHOLE
@@ -227,7 +225,7 @@ def _values(s: Statement) -> list[Expression]:
 
 
 def _is_place(e: Expression) -> bool:
-    return type(e) is Named and e.name.upper() in _PLACES
+    return type(e) is Named and e.name.startswith("$") and e.name.upper() in _PLACES
 
 
 def _setting(e: Expression) -> str:
@@ -286,7 +284,7 @@ def with_channel_calls(program: Program) -> Program:
         return program
     states = {d.name.upper() for d in _declared(program) if d.type.upper() == _STATE}
     members: dict[str, dict[str, None]] = {name: {} for name in states}
-    for s in _reading(program):
+    for s in reading_of(program):
         for e in expressions_of(s):
             if type(e) is Member and (root := _root(e).upper()) in states:
                 members[root][e.name.upper()] = None
@@ -309,6 +307,9 @@ def with_channel_calls(program: Program) -> Program:
     return replace(program, routines=tuple(routines), data=_without(program.data, unread))
 
 
+_COMPUTED: Final = frozenset({"bit-not", "same-text"})
+
+
 def with_plain_functions(program: Program) -> Program:
     """The program with comparisons in the place of `StrComp(A[],B[],#CASE_SENS)`, and `B_NOT N` as -N - 1."""
 
@@ -320,6 +321,10 @@ def with_plain_functions(program: Program) -> Program:
     def row(s: Statement) -> Statement:
         return mapped(s, change) if _is_read(s) else s
 
+    if not any(
+        type(e) is Function and e.name in _COMPUTED for s in reading_of(program) for e in expressions_of(s)
+    ):
+        return program
     return replace(
         program, routines=tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
     )

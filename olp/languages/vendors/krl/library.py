@@ -169,7 +169,7 @@ _GIVEN: Final = "#INITIALIZED"
 
 def with_given_parameters(program: Program) -> Program:
     """The program with what all its calls decide alike as TRUE or FALSE."""
-    if not any(_is_asked(s) for s in program.statements()):
+    if not any(map(_is_asked, program.statements())):
         return program
     calls: dict[str, list[tuple[Expression, ...]]] = {}
     for s in program.statements():
@@ -214,13 +214,11 @@ def _is_asked(s: Statement) -> bool:
     )
 
 
-def _calls(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
-    if isinstance(s, Call):
-        yield s.routine, s.arguments
-    if not (calls_nothing(s) or sets_numbers(s)):
-        for e in expressions_of(s):
-            if type(e) is CallValue:
-                yield e.routine, e.arguments
+def _calls(s: Statement) -> list[tuple[str, tuple[Expression, ...]]]:
+    if calls_nothing(s) or sets_numbers(s):
+        return []
+    own = [(s.routine, s.arguments)] if isinstance(s, Call) else []
+    return own + [(e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue]
 
 
 # --- Messages as records ---

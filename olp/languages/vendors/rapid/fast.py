@@ -7,6 +7,7 @@ gives exactly what the grammar gives (a test compares the two); whatever else a 
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import Final
 
 from olp.core import memory_limit
@@ -64,6 +65,7 @@ _Systems = tuple[Expression | None, Expression | None]  # tool and frame
 _Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...], tuple[float, ...]]
 
 
+@lru_cache(maxsize=_MOST)
 def _value(text: str) -> SignalState | Number:
     word = text.lower()
     if word in ("true", "false"):
