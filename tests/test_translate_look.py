@@ -16,6 +16,7 @@ from olp.ir.program import Comment, Move, Program, Statement
 from olp.ir.transformer import expressions_of, mapped, note_names, sets_numbers
 from olp.robots.robot import load_robot
 from olp.transpile import Context
+from olp.transpile.dead_code import unnamed_speeds
 from olp.transpile.occurrences import Look, changed_rare, with_routines, with_rows, with_same_parts
 from olp.transpile.pipeline import work_for
 
@@ -120,3 +121,20 @@ def test_a_program_that_is_put_together_anew_of_the_same_is_the_same(tmp_path: P
     assert renamed.routines[0].comment == "new"
     assert renamed.routines[0].body is routine.body
     assert with_same_parts(replace(program, routines=(replace(anew, name="other"),)), program) != program
+
+
+def test_speeds_that_nothing_names_are_not_looked_at(tmp_path: Path) -> None:
+    data = [f"  CONST speeddata v{n}:=[{100 + n},500,5000,1000];" for n in range(1, 6)]
+    data += ["  VAR speeddata held:=[1,2,3,4];", "  CONST zonedata near:=[FALSE,1,2,2,1,2,1];"]
+    moves = [
+        "    held:=v2;",
+        "    MoveL [[900,0,800],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],held,fine,tool0;",
+    ]
+    rows = ["MODULE m", *data, "  PROC main()", *moves, "  ENDPROC", "ENDMODULE"]
+    (tmp_path / "m.mod").write_text("\n".join(rows))
+    program = olp.read(tmp_path / "m.mod")
+    work = work_for(program, "krl", Context())
+    left = unnamed_speeds(program, work)
+    assert [d.name for d in left.data] == ["v2", "held", "near"]  # the last of each type tells its members
+    assert unnamed_speeds(left, work).data == left.data
+    assert unnamed_speeds(program, work_for(program, "rapid", Context())) is program

@@ -10,14 +10,39 @@ from typing import Final
 from olp.core.diagnostic import OlpError, error
 from olp.ir.expressions import Expression, Named, PositionLiteral, RecordLiteral
 from olp.ir.program import Declare, Program, Routine
-from olp.ir.transformer import expressions_of, gather
+from olp.ir.transformer import expressions_of, gather, note_names
 from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.occurrences import names_of_data
 
 _PLAIN = frozenset({"integer", "real", "boolean", "string", "position", "joints"})
 _WRITTEN = frozenset({"speed", "zone"})
 _HELD = _PLAIN | {"tool", "frame", "clock", ""}  # types that every language has in some form
+
+
+def unnamed_speeds(program: Program, work: TranslationContext) -> Program:
+    """Without the speeds and zones that nothing names, as many as moves in CAM programs: no pass need look at them.
+
+    The last one of a type stays: it tells the members of data without a value.
+    """
+    speeds = [d for d in program.data if _is_speed(d)]
+    if not speeds or work.source.vendor == work.target or holds_data_only(program):
+        return program
+    named = names_of_data([*program.data, *(d for r in program.routines for d in r.data)])
+    for r in program.routines:
+        named |= work.look(r).names()
+        for p in r.parameters:
+            note_names(p.default, named)
+    last = {d.type: id(d) for d in speeds}
+    gone = {id(d) for d in speeds if d.name not in named} - set(last.values())
+    return replace(program, data=tuple([d for d in program.data if id(d) not in gone]))
+
+
+def _is_speed(d: Declare) -> bool:
+    """Whether data are the record of one speed or zone."""
+    value = d.value if d.type in _WRITTEN and not d.sizes else None
+    return type(value) is RecordLiteral and bool(value.members) and value.members[0][0] != ""
 
 
 def prune(program: Program, work: TranslationContext) -> Program:

@@ -50,7 +50,7 @@ from olp.transpile.constant_frames import held_systems, known_systems
 from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
 from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, standing
-from olp.transpile.dead_code import data_alone, holds_data_only, prune
+from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
 from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import begun, begun_anew, first_values, lasting
 from olp.transpile.flat_records import flat_records
@@ -234,6 +234,7 @@ _TO_NAMES: Final[tuple[Pass, ...]] = (
 def passes(work: TranslationContext) -> tuple[Pass, ...]:
     """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
     first: tuple[Pass, ...] = (
+        unnamed_speeds,
         handlers,
         spelling,
         stopped_advance,
