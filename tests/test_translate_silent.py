@@ -2145,18 +2145,48 @@ def test_a_speed_of_turning_is_not_bound_by_the_speed_of_the_move_before_in_krl(
     assert compare_plans(one, other).differences == []
 
 
-@pytest.mark.parametrize("target", ["krl", "tp"])
-def test_what_a_routine_hands_back_without_its_value_is_lost_for_its_callers(target):
+@pytest.mark.parametrize(
+    ("target", "lost"),
+    [("krl", "q.trans:=PoseVect(pe,q.trans);"), ("tp", "q.rot:=OrientZYX(10,0,0)*q.rot;")],
+)
+def test_what_a_routine_hands_back_without_its_value_is_lost_for_its_callers(target, lost):
     """A left-out statement inside of the routine computes it: the callers' moves went elsewhere, "exact"."""
-    data = (*TARGETS, "VAR robtarget pA;", "VAR robtarget pB;")
+    data = (*TARGETS, "VAR robtarget pA;", "VAR robtarget pB;", "VAR pose pe;")
     rows = ("MoveL p1,v100,fine,tool0;", "pA:=above(p1);", "MoveL pA,v100,fine,tool0;", "lift pB;")
     text = module(*rows, "MoveL pB,v100,fine,tool0;", data=data).replace(
         "ENDMODULE",
-        "FUNC robtarget above(robtarget p)\r\nVAR robtarget q;\r\nq:=p;\r\nq.rot:=OrientZYX(10,0,0)*q.rot;\r\n"
-        "RETURN q;\r\nENDFUNC\r\nPROC lift(INOUT robtarget q)\r\nq:=p2;\r\nq.rot:=OrientZYX(10,0,0)*q.rot;\r\n"
+        f"FUNC robtarget above(robtarget p)\r\nVAR robtarget q;\r\nq:=p;\r\n{lost}\r\n"
+        f"RETURN q;\r\nENDFUNC\r\nPROC lift(INOUT robtarget q)\r\nq:=p2;\r\n{lost}\r\n"
         "ENDPROC\r\nENDMODULE",
     )
     found = {loss.line: (str(loss.fate), loss.says) for loss in losses(text, "rapid", target)}
-    assert found[10][0] == found[12][0] == "commented"
-    assert "it needs pA" in found[10][1]
-    assert "it needs pB" in found[12][1]
+    assert found[11][0] == found[13][0] == "commented"
+    assert "it needs pA" in found[11][1]
+    assert "it needs pB" in found[13][1]
+
+
+# --- Products of turns --------------------------------------------------------------------------------------------
+
+TURNS = module(
+    "MoveJ p1,v100,fine,tool0;", "q:=p1;", "q.rot:=OrientZYX(30,0,0)*q.rot;", "MoveL q,v100,fine,tool0;",
+    "o:=o*q.rot*OrientZYX(0,10,0);", "q.rot:=o;", "MoveL q,v100,fine,tool0;",
+    data=(*TARGETS, "VAR robtarget q;", "VAR orient o:=[1,0,0,0];"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["krl", "urscript"])
+def test_a_product_of_two_orients_is_one_turn_behind_the_other(target):
+    """URScript got `p[…] * p[…]`, which it does not know; the run left the line out."""
+    plan = run(read(TURNS, "rapid"), robot=ROBOT)
+    assert not [d for d in plan.diagnostics if d.is_error]
+    assert compare_plans(plan, run_elsewhere(TURNS, "rapid", target), speeds=False).differences == []
+    assert "] * olp_pose" not in translated(TURNS, "rapid", "urscript")
+    said = TURNS.replace("OrientZYX(30,0,0)*q.rot", "OrientZYX(30,0,180)")
+    said = said.replace("o*q.rot*OrientZYX(0,10,0)", "OrientZYX(30,-10,180)")
+    assert compare_plans(plan, run(read(said, "rapid"), robot=ROBOT)).differences == []
+
+
+def test_a_product_of_two_orients_is_written_back_as_it_was():
+    text = translated(TURNS, "rapid", "rapid")
+    assert "q.rot:=OrientZYX(30,0,0) * q.rot;" in text
+    assert "o:=o * q.rot * OrientZYX(0,10,0);" in text

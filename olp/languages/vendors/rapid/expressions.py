@@ -118,7 +118,10 @@ class RapidExpressionRules(Transformer[Token, Any]):
 
     def binary(self, children: list[Any]) -> Expression:
         operator = children[1].lower()
-        if operator in ("+", "-", "*") and (sum_ := self._places(operator, children[0], children[2])):
+        sides = children[0], children[2]
+        if operator == "*" and any(literals.is_turn(one, self.names) for one in sides):
+            return literals.turned(*sides)
+        if operator in ("+", "-", "*") and (sum_ := self._places(operator, *sides)):
             return sum_
         left, right = self._plain(children[0]), self._plain(children[2])
         if operator == "+" and (literals.is_text(left, self.names) or literals.is_text(right, self.names)):

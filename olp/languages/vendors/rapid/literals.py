@@ -312,6 +312,24 @@ def is_place(value: Expression | RapidAggregate, names: RapidNames) -> bool:
     return not isinstance(value, RapidAggregate) and type_of(value, names) == "pos"
 
 
+def is_turn(value: Expression | RapidAggregate, names: RapidNames) -> bool:
+    """Whether a value is an orient: declared as one, `p.rot`, OrientZYX(…), or a product of such."""
+    match value:
+        case Function("pose-angles", arguments):
+            return arguments[:3] == _NO_ANGLES != arguments[3:]
+        case Function("pose-product", (left, right)):
+            return is_turn(left, names) and is_turn(right, names)
+        case PositionLiteral(native=native):
+            return bool(native) and native[0][0] == "orient"
+    return not isinstance(value, RapidAggregate) and type_of(value, names) == "orient"
+
+
+def turned(left: Expression | RapidAggregate, right: Expression | RapidAggregate) -> Function:
+    """The product of two orients: poses at zero, one seen from the other."""
+    sides = (_orient(one) if isinstance(one, RapidAggregate) else one for one in (left, right))
+    return Function("pose-product", tuple(sides))
+
+
 def turn_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
     """rx, ry, rz [deg] of an orient."""
     if isinstance(value, RapidAggregate):

@@ -168,7 +168,7 @@ class RapidStatements(RapidMoves):
         name = self.value(target)
         if kind == "robtarget":
             return f"{name}:={self.as_robtarget(value)};"
-        return f"{name}:={self.typed(value, kind if _is_structure(value) else '')};"
+        return f"{name}:={self.typed(value, kind if _is_structure(value) or kind == 'orient' else '')};"
 
     def _clock(self, clock: ex.Function, value: ex.Expression) -> str:
         if clock.name == "timer-running" and isinstance(value, ex.SignalState):

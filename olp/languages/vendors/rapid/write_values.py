@@ -169,6 +169,8 @@ class RapidValues(Generator):
 
     def typed(self, e: ex.Expression, kind: str) -> str:
         """An expression where the type `kind` is expected, "" for any."""
+        if kind == "orient" and isinstance(e, ex.Function) and e.name == "pose-product":
+            return self.orient_text(e)
         if kind and isinstance(e, ex.PositionLiteral):
             return literal(e, kind, self.own)
         if kind and isinstance(e, ex.RecordLiteral):
@@ -483,9 +485,22 @@ class RapidValues(Generator):
     def turn_text(self, values: tuple[ex.Expression, ...]) -> str:
         """`p.rot`, or `OrientZYX(z,y,x)`."""
         base = common_base(values, _ANGLES)
+        if self.own and isinstance(base, ex.Function) and base.name == "pose-product":
+            return self.orient_text(base)
         if base is not None:
             return self.turn(base)
         return f"OrientZYX({','.join(self.value(value) for value in reversed(values))})"
+
+    def orient_text(self, e: ex.Expression) -> str:
+        """A value of type orient; a product of two as one."""
+        match e:
+            case ex.Function("pose-product", (left, right)):
+                first, second = map(self.orient_text, (left, right))
+                grouped = isinstance(right, ex.Function) and right.name == "pose-product"
+                return f"{first} * {f'({second})' if grouped else second}"
+            case ex.Function("pose-angles", arguments):
+                return self.turn_text(arguments[3:6])
+        return self.typed(e, "orient")
 
     def robjoint_text(self, values: tuple[ex.Expression, ...]) -> str:
         """`j.robax`, a robjoint, or `[…]`."""
