@@ -641,3 +641,15 @@ def test_a_group_of_krl_has_the_number_of_the_target():
     head = "DEF main()\nDECL INT code\nSIGNAL INP8 $IN[17] TO $IN[24]\nSIGNAL OUT8 $OUT[17] TO $OUT[24]\n"
     text = head + "code=INP8\nOUT8=code\nEND\n"
     assert not objections(text, "krl", "inform")
+
+
+def test_runs_that_were_both_stopped_are_compared_as_far_as_both_came():
+    rows = ("MoveL p1,v100,z10,tool0;", "MoveL p2,v100,z10,tool0;", "SetDO do1,1;")
+    data = (
+        "CONST robtarget p1:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+        "CONST robtarget p2:=[[900,90,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+    )
+    program = read(module(*rows * 9, data=data), "rapid")
+    longer, shorter = (run(program, robot=ROBOT, max_steps=most) for most in (20, 14))
+    assert not compare_plans(longer, run(program, robot=ROBOT)).is_equal
+    assert compare_plans(longer, shorter).is_equal

@@ -145,15 +145,17 @@ def compare_plans(
     "wait", the lines of `one` where they are known to differ. `origins`: the line of `one` that each line of
     `other` was made from; without it steps are paired in their order. `renamed`: an event of `one` with the signals
     of `other`. `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are not as long as
-    they were when speeds of joint moves and sizes of blends were converted, which are then not compared; nor is
-    what only one of two runs comes to that were stopped.
+    they were when speeds of joint moves and sizes of blends were converted, which are then not compared. Of two runs
+    that were stopped, the last move is not compared, as what follows it is not known, nor what one of them comes to.
     """
-    cut_short = other_lengths and all(any(d.code in CUT_SHORT for d in p.diagnostics) for p in (one, other))
+    cut_short = all(any(d.code in CUT_SHORT for d in p.diagnostics) for p in (one, other))
     rules = _Rules(
         tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed, other_lengths, cut_short
     )
     first = steps_of(one, without, seconds[0], comments=comments)
     second = rules.joined(steps_of(other, seconds=seconds[1]))
+    if cut_short:
+        first, second = _before_the_last_move(first), _before_the_last_move(second)
     result = _compared(first, second, rules)
     result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
     if one.unknown < 0 or result.is_equal:
@@ -162,6 +164,11 @@ def compare_plans(
     until = _compared(known, second, rules, cut=True)
     until.unknown, until.until = result.unknown, result.unknown[0]
     return until
+
+
+def _before_the_last_move(steps: list[ComparedStep]) -> list[ComparedStep]:
+    last = next((at for at in range(len(steps) - 1, -1, -1) if steps[at].kind is StepKind.MOVE), len(steps))
+    return steps[:last]
 
 
 class _Rules(NamedTuple):
