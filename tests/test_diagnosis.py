@@ -17,9 +17,10 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.core.diagnostic import OlpError
+from olp.core.diagnostic import OlpError, error
 from olp.identification.diagnosis import diagnose
 from olp.identification.diagnosis.result import PHASES, VERDICTS
+from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.robots.robot import load_robot
 from olp.timing.physics import term_names
@@ -423,10 +424,31 @@ def test_a_recording_without_anything_to_judge_by_is_refused(folder, tmp_path, c
     keep = [rows[0].index(name) for name in rows[0] if name not in ("sim_s", "speed_mm_s")]
     text = "".join(",".join(row[k] for k in keep) + "\n" for row in rows)
     (tmp_path / "moves.csv").write_text(text, encoding="utf-8")
-    assert main(["diagnose", str(tmp_path)]) == 2
+    out = tmp_path / "answer.json"
+    assert main(["diagnose", str(tmp_path), "--json", str(out)]) == 2
     err = capsys.readouterr().err
     assert "error[N010]" in err
     assert "help: " in err
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert answer["verdict"] == "not-judged"
+    assert answer["mismatch"]["rmse_s"] is None
+    assert "sim_s" in answer["notes"][0]
+    with pytest.raises(OlpError, match="E1"):
+        diagnose.nothing_to_compare(OlpError(error("E1", "another problem")))
+
+
+@pytest.mark.parametrize(("resolution", "judged"), [(0.01, 4), (5.0, 5)])
+def test_a_duration_of_nothing_is_no_time_of_a_motion_that_takes_longer_than_a_digit(
+    resolution, judged, tmp_path
+):
+    """One such cell outweighed all other moves of a published recording."""
+    head = "move,duration_s,sim_s,speed_mm_s,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm\n"
+    rows = [f"{k},{0 if k == 3 else 2.5},2.5,100,0,0,0,{200 + k},0,0\n" for k in range(5)]
+    (tmp_path / "moves.csv").write_text(head + "".join(rows), encoding="utf-8")
+    (tmp_path / "recording.toml").write_text(f"time_resolution_s = {resolution}\n", encoding="utf-8")
+    made = case_of(read_recording(tmp_path))
+    assert len(made.case) == judged
+    assert any("0 s" in note and "move 3" in note for note in made.notes) == (judged == 4)
 
 
 def with_columns(folder, to, **columns):

@@ -44,8 +44,9 @@ def run(args: Namespace) -> int:
     from pathlib import Path
 
     from olp.cli._timing import print_diagnostics
+    from olp.core.diagnostic import OlpError
     from olp.core.files import refuse_inputs, write_output
-    from olp.identification.diagnosis.diagnose import diagnose_recording
+    from olp.identification.diagnosis.diagnose import diagnose_recording, nothing_to_compare
     from olp.identification.recording.reader import read_recording
     from olp.robots.robot import load_robot
 
@@ -57,7 +58,13 @@ def run(args: Namespace) -> int:
     recording = read_recording(args.recording, logs_alone=True)
     recording, job_text = _with_job(recording, args.job)
     print_diagnostics(recording.diagnostics)
-    outcome = diagnose_recording(recording, robot)
+    try:
+        outcome = diagnose_recording(recording, robot)
+    except OlpError as problem:
+        answer = nothing_to_compare(problem)
+        if args.json:
+            write_output(args.json, json.dumps(answer.to_json(), indent=1) + "\n")
+        raise
     if args.json:
         write_output(args.json, json.dumps(outcome.diagnosis.to_json(), indent=1) + "\n")
     if args.html:

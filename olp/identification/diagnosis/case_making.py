@@ -31,6 +31,7 @@ Rows = NDArray[np.int64]
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
 _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of the accelerations
 _FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them with: fewer tell nothing
+_SHOWN = 8  # moves named in a note
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 
 
@@ -70,7 +71,14 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
     waiting = moves.kind == WAIT
     known = np.isfinite(pace.way) & np.isfinite(pace.speed) & (pace.way > 0)
     told = np.isfinite(pace.acceleration) if judged is None else np.isfinite(judged.duration)
-    rows = np.nonzero(moves.measured & told & (known | waiting))[0].astype(np.int64)
+    # The digits of a clock round less than one of them to nothing, not a motion that takes longer.
+    least = np.where(known & ~waiting, pace.way / np.where(pace.speed > 0, pace.speed, np.inf), 0.0)
+    timeless = (moves.duration == 0) & (least > recording.noise_floor().resolution)
+    if timeless.any():
+        which = ", ".join(map(str, moves.move[timeless][:_SHOWN].tolist()))
+        more = ", …" if timeless.sum() > _SHOWN else ""
+        notes.append(f"not judged: a duration of 0 s, which no motion takes, of move {which}{more}")
+    rows = np.nonzero(moves.measured & ~timeless & told & (known | waiting))[0].astype(np.int64)
     if not len(rows):
         raise OlpError(
             error(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis import evidence, phrasing
 from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, loss_of, penalty, whiten
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
@@ -455,6 +456,22 @@ def diagnosis_of_logs(log: LogDiagnosis, unpaired: tuple[str, ...]) -> Diagnosis
         notes=(_NOTE, *log.notes),
         unpaired=unpaired,
         log=log.to_json(),
+    )
+
+
+def nothing_to_compare(problem: OlpError) -> Diagnosis:
+    """The answer where `diagnose_recording` raised N010; raises any other `problem` again."""
+    if [d.code for d in problem.diagnostics] != ["N010"]:
+        raise problem
+    found = problem.diagnostics[0]
+    return Diagnosis(
+        verdict="not-judged",
+        moves=0,
+        held_out_by="",
+        noise_floor=math.nan,
+        mismatch=Mismatch(math.nan, Errors(math.nan, math.nan, math.nan), ()),
+        remainder=Remainder(math.nan),
+        notes=(f"{found.message}; {found.help}",),
     )
 
 
