@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span
 from olp.core.source import Source, load
@@ -42,6 +42,15 @@ class LoadedCell:
     sources: tuple[Source, ...]
     controller: str
     above: tuple[Source, ...] = ()
+
+
+class WrongForm(NamedTuple):
+    """A form that the loader refuses: what matches, and what is told of it."""
+
+    pattern: re.Pattern[str]
+    code: str
+    says: str
+    help: str
 
 
 @dataclass(slots=True)
@@ -79,6 +88,13 @@ class LoadFindings:
         size = len(name.lstrip("#$.*"))
         if size > most:
             self.tell("K103", f"the {what} {name[:40]} has {size} characters", span, f"{most} at most")
+
+    def wrong_forms(self, forms: Iterable[WrongForm], number: int, code: str) -> None:
+        """Tells the forms that a line's code, without its texts and comments, has and may not have."""
+        for form in forms:
+            if match := form.pattern.search(code):
+                span = Span(number, match.start() + 1, match.end() + 1)
+                self.tell(form.code, form.says, span, form.help)
 
     def doubles(
         self, names: Iterable[tuple[str, str, Span]], help: str = "call one of them otherwise"

@@ -3,7 +3,8 @@
 From the survey of published jobs and manuals that the readers are made from: the length of names, 8 characters before
 the DX100; the eight arguments of a job; ///LVARS, which counts the local variables; `'`, which begins a comment only on
 a line of its own below NOP; tools and user frames up to 63; that jobs without ///GROUP1 do not move.
-From memory of the INFORM manuals: labels are unique, the ranges of B, I and D, VJ up to 100 %.
+From memory of the INFORM manuals: labels are unique, the ranges of B, I and D, VJ up to 100 %, and `_WRONG`: none of 95
+public jobs breaks one of its rules.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Final
 
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
-from olp.languages.loading import LoadedCell, LoadFindings, Loading, is_near
+from olp.languages.loading import LoadedCell, LoadFindings, Loading, WrongForm, is_near
 
 _OLDER: Final = ("nx100",)
 _LONGEST_JOB: Final = {True: 8, False: 32}  # characters, by whether the controller is an older one
@@ -41,6 +42,35 @@ _TAKEN: Final = re.compile(r"\bIARG#\((\d+)\)")
 _LOCAL: Final = re.compile(r"\b(L(?:BP|EX|[BIDRSP]))(\d+)\b")
 _SET: Final = re.compile(r"\s*SET\s+L?([BID])\d+\s+(-?\d+)\s*$")
 _SHARE: Final = re.compile(r"\bVJ=(\d+(?:\.\d*)?)(?![\w.])")
+_WRONG: Final = (
+    WrongForm(
+        re.compile(r"^\s*S?MOVJ\b[^+]*?\sV[RE]?=\S*"),
+        "K108",
+        "a joint move with the speed of a line",
+        "VJ= in percent",
+    ),
+    WrongForm(
+        re.compile(r"^\s*S?MOV[LCS]\b[^+]*?\sVJ=\S*"),
+        "K108",
+        "a line with the speed of a joint move",
+        "V= in mm/s",
+    ),
+    WrongForm(
+        re.compile(r"\b(?:ACC|DEC)=(?!0*100(?:\.0*)?(?![\w.]))\d{3,}(?:\.\d*)?"),
+        "K109",
+        "out of range",
+        "100 at most",
+    ),
+    WrongForm(
+        re.compile(r"\bTIMER\s+T=(?:\d{4,}|6[6-9]\d|65[6-9]|[7-9]\d\d)(?:\.\d*)?"),
+        "K109",
+        "a wait of more than 655.35 s",
+        "take several",
+    ),
+    WrongForm(re.compile(r"\bDOUT\s+(?:IN|SIN|IG|IGH)#"), "K108", "an input is set", "DOUT OT#(1) ON"),
+    WrongForm(re.compile(r"\bDOUT\s+OT#\([^)]*\)\s+\d+"), "K108", "an output is a number here", "ON or OFF"),
+    WrongForm(re.compile(r"\b(?:INC|DEC)\s+L?(?:P|BP|EX|S|R)\d"), "K108", "counts only B, I and D", "ADD"),
+)
 _MOVES: Final = re.compile(r"\s*S?MOV[JLCS]\s+(?:C|BC|EC|P)\d")
 
 
@@ -70,6 +100,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         _labels(found, job, older)
         _locals(found, job)
         for number, line in job.body:
+            found.wrong_forms(_WRONG, number, _code(line))
             _instruction(found, number, line)
             called = _CALLED.search(_code(line))
             if called and called[1] not in names:

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
-from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.loading import LoadedCell, LoadFindings, Loading, WrongForm
 from olp.languages.vendors.tp.limits import LARGEST_LABEL, ROUTINE_LENGTH
 
 _OLDER: Final = ("r-j3",)
@@ -41,15 +41,6 @@ _BY_ARGUMENT: Final = re.compile(
 )
 _HANDED_ON: Final = re.compile(r"\bGO\[[^\]]*\]\s*=\s*GI\[[^\]]*\]\s*;")
 _CALL: Final = re.compile(r"\b(?:CALL|RUN)\s+([A-Za-z_]\w*)\s*(?:\(([^()]*(?:\([^()]*\)[^()]*)*)\))?")
-
-
-class WrongForm(NamedTuple):
-    """A form that the loader refuses: what matches, and what is told of it."""
-
-    pattern: re.Pattern[str]
-    code: str
-    says: str
-    help: str
 
 
 _SIGNAL: Final = r"\b(?:[DRSUW][IO]|F|M)\[[^\]]*\]\s*(?:=|<>)\s*[\d.]+"
@@ -179,9 +170,7 @@ def _instruction(found: LoadFindings, number: int, line: str) -> None:
     code = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), code)
     for match in _NUMBERED.finditer(code):
         found.tell("K109", f"there is no {match[1]}[0]", _at(number, match), "numbers begin at 1")
-    for wrong in _WRONG:
-        if match := wrong.pattern.search(code):
-            found.tell(wrong.code, wrong.says, _at(number, match), wrong.help)
+    found.wrong_forms(_WRONG, number, code)
     if handed := _HANDED_ON.search(code):
         help = "through a register: R[1]=GI[1], GO[1]=R[1] (ASBN-092)"
         found.tell("K108", "a group output takes no group input", _at(number, handed), help)
