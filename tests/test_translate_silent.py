@@ -22,6 +22,7 @@ from olp.transpile.compare import compare_plans
 from olp.transpile.context import PROCESS, Fate
 from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
+from olp.transpile.preflight import before_it_runs
 from olp.transpile.receipt import verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
@@ -2190,3 +2191,12 @@ def test_a_product_of_two_orients_is_written_back_as_it_was():
     text = translated(TURNS, "rapid", "rapid")
     assert "q.rot:=OrientZYX(30,0,0) * q.rot;" in text
     assert "o:=o * q.rot * OrientZYX(0,10,0);" in text
+
+
+def test_the_load_of_a_tool_with_a_name_is_asked_for():
+    """A script's `set_tcp` says nothing of it; only tools with numbers were asked for."""
+    data = (*TARGETS, "PERS tooldata grip:=[TRUE,[[0,0,150],[1,0,0,0]],[2.5,[0,0,80],[1,0,0,0],0,0,0]];")
+    text = module("MoveL p1,v100,fine,grip;", data=data)
+    translation = converted(text, "rapid", "urscript").translated
+    asked = before_it_runs(link(read(text, "rapid")), translation, "urscript", None, True)
+    assert any("loads of the tools" in one for one in asked)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from olp.ir.expressions import Expression, FrameRef, Function, Number, Signal, Taught, Text, Variable
+from olp.ir.expressions import Expression, FrameRef, Function, Named, Number, Signal, Taught, Text, Variable
 from olp.ir.points import PointKind
 from olp.ir.program import Assign, Call, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
 from olp.ir.program import Path as MovePath
@@ -151,7 +151,8 @@ def _systems(translated: Translated) -> Iterator[str]:
         yield f"set {missing} on the controller: the program does not"
     if here := _listed(written):
         yield f"see that no other program needs other values of {here}: this one sets them"
-    if any(kind == "tool" for kind, _ in (*used, *written, *translated.mapping)):
+    named = any(isinstance(s, Move) and isinstance(s.tool, Named) for s in translated.program.statements())
+    if named or any(kind == "tool" for kind, _ in (*used, *written, *translated.mapping)):
         yield "enter the loads of the tools (mass, centre of gravity): they are not translated"
 
 
