@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.findings import Findings
-from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.loading import LoadedCell, LoadFindings, Loading, is_near
 from olp.languages.vendors.urscript.builtins import KNOWN
 from olp.languages.vendors.urscript.lines import Broken, Mark, UrscriptLine, UrscriptLineReader
 from olp.languages.vendors.urscript.scopes import Outliner, UrscriptPart
@@ -152,7 +152,8 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         else:
             found.unknown.append((call.name, _at(found, call), "the function"))
     for line, name in _reads(root):
-        if name not in names and name not in _FUNCTIONS | _UNLISTED:
+        known = name in names or name in _FUNCTIONS or name in _UNLISTED
+        if not known and any(is_near(one.casefold(), name.casefold()) for one in names):
             found.doubtful.append((name, _place(found, line, name), "the variable"))
     return found.finish(names.keys() | _FUNCTIONS, whole, shared=True)
 
