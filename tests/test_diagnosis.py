@@ -437,6 +437,22 @@ def test_a_recording_without_anything_to_judge_by_is_refused(folder, tmp_path, c
         diagnose.nothing_to_compare(OlpError(error("E1", "another problem")))
 
 
+@pytest.mark.parametrize(("late", "verdict"), [(0.0, "no-mismatch"), (0.3, "unexplained")])
+def test_moves_that_agree_are_no_agreement_where_others_of_unknown_length_differ(late, verdict, tmp_path):
+    """A table without the joints of its joint moves."""
+    head = (
+        "move,type,duration_s,sim_s,speed_mm_s,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm\n"
+    )
+    lines = [
+        f"{k},linear,{2.1 + 0.01 * k},{2.1 + 0.01 * k},100,500,0,300,{700 + k},0,300\n" for k in range(12)
+    ]
+    joints = [f"{k},joint,{1.5 + late},1.5,,500,0,300,{700 + k},90,300\n" for k in range(12, 30)]
+    (tmp_path / "moves.csv").write_text(head + "".join(lines + joints), encoding="utf-8")
+    told = diagnose.diagnose_recording(read_recording(tmp_path)).diagnosis
+    assert told.verdict == verdict
+    assert any("18 others differ by typically 300" in note for note in told.notes) == (late > 0)
+
+
 @pytest.mark.parametrize(("resolution", "judged"), [(0.01, 4), (5.0, 5)])
 def test_a_duration_of_nothing_is_no_time_of_a_motion_that_takes_longer_than_a_digit(
     resolution, judged, tmp_path

@@ -126,7 +126,10 @@ def _answer(
             named = nameless(named)
             sigma, told_by = floor_of(named)
     verdict, tails = verdict_of(named), _tails(named)
-    notes = (*notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
+    floor = math.hypot(sigma, math.sqrt(tails))
+    beside = _beside_the_judged(recording, case, floor) if verdict == "no-mismatch" else ()
+    verdict = "unexplained" if beside else verdict
+    notes = (*beside, *notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
     if told.findings:
@@ -138,7 +141,7 @@ def _answer(
         verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
         moves=len(case),
         held_out_by=named.folds.by,
-        noise_floor=math.hypot(sigma, math.sqrt(tails)),
+        noise_floor=floor,
         noise_from=told_by,
         mismatch=mismatch_of(case, sigma, model, named.waiting),
         findings=findings,
@@ -154,6 +157,20 @@ def _answer(
         log=_log_json(log),
     )
     return DiagnosisOutcome(diagnosis, case, model, predicted, _ladder(named), log, named)
+
+
+def _beside_the_judged(recording: Recording, case: MeasuredMoves, floor: float) -> tuple[str, ...]:
+    """That moves without a known length or speed differ: then judged ones that agree say nothing of the whole."""
+    moves = recording.moves
+    both = moves.measured & np.isfinite(moves.sim) & (moves.duration > 0) & ~np.isin(moves.move, case.move)
+    off = (moves.duration - moves.sim)[both]
+    if len(off) < _FEWEST or rms(off) <= AGREES * floor:
+        return ()
+    others = f"{phrasing.counted(len(off), 'other')} differ by typically {phrasing.seconds(rms(off))}"
+    return (
+        f"the {len(case)} moves of known length and speed agree with the simulation; {others}: to say why, give their "
+        "joints or points, and speeds",
+    )
 
 
 def _idle(told: ReportedFindings) -> str:
