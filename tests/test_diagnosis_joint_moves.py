@@ -8,6 +8,7 @@ from olp.identification.diagnosis.evidence import CUT, clipped_cut, cut, gain_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.search import move_terms, shelf_of
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
@@ -176,3 +177,18 @@ def test_an_arm_in_one_posture_slows_lines_by_reach_and_height_of_the_tool(tmp_p
     assert model.seconds(moves.take(rows)) == pytest.approx(
         model.seconds(moves)[rows]
     )  # heights are those of all
+
+
+def test_some_of_the_moves_take_by_every_term_what_they_take_among_all(tmp_path):
+    """What a form counts from, a middle height or a scale of joint moves, is that of the moves it was fitted to."""
+    moves = reach_of_lines(tmp_path)
+    rows = np.arange(len(moves))[moves.end[:, 2] > 0.8]
+    parts = list(shelf_of(moves, move_terms()).parts)
+    parts += [part._replace(values=np.full(5, 0.1)) for part in parts if len(part.values) == 5]
+    assert {part.term.name for part in parts if part.form.key == "any arm"} == {"gravity", "reach-inertia"}
+    some = moves.take(rows)
+    for part in parts:
+        model = DurationModel((part,))
+        np.testing.assert_allclose(
+            model.seconds(some), model.seconds(moves)[rows], atol=1e-9, err_msg=part.label
+        )

@@ -183,7 +183,7 @@ class MeasuredMoves:
     def number(self, name: str, make: Callable[[], float]) -> float:
         """A number over all moves that a form refers to (a median, a minimum), computed by `make`.
 
-        Moves of another program are predicted with the number of the moves that the model was fitted to, `numbers`.
+        Other moves, or some of these, are predicted with the number of the moves a model was fitted to, `numbers`.
         """
         if name in self.numbers:
             return self.numbers[name]
@@ -229,7 +229,7 @@ class MeasuredMoves:
         return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
 
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
-        """Some of the moves; their neighbours' properties, and where reach and height count from, stay unchanged."""
+        """Some of the moves; their neighbours' properties, and the numbers that forms refer to, stay unchanged."""
         from dataclasses import replace
 
         columns = {
@@ -245,11 +245,7 @@ class MeasuredMoves:
             job=tuple(self.job[i] for i in rows.tolist()),
             rates=rates,
             derived={},
-            # Other numbers are those of the moves at hand: names found in real tests foretell other tests better so.
-            numbers={
-                **self.numbers,
-                **{k: v for k, v in self.numbers_used.items() if k.startswith("reach ")},
-            },
+            numbers=self.numbers_used,
             covariates={name: values[rows] for name, values in self.covariates.items()},
             **columns,
         )

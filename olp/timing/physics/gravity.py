@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
@@ -206,6 +208,15 @@ def _anywhere() -> Form:
     )
 
 
+def _mean(values: Floats) -> float:
+    return float(np.mean(values))
+
+
+def _spread(values: Floats) -> float:
+    """[m] twice the standard deviation, at least a millimetre."""
+    return max(2.0 * float(np.std(values)), 1e-3)
+
+
 def _works(case: MeasuredMoves) -> Floats:
     """Contribution of each parameter of `any arm` to the pull along the path (n, m, 5).
 
@@ -219,8 +230,8 @@ def _works(case: MeasuredMoves) -> Floats:
     for name, values in (("height", height), ("reach", reach)):
         both = values[linear][:, [0, -1]]
         both = both[np.isfinite(both)] if np.isfinite(both).any() else np.zeros(1)
-        middle = case.number(f"middle {name}", lambda both=both: float(np.mean(both)))  # type: ignore[misc]
-        spread = case.number(f"spread {name}", lambda both=both: max(2.0 * float(np.std(both)), 1e-3))  # type: ignore[misc]
+        middle = case.number(f"middle {name}", partial(_mean, both))
+        spread = case.number(f"spread {name}", partial(_spread, both))
         shape.append((values - middle) / spread)
     zeta, rho = shape
     way = np.maximum(np.nan_to_num(case.length), 1e-9)[:, None]
