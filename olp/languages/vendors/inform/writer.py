@@ -80,7 +80,7 @@ class InformMoves(InformValues):
         if s.acceleration is not None:
             found.append(f"ACC={quantity(s.acceleration, values.RATE, 0)}")
         braking = s.acceleration if s.deceleration is None else s.deceleration
-        if braking is not None and braking.literal != 1.0:
+        if braking is not None and (s.acceleration is None or braking.literal != 1.0):
             found.append(f"DEC={quantity(braking, values.RATE, 0)}")
         if s.end_of_arc:
             found.append("FPT")
