@@ -154,7 +154,7 @@ def _spelled_out(program: Program, work: TranslationContext) -> Program:
 
 
 def _settings(program: Program, work: TranslationContext) -> Program:
-    """Moves with the values of what they take from records that nothing changes: VAL3's motion descriptors."""
+    """Moves with the values of what they take from records that nothing changes, such as motion descriptors."""
     if not any(
         isinstance(d.value, RecordLiteral) and d.type == d.value.type for _, d in _declarations(program)
     ):

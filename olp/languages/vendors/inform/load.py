@@ -58,18 +58,20 @@ _WRONG: Final = (
     WrongForm(
         re.compile(r"\b(?:ACC|DEC)=(?!0*100(?:\.0*)?(?![\w.]))\d{3,}(?:\.\d*)?"),
         "K109",
-        "out of range",
+        "ACC or DEC is out of range",
         "100 at most",
     ),
     WrongForm(
         re.compile(r"\bTIMER\s+T=(?:\d{4,}|6[6-9]\d|65[6-9]|[7-9]\d\d)(?:\.\d*)?"),
         "K109",
         "a wait of more than 655.35 s",
-        "take several",
+        "use several TIMER instructions",
     ),
     WrongForm(re.compile(r"\bDOUT\s+(?:IN|SIN|IG|IGH)#"), "K108", "an input is set", "DOUT OT#(1) ON"),
     WrongForm(re.compile(r"\bDOUT\s+OT#\([^)]*\)\s+\d+"), "K108", "an output is a number here", "ON or OFF"),
-    WrongForm(re.compile(r"\b(?:INC|DEC)\s+L?(?:P|BP|EX|S|R)\d"), "K108", "counts only B, I and D", "ADD"),
+    WrongForm(
+        re.compile(r"\b(?:INC|DEC)\s+L?(?:P|BP|EX|S|R)\d"), "K108", "INC and DEC count only B, I and D", "ADD"
+    ),
 )
 _MOVES: Final = re.compile(r"\s*S?MOV[JLCS]\s+(?:C|BC|EC|P)\d")
 

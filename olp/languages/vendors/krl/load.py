@@ -597,27 +597,21 @@ def _types(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlSc
     last = len(tokens) - (tokens[-1][1].casefold() in ("then", "do"))
     sign = next((i for i, t in enumerate(tokens) if t[1] == "=" and not _depth(tokens, i)), 0)
     if head in ("if", "while", "until"):
-        _fits(found, number, "bool", tokens[1:last], scope, "a condition")
+        _condition(found, number, tokens[1:last], scope)
     elif head == "for" and sign > 1 and _alike(_kind_of(tokens[1:sign], scope), scope) not in ("", "number"):
         found.tell("K108", f"{tokens[1][1]} is no number, and counts no loop", _at(number, tokens[1]))
     elif head == "wait" and tokens[1:] and tokens[1][1].casefold() == "for":
-        _fits(found, number, "bool", tokens[2:], scope, "a condition")
+        _condition(found, number, tokens[2:], scope)
     elif head == "wait":
-        _fits(found, number, "real", tokens[2:], scope, "a time in s")
-    elif head == "return" and len(tokens) == 1 and scope.routine.result:
-        says = f"{scope.routine.name.text} returns {scope.routine.result.upper()}, and here nothing"
-        found.tell("K108", says, _at(number, tokens[0]))
+        _fits(found, number, "real", tokens[2:], scope, "WAIT SEC takes a")
     elif head == "return":
-        _fits(found, number, scope.routine.result, tokens[1:], scope, "what the function returns")
+        result, says = scope.routine.result, f"{scope.routine.name.text} returns"
+        _fits(found, number, result, tokens[1:], scope, says)
+        if result and len(tokens) == 1:
+            found.tell("K108", f"{says} {result.upper()}, and here nothing", _at(number, tokens[0]))
     elif sign and head not in _WORDS:
-        _fits(
-            found,
-            number,
-            _kind_of(tokens[:sign], scope),
-            tokens[sign + 1 :],
-            scope,
-            "".join(t[1] for t in tokens[:sign]),
-        )
+        says = "".join(t[1] for t in tokens[:sign]) + " is"
+        _fits(found, number, _kind_of(tokens[:sign], scope), tokens[sign + 1 :], scope, says)
     elif head in _MOVES and tokens[1:] and tokens[1][0] == "word":
         end = next((i for i, t in enumerate(tokens) if t[1].casefold() in _MOVE_ENDS), len(tokens))
         kind = _ALIKE.get(_kind_of(tokens[1:end], scope), "")
@@ -643,7 +637,7 @@ def _arguments(
     for parameter, given in zip(routine.parameters, _split(tokens[1:end]), strict=False):
         wanted = types.get(parameter.key, "")
         if given and "[" not in wanted:
-            _fits(found, number, wanted, given, scope, f"{parameter.text} of {routine.name.text}")
+            _fits(found, number, wanted, given, scope, f"{parameter.text} of {routine.name.text} is")
 
 
 def _split(tokens: list[_Token]) -> list[list[_Token]]:
@@ -659,15 +653,27 @@ def _split(tokens: list[_Token]) -> list[list[_Token]]:
     return found
 
 
+def _condition(found: LoadFindings, number: int, given: list[_Token], scope: _KrlScope) -> None:
+    """Whether what a statement asks for can be true."""
+    if _alike(_kind_of(given, scope), scope) not in ("", "bool"):
+        says = f"{_shown(given, scope)}, and no condition"
+        found.tell("K108", says, _at(number, given[0]), "compare it with a value")
+
+
 def _fits(
-    found: LoadFindings, number: int, wanted: str, given: list[_Token], scope: _KrlScope, what: str
+    found: LoadFindings, number: int, wanted: str, given: list[_Token], scope: _KrlScope, says: str
 ) -> None:
-    """Tells a value of another type than is taken; nothing where one of them is not known."""
+    """Tells a value of another type than is taken; nothing where one of them is not known. `says`: what takes it."""
     own, other = (_alike(kind, scope) for kind in (wanted, _kind_of(given, scope)))
     if own and other and own != other and not (other == _CONSTANT and wanted in scope.structures.enums):
-        shown = " ".join(t[1] for t in given[:1]) if len(given) == 1 else "this"
-        kind = "a constant of an enumeration" if other == _CONSTANT else _kind_of(given, scope).upper()
-        found.tell("K108", f"{what} is {wanted.upper()}, and {shown} is {kind}", _at(number, given[0]))
+        found.tell("K108", f"{says} {wanted.upper()}, and {_shown(given, scope)}", _at(number, given[0]))
+
+
+def _shown(given: list[_Token], scope: _KrlScope) -> str:
+    """A value, and of which type it is."""
+    kind = _kind_of(given, scope)
+    text = "".join(one[1] for one in given) if kind == _CONSTANT or len(given) == 1 else "this"
+    return f"{text} is {'a constant of an enumeration' if kind == _CONSTANT else kind.upper()}"
 
 
 def _alike(kind: str, scope: _KrlScope) -> str:

@@ -175,6 +175,7 @@ _WORDS: Final = {
     "RBRACE": "}",
     "BACKSLASH": "\\",
     "PERCENT": "%",
+    "QMARK": "?",
     "DOT": ".",
     "PLUS": "+",
     "MINUS": "-",
@@ -280,8 +281,11 @@ def _wanted(names: object) -> str:
     }
     if found - operators:
         found -= operators
-    words = sorted(_WORDS.get(name, name.lstrip("_")) for name in found)
-    return ", ".join(words) if len(words) <= _MOST_WANTED else ""
+    words = (_WORDS.get(name, name.lstrip("_")) for name in found)
+    shown = sorted(
+        (w if w[0].isalpha() else f"'{w}'" for w in words), key=lambda w: (w[0] == "'", w)
+    )  # signs last
+    return ", ".join(shown) if len(shown) <= _MOST_WANTED else ""
 
 
 @cache
