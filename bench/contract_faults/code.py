@@ -37,7 +37,7 @@ def source_of(module: str) -> str:
 EQUIVALENT: Final[Mapping[tuple[str, str, str], str]] = {
     (
         "as/rules.py",
-        "return DefaultOf(0)",
+        "return st.Default(0)",
         "a number is another",
     ): "the line is set by whoever calls the rule",
     (

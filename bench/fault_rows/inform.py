@@ -46,8 +46,8 @@ FAULTS: Final = (
     ),
     Fault(
         "statements.py",
-        "Blend(BlendKind.RADIUS, values",
-        "Blend(BlendKind.LEVEL, values",
+        "st.Blend(st.BlendKind.RADIUS, values",
+        "st.Blend(st.BlendKind.LEVEL, values",
         "CR= read as a level",
     ),
     Fault("statements.py", 'if word[0] == "S":', 'if word[0] == "R":', "SMOVL no longer coordinated"),
@@ -62,8 +62,8 @@ FAULTS: Final = (
     ),
     Fault(
         "statements.py",
-        "return Jump(0, name, suffix.condition, spelling",
-        "return Jump(0, name, None, spelling",
+        "return st.Jump(0, name, suffix.condition, spelling",
+        "return st.Jump(0, name, None, spelling",
         "JUMP … IF always jumps",
     ),
     Fault("instructions.py", 'parts, comment or "")', 'parts, "")', "comment behind a move lost"),

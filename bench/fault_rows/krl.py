@@ -31,11 +31,11 @@ FAULTS: Final = (
         "self.plain(via), self.plain(target), angle, details)",
         "CIRC: auxiliary and end point swapped",
     ),
-    Fault("moves.py", 'fields["arc"] = Quantity(self.plain(angle), deg)', "pass", "CA of an arc lost"),
+    Fault("moves.py", 'fields["arc"] = ex.Quantity(self.plain(angle), deg)', "pass", "CA of an arc lost"),
     Fault(
         "moves.py",
-        'FrameRef("tool") if frames[:1] == ["TOOL"] else FrameRef("own")',
-        'FrameRef("own")',
+        'ex.FrameRef("tool") if frames[:1] == ["TOOL"] else ex.FrameRef("own")',
+        'ex.FrameRef("own")',
         "LIN_REL #TOOL goes along the base",
     ),
     Fault(
@@ -43,26 +43,26 @@ FAULTS: Final = (
     ),
     Fault(
         "motion_data.py",
-        "Speed(SpeedUnit.FRACTION, Quantity(value, percent)),)",
-        "Speed(SpeedUnit.FRACTION, Quantity(value, 1.0)),)",
+        "st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(value, percent)),)",
+        "st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(value, 1.0)),)",
         "percent of $VEL_AXIS as a fraction",
     ),
     Fault(
         "motion_data.py",
-        "Speed(SpeedUnit.TRAVEL, Quantity(value, 1.0)),)",
-        "Speed(SpeedUnit.TRAVEL, Quantity(value, mm)),)",
+        "st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(value, 1.0)),)",
+        "st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(value, mm)),)",
         "$VEL.CP in mm/s",
     ),
     Fault(
         "motion_data.py",
-        '"TOOL": lambda data, value: (SetTool(0, data.numbered_tool(value)),)',
-        '"TOOL": lambda data, value: (SetTool(0, data.numbered_frame(value)),)',
+        '"TOOL": lambda data, value: (st.SetTool(0, data.numbered_tool(value)),)',
+        '"TOOL": lambda data, value: (st.SetTool(0, data.numbered_frame(value)),)',
         "BAS(#TOOL) selects a base",
     ),
     Fault(
         "motion_data.py",
-        'SystemValue("current-frame") if external else None',
-        'None if external else SystemValue("current-frame")',
+        'ex.SystemValue("current-frame") if external else None',
+        'None if external else ex.SystemValue("current-frame")',
         "$IPO_MODE inverted: the tool in the room",
     ),
     Fault(
@@ -73,8 +73,8 @@ FAULTS: Final = (
     ),
     Fault(
         "system.py",
-        '"CDIS": (BlendKind.RADIUS, mm)',
-        '"CDIS": (BlendKind.RADIUS, 1.0)',
+        '"CDIS": (st.BlendKind.RADIUS, mm)',
+        '"CDIS": (st.BlendKind.RADIUS, 1.0)',
         "$APO.CDIS in metres",
     ),
     Fault(
@@ -86,8 +86,8 @@ FAULTS: Final = (
     Fault("expressions.py", 'operator = "div"', 'operator = "/"', "quotient of integers not cut"),
     Fault(
         "grammar.py",
-        "Dwell(0, Quantity(self.plain(children[0]), 1.0))",
-        "Dwell(0, Quantity(self.plain(children[0]), 0.001))",
+        "st.Dwell(0, ex.Quantity(self.plain(children[0]), 1.0))",
+        "st.Dwell(0, ex.Quantity(self.plain(children[0]), 0.001))",
         "WAIT SEC in ms",
     ),
     Fault(

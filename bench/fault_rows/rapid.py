@@ -23,14 +23,14 @@ FAULTS: Final = (
     ),
     Fault(
         "literals.py",
-        'PositionLiteral("pose", pose.values, connected(external), flags,',
-        'PositionLiteral("pose", pose.values, (), flags,',
+        "pose.values, connected(external), flags",
+        "pose.values, (), flags",
         "external axes of a robtarget lost",
     ),
     Fault(
         "literals.py",
-        "return tuple(Number(v / deg) for v in value.values[3:6])",
-        "return tuple(Number(v) for v in value.values[3:6])",
+        "return tuple(ex.Number(v / deg) for v in value.values[3:6])",
+        "return tuple(ex.Number(v) for v in value.values[3:6])",
         "angles of an orient in radians",
     ),
     Fault(
@@ -93,21 +93,21 @@ FAULTS: Final = (
     ),
     Fault(
         "instructions.py",
-        "Dwell(0, Quantity(values_of(rules, name, given, 1)[0], 1.0))",
-        "Dwell(0, Quantity(values_of(rules, name, given, 1)[0], 0.001))",
+        "st.Dwell(0, ex.Quantity(values_of(rules, name, given, 1)[0], 1.0))",
+        "st.Dwell(0, ex.Quantity(values_of(rules, name, given, 1)[0], 0.001))",
         "WaitTime in ms",
     ),
     Fault(
         "instructions.py",
-        "None if limit is None else Quantity(limit, 1.0)",
+        "None if limit is None else ex.Quantity(limit, 1.0)",
         "None",
         "\\MaxTime of a wait lost",
     ),
     Fault("instructions.py", '{"lt": "<", "gt": ">"', '{"lt": ">", "gt": "<"', "\\LT and \\GT swapped"),
     Fault(
         "instructions.py",
-        '("pose-product", (there, Function("pose-inverse", (point,))))',
-        '("pose-product", (point, Function("pose-inverse", (there,))))',
+        '("pose-product", (there, ex.Function("pose-inverse", (point,))))',
+        '("pose-product", (point, ex.Function("pose-inverse", (there,))))',
         "PDispOn \\Rot the other way round",
     ),
     Fault(

@@ -88,14 +88,14 @@ FAULTS: Final = (
     ),
     Fault(
         "grammar.py",
-        "return Dwell(0, Quantity(children[0], 1.0))",
-        "return Dwell(0, Quantity(children[0], 0.001))",
+        "return st.Dwell(0, ex.Quantity(children[0], 1.0))",
+        "return st.Dwell(0, ex.Quantity(children[0], 0.001))",
         "WAIT in ms",
     ),
-    Fault("grammar.py", 'Number(-1) if word == "DOWNTO" else None', "None", "DOWNTO counts upwards"),
+    Fault("grammar.py", 'ex.Number(-1) if word == "DOWNTO" else None', "None", "DOWNTO counts upwards"),
     Fault(
         "grammar.py",
-        "Statements((Default(0), *_all(children[0])))",
+        "Statements((st.Default(0), *_all(children[0])))",
         "Statements((*_all(children[0]),))",
         "SELECT without ELSE",
     ),

@@ -25,8 +25,8 @@ FAULTS: Final = (
     ),
     Fault(
         "speeds.py",
-        "slowest = max(known) if unit is SpeedUnit.TIME else min(known)",
-        "slowest = min(known) if unit is SpeedUnit.TIME else max(known)",
+        "slowest = max(known) if unit is st.SpeedUnit.TIME else min(known)",
+        "slowest = min(known) if unit is st.SpeedUnit.TIME else max(known)",
         "of several lengths the fastest is written",
     ),
     Fault(
@@ -64,14 +64,14 @@ FAULTS: Final = (
     ),
     Fault(
         "frames.py",
-        'Function("pose-product", (Function("pose-inverse", (frame,)), HERE))',
-        'Function("pose-product", (frame, HERE))',
+        'ex.Function("pose-product", (ex.Function("pose-inverse", (frame,)), HERE))',
+        'ex.Function("pose-product", (frame, HERE))',
         "where the arm stands, in its frame: not inverse",
     ),
     Fault(
         "frames.py",
-        'return Function("pose-product", (frame, target))',
-        'return Function("pose-product", (target, frame))',
+        'return ex.Function("pose-product", (frame, target))',
+        'return ex.Function("pose-product", (target, frame))',
         "frame and target composed the wrong way round",
     ),
     Fault(
@@ -299,8 +299,8 @@ FAULTS: Final = (
     ),
     Fault(
         "first_values.py",
-        "return Number(left - right)",
-        "return Number(right - left)",
+        "return ex.Number(left - right)",
+        "return ex.Number(right - left)",
         "differences of constants the wrong way round",
     ),
     Fault("first_values.py", "range(_DEEPEST)", "range(1)", "values that name values that name others: lost"),

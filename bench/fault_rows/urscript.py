@@ -64,7 +64,7 @@ FAULTS: Final = (
         "(_, place), (_, frame) = target.arguments",
         "pose_trans: frame and target swapped",
     ),
-    Fault("expressions.py", "return Number(value + 1)", "return Number(value)", "indices from 0"),
+    Fault("expressions.py", "return ex.Number(value + 1)", "return ex.Number(value)", "indices from 0"),
     Fault(
         "expressions.py",
         "return member if place > 2 else scaled(member, mm)",
@@ -81,14 +81,14 @@ FAULTS: Final = (
     Fault("calls.py", '"<": ">="', '"<": ">"', "wait for < ends too late"),
     Fault(
         "calls.py",
-        "return Compare(condition.operator, condition.left, SignalState(not condition.right.on))",
+        "return ex.Compare(condition.operator, condition.left, ex.SignalState(not condition.right.on))",
         "return condition",
         "waits for the wrong state",
     ),
     Fault(
         "calls.py",
-        "Dwell(line, Quantity(fold(self._expressions.lower(value)), 1.0), comment)",
-        "Dwell(line, Quantity(fold(self._expressions.lower(value)), 0.001), comment)",
+        "Dwell(line, ex.Quantity(fold(self._expressions.lower(value)), 1.0), comment)",
+        "Dwell(line, ex.Quantity(fold(self._expressions.lower(value)), 0.001), comment)",
         "sleep in ms",
     ),
     Fault(
@@ -99,8 +99,8 @@ FAULTS: Final = (
     ),
     Fault(
         "reader.py",
-        "found.append(ElseIf(number, condition, comment))",
-        "found.append(Else(number, comment))",
+        "found.append(st.ElseIf(number, condition, comment))",
+        "found.append(st.Else(number, comment))",
         "elif read as else",
     ),
     Fault(

@@ -35,24 +35,7 @@ from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.files import temporary_cell
 from olp.core.source import load
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    FrameRef,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    Signal,
-    SignalState,
-    Text,
-    Unary,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import Point, PointKind
 from olp.ir.program import Program, Routine
 from olp.ir.statements import Acceleration, Blend, Speed
@@ -162,13 +145,13 @@ def _pose(values: tuple[float, ...]) -> str:
     return f"pose({_numbers(v / MM for v in values[:3])}, {_numbers(v / DEG for v in values[3:6])}{more})"
 
 
-def _position(node: PositionLiteral) -> str:
+def _position(node: ex.PositionLiteral) -> str:
     made = _pose(node.values) if node.kind == "pose" else f"joint({_numbers(v / DEG for v in node.values)})"
     more = fields_of(node, ("kind", "values"))
     return f"{made[:-1]}; {more})" if more else made
 
 
-def _logic(node: Logic) -> str:
+def _logic(node: ex.Logic) -> str:
     return f"({spelled(node.first)}{''.join(f' {word} {spelled(one)}' for word, one in node.rest)})"
 
 
@@ -176,7 +159,7 @@ def _called(name: str, arguments: Iterable[Any]) -> str:
     return f"{name}({', '.join(map(spelled, arguments))})"
 
 
-def _with_unit(unit: str, value: Quantity | None, native: str = "") -> str:
+def _with_unit(unit: str, value: ex.Quantity | None, native: str = "") -> str:
     words = [
         str(unit),
         *([spelled(value)] if value is not None else ()),
@@ -197,23 +180,23 @@ _SPELLINGS: Final[tuple[tuple[Any, Callable[[Any], str]], ...]] = (
     (bool, lambda n: "yes" if n else "no"),
     ((int, float), _number),
     (str, lambda n: n if re.fullmatch(r"[\w.$#-]+", n) else repr(n)),
-    (Number, lambda n: _number(n.value)),
-    (Text, lambda n: repr(n.value)),
-    (SignalState, lambda n: "on" if n.on else "off"),
-    (Named, lambda n: n.name),
-    (Quantity, lambda n: f"{spelled(n.written)}*{_UNITS.get(n.scale) or _number(n.scale)}"),
+    (ex.Number, lambda n: _number(n.value)),
+    (ex.Text, lambda n: repr(n.value)),
+    (ex.SignalState, lambda n: "on" if n.on else "off"),
+    (ex.Named, lambda n: n.name),
+    (ex.Quantity, lambda n: f"{spelled(n.written)}*{_UNITS.get(n.scale) or _number(n.scale)}"),
     ((Speed, Acceleration), lambda n: _with_unit(n.unit, *n[1:])),
     (Blend, lambda n: _with_unit(n.kind, *n[1:])),
-    (Unary, lambda n: f"({n.operator} {spelled(n.operand)})"),
-    ((Binary, Compare), lambda n: f"({spelled(n.left)} {n.operator} {spelled(n.right)})"),
-    (Logic, _logic),
-    (Item, lambda n: f"{spelled(n.base)}{_tuple(n.indices)}"),
-    (Member, lambda n: f"{spelled(n.base)}.{n.name}"),
-    (Signal, lambda n: f"{n.bus}[{spelled(n.index)}]{n.part}"),
-    (FrameRef, lambda n: f"{n.kind}#{spelled(n.number)}" if n.number is not None else f"{n.kind}#"),
-    (Function, lambda n: _called(n.name, n.arguments)),
-    (CallValue, lambda n: _called(f"call {n.routine}", n.arguments)),
-    (PositionLiteral, _position),
+    (ex.Unary, lambda n: f"({n.operator} {spelled(n.operand)})"),
+    ((ex.Binary, ex.Compare), lambda n: f"({spelled(n.left)} {n.operator} {spelled(n.right)})"),
+    (ex.Logic, _logic),
+    (ex.Item, lambda n: f"{spelled(n.base)}{_tuple(n.indices)}"),
+    (ex.Member, lambda n: f"{spelled(n.base)}.{n.name}"),
+    (ex.Signal, lambda n: f"{n.bus}[{spelled(n.index)}]{n.part}"),
+    (ex.FrameRef, lambda n: f"{n.kind}#{spelled(n.number)}" if n.number is not None else f"{n.kind}#"),
+    (ex.Function, lambda n: _called(n.name, n.arguments)),
+    (ex.CallValue, lambda n: _called(f"call {n.routine}", n.arguments)),
+    (ex.PositionLiteral, _position),
     (Mapping, lambda n: f"{{{', '.join(f'{spelled(k)}: {spelled(v)}' for k, v in n.items())}}}"),
     (tuple, _tuple),
 )

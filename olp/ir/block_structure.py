@@ -7,40 +7,32 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from olp.core.diagnostic import Diagnostic, Span, error, warning
+from olp.ir import program as st
 from olp.ir.expressions import Compare, Expression, Logic, SignalState, Unary
-from olp.ir.program import (
-    Break,
-    Case,
-    Continue,
-    Default,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Label,
-    Next,
-    Repeat,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
 
-_OPENERS = {If: "IFTHEN", While: "WHILE", For: "FOR", Switch: "SWITCH", Repeat: "REPEAT"}
-_CLOSERS = {EndIf: If, EndWhile: While, Next: For, EndSwitch: Switch, Until: Repeat}
-LOOPS: Final = (While, For, Repeat)
-_BRANCHES = {ElseIf: If, Else: If, Case: Switch, Default: Switch}
+_OPENERS = {st.If: "IFTHEN", st.While: "WHILE", st.For: "FOR", st.Switch: "SWITCH", st.Repeat: "REPEAT"}
+_CLOSERS = {
+    st.EndIf: st.If,
+    st.EndWhile: st.While,
+    st.Next: st.For,
+    st.EndSwitch: st.Switch,
+    st.Until: st.Repeat,
+}
+LOOPS: Final = (st.While, st.For, st.Repeat)
+_BRANCHES = {st.ElseIf: st.If, st.Else: st.If, st.Case: st.Switch, st.Default: st.Switch}
 # Message and help of what does not pair, without a keyword: for languages with other words.
 UNPAIRED: Final = {
     "P110": ("this block is never closed", "add its end after its last statement"),
     "P111": ("this belongs to a block that is not open", "remove it, or open the block above it"),
     "P114": ("this belongs inside of a loop", "remove it, or put it into a loop"),
 }
-_CLOSER_WORD = {If: "ENDIF", While: "ENDWHILE", For: "NEXT", Switch: "ENDSWITCH", Repeat: "UNTIL"}
+_CLOSER_WORD = {
+    st.If: "ENDIF",
+    st.While: "ENDWHILE",
+    st.For: "NEXT",
+    st.Switch: "ENDSWITCH",
+    st.Repeat: "UNTIL",
+}
 
 
 @dataclass(slots=True)
@@ -59,20 +51,20 @@ class ControlFlow:
     problems: list[Diagnostic] = field(default_factory=list)
 
 
-def pair(body: Sequence[Statement]) -> ControlFlow:
+def pair(body: Sequence[st.Statement]) -> ControlFlow:
     """The control flow of `body`. Never raises: what does not pair is a diagnostic in `problems`."""
     flow = ControlFlow()
     open_blocks: list[list[int]] = []  # indices of each open block's markers
-    jumps: list[Jump] = []
+    jumps: list[st.Jump] = []
     for index, statement in enumerate(body):
         kind = type(statement)
-        if kind is Label:
+        if kind is st.Label:
             _add_label(flow, body, index)
-        elif kind is Jump and isinstance(statement, Jump) and isinstance(statement.target, str):
+        elif kind is st.Jump and isinstance(statement, st.Jump) and isinstance(statement.target, str):
             jumps.append(statement)
         elif kind in _OPENERS:
             open_blocks.append([index])
-        elif kind is Break or kind is Continue:
+        elif kind is st.Break or kind is st.Continue:
             _add_exit(flow, body, index, open_blocks)
         elif kind in _BRANCHES or kind in _CLOSERS:
             _continue_block(flow, body, index, open_blocks)
@@ -92,9 +84,9 @@ def pair(body: Sequence[Statement]) -> ControlFlow:
     return flow
 
 
-def _add_label(flow: ControlFlow, body: Sequence[Statement], index: int) -> None:
+def _add_label(flow: ControlFlow, body: Sequence[st.Statement], index: int) -> None:
     label = body[index]
-    assert isinstance(label, Label)
+    assert isinstance(label, st.Label)
     if label.name in flow.labels:
         first = body[flow.labels[label.name]].line
         flow.problems.append(
@@ -109,7 +101,9 @@ def _add_label(flow: ControlFlow, body: Sequence[Statement], index: int) -> None
     flow.labels[label.name] = index
 
 
-def _add_exit(flow: ControlFlow, body: Sequence[Statement], index: int, open_blocks: list[list[int]]) -> None:
+def _add_exit(
+    flow: ControlFlow, body: Sequence[st.Statement], index: int, open_blocks: list[list[int]]
+) -> None:
     loops = [markers[0] for markers in open_blocks if type(body[markers[0]]) in LOOPS]
     if loops:
         flow.loop[index] = loops[-1]
@@ -121,7 +115,7 @@ def _add_exit(flow: ControlFlow, body: Sequence[Statement], index: int, open_blo
 
 
 def _continue_block(
-    flow: ControlFlow, body: Sequence[Statement], index: int, open_blocks: list[list[int]]
+    flow: ControlFlow, body: Sequence[st.Statement], index: int, open_blocks: list[list[int]]
 ) -> None:
     kind = type(body[index])
     closes = kind in _CLOSERS
@@ -158,7 +152,7 @@ def _continue_block(
         _close(flow, markers, index)
 
 
-def _opens(body: Sequence[Statement], markers: list[int], wanted: type) -> bool:
+def _opens(body: Sequence[st.Statement], markers: list[int], wanted: type) -> bool:
     return type(body[markers[0]]) is wanted
 
 
@@ -169,7 +163,7 @@ def _close(flow: ControlFlow, markers: list[int], end: int) -> None:
         flow.opener[marker] = markers[0]
 
 
-def _missing_labels(jumps: list[Jump], flow: ControlFlow) -> list[Diagnostic]:
+def _missing_labels(jumps: list[st.Jump], flow: ControlFlow) -> list[Diagnostic]:
     known = ", ".join(f"*{name}" for name in list(flow.labels)[:8]) or "none"
     return [
         error(
@@ -186,7 +180,13 @@ def _missing_labels(jumps: list[Jump], flow: ControlFlow) -> list[Diagnostic]:
 # --- Tree ---
 # A routine's statements as nested blocks, and back.
 
-_TREE_CLOSERS: Final = {If: EndIf, While: EndWhile, For: Next, Repeat: Until, Switch: EndSwitch}
+_TREE_CLOSERS: Final = {
+    st.If: st.EndIf,
+    st.While: st.EndWhile,
+    st.For: st.Next,
+    st.Repeat: st.Until,
+    st.Switch: st.EndSwitch,
+}
 _OPENER_OF: Final = {closer: opener for opener, closer in _TREE_CLOSERS.items()}
 _NEGATED: Final = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 
@@ -195,11 +195,11 @@ _NEGATED: Final = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": 
 class Block:
     """A block statement. `branches`: each marker with what stands behind it; the first marker opens the block."""
 
-    branches: list[tuple[Statement, list[Node]]]
-    closer: Statement
+    branches: list[tuple[st.Statement, list[Node]]]
+    closer: st.Statement
 
     @property
-    def opener(self) -> Statement:
+    def opener(self) -> st.Statement:
         return self.branches[0][0]
 
     @property
@@ -207,15 +207,15 @@ class Block:
         return isinstance(self.opener, LOOPS)
 
 
-Node = Statement | Block
+Node = st.Statement | Block
 
 
 @dataclass(slots=True)
 class _Open:
-    branches: list[tuple[Statement, list[Node]]] = field(default_factory=list)
+    branches: list[tuple[st.Statement, list[Node]]] = field(default_factory=list)
 
 
-def parse(body: Sequence[Statement]) -> list[Node] | None:
+def parse(body: Sequence[st.Statement]) -> list[Node] | None:
     """The blocks of a routine; None where its markers do not pair."""
     top: list[Node] = []
     stack: list[_Open] = []
@@ -242,7 +242,7 @@ def parse(body: Sequence[Statement]) -> list[Node] | None:
     return None if stack else top
 
 
-def flat(nodes: Iterable[Node]) -> Iterator[Statement]:
+def flat(nodes: Iterable[Node]) -> Iterator[st.Statement]:
     """The statements of blocks in order of writing."""
     for node in nodes:
         if isinstance(node, Block):
@@ -256,25 +256,25 @@ def flat(nodes: Iterable[Node]) -> Iterator[Statement]:
 
 def labels_in(nodes: Iterable[Node]) -> set[str]:
     """The labels within, at any depth."""
-    return {s.name for s in flat(nodes) if type(s) is Label}
+    return {s.name for s in flat(nodes) if type(s) is st.Label}
 
 
-def jumps_in(nodes: Iterable[Node]) -> list[Jump]:
+def jumps_in(nodes: Iterable[Node]) -> list[st.Jump]:
     """The jumps within, at any depth."""
-    return [s for s in flat(nodes) if type(s) is Jump]
+    return [s for s in flat(nodes) if type(s) is st.Jump]
 
 
 def is_plain(node: Node) -> bool:
     """Whether nothing within jumps or is jumped to, and no loop outside is left or begun anew from within."""
     if not isinstance(node, Block):
-        return not isinstance(node, (Label, Jump, Break, Continue))
-    return not any(isinstance(s, (Label, Jump)) for s in flat([node])) and not leaves(node)
+        return not isinstance(node, (st.Label, st.Jump, st.Break, st.Continue))
+    return not any(isinstance(s, (st.Label, st.Jump)) for s in flat([node])) and not leaves(node)
 
 
 def leaves(node: Node, inside: bool = False) -> bool:
     """Whether a Break or Continue within belongs to a loop outside."""
     if not isinstance(node, Block):
-        return isinstance(node, (Break, Continue)) and not inside
+        return isinstance(node, (st.Break, st.Continue)) and not inside
     inside = inside or node.is_loop
     return any(leaves(child, inside) for _, children in node.branches for child in children)
 

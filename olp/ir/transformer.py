@@ -7,34 +7,20 @@ from dataclasses import fields
 from typing import Any, Final, TypeVar, get_args
 
 from olp.core.fast_dataclass import changer
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    RecordLiteral,
-    SignalState,
-    SystemValue,
-    Taught,
-    Text,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Assign, Call, Declare, For, ReadInput, Update
 from olp.ir.statements import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
 
 T = TypeVar("T")
 _changed_move: Final = changer(Move)
 _changed_declare: Final = changer(Declare)
-Change = Callable[[Expression], Expression]
-Members = tuple[tuple[str, Expression], ...]
+Change = Callable[[ex.Expression], ex.Expression]
+Members = tuple[tuple[str, ex.Expression], ...]
 
-EXPRESSIONS: Final = frozenset(get_args(Expression))
-_LEAVES: Final = frozenset({Number, SignalState, Taught, Text, Named, PositionLiteral, SystemValue})
+EXPRESSIONS: Final = frozenset(get_args(ex.Expression))
+_LEAVES: Final = frozenset(
+    {ex.Number, ex.SignalState, ex.Taught, ex.Text, ex.Named, ex.PositionLiteral, ex.SystemValue}
+)
 _MEASURED: Final = frozenset({Speed, Blend, Acceleration})
 # Of statements and expressions that hold further ones: the names of the fields that may.
 _FIELDS: dict[type, tuple[str, ...]] = {}
@@ -63,21 +49,21 @@ def _mapped(node: Any, change: Change) -> Any:
     if kind is Declare and type(node.value) in _LEAVES and not node.sizes:
         value = change(node.value)
         return node if value is node.value else _changed_declare(node, {"value": value})
-    if kind is Function:
+    if kind is ex.Function:
         arguments = _sequence(node.arguments, change)
-        return change(node if arguments is node.arguments else Function(node.name, arguments))
-    if kind is RecordLiteral:  # nearly all speeds and zones of a program's data
+        return change(node if arguments is node.arguments else ex.Function(node.name, arguments))
+    if kind is ex.RecordLiteral:  # nearly all speeds and zones of a program's data
         members = _members(node.members, change)
-        return change(node if members is node.members else RecordLiteral(node.type, members))
-    if kind is FrameRef and (node.number is None or type(node.number) is Number):
+        return change(node if members is node.members else ex.RecordLiteral(node.type, members))
+    if kind is ex.FrameRef and (node.number is None or type(node.number) is ex.Number):
         return change(node)
     if (kind is SetSpeed or kind is SetBlend) and sets_numbers(node):
         return node  # of those, too
     if kind is tuple:
         return _sequence(node, change)
-    if kind in _MEASURED and (node.value is None or type(node.value.written) is Number):
+    if kind in _MEASURED and (node.value is None or type(node.value.written) is ex.Number):
         return node  # a speed or blend that is written out: there are as many as moves
-    if kind is Quantity and type(node.written) is Number:
+    if kind is ex.Quantity and type(node.written) is ex.Number:
         return node
     names = _FIELDS.get(kind)
     if names is None:
@@ -108,23 +94,23 @@ def _mapped_move(s: Move, change: Change) -> Move:
     elif (new := _sequence(targets, change)) is not targets:
         changes["targets"] = new
     if (tool := s.tool) is not None:
-        seen: Any = change(tool) if type(tool) is Named else _mapped(tool, change)
+        seen: Any = change(tool) if type(tool) is ex.Named else _mapped(tool, change)
         if seen is not tool:
             changes["tool"] = seen
     if (frame := s.frame) is not None:
-        seen = change(frame) if type(frame) is Named else _mapped(frame, change)
+        seen = change(frame) if type(frame) is ex.Named else _mapped(frame, change)
         if seen is not frame:
             changes["frame"] = seen
     if (
         (speed := s.speed) is not None
-        and type(speed.value.written) is not Number
+        and type(speed.value.written) is not ex.Number
         and (new := _mapped(speed, change)) is not speed
     ):
         changes["speed"] = new
     if (
         (blend := s.blend) is not None
         and blend.value is not None
-        and type(blend.value.written) is not Number
+        and type(blend.value.written) is not ex.Number
         and (new := _mapped(blend, change)) is not blend
     ):
         changes["blend"] = new
@@ -154,9 +140,9 @@ def is_usual(s: Move) -> bool:
         return False
     turn, rate, share = s.turn, s.rate, s.acceleration
     return (
-        (turn is None or type(turn.written) is Number)
-        and (rate is None or type(rate.value.written) is Number)
-        and (share is None or type(share.written) is Number)
+        (turn is None or type(turn.written) is ex.Number)
+        and (rate is None or type(rate.value.written) is ex.Number)
+        and (share is None or type(share.written) is ex.Number)
     )
 
 
@@ -168,14 +154,15 @@ def is_written_out(s: Move) -> bool:
     return (
         len(s.targets) == 1
         and type(s.targets[0]) in _LEAVES
-        and (speed is None or type(speed.value.written) is Number)
-        and (blend is None or blend.value is None or type(blend.value.written) is Number)
+        and (speed is None or type(speed.value.written) is ex.Number)
+        and (blend is None or blend.value is None or type(blend.value.written) is ex.Number)
         and (
-            tool is None or (type(tool) is FrameRef and (tool.number is None or type(tool.number) is Number))
+            tool is None
+            or (type(tool) is ex.FrameRef and (tool.number is None or type(tool.number) is ex.Number))
         )
         and (
             frame is None
-            or (type(frame) is FrameRef and (frame.number is None or type(frame.number) is Number))
+            or (type(frame) is ex.FrameRef and (frame.number is None or type(frame.number) is ex.Number))
         )
         and is_usual(s)
     )
@@ -191,7 +178,7 @@ def _sequence(node: tuple[Any, ...], change: Change) -> tuple[Any, ...]:
 
 def _members(members: Members, change: Change) -> Members:
     for at, (name, value) in enumerate(members):
-        new: Expression = change(value) if type(value) in _LEAVES else _mapped(value, change)
+        new: ex.Expression = change(value) if type(value) in _LEAVES else _mapped(value, change)
         if new is not value:
             later = ((name, _mapped(value, change)) for name, value in members[at + 1 :])
             return (*members[:at], (name, new), *later)
@@ -225,14 +212,14 @@ _ATOMS: Final = frozenset(
 )
 
 
-def expressions_of(node: object) -> list[Expression]:
+def expressions_of(node: object) -> list[ex.Expression]:
     """Return every expression in a statement or expression, inner ones first: those that `mapped` changes."""
-    found: list[Expression] = []
+    found: list[ex.Expression] = []
     gather(node, found)
     return found
 
 
-def gather(node: Any, found: list[Expression]) -> None:
+def gather(node: Any, found: list[ex.Expression]) -> None:
     """Add to `found` what `expressions_of` returns: what there is most of without the detour of `mapped`."""
     kind = type(node)
     if kind in _LEAVES:
@@ -245,15 +232,15 @@ def gather(node: Any, found: list[Expression]) -> None:
             gather(node.tool, found)
         if node.frame is not None:
             gather(node.frame, found)
-        if speed is not None and type(speed.value.written) is not Number:
+        if speed is not None and type(speed.value.written) is not ex.Number:
             gather(speed, found)
-        if blend is not None and blend.value is not None and type(blend.value.written) is not Number:
+        if blend is not None and blend.value is not None and type(blend.value.written) is not ex.Number:
             gather(blend, found)
-    elif kind is Function:
+    elif kind is ex.Function:
         for e in node.arguments:
             gather(e, found)
         found.append(node)
-    elif kind is RecordLiteral:
+    elif kind is ex.RecordLiteral:
         for _, e in node.members:
             if type(e) in _LEAVES:
                 found.append(e)
@@ -263,11 +250,11 @@ def gather(node: Any, found: list[Expression]) -> None:
     elif kind is Declare and not node.sizes:
         if node.value is not None:
             gather(node.value, found)
-    elif kind is FrameRef and (node.number is None or type(node.number) is Number):
+    elif kind is ex.FrameRef and (node.number is None or type(node.number) is ex.Number):
         found.append(node)
     else:
 
-        def note(e: Expression) -> Expression:
+        def note(e: ex.Expression) -> ex.Expression:
             found.append(e)
             return e
 
@@ -284,17 +271,17 @@ def changed_by(s: object) -> Iterator[str]:
     elif isinstance(s, Call):
         given += [*s.arguments, s.result]
     if not calls_nothing(s):
-        given += [one for e in expressions_of(s) if isinstance(e, CallValue) for one in e.arguments]
+        given += [one for e in expressions_of(s) if isinstance(e, ex.CallValue) for one in e.arguments]
     for it in given:
-        while isinstance(it, (Item, Member)):
+        while isinstance(it, (ex.Item, ex.Member)):
             it = it.base
-        if isinstance(it, Named):
+        if isinstance(it, ex.Named):
             yield it.name
 
 
 def note_names(node: Any, found: set[str]) -> None:
     """Add to `found` the name of every variable in a statement or expression."""
-    found.update([e.name for e in expressions_of(node) if type(e) is Named])
+    found.update([e.name for e in expressions_of(node) if type(e) is ex.Named])
 
 
 def sets_numbers(s: object) -> bool:
@@ -307,7 +294,7 @@ def sets_numbers(s: object) -> bool:
     else:
         return False
     for part in parts:  # noqa: SIM110 (one or two: a generator takes twice as long, and every pass asks)
-        if part.value is not None and type(part.value.written) is not Number:
+        if part.value is not None and type(part.value.written) is not ex.Number:
             return False
     return True
 

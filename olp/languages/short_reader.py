@@ -17,13 +17,7 @@ from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import shelf
 from olp.core.source import Source
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Binary,
-    Expression,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import LineKind, Opaque, Program, Statement
 from olp.languages.findings import Findings
 from olp.languages.lark_host import (
@@ -360,7 +354,7 @@ def check_blocks(findings: Findings, body: Sequence[Statement], code: str) -> No
         tell(code, message.replace("*", ""), span, help.replace("*", ""))
 
 
-def zyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) -> PositionLiteral:
+def zyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) -> ex.PositionLiteral:
     """A pose from x y z [mm] and R = Rz(a) Ry(e) Rz(r) [deg]."""
     a, e, r = (v * deg for v in values[3:6])
     ca, sa, ce, se, cr, sr = math.cos(a), math.sin(a), math.cos(e), math.sin(e), math.cos(r), math.sin(r)
@@ -372,7 +366,7 @@ def zyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) 
     return _pose(values, matrix, native)
 
 
-def xyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) -> PositionLiteral:
+def xyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) -> ex.PositionLiteral:
     """A pose from x y z [mm] and R = Rx(rx) Ry(ry) Rz(rz) [deg]."""
     a, b, c = (v * deg for v in values[3:6])
     ca, sa, cb, sb, cc, sc = math.cos(a), math.sin(a), math.cos(b), math.sin(b), math.cos(c), math.sin(c)
@@ -386,45 +380,47 @@ def xyz_pose(values: Sequence[float], native: tuple[tuple[str, str], ...] = ()) 
 
 def _pose(
     values: Sequence[float], r: tuple[tuple[float, ...], ...], native: tuple[tuple[str, str], ...]
-) -> PositionLiteral:
+) -> ex.PositionLiteral:
     """Rx, Ry, Rz as `olp.robots.geometry.angles_from_rotation`, one pose at a time."""
     cosine = math.hypot(r[0][0], r[1][0])
     locked = cosine < 1e-12
     rx = math.atan2(-r[1][2], r[1][1]) if locked else math.atan2(r[2][1], r[2][2])
     rz = 0.0 if locked else math.atan2(r[1][0], r[0][0])
     place = tuple(v * mm for v in values[:3])
-    return PositionLiteral("pose", (*place, rx, math.atan2(-r[2][0], cosine), rz), native=native)
+    return ex.PositionLiteral("pose", (*place, rx, math.atan2(-r[2][0], cosine), rz), native=native)
 
 
-def joints(values: Iterable[float]) -> PositionLiteral:
+def joints(values: Iterable[float]) -> ex.PositionLiteral:
     """Return a joint position from axis values [deg]."""
-    return PositionLiteral("joint", tuple(v * deg for v in values))
+    return ex.PositionLiteral("joint", tuple(v * deg for v in values))
 
 
-def constants(values: Iterable[Expression]) -> list[float] | None:
+def constants(values: Iterable[ex.Expression]) -> list[float] | None:
     """Return the values of literal numbers; None where one of them is computed."""
-    found = [one.value for one in values if isinstance(one, Number)]
+    found = [one.value for one in values if isinstance(one, ex.Number)]
     return [float(v) for v in found] if len(found) == len(list(values)) else None
 
 
-def from_zero(index: Expression) -> Expression:
+def from_zero(index: ex.Expression) -> ex.Expression:
     """Return the index that counts from 1 for one that counts from 0."""
-    return Number(index.value + 1) if isinstance(index, Number) else Binary("+", index, Number(1))
+    return ex.Number(index.value + 1) if isinstance(index, ex.Number) else ex.Binary("+", index, ex.Number(1))
 
 
-def array(type_: str, elements: Mapping[tuple[int, ...], Expression], missing: Expression) -> RecordLiteral:
+def array(
+    type_: str, elements: Mapping[tuple[int, ...], ex.Expression], missing: ex.Expression
+) -> ex.RecordLiteral:
     """Return the literal of an array from its elements by their indices, which count from 0, with `missing` in the
     gaps.
     """
     size = max(index[0] for index in elements) + 1
-    rows: dict[int, dict[tuple[int, ...], Expression]] = {}
+    rows: dict[int, dict[tuple[int, ...], ex.Expression]] = {}
     for index, value in elements.items():
         rows.setdefault(index[0], {})[index[1:]] = value
-    members: list[tuple[str, Expression]] = []
+    members: list[tuple[str, ex.Expression]] = []
     for place in range(size):
         row = rows.get(place)
         if row is None or () in row:
             members.append(("", missing if row is None else row[()]))
         else:
             members.append(("", array(type_, row, missing)))
-    return RecordLiteral(type_, tuple(members))
+    return ex.RecordLiteral(type_, tuple(members))

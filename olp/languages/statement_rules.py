@@ -7,37 +7,11 @@ from typing import Any, Final
 
 from lark import Token, Tree
 
-from olp.ir.expressions import (
-    Binary,
-    Compare,
-    Expression,
-    Function,
-    Item,
-    Logic,
-    Named,
-    Number,
-    SignalState,
-    Text,
-    Unary,
-)
-from olp.ir.program import (
-    Else,
-    ElseIf,
-    EndIf,
-    EndWhile,
-    If,
-    Next,
-    Pause,
-    Repeat,
-    Return,
-    Statement,
-    Until,
-    Wait,
-    While,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.languages.short_reader import constants, joints
 
-Statements = Statement | list[Statement]
+Statements = st.Statement | list[st.Statement]
 _COMPARE: Final = {
     "==": "=",
     "=": "=",
@@ -85,59 +59,59 @@ class ValueRules:
             self.asked.append((name, found))
         return found
 
-    def name(self, children: list[Any]) -> Expression:
-        return Named(self.spelled(str(children[0])))
+    def name(self, children: list[Any]) -> ex.Expression:
+        return ex.Named(self.spelled(str(children[0])))
 
-    def item(self, children: list[Any]) -> Expression:
-        return Item(Named(self.spelled(str(children[0]))), tuple(children[1]))
+    def item(self, children: list[Any]) -> ex.Expression:
+        return ex.Item(ex.Named(self.spelled(str(children[0]))), tuple(children[1]))
 
     def indices(self, children: list[Any]) -> list[Any]:
         return children
 
     arguments = indices
 
-    def number(self, children: list[Token]) -> Number:
+    def number(self, children: list[Token]) -> ex.Number:
         text = str(children[0])
         if text[:2].lower() == "0x":
-            return Number(int(text, 16))
-        return Number(int(text) if text.isdigit() else float(text))
+            return ex.Number(int(text, 16))
+        return ex.Number(int(text) if text.isdigit() else float(text))
 
-    def text(self, children: list[Token]) -> Text:
-        return Text(str(children[0])[1:-1])
+    def text(self, children: list[Token]) -> ex.Text:
+        return ex.Text(str(children[0])[1:-1])
 
-    def on(self, _: list[Any]) -> SignalState:
-        return SignalState(True)
+    def on(self, _: list[Any]) -> ex.SignalState:
+        return ex.SignalState(True)
 
-    def off(self, _: list[Any]) -> SignalState:
-        return SignalState(False)
+    def off(self, _: list[Any]) -> ex.SignalState:
+        return ex.SignalState(False)
 
-    def negative(self, children: list[Any]) -> Expression:
+    def negative(self, children: list[Any]) -> ex.Expression:
         value = children[0]
-        return Number(-value.value) if isinstance(value, Number) else Unary("-", value)
+        return ex.Number(-value.value) if isinstance(value, ex.Number) else ex.Unary("-", value)
 
-    def not_(self, children: list[Any]) -> Unary:
-        return Unary("not", children[0])
+    def not_(self, children: list[Any]) -> ex.Unary:
+        return ex.Unary("not", children[0])
 
-    def sum(self, children: list[Any]) -> Expression:
+    def sum(self, children: list[Any]) -> ex.Expression:
         return self._chain(children, lambda word: str(word))
 
-    def product(self, children: list[Any]) -> Expression:
+    def product(self, children: list[Any]) -> ex.Expression:
         return self._chain(children, lambda word: {"%": "mod"}.get(str(word), str(word).lower()))
 
-    def _chain(self, children: list[Any], operator: Callable[[Any], str]) -> Expression:
-        value: Expression = children[0]
+    def _chain(self, children: list[Any], operator: Callable[[Any], str]) -> ex.Expression:
+        value: ex.Expression = children[0]
         for word, right in zip(children[1::2], children[2::2], strict=True):
-            value = Binary(operator(word), value, right)
+            value = ex.Binary(operator(word), value, right)
         return value
 
-    def compare(self, children: list[Any]) -> Compare:
+    def compare(self, children: list[Any]) -> ex.Compare:
         left, word, right = children
-        return Compare(_COMPARE.get(str(word), str(word)), left, right)
+        return ex.Compare(_COMPARE.get(str(word), str(word)), left, right)
 
-    def conjunction(self, children: list[Any]) -> Expression:
+    def conjunction(self, children: list[Any]) -> ex.Expression:
         first, *rest = children
         pairs = zip(rest[::2], rest[1::2], strict=True)
-        return Logic(first, tuple((str(word).lower(), right) for word, right in pairs))
+        return ex.Logic(first, tuple((str(word).lower(), right) for word, right in pairs))
 
     disjunction = conjunction
 
@@ -151,45 +125,45 @@ class BlockRules(ValueRules):
     def instruction(self, children: list[Any]) -> Any:
         return children[0]
 
-    def joints(self, children: list[Expression]) -> Expression:
+    def joints(self, children: list[ex.Expression]) -> ex.Expression:
         numbers = constants(children)
-        return joints(numbers) if numbers is not None else Function("joints", tuple(children))
+        return joints(numbers) if numbers is not None else ex.Function("joints", tuple(children))
 
-    def power(self, children: list[Expression]) -> Function:
-        return Function("power", tuple(children))
+    def power(self, children: list[ex.Expression]) -> ex.Function:
+        return ex.Function("power", tuple(children))
 
     def wait(self, children: list[Any]) -> Statements:
-        return Wait(0, children[0])
+        return st.Wait(0, children[0])
 
     def if_(self, children: list[Any]) -> Statements:
-        return If(0, children[0])
+        return st.If(0, children[0])
 
     def else_if(self, children: list[Any]) -> Statements:
-        return ElseIf(0, children[0])
+        return st.ElseIf(0, children[0])
 
     def else_(self, _: list[Any]) -> Statements:
-        return Else(0)
+        return st.Else(0)
 
     def end_if(self, _: list[Any]) -> Statements:
-        return EndIf(0)
+        return st.EndIf(0)
 
     def while_(self, children: list[Any]) -> Statements:
-        return While(0, children[0])
+        return st.While(0, children[0])
 
     def end_while(self, _: list[Any]) -> Statements:
-        return EndWhile(0)
+        return st.EndWhile(0)
 
     def end_for(self, _: list[Any]) -> Statements:
-        return Next(0, None)
+        return st.Next(0, None)
 
     def do(self, _: list[Any]) -> Statements:
-        return Repeat(0)
+        return st.Repeat(0)
 
     def until(self, children: list[Any]) -> Statements:
-        return Until(0, children[0])
+        return st.Until(0, children[0])
 
     def pause(self, _: list[Any]) -> Statements:
-        return Pause(0)
+        return st.Pause(0)
 
     def return_(self, _: list[Any]) -> Statements:
-        return Return(0)
+        return st.Return(0)

@@ -10,36 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from olp.core.units import deg, um
-from olp.ir.expressions import (
-    POSITION_STORES,
-    Binary,
-    Element,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    Signal,
-    Store,
-    SystemValue,
-    Taught,
-    Unknown,
-    Variable,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import (
-    Assign,
-    Clear,
-    DefineFrame,
-    ExternalTool,
-    Move,
-    ReadInput,
-    ShiftOff,
-    ShiftOn,
-    Update,
-)
 from olp.robots.geometry import Pose, frame_from_points
 from olp.runtime.evaluate import (
     both,
@@ -70,30 +43,30 @@ from olp.runtime.signals import read_signal, write_signal
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, Shift, StatementError, role
 
-Arguments = Sequence[Expression]
+Arguments = Sequence[ex.Expression]
 _MOST_DECIMALS = 1_100  # no number has more
 
 
-def frame_value(m: Machine, frame: FrameRef) -> Value:
+def frame_value(m: Machine, frame: ex.FrameRef) -> Value:
     """A frame as a position in the base."""
     return with_pose(PositionValue(PointState(PointKind.POSE, "base"), ()), frame_pose(m, frame))
 
 
-def set_tool(m: Machine, argument: Expression, value: Value) -> None:
+def set_tool(m: Machine, argument: ex.Expression, value: Value) -> None:
     """Gives a tool new data; what was recorded with the old ones keeps them."""
     tool = whole(m, argument)
     m.tool_now[tool] = number_of(m, "tool", raw_pose(as_position(value)))
     m.plain = False
 
 
-def set_frame(m: Machine, frame: FrameRef, pose: Pose) -> None:
+def set_frame(m: Machine, frame: ex.FrameRef, pose: Pose) -> None:
     """Gives a user frame a new place; what was recorded in the old one stays where it was."""
     user = whole(m, frame.number) if frame.number is not None else 0
     m.user_now[user] = number_of(m, "user", pose)
     m.plain = False
 
 
-def _position(m: Machine, e: Expression) -> PositionValue:
+def _position(m: Machine, e: ex.Expression) -> PositionValue:
     return as_position(evaluate(m, e))
 
 
@@ -132,22 +105,24 @@ def _inverse(m: Machine, arguments: Arguments) -> Value:
 def _convert(m: Machine, arguments: Arguments) -> Value:
     """A position in another frame, or in pulses; a tool may be named for it."""
     value = evaluate(m, arguments[0])
-    frames = [a for a in arguments[1:] if isinstance(a, FrameRef)]
+    frames = [a for a in arguments[1:] if isinstance(a, ex.FrameRef)]
     tool = next((f for f in frames if f.kind == "tool" and f.number is not None), None)
-    frame = next((f for f in frames if f is not tool), FrameRef("pulse"))
+    frame = next((f for f in frames if f is not tool), ex.FrameRef("pulse"))
     if not isinstance(value, SystemPosition):
         return _converted(m, _position(m, arguments[0]), frame, tool)
     parts = tuple(
-        (store, _converted(m, part, frame, tool) if store is Store.ROBOT else part)
+        (store, _converted(m, part, frame, tool) if store is ex.Store.ROBOT else part)
         for store, part in value.parts
     )
     return SystemPosition(parts)
 
 
-def _converted(m: Machine, value: PositionValue, frame: FrameRef, tool: FrameRef | None) -> PositionValue:
+def _converted(
+    m: Machine, value: PositionValue, frame: ex.FrameRef, tool: ex.FrameRef | None
+) -> PositionValue:
     from olp.runtime.state import role
 
-    mechanism = role(m, 0, Store.ROBOT)
+    mechanism = role(m, 0, ex.Store.ROBOT)
     if tool is not None and tool.number is not None:
         number_ = whole(m, tool.number)
         if value.state.kind is PointKind.POSE:
@@ -171,12 +146,14 @@ def _step_position(m: Machine, arguments: Arguments) -> Value:
     from olp.runtime.poses import position_value
 
     wanted = whole(m, arguments[0])
-    moves = [s for s in m.frame.job.body if isinstance(s, Move)]
+    moves = [s for s in m.frame.job.body if isinstance(s, st.Move)]
     if not 1 <= wanted <= len(moves):
         raise StatementError("I217", f"the routine has no step {wanted}", f"it has {len(moves)} moves")
     step = moves[wanted - 1]
     written = [*step.targets, *(t for part in step.parts for t in part.targets)]
-    parts = [(p.store, position_value(m, p, p.store)) for p in written if isinstance(p, (Taught, Variable))]
+    parts = [
+        (p.store, position_value(m, p, p.store)) for p in written if isinstance(p, (ex.Taught, ex.Variable))
+    ]
     return SystemPosition(tuple(parts))
 
 
@@ -184,11 +161,11 @@ def _shift_between(m: Machine, arguments: Arguments) -> Value:
     """The shift that takes the first position to the second, along the axes of a frame."""
     from olp.runtime.state import role
 
-    frame = next((a for a in arguments if isinstance(a, FrameRef)), FrameRef("base"))
-    positions = [_position(m, a) for a in arguments if not isinstance(a, FrameRef)]
+    frame = next((a for a in arguments if isinstance(a, ex.FrameRef)), ex.FrameRef("base"))
+    positions = [_position(m, a) for a in arguments if not isinstance(a, ex.FrameRef)]
     if len(positions) < 2:  # two arguments may be one position and a frame
         raise StatementError("I213", "a shift needs two positions", "name the reference and the target")
-    mechanism = role(m, 0, Store.ROBOT)
+    mechanism = role(m, 0, ex.Store.ROBOT)
     first, second = (pose_of(m, mechanism, p) for p in positions[:2])
     axes = first.rotation if frame.kind == "tool" else frame_pose(m, frame).rotation
     turn = axes.T @ second.rotation @ first.rotation.T @ axes
@@ -199,7 +176,7 @@ def _shift_between(m: Machine, arguments: Arguments) -> Value:
 def _convert_shift(m: Machine, arguments: Arguments) -> Value:
     """A shift along the axes of its own frame as the same shift along the axes of another one."""
     value = _position(m, arguments[0])
-    frame = next((a for a in arguments[1:] if isinstance(a, FrameRef)), FrameRef("base"))
+    frame = next((a for a in arguments[1:] if isinstance(a, ex.FrameRef)), ex.FrameRef("base"))
     if frame.kind not in ("base", "robot", "user"):
         m.assume(f"a shift converted into the {frame.kind} frame is taken unchanged")
         return value
@@ -217,7 +194,7 @@ def _text_value(m: Machine, arguments: Arguments) -> Value:
         raise StatementError("I204", f"the text {text[:40]!r} is not a number", "check the text") from None
 
 
-def _text(m: Machine, e: Expression) -> str:
+def _text(m: Machine, e: ex.Expression) -> str:
     value = evaluate(m, e)
     if isinstance(value, str):
         return value
@@ -326,25 +303,27 @@ def unit_of(value: PositionValue, index: int) -> float:
     return um if index <= _LENGTHS else _ANGLE
 
 
-def read_element(m: Machine, element: Element) -> int:
+def read_element(m: Machine, element: ex.Element) -> int:
     """One element as the controller counts it. Raises StatementError for one that does not exist."""
     variable = element.variable
-    if not isinstance(variable, (Taught, Variable)) or variable.store not in POSITION_STORES:
+    if not isinstance(variable, (ex.Taught, ex.Variable)) or variable.store not in ex.POSITION_STORES:
         raise StatementError("I209", f"{spell(variable)} is no position", "use a position variable")
-    value = position_value(m, variable, Store.ROBOT if variable.store is Store.SYSTEM else variable.store)
+    value = position_value(
+        m, variable, ex.Store.ROBOT if variable.store is ex.Store.SYSTEM else variable.store
+    )
     index = _index(m, element)
     if index > len(value.values) or math.isnan(value.values[index - 1]):
         return 0  # a seventh element of a six-axis arm reads as zero
     return round_half_away(value.values[index - 1] / unit_of(value, index))
 
 
-def write_element(m: Machine, element: Element, count: int | float) -> None:
+def write_element(m: Machine, element: ex.Element, count: int | float) -> None:
     """Sets one element from the controller's counts."""
     variable = element.variable
-    if not isinstance(variable, Variable) or variable.store not in POSITION_STORES:
+    if not isinstance(variable, ex.Variable) or variable.store not in ex.POSITION_STORES:
         raise StatementError("I209", f"{spell(variable)} cannot be changed", "use a position variable")
-    if variable.store is Store.SYSTEM:
-        variable = Variable(Store.ROBOT, variable.index, variable.local)
+    if variable.store is ex.Store.SYSTEM:
+        variable = ex.Variable(ex.Store.ROBOT, variable.index, variable.local)
     value = held_position(m, variable)
     index = _index(m, element)
     values = list(value.values) + [0.0] * (index - len(value.values))
@@ -352,7 +331,7 @@ def write_element(m: Machine, element: Element, count: int | float) -> None:
     write_variable(m, variable, PositionValue(value.state, tuple(values)))
 
 
-def held_position(m: Machine, variable: Variable) -> PositionValue:
+def held_position(m: Machine, variable: ex.Variable) -> PositionValue:
     """The variable's position; one that nobody set is taken as a zero pose, which is reported."""
     index = whole(m, variable.index)
     held = (m.frame.locals if variable.local else m.memory.values).get((variable.store, index))
@@ -364,7 +343,7 @@ def held_position(m: Machine, variable: Variable) -> PositionValue:
     return value
 
 
-def binary(m: Machine, e: Binary) -> Value:
+def binary(m: Machine, e: ex.Binary) -> Value:
     """The value of an operation on numbers, texts or positions."""
     left, right = both(m, e.left, e.right)
     if isinstance(left, PositionValue) and isinstance(right, (int, float, PositionValue)):
@@ -372,7 +351,7 @@ def binary(m: Machine, e: Binary) -> Value:
     return calculate(e.operator, left, right)
 
 
-def _index(m: Machine, element: Element) -> int:
+def _index(m: Machine, element: ex.Element) -> int:
     index = whole(m, element.index)
     if not 1 <= index <= _MOST_ELEMENTS:
         raise StatementError(
@@ -412,49 +391,49 @@ def _filled(values: tuple[float, ...], width: int) -> list[float]:
 _ALL = 100_000  # more variables than any controller has
 
 
-def assign(m: Machine, s: Assign) -> None:
+def assign(m: Machine, s: st.Assign) -> None:
     store_value(m, s.target, evaluate(m, s.value))
 
 
-def store_value(m: Machine, target: Expression, value: Value) -> None:
+def store_value(m: Machine, target: ex.Expression, value: Value) -> None:
     """Stores a value wherever a program can store one. Raises StatementError for anything else."""
-    if isinstance(target, Variable):
-        if isinstance(value, SystemPosition) and target.store in POSITION_STORES - {Store.SYSTEM}:
+    if isinstance(target, ex.Variable):
+        if isinstance(value, SystemPosition) and target.store in ex.POSITION_STORES - {ex.Store.SYSTEM}:
             value = dict(value.parts).get(target.store, value)
         write_variable(m, target, value)
-    elif isinstance(target, Named):
+    elif isinstance(target, ex.Named):
         from olp.runtime.evaluate import write_name
 
         write_name(m, target.name, value)
-    elif isinstance(target, Item):
+    elif isinstance(target, ex.Item):
         from olp.runtime.structures import write_item
 
         write_item(m, target, value)
-    elif isinstance(target, Member):
+    elif isinstance(target, ex.Member):
         from olp.runtime.structures import write_member
 
         write_member(m, target, value)
-    elif isinstance(target, FrameRef) and target.kind == "tool" and target.number is not None:
+    elif isinstance(target, ex.FrameRef) and target.kind == "tool" and target.number is not None:
         set_tool(m, target.number, value)
-    elif isinstance(target, (SystemValue, Function)) and target.name in ("timer", "timer-running"):
+    elif isinstance(target, (ex.SystemValue, ex.Function)) and target.name in ("timer", "timer-running"):
         return  # no time passes while the program runs here
-    elif isinstance(target, SystemValue):
+    elif isinstance(target, ex.SystemValue):
         m.assume(f"{spell(target)} is set: nothing that is timed depends on it")
-    elif isinstance(target, Element):
+    elif isinstance(target, ex.Element):
         if not isinstance(value, (int, float)):
             raise StatementError("I204", "an element of a position holds a number", "use a double variable")
         write_element(m, target, value)
-    elif isinstance(target, Function) and target.name == "tool-data":
+    elif isinstance(target, ex.Function) and target.name == "tool-data":
         set_tool(m, target.arguments[0], value)
-    elif isinstance(target, FrameRef) and target.kind == "user":
+    elif isinstance(target, ex.FrameRef) and target.kind == "user":
         set_frame(m, target, raw_pose(as_position(value)))
-    elif isinstance(target, Signal):
+    elif isinstance(target, ex.Signal):
         write_signal(m, target, value)
     else:
         raise StatementError("I218", f"nothing can be stored in {spell(target)}", "name a variable")
 
 
-def update(m: Machine, s: Update) -> None:
+def update(m: Machine, s: st.Update) -> None:
     """target := target op operand."""
     if s.operator == "not":
         operand = s.target if s.operand is None else s.operand
@@ -462,17 +441,17 @@ def update(m: Machine, s: Update) -> None:
         return
     if s.operand is None:
         raise StatementError("I219", f"'{s.operator}' needs a second value", "write it behind the variable")
-    if isinstance(s.target, Variable) and s.target.store in POSITION_STORES:
+    if isinstance(s.target, ex.Variable) and s.target.store in ex.POSITION_STORES:
         value = evaluate(m, s.operand)
-        stores = _held_parts(m, s.target) if s.target.store is Store.SYSTEM else (s.target.store,)
+        stores = _held_parts(m, s.target) if s.target.store is ex.Store.SYSTEM else (s.target.store,)
         for store in stores:
             _update_position(
-                m, s.operator, Variable(store, s.target.index, s.target.local, s.target.name), value
+                m, s.operator, ex.Variable(store, s.target.index, s.target.local, s.target.name), value
             )
         return
     left = evaluate(m, s.target)
     right = evaluate(m, s.operand)
-    if s.operator == "/" and isinstance(s.target, Variable) and s.target.store in INTEGERS:
+    if s.operator == "/" and isinstance(s.target, ex.Variable) and s.target.store in INTEGERS:
         store_value(m, s.target, _quotient(m, left, right))
     else:
         store_value(m, s.target, calculate(s.operator, left, right))
@@ -488,12 +467,12 @@ def _quotient(m: Machine, left: Value, right: Value) -> Value:
     return quotient if (left < 0) == (right < 0) else -quotient
 
 
-def _held_parts(m: Machine, system: Variable) -> tuple[Store, ...]:
+def _held_parts(m: Machine, system: ex.Variable) -> tuple[ex.Store, ...]:
     value = evaluate(m, system)
     return tuple(store for store, _ in value.parts) if isinstance(value, SystemPosition) else ()
 
 
-def _update_position(m: Machine, sign: str, target: Variable, value: Value) -> None:
+def _update_position(m: Machine, sign: str, target: ex.Variable, value: Value) -> None:
     if isinstance(value, SystemPosition):
         value = dict(value.parts).get(target.store, value)
     if not isinstance(value, (int, float, PositionValue)):
@@ -503,12 +482,12 @@ def _update_position(m: Machine, sign: str, target: Variable, value: Value) -> N
     write_variable(m, target, combine(sign, held_position(m, target), value))
 
 
-def clear(m: Machine, s: Clear) -> None:
+def clear(m: Machine, s: st.Clear) -> None:
     """Zeroes variables; without a target the call stack is emptied."""
     if s.target is None:
         m.frames.clear()
         return
-    if not isinstance(s.target, Variable):
+    if not isinstance(s.target, ex.Variable):
         raise StatementError("I218", f"{spell(s.target)} cannot be cleared", "name a variable")
     first, store, local = whole(m, s.target.index), s.target.store, s.target.local
     if s.count is not None:
@@ -517,17 +496,17 @@ def clear(m: Machine, s: Clear) -> None:
         held = m.frame.locals if local else m.memory.values
         indices = [index for kind, index in held if kind is store and index >= first]
     for index in indices:
-        write_variable(m, Variable(store, Number(index), local), zero(store))
+        write_variable(m, ex.Variable(store, ex.Number(index), local), zero(store))
 
 
-def read_input(m: Machine, s: ReadInput) -> None:
+def read_input(m: Machine, s: st.ReadInput) -> None:
     value = read_signal(m, s.signal)
     store_value(m, s.target, int(value) if isinstance(value, bool) else value)
 
 
-def define_frame(m: Machine, s: DefineFrame) -> None:
+def define_frame(m: Machine, s: st.DefineFrame) -> None:
     """A user frame from three points, and a fourth that its origin moves to."""
-    arm = role(m, 0, Store.ROBOT)
+    arm = role(m, 0, ex.Store.ROBOT)
     points = [pose_of(m, arm, _robot_position(m, p)).position for p in s.points]
     if len(points) < 3:
         raise StatementError("I220", "a frame needs three points", "teach origin, X axis and X-Y plane")
@@ -539,32 +518,32 @@ def define_frame(m: Machine, s: DefineFrame) -> None:
     set_frame(m, s.frame, frame)
 
 
-def _robot_position(m: Machine, position: Expression) -> PositionValue:
-    if not isinstance(position, (Taught, Variable, Unknown)):
+def _robot_position(m: Machine, position: ex.Expression) -> PositionValue:
+    if not isinstance(position, (ex.Taught, ex.Variable, ex.Unknown)):
         return as_position(evaluate(m, position))
-    if isinstance(position, Variable) and position.store is Store.SYSTEM:
-        return as_position(read_variable(m, Store.SYSTEM, whole(m, position.index), position.local))
-    return position_value(m, position, Store.ROBOT)
+    if isinstance(position, ex.Variable) and position.store is ex.Store.SYSTEM:
+        return as_position(read_variable(m, ex.Store.SYSTEM, whole(m, position.index), position.local))
+    return position_value(m, position, ex.Store.ROBOT)
 
 
-def shift_on(m: Machine, s: ShiftOn) -> None:
+def shift_on(m: Machine, s: st.ShiftOn) -> None:
     """From here on taught targets move by the offset."""
     if s.coordinated:
         m.assume("the shift relative to the moving work is left out")
         return
     offset = _robot_position(m, s.offset)
-    m.shift = Shift(offset, s.frame if s.frame is not None else FrameRef("own"))
+    m.shift = Shift(offset, s.frame if s.frame is not None else ex.FrameRef("own"))
     m.plain = False
     if any(offset.values[3:6]):
         m.assume("a shift with angles turns the tool about its centre point, not about the frame's origin")
 
 
-def shift_off(m: Machine, s: ShiftOff) -> None:
+def shift_off(m: Machine, s: st.ShiftOff) -> None:
     if not s.coordinated:
         m.shift = None
         m.plain = not (m.tool_now or m.user_now)
 
 
-def external_tool(m: Machine, s: ExternalTool) -> None:
+def external_tool(m: Machine, s: st.ExternalTool) -> None:
     if s.tool is not None:
         m.assume("speeds about the fixed tool are taken as speeds of the robot's own tool")

@@ -10,50 +10,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.block_structure import pair
-from olp.ir.expressions import (
-    CallValue,
-    Compare,
-    Expression,
-    Logic,
-    Named,
-    Number,
-    Signal,
-    SignalState,
-    Text,
-    Unary,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    ElseIf,
-    For,
-    If,
-    Jump,
-    Program,
-    ReadInput,
-    Return,
-    Routine,
-    Statement,
-    Switch,
-    Update,
-    Wait,
-    While,
-)
 from olp.ir.transformer import mapped
 from olp.runtime.spelling import spell
 
 _MOST: Final = 24  # values of one variable
-_CONDITIONAL: Final = (If, ElseIf, While, Jump, Call, Return, Wait)
+_CONDITIONAL: Final = (st.If, st.ElseIf, st.While, st.Jump, st.Call, st.Return, st.Wait)
 
 
 @dataclass(frozen=True, slots=True)
 class BranchChoice:
     """One value, and the line that asks for it."""
 
-    value: Expression
+    value: ex.Expression
     line: int
 
     @property
@@ -65,7 +36,7 @@ class BranchChoice:
 class Dispatcher:
     """What decides in the main routine: a variable or group of inputs, the first line that asks it, and its values."""
 
-    decides: Expression
+    decides: ex.Expression
     line: int
     choices: tuple[BranchChoice, ...]
 
@@ -74,18 +45,18 @@ class Dispatcher:
         return spell(self.decides)
 
 
-def main_routine(program: Program) -> Routine | None:
+def main_routine(program: st.Program) -> st.Routine | None:
     """The routine that a controller starts: the one that the program names, else its first."""
     named = (r for r in program.routines if program.main and r.name.casefold() == program.main.casefold())
     return next(named, program.routines[0] if program.routines else None)
 
 
-def dispatches(program: Program) -> tuple[Dispatcher, ...]:
+def dispatches(program: st.Program) -> tuple[Dispatcher, ...]:
     """Everything that decides in the main routine, in order of the text."""
     routine = main_routine(program)
     if routine is None:
         return ()
-    asked: dict[Expression, dict[Expression, int]] = {}
+    asked: dict[ex.Expression, dict[ex.Expression, int]] = {}
     for decides, value, line in _questions(routine):
         asked.setdefault(decides, {}).setdefault(value, line)
     return tuple(
@@ -97,18 +68,18 @@ def dispatches(program: Program) -> tuple[Dispatcher, ...]:
     )
 
 
-def taking(program: Program, dispatch: Dispatcher, choice: BranchChoice) -> Program:
+def taking(program: st.Program, dispatch: Dispatcher, choice: BranchChoice) -> st.Program:
     """The program in which what decides has this value wherever the main routine asks for it."""
     routine = main_routine(program)
     assert routine is not None
 
-    def change(e: Expression) -> Expression:
+    def change(e: ex.Expression) -> ex.Expression:
         return choice.value if e == dispatch.decides else e
 
     def changed(s: Any) -> Any:
-        if isinstance(s, Switch):
+        if isinstance(s, st.Switch):
             return replace(s, value=mapped(s.value, change))
-        if isinstance(s, Jump) and not isinstance(s.target, str):
+        if isinstance(s, st.Jump) and not isinstance(s.target, str):
             return replace(s, target=mapped(s.target, change))
         if isinstance(s, _CONDITIONAL) and s.condition is not None:
             return replace(s, condition=mapped(s.condition, change))
@@ -118,28 +89,28 @@ def taking(program: Program, dispatch: Dispatcher, choice: BranchChoice) -> Prog
     return replace(program, routines=tuple(steered if r is routine else r for r in program.routines))
 
 
-def _questions(routine: Routine) -> Iterator[tuple[Expression, Expression, int]]:
+def _questions(routine: st.Routine) -> Iterator[tuple[ex.Expression, ex.Expression, int]]:
     """Each comparison of a variable with a constant: both, and its line."""
     flow = pair(routine.body)
     for index, s in enumerate(routine.body):
-        if isinstance(s, Switch):
+        if isinstance(s, st.Switch):
             at, marker = index, flow.after.get(index)
             while marker is not None and at < marker < len(routine.body):
                 branch = routine.body[marker]
-                if isinstance(branch, Case) and _decides(s.value):
+                if isinstance(branch, st.Case) and _decides(s.value):
                     yield from ((s.value, v, branch.line) for v in branch.values if _constant(v))
                 at, marker = marker, flow.after.get(marker)
-        elif isinstance(s, Jump) and not isinstance(s.target, str) and _decides(s.target):
-            yield from ((s.target, Number(int(name)), s.line) for name in flow.labels if name.isdecimal())
-        elif isinstance(s, (If, ElseIf, Jump, Call)) and s.condition is not None:
+        elif isinstance(s, st.Jump) and not isinstance(s.target, str) and _decides(s.target):
+            yield from ((s.target, ex.Number(int(name)), s.line) for name in flow.labels if name.isdecimal())
+        elif isinstance(s, (st.If, st.ElseIf, st.Jump, st.Call)) and s.condition is not None:
             yield from ((of, value, s.line) for of, value in _compared(s.condition))
 
 
-def _compared(condition: Expression) -> Iterator[tuple[Expression, Expression]]:
-    if isinstance(condition, Logic):
+def _compared(condition: ex.Expression) -> Iterator[tuple[ex.Expression, ex.Expression]]:
+    if isinstance(condition, ex.Logic):
         for part in (condition.first, *(part for _, part in condition.rest)):
             yield from _compared(part)
-    elif isinstance(condition, Compare) and condition.operator == "=":
+    elif isinstance(condition, ex.Compare) and condition.operator == "=":
         left, right = condition.left, condition.right
         if _constant(left):
             left, right = right, left
@@ -147,15 +118,17 @@ def _compared(condition: Expression) -> Iterator[tuple[Expression, Expression]]:
             yield left, right
 
 
-def _decides(e: Expression) -> bool:
-    return isinstance(e, (Variable, Named, Signal))
+def _decides(e: ex.Expression) -> bool:
+    return isinstance(e, (ex.Variable, ex.Named, ex.Signal))
 
 
-def _constant(e: Expression) -> bool:
-    return isinstance(e, (Number, Text)) or (isinstance(e, Unary) and isinstance(e.operand, Number))
+def _constant(e: ex.Expression) -> bool:
+    return isinstance(e, (ex.Number, ex.Text)) or (
+        isinstance(e, ex.Unary) and isinstance(e.operand, ex.Number)
+    )
 
 
-def _is_computed(routine: Routine, decides: Expression, values: dict[Expression, int]) -> bool:
+def _is_computed(routine: st.Routine, decides: ex.Expression, values: dict[ex.Expression, int]) -> bool:
     """Whether the main routine itself finds the value: counts it, or sets one of those that it asks for at first."""
     first = min(values.values())
     if any(_sets(s, decides) and _from_outside(s) for s in routine.body):
@@ -163,17 +136,19 @@ def _is_computed(routine: Routine, decides: Expression, values: dict[Expression,
     for s in routine.body:
         if not _sets(s, decides):
             continue
-        plain = isinstance(s, Assign) and isinstance(s.value, (Number, Text, SignalState))
-        if not plain or (s.line < first and isinstance(s, Assign) and s.value in values):
+        plain = isinstance(s, st.Assign) and isinstance(s.value, (ex.Number, ex.Text, ex.SignalState))
+        if not plain or (s.line < first and isinstance(s, st.Assign) and s.value in values):
             return True
     return False
 
 
-def _sets(s: Statement, decides: Expression) -> bool:
-    if isinstance(s, For):
+def _sets(s: st.Statement, decides: ex.Expression) -> bool:
+    if isinstance(s, st.For):
         return s.variable == decides
-    return isinstance(s, (Assign, Update, ReadInput)) and s.target == decides
+    return isinstance(s, (st.Assign, st.Update, st.ReadInput)) and s.target == decides
 
 
-def _from_outside(s: Statement) -> bool:
-    return isinstance(s, ReadInput) or (isinstance(s, Assign) and isinstance(s.value, (Signal, CallValue)))
+def _from_outside(s: st.Statement) -> bool:
+    return isinstance(s, st.ReadInput) or (
+        isinstance(s, st.Assign) and isinstance(s.value, (ex.Signal, ex.CallValue))
+    )

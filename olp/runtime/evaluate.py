@@ -11,28 +11,7 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
-from olp.ir.expressions import (
-    POSITION_STORES,
-    Argument,
-    Compare,
-    Expression,
-    Item,
-    Logic,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    Quantity,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    Store,
-    Taught,
-    Text,
-    Unary,
-    Unknown,
-    Variable,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Declare, Parameter
 from olp.ir.statements import is_same
@@ -60,11 +39,11 @@ ZEROS: Final[Mapping[str, Value]] = {
 }  # fmt: skip
 
 _POSE_SIZE: Final = 6
-_POSITION_PARTS: Final = (Store.ROBOT, Store.BASE, Store.STATION)
+_POSITION_PARTS: Final = (ex.Store.ROBOT, ex.Store.BASE, ex.Store.STATION)
 _CHECK: Final = "check the value on the right"
 
 
-def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
+def read_variable(m: Machine, store: ex.Store, index: int, local: bool) -> Value:
     """A variable's value; one that nobody ever set holds zero, which is reported."""
     _check_index(index)
     key = (store, index)
@@ -72,7 +51,7 @@ def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
     value = values.get(key)
     if value is not None:
         return value
-    if store is Store.SYSTEM:
+    if store is ex.Store.SYSTEM:
         parts = ((part, values.get((part, index))) for part in _POSITION_PARTS)
         held = tuple(
             (part, part_value) for part, part_value in parts if isinstance(part_value, PositionValue)
@@ -87,7 +66,7 @@ def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
         return made
     value = values[key] = zero(store)
     name = f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{index:03d}"
-    if store in POSITION_STORES:
+    if store in ex.POSITION_STORES:
         del values[key]
         beside = "put VAR.DAT beside the job, or " if m.conventions.saved_variables else ""
         raise StatementError(
@@ -95,18 +74,18 @@ def read_variable(m: Machine, store: Store, index: int, local: bool) -> Value:
             f"position {name} has no value",
             f"{beside}say it in olp.toml: [variables] {name} = {{ pulse = [ … ] }}",
         )
-    shown = '""' if store is Store.STRING else "0"
+    shown = '""' if store is ex.Store.STRING else "0"
     files = "VAR.DAT or olp.toml" if m.conventions.saved_variables else "olp.toml"
     where = "never set before it is read here" if local else f"not in {files}"
     m.assume(f"{name} is taken as {shown}: {where}")
     return value
 
 
-def store_variable(m: Machine, store: Store, index: int, local: bool, value: Value) -> None:
+def store_variable(m: Machine, store: ex.Store, index: int, local: bool, value: Value) -> None:
     """Stores a value as the variable's kind holds it. Raises StatementError when it does not fit."""
     _check_index(index)
     key = (store, index)
-    if store is Store.SYSTEM:
+    if store is ex.Store.SYSTEM:
         _store_system(m, index, local, value)
         return
     held = coerce(m, store, value)
@@ -121,7 +100,7 @@ def store_variable(m: Machine, store: Store, index: int, local: bool, value: Val
 
 def _store_system(m: Machine, index: int, local: bool, value: Value) -> None:
     if isinstance(value, PositionValue):  # the result of a pose function: that of the robot
-        value = SystemPosition(((Store.ROBOT, value),))
+        value = SystemPosition(((ex.Store.ROBOT, value),))
     if not isinstance(value, SystemPosition):
         raise StatementError(
             "I204", "only a whole system position can be stored here", "use a PX variable or $PX000"
@@ -130,17 +109,17 @@ def _store_system(m: Machine, index: int, local: bool, value: Value) -> None:
         store_variable(m, store, index, local, part)
 
 
-def coerce(m: Machine, store: Store, value: Value) -> Value:
+def coerce(m: Machine, store: ex.Store, value: Value) -> Value:
     """`value` as a variable of kind `store` holds it."""
     if store in INTEGERS:
         return _integer(m, store, value)
-    if store is Store.REAL:
+    if store is ex.Store.REAL:
         if isinstance(value, (int, float)):
             return finite(float(value))
         raise StatementError("I204", "a real variable holds numbers only", _CHECK)
-    if store is Store.STRING:
+    if store is ex.Store.STRING:
         return value if isinstance(value, str) else _as_text(value)
-    if isinstance(value, PositionValue) and (store is not Store.ROBOT or is_whole(value)):
+    if isinstance(value, PositionValue) and (store is not ex.Store.ROBOT or is_whole(value)):
         return value
     raise StatementError(
         "I204", "a position variable holds positions of its own kind only", "set its elements one by one"
@@ -152,7 +131,7 @@ def is_whole(value: PositionValue) -> bool:
     return value.state.kind is not PointKind.POSE or len(value.values) >= _POSE_SIZE
 
 
-def _integer(m: Machine, store: Store, value: Value) -> int:
+def _integer(m: Machine, store: ex.Store, value: Value) -> int:
     if isinstance(value, str):
         value = _parsed(value)
     if not isinstance(value, (int, float)):
@@ -267,12 +246,12 @@ def round_half_away(value: float) -> int:
     return int(math.copysign(math.floor(abs(value) + 0.5), value))
 
 
-def evaluate(m: Machine, expression: Expression) -> Value:
+def evaluate(m: Machine, expression: ex.Expression) -> Value:
     """The value of `expression`. Raises StatementError for what has none."""
     return m.operations.evaluators[type(expression)](m, expression)
 
 
-def known(m: Machine, expression: Expression, otherwise: Value) -> Value:
+def known(m: Machine, expression: ex.Expression, otherwise: Value) -> Value:
     """The value, `otherwise` where no file says it and it may be assumed, which is reported."""
     try:
         return evaluate(m, expression)
@@ -289,9 +268,9 @@ def _shown(value: Value) -> str:
     return "an empty text" if value == "" else str(value)
 
 
-def number(m: Machine, expression: Expression) -> int | float:
+def number(m: Machine, expression: ex.Expression) -> int | float:
     """The value as a number; on and off count as 1 and 0. Raises StatementError (I201) for anything else."""
-    if type(expression) is Number:
+    if type(expression) is ex.Number:
         return expression.value
     value = known(m, expression, 0)
     if isinstance(value, (int, float)):
@@ -301,35 +280,35 @@ def number(m: Machine, expression: Expression) -> int | float:
     )
 
 
-def whole(m: Machine, expression: Expression) -> int:
+def whole(m: Machine, expression: ex.Expression) -> int:
     """The value as a whole number, for indices and counts. Raises StatementError (I201)."""
     value = number(m, expression)
     return value if type(value) is int else round_half_away(value)
 
 
-def quantity(m: Machine, value: Quantity) -> float:
+def quantity(m: Machine, value: ex.Quantity) -> float:
     """The SI value of a number with a unit."""
     literal = value.literal
     return float(literal) if literal is not None else number(m, value.written) * value.scale
 
 
-def holds(m: Machine, condition: Expression) -> bool:
+def holds(m: Machine, condition: ex.Expression) -> bool:
     """Whether a condition is true; a bare number or signal counts as true when it is not zero."""
     value = known(m, condition, False)
     return bool(value) if isinstance(value, (bool, int, float)) else value != ""
 
 
-def write_variable(m: Machine, target: Variable, value: Value) -> None:
+def write_variable(m: Machine, target: ex.Variable, value: Value) -> None:
     """Stores a value as the variable's kind holds it. Raises StatementError when it does not fit."""
     store_variable(m, target.store, whole(m, target.index), target.local, value)
 
 
-def _variable(m: Machine, v: Variable) -> Value:
-    index = v.index.value if type(v.index) is Number else whole(m, v.index)
+def _variable(m: Machine, v: ex.Variable) -> Value:
+    index = v.index.value if type(v.index) is ex.Number else whole(m, v.index)
     return read_variable(m, v.store, int(index), v.local)
 
 
-def _taught(m: Machine, taught: Taught) -> Value:
+def _taught(m: Machine, taught: ex.Taught) -> Value:
     point = m.frame.job.points.find(taught.store, True, taught.number)
     if point is None:
         raise StatementError(
@@ -338,14 +317,14 @@ def _taught(m: Machine, taught: Taught) -> Value:
     return PositionValue(point.state, point.values)
 
 
-def _unary(m: Machine, e: Unary) -> Value:
+def _unary(m: Machine, e: ex.Unary) -> Value:
     if e.operator == "not":
         value = evaluate(m, e.operand)
         return not value if isinstance(value, bool) else ~_as_int(value, e.operand) & 0xFF
     return -number(m, e.operand)
 
 
-def _as_int(value: Value, what: Expression) -> int:
+def _as_int(value: Value, what: ex.Expression) -> int:
     if isinstance(value, int):
         return value
     raise StatementError(
@@ -353,11 +332,11 @@ def _as_int(value: Value, what: Expression) -> int:
     )
 
 
-def _compare(m: Machine, e: Compare) -> Value:
+def _compare(m: Machine, e: ex.Compare) -> Value:
     return compare(e.operator, *both(m, e.left, e.right))
 
 
-def both(m: Machine, left: Expression, right: Expression) -> tuple[Value, Value]:
+def both(m: Machine, left: ex.Expression, right: ex.Expression) -> tuple[Value, Value]:
     """Two values that are compared or combined: one that no file says is the zero of the other's kind."""
     try:
         first = evaluate(m, left)
@@ -383,7 +362,7 @@ def _zero_like(value: Value, problem: StatementError) -> Value:
     raise problem
 
 
-def _logic(m: Machine, e: Logic) -> Value:
+def _logic(m: Machine, e: ex.Logic) -> Value:
     result = holds(m, e.first)
     for word, condition in e.rest:
         if m.conventions.stops_early and result is _DECIDED_BY.get(word):
@@ -393,14 +372,14 @@ def _logic(m: Machine, e: Logic) -> Value:
     return result
 
 
-def _read_inputs(m: Machine, condition: Expression) -> None:
+def _read_inputs(m: Machine, condition: ex.Expression) -> None:
     """Reads the inputs of an operand that is not evaluated: which are read must not depend on the order of writing."""
     for e in expressions_of(condition):
-        if type(e) is Signal and type(e.index) in _WRITTEN:
+        if type(e) is ex.Signal and type(e.index) in _WRITTEN:
             evaluate(m, e)
 
 
-_WRITTEN = (Number, Text)
+_WRITTEN = (ex.Number, ex.Text)
 _DECIDED_BY: Mapping[str, bool] = {"and": False, "or": True}  # on the left, whatever stands on the right
 
 _JOINED: Mapping[str, Callable[[bool, bool], bool]] = {
@@ -410,7 +389,7 @@ _JOINED: Mapping[str, Callable[[bool, bool], bool]] = {
 }
 
 
-def _argument(m: Machine, e: Argument) -> Value:
+def _argument(m: Machine, e: ex.Argument) -> Value:
     arguments = m.frame.arguments
     if 0 < e.number <= len(arguments):
         return arguments[e.number - 1]
@@ -438,36 +417,41 @@ def uncalled_argument(m: Machine, number: int, type_: str) -> Value | None:
     return usual
 
 
-def _unknown(m: Machine, e: Unknown) -> Value:
+def _unknown(m: Machine, e: ex.Unknown) -> Value:
     certain = m.conventions.taught_frames  # a language without names: the text is a mistake
     raise StatementError(
         "I209", f"nothing defines {e.text}", "declare the name, or correct it", certain=certain
     )
 
 
-def _named_argument(m: Machine, e: NamedArgument) -> Value:
+def _named_argument(m: Machine, e: ex.NamedArgument) -> Value:
     return True if e.value is None else evaluate(m, e.value)
 
 
 # What needs no other part of the interpreter; interpreter.py adds the rest.
 PLAIN: Mapping[type, Callable[[Machine, Any], Value]] = {
-    Number: lambda m, e: e.value,
-    Text: lambda m, e: e.value,
-    SignalState: lambda m, e: e.on,
-    Variable: _variable,
-    Taught: _taught,
-    Argument: _argument,
-    Unary: _unary,
-    Compare: _compare,
-    Logic: _logic,
-    Unknown: _unknown,
-    NamedArgument: _named_argument,
+    ex.Number: lambda m, e: e.value,
+    ex.Text: lambda m, e: e.value,
+    ex.SignalState: lambda m, e: e.on,
+    ex.Variable: _variable,
+    ex.Taught: _taught,
+    ex.Argument: _argument,
+    ex.Unary: _unary,
+    ex.Compare: _compare,
+    ex.Logic: _logic,
+    ex.Unknown: _unknown,
+    ex.NamedArgument: _named_argument,
 }
 
 
 _MOST_ITEMS = 100_000  # of an array, over all its dimensions; controllers stop far below
 _AXES = 6  # of the arms that URScript moves
-_STORABLE = (Named, Item, Member, Variable)  # what a routine hands a value back to; a constant stays
+_STORABLE = (
+    ex.Named,
+    ex.Item,
+    ex.Member,
+    ex.Variable,
+)  # what a routine hands a value back to; a constant stays
 
 
 def fold(m: Machine, name: str) -> str:
@@ -650,11 +634,11 @@ def _empty(type_: str, sizes: list[int]) -> Value | None:
     return Array([_empty(type_, sizes[1:]) for _ in range(sizes[0])])
 
 
-def literal(m: Machine, e: RecordLiteral) -> Value:
+def literal(m: Machine, e: ex.RecordLiteral) -> Value:
     """A record, or an array where the members have no names."""
 
     values = [
-        (name, value.value if type(value) is Number else copied(evaluate(m, value)))
+        (name, value.value if type(value) is ex.Number else copied(evaluate(m, value)))
         for name, value in e.members
     ]
     if values and not values[0][0]:
@@ -663,14 +647,14 @@ def literal(m: Machine, e: RecordLiteral) -> Value:
 
 
 def bind(
-    m: Machine, parameters: tuple[Parameter, ...], arguments: tuple[Expression, ...]
-) -> tuple[Scope, list[tuple[str, Expression]]]:
+    m: Machine, parameters: tuple[Parameter, ...], arguments: tuple[ex.Expression, ...]
+) -> tuple[Scope, list[tuple[str, ex.Expression]]]:
     """The parameters of a call as variables, and which of them hand their value back, and where to."""
 
     scope: Scope = {}
-    outs: list[tuple[str, Expression]] = []
+    outs: list[tuple[str, ex.Expression]] = []
     by_name = {fold(m, a.name): a for a in _named(m, arguments)}
-    positional = iter([a for a in arguments if not isinstance(a, NamedArgument)])
+    positional = iter([a for a in arguments if not isinstance(a, ex.NamedArgument)])
     for parameter in parameters:
         key = fold(m, parameter.name)
         named = by_name.get(key)
@@ -685,9 +669,9 @@ def bind(
         if given is None:
             m.assume(f"the parameter {parameter.name} is not given by the caller")
             continue
-        slot = find_slot(m, given.name) if parameter.by_reference and isinstance(given, Named) else None
+        slot = find_slot(m, given.name) if parameter.by_reference and isinstance(given, ex.Named) else None
         if slot is None:
-            if parameter.type == "signal" and isinstance(given, Signal):
+            if parameter.type == "signal" and isinstance(given, ex.Signal):
                 given = given.index  # the signal itself, by its name, and not its state
             slot = Slot(fitted(parameter.type, copied(evaluate(m, given))), parameter.type)
             if parameter.by_reference and isinstance(given, _STORABLE):
@@ -709,15 +693,15 @@ def bind_uncalled(m: Machine, parameters: tuple[Parameter, ...]) -> None:
         m.frame.names[fold(m, one.name)] = Slot(None if value is None else fitted(one.type, value), one.type)
 
 
-def _named(m: Machine, arguments: tuple[Expression, ...]) -> Iterator[NamedArgument]:
+def _named(m: Machine, arguments: tuple[ex.Expression, ...]) -> Iterator[ex.NamedArgument]:
     """The arguments by name; one that passes an optional parameter on (RAPID x?y) where the caller has got it."""
     for a in arguments:
-        if not isinstance(a, NamedArgument):
+        if not isinstance(a, ex.NamedArgument):
             continue
         if not a.name.endswith("?"):
             yield a
-        elif isinstance(a.value, Named) and is_given(m, a.value.name):
-            yield NamedArgument(a.name[:-1], a.value)
+        elif isinstance(a.value, ex.Named) and is_given(m, a.value.name):
+            yield ex.NamedArgument(a.name[:-1], a.value)
 
 
 def is_given(m: Machine, name: str) -> bool:

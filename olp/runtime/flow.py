@@ -5,28 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from olp.core.diagnostic import Severity
+from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Named, Store, Variable
-from olp.ir.program import (
-    Break,
-    Call,
-    Case,
-    Continue,
-    Default,
-    Else,
-    ElseIf,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Label,
-    Next,
-    Repeat,
-    Return,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
@@ -50,11 +30,11 @@ def test(m: Machine, condition: Expression) -> bool:
         return False
 
 
-def label(m: Machine, s: Label) -> None:
+def label(m: Machine, s: st.Label) -> None:
     enter_loop(m, m.frame.pc - 1)
 
 
-def jump(m: Machine, s: Jump) -> int | None:
+def jump(m: Machine, s: st.Jump) -> int | None:
     if s.condition is not None and not test(m, s.condition):
         return None
     name = s.target if isinstance(s.target, str) else _label_name(evaluate(m, s.target))
@@ -75,7 +55,7 @@ def _label_name(value: Value) -> str:
     return str(int(value)) if isinstance(value, bool) else str(value)
 
 
-def if_(m: Machine, s: If) -> int | None:
+def if_(m: Machine, s: st.If) -> int | None:
     if test(m, s.condition):
         return None
     return _next_branch(m, m.frame.pc - 1)
@@ -87,7 +67,7 @@ def _next_branch(m: Machine, marker: int) -> int | None:
     following = flow.after.get(marker)
     while following is not None and following < len(body):
         branch = body[following]
-        if not isinstance(branch, ElseIf):
+        if not isinstance(branch, st.ElseIf):
             return following + 1
         m.frame.pc = following + 1
         if test(m, branch.condition):
@@ -96,13 +76,13 @@ def _next_branch(m: Machine, marker: int) -> int | None:
     return following
 
 
-def end_of_branch(m: Machine, s: ElseIf | Else | Case | Default) -> int | None:
+def end_of_branch(m: Machine, s: st.ElseIf | st.Else | st.Case | st.Default) -> int | None:
     """Reached from the branch above: that one is done, and so is the whole block."""
     end = m.frame.job.flow.end.get(m.frame.pc - 1)
     return None if end is None else end + 1
 
 
-def while_(m: Machine, s: While) -> int | None:
+def while_(m: Machine, s: st.While) -> int | None:
     here = m.frame.pc - 1
     enter_loop(m, here)
     if test(m, s.condition):
@@ -111,21 +91,21 @@ def while_(m: Machine, s: While) -> int | None:
     return None if end is None else end + 1
 
 
-def end_while(m: Machine, s: EndWhile) -> int | None:
+def end_while(m: Machine, s: st.EndWhile) -> int | None:
     here = m.frame.pc - 1
     opener = m.frame.job.flow.opener.get(here)
     if opener is None:
         return None
     head = m.frame.job.body[opener]
-    assert isinstance(head, While)
+    assert isinstance(head, st.While)
     return way_back(m, opener, here, head.condition) if test(m, head.condition) else None
 
 
-def repeat(m: Machine, s: Repeat) -> None:
+def repeat(m: Machine, s: st.Repeat) -> None:
     enter_loop(m, m.frame.pc - 1)
 
 
-def until(m: Machine, s: Until) -> int | None:
+def until(m: Machine, s: st.Until) -> int | None:
     here = m.frame.pc - 1
     opener = m.frame.job.flow.opener.get(here)
     if opener is None or test(m, s.condition):
@@ -133,7 +113,7 @@ def until(m: Machine, s: Until) -> int | None:
     return way_back(m, opener, here, s.condition)
 
 
-def break_(m: Machine, s: Break) -> int | None:
+def break_(m: Machine, s: st.Break) -> int | None:
     flow = m.frame.job.flow
     opener = flow.loop.get(m.frame.pc - 1)
     if opener is None:
@@ -142,13 +122,13 @@ def break_(m: Machine, s: Break) -> int | None:
     return flow.end[opener] + 1
 
 
-def continue_(m: Machine, s: Continue) -> int | None:
+def continue_(m: Machine, s: st.Continue) -> int | None:
     flow = m.frame.job.flow
     opener = flow.loop.get(m.frame.pc - 1)
     return None if opener is None else flow.end[opener]
 
 
-def for_(m: Machine, s: For) -> int | None:
+def for_(m: Machine, s: st.For) -> int | None:
     here = m.frame.pc - 1
     if not isinstance(s.variable, (Variable, Named)):  # a name that nothing defines
         raise StatementError(
@@ -169,13 +149,13 @@ def for_(m: Machine, s: For) -> int | None:
     return None
 
 
-def next_(m: Machine, s: Next) -> int | None:
+def next_(m: Machine, s: st.Next) -> int | None:
     opener = m.frame.job.flow.opener.get(m.frame.pc - 1)
     counter = None if opener is None else m.frame.counters.get(opener)
     if opener is None or counter is None:
         return None  # reached by a jump past the loop's head: nothing is counted
     head = m.frame.job.body[opener]
-    assert isinstance(head, For)
+    assert isinstance(head, st.For)
     stop, step, _ = counter
     following = number(m, head.variable) + step
     if m.conventions.for_keeps_last and _beyond(following, stop, step):
@@ -234,18 +214,18 @@ def _fits(variable: Variable | Named, value: float) -> bool:
     return low <= value <= high
 
 
-def switch(m: Machine, s: Switch) -> int | None:
+def switch(m: Machine, s: st.Switch) -> int | None:
     here, body, flow = m.frame.pc - 1, m.frame.job.body, m.frame.job.flow
     value = evaluate(m, s.value)
     default = None
     marker = flow.after.get(here)
     while marker is not None and marker < len(body):
         branch = body[marker]
-        if isinstance(branch, Case):
+        if isinstance(branch, st.Case):
             m.frame.pc = marker + 1
             if any(evaluate(m, case) == value for case in branch.values):
                 return marker + 1
-        elif isinstance(branch, Default):
+        elif isinstance(branch, st.Default):
             default = marker + 1
         else:
             break
@@ -253,7 +233,7 @@ def switch(m: Machine, s: Switch) -> int | None:
     return default if default is not None else (None if marker is None else marker + 1)
 
 
-def call(m: Machine, s: Call) -> int | None:
+def call(m: Machine, s: st.Call) -> int | None:
     if s.condition is not None and not test(m, s.condition):
         return None
     name = _routine_name(m, s)
@@ -281,7 +261,7 @@ def call(m: Machine, s: Call) -> int | None:
     return OTHER_FRAME
 
 
-def _is_passed_over(m: Machine, name: str, s: Call) -> bool:
+def _is_passed_over(m: Machine, name: str, s: st.Call) -> bool:
     """Whether a routine that is not here takes a time that is known, or none as what the controller brings with it."""
     seconds = m.assumptions.routines.get(name.casefold())
     what = m.known_routines.get(name.casefold())
@@ -359,7 +339,7 @@ def value_of_call(m: Machine, e: CallValue) -> Value:
     return returned
 
 
-def _routine_name(m: Machine, s: Call) -> str:
+def _routine_name(m: Machine, s: st.Call) -> str:
     if s.macro is None:
         return s.routine
     macro = whole(m, s.macro)
@@ -387,7 +367,7 @@ def _again(m: Machine, key: int, name: str) -> bool:
     return True
 
 
-def return_(m: Machine, s: Return) -> int | None:
+def return_(m: Machine, s: st.Return) -> int | None:
     if s.condition is not None and not test(m, s.condition):
         return None
     if s.value is not None:
@@ -396,7 +376,7 @@ def return_(m: Machine, s: Return) -> int | None:
     return OTHER_FRAME
 
 
-def end(m: Machine, _: Statement) -> int:
+def end(m: Machine, _: st.Statement) -> int:
     leave(m)
     return OTHER_FRAME
 
@@ -529,7 +509,7 @@ def _is_retry(m: Machine, last: int, condition: Expression | None) -> bool:
 
     A loop that asks signals alone is held by them: what olp.toml says of them is so.
     """
-    asks_at_end = condition is not None and isinstance(m.frame.job.body[last], (Jump, Until))
+    asks_at_end = condition is not None and isinstance(m.frame.job.body[last], (st.Jump, st.Until))
     if condition is not None and not any(
         isinstance(kind, Store) or kind.startswith("name:") for kind, _, _ in reads_of(condition)
     ):
@@ -552,7 +532,7 @@ def _ended_from_outside(
     following = None if condition is None or is_literal(condition) else last + 1
     for index in about.exits:
         statement = m.frame.job.body[index]
-        asks = statement.condition if isinstance(statement, (Jump, Return)) else None
+        asks = statement.condition if isinstance(statement, (st.Jump, st.Return)) else None
         if following is None and asks is not None and any(reads_of(asks)):
             following = _target(m, index)
     if following is not None and moved is not None:
@@ -592,9 +572,9 @@ def _way_out(m: Machine, condition: Expression | None, about: Region, last: int)
         return last + 1
     for index in about.exits:
         statement = m.frame.job.body[index]
-        if isinstance(statement, If) and not _holds(m, statement.condition):
+        if isinstance(statement, st.If) and not _holds(m, statement.condition):
             return index
-        condition = statement.condition if isinstance(statement, (Jump, Return)) else None
+        condition = statement.condition if isinstance(statement, (st.Jump, st.Return)) else None
         if condition is not None and _holds(m, condition):
             return _target(m, index)
     return None
@@ -603,7 +583,7 @@ def _way_out(m: Machine, condition: Expression | None, about: Region, last: int)
 def _target(m: Machine, index: int) -> int:
     """Where a leaving statement leads to: the label of a plain jump, else the statement itself, which then runs."""
     statement = m.frame.job.body[index]
-    if isinstance(statement, Jump) and isinstance(statement.target, str):
+    if isinstance(statement, st.Jump) and isinstance(statement.target, str):
         return m.frame.job.flow.labels.get(statement.target, index)
     return index
 
@@ -657,16 +637,16 @@ def _ways_back(m: Machine, head: int) -> Iterator[int]:
     body, flow = m.frame.job.body, m.frame.job.flow
     for index in range(head + 1, len(body)):
         s = body[index]
-        if isinstance(s, Jump):
+        if isinstance(s, st.Jump):
             if isinstance(s.target, str) and flow.labels.get(s.target) == head:
                 yield index
-        elif isinstance(s, (EndWhile, Until)) and flow.opener.get(index) == head:
+        elif isinstance(s, (st.EndWhile, st.Until)) and flow.opener.get(index) == head:
             yield index
 
 
 def called_bodies(
-    jobs: Jobs, job: RunnableRoutine, body: Sequence[Statement] | None = None
-) -> Iterator[tuple[Statement, ...]]:
+    jobs: Jobs, job: RunnableRoutine, body: Sequence[st.Statement] | None = None
+) -> Iterator[tuple[st.Statement, ...]]:
     """The routines that run under statements of `job` (None: all of them), each once."""
     known, waiting = {job.key}, [(job.body if body is None else body, job.source)]
     while waiting:
@@ -675,7 +655,7 @@ def called_bodies(
             if calls_nothing(s):
                 continue
             called = [e.routine for e in expressions_of(s) if isinstance(e, CallValue)]
-            if isinstance(s, Call) and s.macro is None:
+            if isinstance(s, st.Call) and s.macro is None:
                 called.append(s.routine)
             for name in called:
                 found = jobs.find(name, source)

@@ -12,74 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, Span, error, errors, warning
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Element,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    PositionLiteral,
-    RecordLiteral,
-    Signal,
-    Store,
-    SystemValue,
-)
-from olp.ir.program import (
-    Assign,
-    Break,
-    Call,
-    Case,
-    Clear,
-    Comment,
-    Continue,
-    Declare,
-    Default,
-    DefineFrame,
-    Dwell,
-    Else,
-    ElseIf,
-    End,
-    EndWhile,
-    ExternalTool,
-    For,
-    If,
-    Jump,
-    Label,
-    Message,
-    Move,
-    Next,
-    ObeyFlags,
-    Opaque,
-    Pause,
-    Process,
-    PulseOutput,
-    ReadInput,
-    Repeat,
-    Return,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOutput,
-    SetOverride,
-    SetSpeed,
-    SetTool,
-    ShiftOff,
-    ShiftOn,
-    StartTask,
-    Switch,
-    Synchronise,
-    Until,
-    Update,
-    Wait,
-    WaitTask,
-    While,
-)
-from olp.ir.program import Path as MovePath
 from olp.languages.vendor import ENDS_PROGRAM, find_vendor, part_of, vendor_names
 from olp.robots.coordinate_systems import ROBOT_GAP, Gap
 from olp.robots.robot import candidates_for_pulses
@@ -157,7 +92,7 @@ if TYPE_CHECKING:
 _LONGEST = 1e7  # [s], four months
 
 
-def dwell(m: Machine, s: Dwell) -> None:
+def dwell(m: Machine, s: st.Dwell) -> None:
     seconds = quantity(m, s.duration)
     if not 0.0 <= seconds <= _LONGEST:
         raise StatementError(
@@ -169,7 +104,7 @@ def dwell(m: Machine, s: Dwell) -> None:
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 
-def wait(m: Machine, s: Wait) -> None:
+def wait(m: Machine, s: st.Wait) -> None:
     """Waits for a condition: as long as olp.toml says, at most its own limit."""
     m.stop_advance()
     limit = None if s.timeout is None else quantity(m, s.timeout)
@@ -196,18 +131,18 @@ def wait(m: Machine, s: Wait) -> None:
     m.recorder.wait(m.frame.job.source, s.line, seconds, Event("wait", tuple(sorted(keys)), math.nan))
 
 
-def _begins_an_edge(m: Machine, s: Wait) -> bool:
+def _begins_an_edge(m: Machine, s: st.Wait) -> bool:
     """Whether the same line waits for the same signals once more: for an edge, both of its levels are waited for."""
     body, at = m.frame.job.body, m.frame.pc
     after = body[at] if at < len(body) else None
     return (
-        isinstance(after, Wait)
+        isinstance(after, st.Wait)
         and after.line == s.line
         and set(signals_of(after.condition)) == set(signals_of(s.condition))
     )
 
 
-def _fixed(m: Machine, condition: Expression, limit: float | None) -> float | None:
+def _fixed(m: Machine, condition: ex.Expression, limit: float | None) -> float | None:
     """The duration [s] where everything in the condition is known; None where an input still has to come."""
     signals = signals_of(condition)
     if not all(_is_known(m, key_of(m, signal)) for signal in signals):
@@ -228,7 +163,7 @@ def _is_known(m: Machine, key: SignalKey) -> bool:
     return key in m.assumptions.inputs or key in m.memory.changed
 
 
-def _expected(m: Machine, condition: Expression) -> float:
+def _expected(m: Machine, condition: ex.Expression) -> float:
     """The duration [s] until the signals come."""
     keys = [key_of(m, signal) for signal in signals_of(condition)]
     times = [m.assumptions.waits[key] for key in keys if key in m.assumptions.waits]
@@ -245,7 +180,7 @@ def _default(m: Machine) -> float:
     return 0.0 if given is None else given
 
 
-def pause(m: Machine, s: Pause) -> None:
+def pause(m: Machine, s: st.Pause) -> None:
     if s.condition is not None and not test(m, s.condition):
         return
     seconds = m.assumptions.pause
@@ -256,14 +191,14 @@ def pause(m: Machine, s: Pause) -> None:
     m.recorder.wait(m.frame.job.source, s.line, seconds)
 
 
-def set_output(m: Machine, s: SetOutput) -> None:
+def set_output(m: Machine, s: st.SetOutput) -> None:
     if s.signal.bus in PERIPHERY:
         m.stop_advance()
     switch(m, s.line, s.signal, s.value)
 
 
 def switch(
-    m: Machine, line: int, signal: Signal, value: Expression, metres: float = 0.0, seconds: float = 0.0
+    m: Machine, line: int, signal: ex.Signal, value: ex.Expression, metres: float = 0.0, seconds: float = 0.0
 ) -> None:
     """Sets an output, so far behind where the step stands."""
     state = evaluate(m, value)
@@ -272,13 +207,13 @@ def switch(
     m.recorder.signal(m.frame.job.source, line, event=event)
 
 
-def act(m: Machine, s: Move, at_start: bool) -> None:
+def act(m: Machine, s: st.Move, at_start: bool) -> None:
     """Sets the outputs that a move switches on its way, near its start or near its end."""
     for signal, value, metres, seconds, above in moves.outputs_on_the_way(m, s, at_start):
         switch(m, s.line - above, signal, value, metres, seconds)
 
 
-def pulse_output(m: Machine, s: PulseOutput) -> None:
+def pulse_output(m: Machine, s: st.PulseOutput) -> None:
     if s.condition is None or test(m, s.condition):
         m.stop_advance()
         seconds = math.nan if s.duration is None else quantity(m, s.duration)
@@ -291,11 +226,11 @@ def as_number(value: Value) -> float:
     return float(value) if isinstance(value, (bool, int, float)) else math.nan
 
 
-def message(m: Machine, s: Message) -> None:
+def message(m: Machine, s: st.Message) -> None:
     m.recorder.signal(m.frame.job.source, s.line)
 
 
-def process(m: Machine, s: Process) -> int | None:
+def process(m: Machine, s: st.Process) -> int | None:
     if s.name.casefold() in ENDS_PROGRAM:
         m.stop(f"line {s.line} ends the program")
         return OTHER_FRAME
@@ -325,26 +260,26 @@ def process(m: Machine, s: Process) -> int | None:
 def following(m: Machine) -> int:
     """The index of the next statement that does anything."""
     body, at = m.frame.job.body, m.frame.pc
-    while at < len(body) and isinstance(body[at], Comment):
+    while at < len(body) and isinstance(body[at], st.Comment):
         at += 1
     return at
 
 
-def opaque(m: Machine, s: Opaque) -> None:
+def opaque(m: Machine, s: st.Opaque) -> None:
     m.assume(f"this statement is not known and taken to do nothing: {s.text.strip()[:40]}")
 
 
-def start_task(m: Machine, s: StartTask) -> None:
+def start_task(m: Machine, s: st.StartTask) -> None:
     if s.condition is None or test(m, s.condition):
         m.assume(f"{s.routine} runs in a task of its own: its moves and times are not in this plan")
 
 
-def wait_task(m: Machine, s: WaitTask) -> None:
+def wait_task(m: Machine, s: st.WaitTask) -> None:
     m.assume(f"the wait for task {s.task} lasts 0 s")
     m.recorder.wait(m.frame.job.source, s.line, 0.0)
 
 
-def synchronise(m: Machine, s: Synchronise) -> None:
+def synchronise(m: Machine, s: st.Synchronise) -> None:
     m.assume(f"the other tasks are taken to be at point {spell(s.number)} already")
     m.recorder.wait(m.frame.job.source, s.line, 0.0)
 
@@ -353,7 +288,7 @@ def synchronise(m: Machine, s: Synchronise) -> None:
 # Values that only the controller knows: where the arm is, what a call returned.
 
 
-def read_system_value(m: Machine, value: SystemValue) -> Value:
+def read_system_value(m: Machine, value: ex.SystemValue) -> Value:
     """The value; one that nobody can know is taken as 0, which is reported."""
     if value.name == "returned":
         if m.returned is None:
@@ -371,7 +306,7 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
 
         return current(m, joints=value.name == "current-joints")
     if value.name == "current-frame":
-        return pose_value(frame_pose(m, FrameRef(ACTIVE)))
+        return pose_value(frame_pose(m, ex.FrameRef(ACTIVE)))
     if value.name == "current-tool":
         return pose_value(m.world.cell.tool_pose(m.active_tool))
     if value.name in ("manual-reduced", "manual-full"):
@@ -388,11 +323,11 @@ def read_system_value(m: Machine, value: SystemValue) -> Value:
 
 
 def _position(m: Machine, pulses: bool) -> SystemPosition:
-    arm = role(m, 0, Store.ROBOT)
+    arm = role(m, 0, ex.Store.ROBOT)
     value = here(m, arm)
-    robot = as_pulses(m, arm, value) if pulses else as_pose(m, arm, value, FrameRef("base"))
-    parts: list[tuple[Store, PositionValue]] = [(Store.ROBOT, robot)]
-    for store in (Store.BASE, Store.STATION):
+    robot = as_pulses(m, arm, value) if pulses else as_pose(m, arm, value, ex.FrameRef("base"))
+    parts: list[tuple[ex.Store, PositionValue]] = [(ex.Store.ROBOT, robot)]
+    for store in (ex.Store.BASE, ex.Store.STATION):
         for (_, known), mechanism in m.frame.job.roles.items():
             if known is store and m.recorder.at[mechanism] != NOWHERE:
                 parts.append((store, here(m, mechanism)))
@@ -406,53 +341,53 @@ def _position(m: Machine, pulses: bool) -> SystemPosition:
 # A handler gives the index of the next statement, OTHER_FRAME after a call or return, or None to go on.
 # Comments, disabled statements, reference points and block ends do nothing and have none.
 HANDLERS: Final[Mapping[type, Callable[[Machine, Any], int | None]]] = {
-    Move: moves.move,
-    SetSpeed: poses.set_speed,
-    SetAcceleration: poses.set_acceleration,
-    SetBlend: poses.set_blend,
-    SetTool: poses.set_tool,
-    SetFrame: poses.set_frame,
-    SetOverride: poses.set_override,
-    ObeyFlags: poses.obey_flags,
-    Declare: declare,
-    Assign: data.assign,
-    Update: data.update,
-    Clear: data.clear,
-    ReadInput: data.read_input,
-    DefineFrame: data.define_frame,
-    ShiftOn: data.shift_on,
-    ShiftOff: data.shift_off,
-    ExternalTool: data.external_tool,
-    Dwell: dwell,
-    Wait: wait,
-    Pause: pause,
-    SetOutput: set_output,
-    PulseOutput: pulse_output,
-    Message: message,
-    Process: process,
-    Opaque: opaque,
-    StartTask: start_task,
-    WaitTask: wait_task,
-    Synchronise: synchronise,
-    Label: flow.label,
-    Jump: flow.jump,
-    If: flow.if_,
-    ElseIf: flow.end_of_branch,
-    Else: flow.end_of_branch,
-    While: flow.while_,
-    EndWhile: flow.end_while,
-    Repeat: flow.repeat,
-    Until: flow.until,
-    Break: flow.break_,
-    Continue: flow.continue_,
-    For: flow.for_,
-    Next: flow.next_,
-    Switch: flow.switch,
-    Case: flow.end_of_branch,
-    Default: flow.end_of_branch,
-    Call: flow.call,
-    Return: flow.return_,
-    End: flow.end,
+    st.Move: moves.move,
+    st.SetSpeed: poses.set_speed,
+    st.SetAcceleration: poses.set_acceleration,
+    st.SetBlend: poses.set_blend,
+    st.SetTool: poses.set_tool,
+    st.SetFrame: poses.set_frame,
+    st.SetOverride: poses.set_override,
+    st.ObeyFlags: poses.obey_flags,
+    st.Declare: declare,
+    st.Assign: data.assign,
+    st.Update: data.update,
+    st.Clear: data.clear,
+    st.ReadInput: data.read_input,
+    st.DefineFrame: data.define_frame,
+    st.ShiftOn: data.shift_on,
+    st.ShiftOff: data.shift_off,
+    st.ExternalTool: data.external_tool,
+    st.Dwell: dwell,
+    st.Wait: wait,
+    st.Pause: pause,
+    st.SetOutput: set_output,
+    st.PulseOutput: pulse_output,
+    st.Message: message,
+    st.Process: process,
+    st.Opaque: opaque,
+    st.StartTask: start_task,
+    st.WaitTask: wait_task,
+    st.Synchronise: synchronise,
+    st.Label: flow.label,
+    st.Jump: flow.jump,
+    st.If: flow.if_,
+    st.ElseIf: flow.end_of_branch,
+    st.Else: flow.end_of_branch,
+    st.While: flow.while_,
+    st.EndWhile: flow.end_while,
+    st.Repeat: flow.repeat,
+    st.Until: flow.until,
+    st.Break: flow.break_,
+    st.Continue: flow.continue_,
+    st.For: flow.for_,
+    st.Next: flow.next_,
+    st.Switch: flow.switch,
+    st.Case: flow.end_of_branch,
+    st.Default: flow.end_of_branch,
+    st.Call: flow.call,
+    st.Return: flow.return_,
+    st.End: flow.end,
 }
 
 
@@ -532,18 +467,18 @@ def _report_limit(m: Machine) -> None:
 
 EVALUATORS: Final[Mapping[type, Callable[[Machine, Any], Value]]] = {
     **PLAIN,
-    Element: read_element,
-    Signal: read_signal,
-    SystemValue: read_system_value,
-    FrameRef: frame_value,
-    Binary: binary,
-    Function: call_function,
-    Named: lambda m, e: read_name(m, e.name),
-    Item: read_item,
-    Member: read_member,
-    PositionLiteral: lambda m, e: literal_position(e),
-    RecordLiteral: literal,
-    CallValue: flow.value_of_call,
+    ex.Element: read_element,
+    ex.Signal: read_signal,
+    ex.SystemValue: read_system_value,
+    ex.FrameRef: frame_value,
+    ex.Binary: binary,
+    ex.Function: call_function,
+    ex.Named: lambda m, e: read_name(m, e.name),
+    ex.Item: read_item,
+    ex.Member: read_member,
+    ex.PositionLiteral: lambda m, e: literal_position(e),
+    ex.RecordLiteral: literal,
+    ex.CallValue: flow.value_of_call,
 }
 
 OPERATIONS: Final = Operations(EVALUATORS, declare_all, data.store_value, run_until, act)
@@ -793,7 +728,7 @@ def _candidates(m: Machine, name: str) -> str:
 def _moves_without_axes(m: Machine, plan: Plan) -> list[Diagnostic]:
     """Moves to poses out of reach; without a robot joint moves to poses, which cannot be timed."""
     moves = plan.moves
-    joint = moves.path == PATHS.index(MovePath.JOINT)
+    joint = moves.path == PATHS.index(st.Path.JOINT)
     findings: list[Diagnostic] = []
     for index, mechanism in enumerate(m.world.mechanisms):
         robot = mechanism.robot

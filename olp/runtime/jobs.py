@@ -13,47 +13,10 @@ from pathlib import Path
 
 from olp.core.diagnostic import Diagnostic, OlpError, Severity
 from olp.core.source import Source, load
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.block_structure import ControlFlow, pair
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Element,
-    Expression,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    Signal,
-    SignalState,
-    Text,
-    Unary,
-    Variable,
-)
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Assign,
-    Break,
-    Call,
-    Case,
-    ElseIf,
-    End,
-    If,
-    Jump,
-    Program,
-    ReadInput,
-    Return,
-    Routine,
-    SetOutput,
-    Statement,
-    Switch,
-    Until,
-    Update,
-    While,
-)
 from olp.languages.vendor import Vendor, find_vendor
 from olp.runtime.end_actions import with_end_actions
 from olp.runtime.folder import files_by_name_record, files_by_stem, read_cached
@@ -73,12 +36,12 @@ class Region:
     reads: frozenset[tuple[str, int | None, bool]]
 
 
-def region(body: tuple[Statement, ...], flow: ControlFlow, first: int, last: int) -> Region:
+def region(body: tuple[st.Statement, ...], flow: ControlFlow, first: int, last: int) -> Region:
     """The region of the loop from `first` to the statement `last` that leads back."""
     exits = tuple(i for i in range(first, last) if _leaves(body, i, flow, first, last))
     exits += tuple(i for i in range(first, last) if _around(body[i], flow, i, last))
     deciding = list(_conditions(body[last]))
-    if isinstance(body[first], While):
+    if isinstance(body[first], st.While):
         deciding.extend(_conditions(body[first]))
     for index in exits:
         deciding.extend(_conditions(body[index]))
@@ -100,7 +63,7 @@ Read = tuple[str, int | None, bool]
 ANYTHING: Read = ("", None, False)  # what a routine gives back may depend on anything
 
 
-def influences(bodies: Iterable[Sequence[Statement]], reads: frozenset[Read]) -> frozenset[Read]:
+def influences(bodies: Iterable[Sequence[st.Statement]], reads: frozenset[Read]) -> frozenset[Read]:
     """All that `reads` depend on through what `bodies` assign, the conditions around the assignments included."""
     parts = [(_assignments(body), _all_conditions(body)) for body in bodies]
     found, size = set(reads), -1
@@ -115,66 +78,66 @@ def influences(bodies: Iterable[Sequence[Statement]], reads: frozenset[Read]) ->
     return frozenset(found)
 
 
-def _assignments(body: Sequence[Statement]) -> list[tuple[set[Read], set[Read]]]:
+def _assignments(body: Sequence[st.Statement]) -> list[tuple[set[Read], set[Read]]]:
     """What each statement sets, and what it reads for that."""
     found = []
     for s in body:
-        if isinstance(s, (Assign, SetOutput)):
-            target, value = (s.target if isinstance(s, Assign) else s.signal), s.value
+        if isinstance(s, (st.Assign, st.SetOutput)):
+            target, value = (s.target if isinstance(s, st.Assign) else s.signal), s.value
             found.append((set(reads_of(target)), _sources(value)))
-        elif isinstance(s, Update):
+        elif isinstance(s, st.Update):
             found.append((set(reads_of(s.target)), set() if s.operand is None else _sources(s.operand)))
-        elif isinstance(s, ReadInput):
+        elif isinstance(s, st.ReadInput):
             found.append((set(reads_of(s.target)), set(reads_of(s.signal))))
-        elif isinstance(s, Call) and (s.result is not None or s.arguments):
+        elif isinstance(s, st.Call) and (s.result is not None or s.arguments):
             handed = (*s.arguments, *(() if s.result is None else (s.result,)))
             found.append(({read for e in handed for read in reads_of(e)}, {ANYTHING}))
     return found
 
 
-def _sources(value: Expression) -> set[Read]:
-    return set(reads_of(value)) | ({ANYTHING} if isinstance(value, CallValue) else set())
+def _sources(value: ex.Expression) -> set[Read]:
+    return set(reads_of(value)) | ({ANYTHING} if isinstance(value, ex.CallValue) else set())
 
 
-def _all_conditions(body: Sequence[Statement]) -> set[Read]:
+def _all_conditions(body: Sequence[st.Statement]) -> set[Read]:
     return {read for s in body for condition in _conditions(s) for read in reads_of(condition)}
 
 
-def _behind(body: tuple[Statement, ...], flow: ControlFlow, inside: range, reads: set[Read]) -> set[Read]:
+def _behind(body: tuple[st.Statement, ...], flow: ControlFlow, inside: range, reads: set[Read]) -> set[Read]:
     """What conditions inside the loop read that decide whether a deciding variable is set: progress in them is some."""
     found: set[Read] = set()
     for opener, end in flow.end.items():
-        if opener not in inside or flow.opener.get(opener) != opener or isinstance(body[opener], While):
+        if opener not in inside or flow.opener.get(opener) != opener or isinstance(body[opener], st.While):
             continue
-        targets = (s.target for s in body[opener:end] if isinstance(s, (Assign, Update, ReadInput)))
+        targets = (s.target for s in body[opener:end] if isinstance(s, (st.Assign, st.Update, st.ReadInput)))
         if any(read in reads for target in targets for read in reads_of(target)):
             conditions = (c for marker in _markers(flow, opener) for c in _conditions(body[marker]))
             found.update(read for condition in conditions for read in reads_of(condition))
     return found
 
 
-def _leaves(body: tuple[Statement, ...], index: int, flow: ControlFlow, first: int, last: int) -> bool:
+def _leaves(body: tuple[st.Statement, ...], index: int, flow: ControlFlow, first: int, last: int) -> bool:
     statement = body[index]
-    if isinstance(statement, (Return, End)):
+    if isinstance(statement, (st.Return, st.End)):
         return True
-    if isinstance(statement, Call):
+    if isinstance(statement, st.Call):
         return statement.jump
-    if isinstance(statement, Break):
+    if isinstance(statement, st.Break):
         return flow.loop.get(index, first) <= first  # one of a loop inside ends that one
-    if isinstance(statement, Jump):
+    if isinstance(statement, st.Jump):
         target = flow.labels.get(statement.target) if isinstance(statement.target, str) else None
         return target is None or not first <= target <= last
     return False
 
 
-def _around(statement: Statement, flow: ControlFlow, index: int, last: int) -> bool:
+def _around(statement: st.Statement, flow: ControlFlow, index: int, last: int) -> bool:
     """Whether the way back stands in the branch of an IF: the loop is left where the branch is not taken."""
-    return isinstance(statement, If) and index < last < flow.after.get(index, index)
+    return isinstance(statement, st.If) and index < last < flow.after.get(index, index)
 
 
-def _skips(statement: Statement, flow: ControlFlow, index: int, over: int) -> bool:
+def _skips(statement: st.Statement, flow: ControlFlow, index: int, over: int) -> bool:
     """Whether a jump inside the loop can pass over an exit."""
-    if not isinstance(statement, Jump) or not isinstance(statement.target, str):
+    if not isinstance(statement, st.Jump) or not isinstance(statement.target, str):
         return False
     return flow.labels.get(statement.target, index) > over
 
@@ -186,58 +149,58 @@ def _markers(flow: ControlFlow, opener: int) -> Iterator[int]:
         marker = flow.after[marker]
 
 
-def _conditions(statement: Statement) -> Iterator[Expression]:
-    if isinstance(statement, (If, ElseIf, While, Until)):
+def _conditions(statement: st.Statement) -> Iterator[ex.Expression]:
+    if isinstance(statement, (st.If, st.ElseIf, st.While, st.Until)):
         yield statement.condition
-    elif isinstance(statement, (Jump, Return, Call)):
+    elif isinstance(statement, (st.Jump, st.Return, st.Call)):
         if statement.condition is not None:
             yield statement.condition
-        if isinstance(statement, Jump) and not isinstance(statement.target, str):
+        if isinstance(statement, st.Jump) and not isinstance(statement.target, str):
             yield statement.target
-    elif isinstance(statement, Switch):
+    elif isinstance(statement, st.Switch):
         yield statement.value
-    elif isinstance(statement, Case):
+    elif isinstance(statement, st.Case):
         yield from statement.values
 
 
-def is_literal(e: Expression) -> bool:
+def is_literal(e: ex.Expression) -> bool:
     """Whether an expression is the same whatever happens: literals, and operators between them."""
-    if isinstance(e, (Compare, Binary)):
+    if isinstance(e, (ex.Compare, ex.Binary)):
         return is_literal(e.left) and is_literal(e.right)
-    if isinstance(e, Logic):
+    if isinstance(e, ex.Logic):
         return all(is_literal(part) for part in (e.first, *(condition for _, condition in e.rest)))
-    if isinstance(e, Unary):
+    if isinstance(e, ex.Unary):
         return is_literal(e.operand)
-    return isinstance(e, (Number, Text, SignalState))
+    return isinstance(e, (ex.Number, ex.Text, ex.SignalState))
 
 
-def reads_of(e: Expression) -> Iterator[tuple[str, int | None, bool]]:
+def reads_of(e: ex.Expression) -> Iterator[tuple[str, int | None, bool]]:
     """(kind or bus, index, local) of every variable and signal in an expression."""
-    if isinstance(e, (Variable, Signal)):
-        kind = e.store if isinstance(e, Variable) else e.bus
-        index = int(e.index.value) if isinstance(e.index, Number) else None
-        yield kind, index, isinstance(e, Variable) and e.local
+    if isinstance(e, (ex.Variable, ex.Signal)):
+        kind = e.store if isinstance(e, ex.Variable) else e.bus
+        index = int(e.index.value) if isinstance(e.index, ex.Number) else None
+        yield kind, index, isinstance(e, ex.Variable) and e.local
         yield from reads_of(e.index)
-    elif isinstance(e, (Compare, Binary)):
+    elif isinstance(e, (ex.Compare, ex.Binary)):
         yield from reads_of(e.left)
         yield from reads_of(e.right)
-    elif isinstance(e, Logic):
+    elif isinstance(e, ex.Logic):
         for part in (e.first, *(condition for _, condition in e.rest)):
             yield from reads_of(part)
-    elif isinstance(e, Unary):
+    elif isinstance(e, ex.Unary):
         yield from reads_of(e.operand)
-    elif isinstance(e, (Function, CallValue)):
+    elif isinstance(e, (ex.Function, ex.CallValue)):
         for argument in e.arguments:
             yield from reads_of(argument)
-    elif isinstance(e, Named):
+    elif isinstance(e, ex.Named):
         yield f"name:{e.name.casefold()}", 0, False
-    elif isinstance(e, (Item, Member)):
+    elif isinstance(e, (ex.Item, ex.Member)):
         yield from reads_of(e.base)
-        for inner in e.indices if isinstance(e, Item) else ():
+        for inner in e.indices if isinstance(e, ex.Item) else ():
             yield from reads_of(inner)
-    elif isinstance(e, NamedArgument) and e.value is not None:
+    elif isinstance(e, ex.NamedArgument) and e.value is not None:
         yield from reads_of(e.value)
-    elif isinstance(e, Element):
+    elif isinstance(e, ex.Element):
         yield from reads_of(e.variable)
 
 
@@ -245,11 +208,11 @@ def reads_of(e: Expression) -> Iterator[tuple[str, int | None, bool]]:
 class RunnableRoutine:
     """A routine ready to run. `key` tells routines apart, `source` is the index of its file in the plan."""
 
-    program: Program
-    routine: Routine
+    program: st.Program
+    routine: st.Routine
     key: int
     source: int
-    body: tuple[Statement, ...]
+    body: tuple[st.Statement, ...]
     points: PointTable
     loaded: bool = False  # its mechanisms and its global positions are known
     groups: tuple[tuple[int, ...], ...] = ()  # mechanism indices per control group
@@ -271,12 +234,12 @@ class RunnableRoutine:
 class Jobs:
     """All routines met so far. `sources` grows with each file; `found` are the files' own diagnostics."""
 
-    program: Program
+    program: st.Program
     folder: Path | None
     sources: list[Source] = field(default_factory=list)
     found: list[Diagnostic] = field(default_factory=list)
     _jobs: dict[str, RunnableRoutine] = field(default_factory=dict)
-    programs: list[Program] = field(default_factory=list)  # by the index of their source
+    programs: list[st.Program] = field(default_factory=list)  # by the index of their source
     _own: dict[tuple[int, str], RunnableRoutine] = field(
         default_factory=dict
     )  # (source, name): a file's own routines win
@@ -357,7 +320,7 @@ class Jobs:
         files = files_by_stem(self.folder, Path(self.program.path).suffix) if self.folder is not None else {}
         return difflib.get_close_matches(_key(name), {*self._jobs, *files}, n=3, cutoff=0.5)
 
-    def _add(self, program: Program, file_name: str = "") -> None:
+    def _add(self, program: st.Program, file_name: str = "") -> None:
         source = len(self.sources)
         self.sources.append(program.source)
         self.programs.append(program)
@@ -428,10 +391,10 @@ def _text_of(path: Path, vendor: Vendor) -> bytes:
         return b""  # and reading it says why
 
 
-def _points(routine: Routine) -> PointTable:
+def _points(routine: st.Routine) -> PointTable:
     """The routine's positions; user coordinates of a relative routine stand in its own frame."""
     frame, table = routine.relative_to, routine.points
-    if frame is None or frame.kind != "user" or not isinstance(frame.number, Number):
+    if frame is None or frame.kind != "user" or not isinstance(frame.number, ex.Number):
         return table
     user = int(frame.number.value)
     if all(state.user == user for state in table.states if state.frame == "user"):

@@ -11,22 +11,7 @@ from typing import Final, NamedTuple, TypeVar
 
 from olp.core.diagnostic import Severity
 from olp.core.units import mm
-from olp.ir.expressions import (
-    POSITION_STORES,
-    Expression,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    Signal,
-    SignalState,
-    Store,
-    SystemValue,
-    Taught,
-    Text,
-    Unknown,
-    Variable,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import AccelerationUnit, Blend, BlendKind, Move, PathTrigger, Process
 from olp.robots.geometry import Pose
 from olp.runtime.evaluate import evaluate, find_slot, quantity, read_variable, whole, write_name
@@ -63,7 +48,7 @@ _MOST_TURNS = 100  # of one arc
 _SAME_TURN = 1e-9  # of the elements of two rotations
 _NAN = math.nan
 # Looked up once: every move asks.
-_ROBOT, _BY_RADIUS, _BY_SPEED = Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
+_ROBOT, _BY_RADIUS, _BY_SPEED = ex.Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
 _UNCHANGED = (BlendKind.LEVEL, BlendKind.CONTINUOUS)  # kinds whose number is no length
 # KUKA's defaults in $config.dat, where a program sets none: 50 %, 3 mm, 100 %, 5 deg.
 _MODAL_BLENDS = {
@@ -84,7 +69,7 @@ def move(m: Machine, s: Move) -> None:
         and m.conventions.taught_frames
         and not s.parts
         and len(targets) == 1
-        and type(targets[0]) is Taught
+        and type(targets[0]) is ex.Taught
         and _is_simple(s)
     ):
         taught = targets[0]
@@ -225,14 +210,14 @@ def _by_angle(m: Machine, s: Move, angle: float) -> list[Move]:
     ]
 
 
-def _literal(pose: Pose) -> PositionLiteral:
-    return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()))
+def _literal(pose: Pose) -> ex.PositionLiteral:
+    return ex.PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()))
 
 
 def _stays(m: Machine, s: Move) -> bool:
     """Whether a program begins by moving to the current position, so that a block selection is safe."""
-    here = len(s.targets) == 1 and isinstance(s.targets[0], SystemValue) and s.relative is None
-    return here and not m.conventions.taught_frames and m.recorder.at[role(m, 0, Store.ROBOT)] == NOWHERE
+    here = len(s.targets) == 1 and isinstance(s.targets[0], ex.SystemValue) and s.relative is None
+    return here and not m.conventions.taught_frames and m.recorder.at[role(m, 0, ex.Store.ROBOT)] == NOWHERE
 
 
 def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
@@ -252,7 +237,7 @@ def _extra(m: Machine, s: Move, path: int, mechanism: int) -> Extra:
 
 
 def _targets_of(
-    m: Machine, targets: tuple[Expression, ...], part: int, s: Move
+    m: Machine, targets: tuple[ex.Expression, ...], part: int, s: Move
 ) -> list[tuple[int, int, int]]:
     """(part, mechanism, index in the pool) of each written position."""
     rows = []
@@ -261,7 +246,7 @@ def _targets_of(
             mechanism = role(m, part, _ROBOT)
             rows.append((part, mechanism, place_of(m, mechanism, s, position)))
             continue
-        if not isinstance(position, (Taught, Variable)) or position.store not in POSITION_STORES:
+        if not isinstance(position, (ex.Taught, ex.Variable)) or position.store not in ex.POSITION_STORES:
             raise StatementError(
                 "I209", f"{spell(position)} is no position", "use a position variable or a taught point"
             )
@@ -272,18 +257,18 @@ def _targets_of(
     return rows
 
 
-def _is_general(m: Machine, position: Expression, s: Move) -> bool:
+def _is_general(m: Machine, position: ex.Expression, s: Move) -> bool:
     """Whether a target is more than a point or variable of an INFORM job."""
-    if m.conventions.taught_frames and isinstance(position, (Taught, Variable, Unknown)):
+    if m.conventions.taught_frames and isinstance(position, (ex.Taught, ex.Variable, ex.Unknown)):
         return s.tool is not None or s.frame is not None
-    return not isinstance(position, Unknown) and getattr(position, "store", _ROBOT) is _ROBOT
+    return not isinstance(position, ex.Unknown) and getattr(position, "store", _ROBOT) is _ROBOT
 
 
-def _stores(m: Machine, position: Taught | Variable) -> tuple[Store, ...]:
-    if position.store is not Store.SYSTEM:
+def _stores(m: Machine, position: ex.Taught | ex.Variable) -> tuple[ex.Store, ...]:
+    if position.store is not ex.Store.SYSTEM:
         return (position.store,)
-    assert isinstance(position, Variable)
-    whole_position = read_variable(m, Store.SYSTEM, whole(m, position.index), position.local)
+    assert isinstance(position, ex.Variable)
+    whole_position = read_variable(m, ex.Store.SYSTEM, whole(m, position.index), position.local)
     assert isinstance(
         whole_position, SystemPosition
     )  # what else a system variable holds is an error of its own
@@ -365,8 +350,8 @@ _METRES, _SECONDS = "metres", "seconds"  # how far behind that end it acts
 class SwitchedOnTheWay(NamedTuple):
     """What switches `metres` and `seconds` behind an end of a move; nan where nothing tells it."""
 
-    signal: Signal
-    value: Expression
+    signal: ex.Signal
+    value: ex.Expression
     metres: float
     seconds: float
     above: int = 0  # lines above the move
@@ -376,7 +361,7 @@ def define_trigger(m: Machine, s: Process) -> bool:
     """Keeps what a TriggIO or TriggEquip says in its variable; False for any other instruction."""
     given = dict(s.arguments)
     name, trigger = given.get(_TRIGGER), trigger_of(s)
-    if not isinstance(name, Named) or trigger is None or not isinstance(trigger.signal.index, Text):
+    if not isinstance(name, ex.Named) or trigger is None or not isinstance(trigger.signal.index, ex.Text):
         return False
     members: dict[str, Value] = {
         "bus": trigger.signal.bus,
@@ -394,18 +379,18 @@ def trigger_of(s: Process) -> PathTrigger | None:
     """What an instruction that sets a trigger says, with lengths in m and times in s; None for any other one."""
     given = dict(s.arguments)
     signal = given.get("signal")
-    if _TRIGGER not in given or not isinstance(signal, Signal):
+    if _TRIGGER not in given or not isinstance(signal, ex.Signal):
         return None
-    at_start = given[_AT_START] == SignalState(True)
+    at_start = given[_AT_START] == ex.SignalState(True)
     ahead = 1.0 if at_start else -1.0  # distances from the end lie before it
-    metres = Quantity(given["mm"], ahead * mm) if "mm" in given else None
-    seconds = Quantity(given["s"], ahead) if "s" in given else None
+    metres = ex.Quantity(given["mm"], ahead * mm) if "mm" in given else None
+    seconds = ex.Quantity(given["s"], ahead) if "s" in given else None
     if "lag" in given:  # of what is switched: the earlier
-        seconds = Quantity(given["lag"], -1.0)
+        seconds = ex.Quantity(given["lag"], -1.0)
     return PathTrigger(signal, given["value"], at_start, metres, seconds)
 
 
-def _far(m: Machine, amount: Quantity | None) -> float:
+def _far(m: Machine, amount: ex.Quantity | None) -> float:
     return 0.0 if amount is None else quantity(m, amount)
 
 
@@ -438,9 +423,9 @@ def in_order(several: Sequence[T], places: Sequence[tuple[float, float]]) -> lis
     return [one for _, one in rows]
 
 
-def _set_trigger(m: Machine, e: Expression, at_start: bool) -> SwitchedOnTheWay | None:
+def _set_trigger(m: Machine, e: ex.Expression, at_start: bool) -> SwitchedOnTheWay | None:
     """What the trigger in a variable switches near that end of a move."""
-    slot = find_slot(m, e.name) if isinstance(e, Named) else None
+    slot = find_slot(m, e.name) if isinstance(e, ex.Named) else None
     trigger = None if slot is None else slot.value
     if not isinstance(trigger, Record) or trigger.type != _TRIGGER:
         return None
@@ -451,5 +436,5 @@ def _set_trigger(m: Machine, e: Expression, at_start: bool) -> SwitchedOnTheWay 
     metres, seconds = held[_METRES], held[_SECONDS]
     assert isinstance(metres, float)
     assert isinstance(seconds, float)
-    state = SignalState(value) if isinstance(value, bool) else Number(value)
-    return SwitchedOnTheWay(Signal(str(held["bus"]), Text(str(held["signal"]))), state, metres, seconds)
+    state = ex.SignalState(value) if isinstance(value, bool) else ex.Number(value)
+    return SwitchedOnTheWay(ex.Signal(str(held["bus"]), ex.Text(str(held["signal"]))), state, metres, seconds)

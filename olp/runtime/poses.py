@@ -17,33 +17,9 @@ from typing import Final, TypeVar
 import numpy as np
 
 from olp.core.diagnostic import Severity
-from olp.ir.expressions import (
-    Expression,
-    FrameRef,
-    Item,
-    Named,
-    Number,
-    Position,
-    Quantity,
-    Store,
-    Taught,
-    Variable,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import (
-    AccelerationUnit,
-    MovePart,
-    ObeyFlags,
-    Path,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOverride,
-    SetSpeed,
-    SetTool,
-    Speed,
-    SpeedUnit,
-)
 from olp.robots.coordinate_systems import in_frame
 from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import Tool
@@ -71,7 +47,7 @@ def fresh_number(numbers: Iterable[int]) -> int:
 def as_position(value: Value) -> PositionValue:
     """A robot position, also out of a system position. Raises StatementError (I213)."""
     if isinstance(value, SystemPosition):
-        value = next((part for store, part in value.parts if store is Store.ROBOT), 0)
+        value = next((part for store, part in value.parts if store is ex.Store.ROBOT), 0)
     if isinstance(value, PositionValue):
         return value
     raise StatementError("I213", "this needs a position", "use a position variable")
@@ -152,9 +128,9 @@ def current_frames(m: Machine, state: PointState) -> PointState:
     return replace(state, tool=tool, user=user)
 
 
-def frame_pose(m: Machine, frame: FrameRef) -> Pose:
+def frame_pose(m: Machine, frame: ex.FrameRef) -> Pose:
     """A frame seen from the base. Raises StatementError for one that moves with the arm."""
-    flange = frame.kind == "tool" and frame.number == Number(0)
+    flange = frame.kind == "tool" and frame.number == ex.Number(0)
     if flange or frame.kind in ("base", "robot"):
         return Pose.identity()
     if frame.kind == ACTIVE:
@@ -168,11 +144,11 @@ def frame_pose(m: Machine, frame: FrameRef) -> Pose:
 
 def own_frame(m: Machine, state: PointState) -> Pose:
     """The frame that a pose is written in, seen from the base."""
-    number = Number(state.user) if state.frame == "user" and state.user is not None else None
-    return frame_pose(m, FrameRef(state.frame, number))
+    number = ex.Number(state.user) if state.frame == "user" and state.user is not None else None
+    return frame_pose(m, ex.FrameRef(state.frame, number))
 
 
-def frame_state(m: Machine, frame: FrameRef, before: PointState) -> PointState:
+def frame_state(m: Machine, frame: ex.FrameRef, before: PointState) -> PointState:
     """The state of a pose written in `frame`."""
     number = whole(m, frame.number) if frame.kind == "user" and frame.number is not None else None
     return replace(before, kind=PointKind.POSE, frame=frame.kind, user=number)
@@ -248,7 +224,7 @@ def as_pulses(m: Machine, mechanism: int, value: PositionValue) -> PositionValue
     )
 
 
-def as_pose(m: Machine, mechanism: int, value: PositionValue, frame: FrameRef) -> PositionValue:
+def as_pose(m: Machine, mechanism: int, value: PositionValue, frame: ex.FrameRef) -> PositionValue:
     """The same position as a pose in `frame`, with the arm's configuration where it is known."""
     if not m.world.mechanisms[mechanism].is_robot:
         return value
@@ -279,17 +255,19 @@ def shifted(pose: Pose, offset: Pose, frame: Pose) -> Pose:
 
 
 def moved_by(
-    m: Machine, mechanism: int, start: PositionValue, offset: PositionValue, frame: FrameRef
+    m: Machine, mechanism: int, start: PositionValue, offset: PositionValue, frame: ex.FrameRef
 ) -> PositionValue:
     """`start` moved by `offset` in `frame`: base, robot, user or tool; "own" is the offset's own frame."""
     if not m.world.mechanisms[mechanism].is_robot or offset.state.kind is not PointKind.POSE:
         return _added(m, mechanism, start, offset)
     if frame.kind == "own":
-        frame = FrameRef(offset.state.frame, None if offset.state.user is None else Number(offset.state.user))
+        frame = ex.FrameRef(
+            offset.state.frame, None if offset.state.user is None else ex.Number(offset.state.user)
+        )
     pose = pose_of(m, mechanism, start)
     by = raw_pose(offset)
     axes = pose if frame.kind == "tool" else frame_pose(m, frame)
-    base = FrameRef("base")
+    base = ex.FrameRef("base")
     state = frame_state(m, base, replace(start.state, configuration=_configuration(m, mechanism, start)))
     return PositionValue(state, tuple(float(v) for v in shifted(pose, by, axes).xyz_angles()))
 
@@ -310,9 +288,11 @@ def _added(m: Machine, mechanism: int, start: PositionValue, offset: PositionVal
     )
 
 
-def place(m: Machine, mechanism: int, position: Position, store: Store, relative: FrameRef | None) -> int:
+def place(
+    m: Machine, mechanism: int, position: ex.Position, store: ex.Store, relative: ex.FrameRef | None
+) -> int:
     """The pool index of where `position` is, or of where it leads from here when it is `relative`."""
-    if m.plain and relative is None and isinstance(position, Taught):
+    if m.plain and relative is None and isinstance(position, ex.Taught):
         job = m.frame.job
         target = m.recorder.taught(mechanism, job.key, job.points, store, position.number)
         if target is None:
@@ -336,14 +316,14 @@ def _current(m: Machine, mechanism: int, value: PositionValue) -> PositionValue:
     return moved_by(m, mechanism, value, shift.offset, shift.frame)
 
 
-def position_value(m: Machine, position: Position, store: Store) -> PositionValue:
+def position_value(m: Machine, position: ex.Position, store: ex.Store) -> PositionValue:
     """The written numbers of a position. Raises StatementError when it has none."""
-    if isinstance(position, Taught):
+    if isinstance(position, ex.Taught):
         point = m.frame.job.points.find(store, True, position.number)
         if point is None:
             raise missing(position)
         return PositionValue(point.state, point.values)
-    if not isinstance(position, Variable):
+    if not isinstance(position, ex.Variable):
         raise StatementError("I209", f"nothing defines {spell(position)}", "declare the name, or correct it")
     value = read_variable(m, store, whole(m, position.index), position.local)
     if not isinstance(value, PositionValue):
@@ -351,7 +331,7 @@ def position_value(m: Machine, position: Position, store: Store) -> PositionValu
     return value
 
 
-def missing(position: Position) -> StatementError:
+def missing(position: ex.Position) -> StatementError:
     """The error for a point that the routine does not teach."""
     return StatementError(
         "I206", f"the routine teaches no {spell(position)}", "add the point, or correct its number"
@@ -359,15 +339,15 @@ def missing(position: Position) -> StatementError:
 
 
 FRACTION, TRAVEL, TURN, AXIS, TIME = 0, 1, 2, 3, 4
-UNITS: Mapping[SpeedUnit, int] = {
-    SpeedUnit.FRACTION: FRACTION,
-    SpeedUnit.TRAVEL: TRAVEL,
-    SpeedUnit.TURN: TURN,
-    SpeedUnit.AXIS: AXIS,
-    SpeedUnit.TIME: TIME,
+UNITS: Mapping[st.SpeedUnit, int] = {
+    st.SpeedUnit.FRACTION: FRACTION,
+    st.SpeedUnit.TRAVEL: TRAVEL,
+    st.SpeedUnit.TURN: TURN,
+    st.SpeedUnit.AXIS: AXIS,
+    st.SpeedUnit.TIME: TIME,
 }
-PATH_CODES: Final[Mapping[Path, int]] = {path: code for code, path in enumerate(PATHS)}
-JOINT: Final = PATH_CODES[Path.JOINT]
+PATH_CODES: Final[Mapping[st.Path, int]] = {path: code for code, path in enumerate(PATHS)}
+JOINT: Final = PATH_CODES[st.Path.JOINT]
 # Nobody says how fast a move without any speed is: as slow as manual operation, in runs and in translations.
 UNTOLD_SPEED: Final = (0.1, 0.25, 0.1, 0.1, 10.0)  # [1], [m/s], [rad/s], [rad/s], [s]
 SHOWN_UNTOLD: Final = ("10 % of the rated joint speed", "250 mm/s", "0.1 rad/s", "0.1 rad/s", "10 s")
@@ -381,7 +361,7 @@ _TOO_FAST: Final = (
 )
 
 
-def set_speed(m: Machine, s: SetSpeed) -> None:
+def set_speed(m: Machine, s: st.SetSpeed) -> None:
     """Keeps the speeds for the moves that name none."""
     for speed in s.speeds:
         m.modal[UNITS[speed.unit]] = _checked(m, UNITS[speed.unit], quantity(m, speed.value))
@@ -389,13 +369,13 @@ def set_speed(m: Machine, s: SetSpeed) -> None:
         m.turn = turn_rate(m, s.turn)
 
 
-def turn_rate(m: Machine, turn: Quantity) -> float:
+def turn_rate(m: Machine, turn: ex.Quantity) -> float:
     """[rad/s] that a move turns its tool at no faster; a bound of zero would keep it from turning at all."""
     value = quantity(m, turn)
-    return _checked(m, UNITS[SpeedUnit.TURN], value) if value <= 0.0 else value
+    return _checked(m, UNITS[st.SpeedUnit.TURN], value) if value <= 0.0 else value
 
 
-def part_speed(m: Machine, part: MovePart, leading: tuple[int, float]) -> tuple[int, int, float]:
+def part_speed(m: Machine, part: st.MovePart, leading: tuple[int, float]) -> tuple[int, int, float]:
     """(path, unit, speed) of a further group; `leading`: unit and speed of the leading one.
 
     Without a speed of its own a group keeps step: on a joint path only its rated speed bounds it, on another one
@@ -413,7 +393,7 @@ def part_speed(m: Machine, part: MovePart, leading: tuple[int, float]) -> tuple[
     return path, *leading
 
 
-def move_speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
+def move_speed(m: Machine, speed: st.Speed | None, path: int) -> tuple[int, float]:
     """(unit, SI value) of a move's own speed, or of the one that holds."""
     if speed is None:
         return _modal_speed(
@@ -421,7 +401,7 @@ def move_speed(m: Machine, speed: Speed | None, path: int) -> tuple[int, float]:
         )
     unit = UNITS[speed.unit]
     written, scale = speed.value
-    value = (written.value if type(written) is Number else number(m, written)) * scale
+    value = (written.value if type(written) is ex.Number else number(m, written)) * scale
     if not 0.0 < value <= _HIGHEST[unit]:
         value = _checked(m, unit, value)
     m.last[unit] = value
@@ -468,15 +448,15 @@ _FLANGE = ("tframe", "tcp", "trsf")  # the member of a tool's record that is its
 _OUTER, _INNER = "uframe", "oframe"  # of a work object's record
 
 
-def set_tool(m: Machine, s: SetTool) -> None:
+def set_tool(m: Machine, s: st.SetTool) -> None:
     m.active_tool = tool_number(m, s.tool)
 
 
-def set_frame(m: Machine, s: SetFrame) -> None:
+def set_frame(m: Machine, s: st.SetFrame) -> None:
     m.active_frame = frame_place(m, s.frame)
 
 
-def set_override(m: Machine, s: SetOverride) -> None:
+def set_override(m: Machine, s: st.SetOverride) -> None:
     share = quantity(m, s.share)
     if not 0.0 < share <= 1.0:
         raise StatementError("I306", f"an override of {share:.0%} is left out", "write 1 .. 100 %")
@@ -484,11 +464,11 @@ def set_override(m: Machine, s: SetOverride) -> None:
     m.fastest = math.inf if s.fastest is None else _checked(m, TRAVEL, quantity(m, s.fastest))
 
 
-def obey_flags(m: Machine, s: ObeyFlags) -> None:
+def obey_flags(m: Machine, s: st.ObeyFlags) -> None:
     m.obeys_flags = s.on
 
 
-def set_acceleration(m: Machine, s: SetAcceleration) -> None:
+def set_acceleration(m: Machine, s: st.SetAcceleration) -> None:
     """Keeps the accelerations for moves that name none, for joint moves, for all others, or for both."""
     for rate in s.rates:
         value = quantity(m, rate.value)
@@ -496,31 +476,31 @@ def set_acceleration(m: Machine, s: SetAcceleration) -> None:
             raise StatementError(
                 "I307", "an acceleration that is not above zero is left out", "write one above 0"
             )
-        if rate.unit is AccelerationUnit.FRACTION:
+        if rate.unit is st.AccelerationUnit.FRACTION:
             for joint in (True, False):
-                if s.path is None or joint is (s.path is Path.JOINT):
+                if s.path is None or joint is (s.path is st.Path.JOINT):
                     m.rates[(joint, RATE_FRACTION)] = min(value, 1.0)
         else:
-            m.rates[(rate.unit is AccelerationUnit.AXIS, RATE_ABSOLUTE)] = value
+            m.rates[(rate.unit is st.AccelerationUnit.AXIS, RATE_ABSOLUTE)] = value
 
 
-def set_blend(m: Machine, s: SetBlend) -> None:
+def set_blend(m: Machine, s: st.SetBlend) -> None:
     for blend in s.blends:
         if blend.value is not None:
             m.blends[blend.kind] = max(0.0, quantity(m, blend.value))
 
 
-def tool_number(m: Machine, tool: Expression) -> int:
+def tool_number(m: Machine, tool: ex.Expression) -> int:
     """The number in the cell of a tool: its own, or one given to its value. Raises StatementError."""
-    if isinstance(tool, FrameRef):
+    if isinstance(tool, ex.FrameRef):
         number = whole(m, tool.number) if tool.number is not None else 0
         return m.tool_now.get(number, number)
     return _asked_once(m, tool, m.tools_named, _tool_of_value)
 
 
-def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
+def frame_place(m: Machine, frame: ex.Expression) -> tuple[str, int | None]:
     """Where targets stand: base, or user and the number in the cell of a frame. Raises StatementError."""
-    if isinstance(frame, FrameRef):
+    if isinstance(frame, ex.FrameRef):
         if frame.kind in ("base", "robot"):
             return "base", None
         number = whole(m, frame.number) if frame.number is not None else 0
@@ -529,10 +509,13 @@ def frame_place(m: Machine, frame: Expression) -> tuple[str, int | None]:
 
 
 def _asked_once(
-    m: Machine, e: Expression, known: dict[int, tuple[Slot, int, T]], find: Callable[[Machine, Expression], T]
+    m: Machine,
+    e: ex.Expression,
+    known: dict[int, tuple[Slot, int, T]],
+    find: Callable[[Machine, ex.Expression], T],
 ) -> T:
     """`find` for a tool or frame; the answer of before where a variable holds it and none has changed since."""
-    slot = find_slot(m, e.name) if type(e) is Named else None
+    slot = find_slot(m, e.name) if type(e) is ex.Named else None
     before = None if slot is None else known.get(id(slot))
     if before is not None and before[0] is slot and before[1] == m.memory.stamp:
         return before[2]
@@ -544,7 +527,7 @@ def _asked_once(
     return found
 
 
-def _tool_of_value(m: Machine, tool: Expression) -> int:
+def _tool_of_value(m: Machine, tool: ex.Expression) -> int:
     if (pose := _elsewhere(m, tool, "tool", "the flange")) is not None:
         return number_of(m, "tool", pose)
     value = evaluate(m, tool)
@@ -563,7 +546,7 @@ def _stands_beside(tool: Value | None) -> bool:
     return isinstance(tool, Record) and tool.members.get("robhold") is False
 
 
-def _place_of_value(m: Machine, frame: Expression) -> tuple[str, int | None]:
+def _place_of_value(m: Machine, frame: ex.Expression) -> tuple[str, int | None]:
     pose = _elsewhere(m, frame, "frame", "the base")
     if pose is None:
         value = evaluate(m, frame)
@@ -575,10 +558,10 @@ def _place_of_value(m: Machine, frame: Expression) -> tuple[str, int | None]:
     return ("base", None) if is_none else ("user", _number_of(m, "user", pose, values))
 
 
-def _elsewhere(m: Machine, e: Expression, kind: str, taken: str) -> Pose | None:
+def _elsewhere(m: Machine, e: ex.Expression, kind: str, taken: str) -> Pose | None:
     """Where a tool or frame is that a file declares which is not here: `taken`, which is told; None where one is."""
-    name = e.base if isinstance(e, Item) else e
-    if not isinstance(name, Named) or name.name.casefold() in m.assumptions.names:
+    name = e.base if isinstance(e, ex.Item) else e
+    if not isinstance(name, ex.Named) or name.name.casefold() in m.assumptions.names:
         return None
     slot = find_slot(m, name.name)
     if slot is not None and slot.value is not None:

@@ -12,25 +12,9 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any, Final
 
+from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, flat, parse
 from olp.ir.expressions import Compare, Expression, Logic, Named, Text, Unary
-from olp.ir.program import (
-    Declare,
-    Default,
-    Disabled,
-    Else,
-    ElseIf,
-    If,
-    Jump,
-    Label,
-    Opaque,
-    Process,
-    Program,
-    Return,
-    Routine,
-    Statement,
-    Switch,
-)
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import ErrorHandling, conventions_of
 
@@ -38,56 +22,56 @@ HANDLES: Final = "ERROR"  # the handler of all errors, of `Disabled.handler`
 _OWN_TYPE: Final = "errnum"
 
 
-def own_errors(program: Program) -> frozenset[str]:
+def own_errors(program: st.Program) -> frozenset[str]:
     """Errors that the program declares, case folded."""
-    data = (*program.data, *(s for s in program.statements() if isinstance(s, Declare)))
+    data = (*program.data, *(s for s in program.statements() if isinstance(s, st.Declare)))
     return frozenset(d.name.casefold() for d in data if _OWN_TYPE in (d.type, d.native))
 
 
-def with_raised(program: Program, routine: Routine, own: frozenset[str] | None = None) -> Routine:
+def with_raised(program: st.Program, routine: st.Routine, own: frozenset[str] | None = None) -> st.Routine:
     """The routine with what its handler does in the place of the statements that raise its own errors."""
     known = conventions_of(program.vendor).errors
-    if known is None or not any(isinstance(s, Process) and s.name == known.raises for s in routine.body):
+    if known is None or not any(isinstance(s, st.Process) and s.name == known.raises for s in routine.body):
         return routine
     answers = raised_answers(routine, known, own_errors(program) if own is None else own)
     if not answers:
         return routine
-    labels = {s.name for s in routine.body if isinstance(s, Label)}
-    rows: list[Statement] = []
+    labels = {s.name for s in routine.body if isinstance(s, st.Label)}
+    rows: list[st.Statement] = []
     for s in routine.body:
         answer = answers.get(error_of(s, known))
         rows += [s] if answer is None else _inline(s, answer, known, labels)
     return replace(routine, body=tuple(rows))
 
 
-def raised_answers(routine: Routine, known: ErrorHandling, own: frozenset[str]) -> dict[str, Answer]:
+def raised_answers(routine: st.Routine, known: ErrorHandling, own: frozenset[str]) -> dict[str, Answer]:
     """What the routine's own handler does about the program's errors that the routine raises itself."""
     found: dict[str, Answer] = {}
     for error in {error_of(s, known) for s in routine.body} & own:
         answer = answer_to(error, routine, known, own)
         if answer is not None and not any(
-            isinstance(s, Process) and s.name == known.again for s in flat(answer.nodes)
+            isinstance(s, st.Process) and s.name == known.again for s in flat(answer.nodes)
         ):
             found[error] = answer
     return found
 
 
-def error_of(s: Statement, known: ErrorHandling) -> str:
+def error_of(s: st.Statement, known: ErrorHandling) -> str:
     """The error that a statement raises, case folded; "" for any other statement."""
-    if not isinstance(s, Process) or s.name != known.raises:
+    if not isinstance(s, st.Process) or s.name != known.raises:
         return ""
     text = next((value.value for _, value in s.arguments if isinstance(value, Text)), "")
     return text.casefold()
 
 
-def _inline(s: Statement, answer: Answer, known: ErrorHandling, labels: set[str]) -> list[Statement]:
+def _inline(s: st.Statement, answer: Answer, known: ErrorHandling, labels: set[str]) -> list[st.Statement]:
     """What a handler does in the place of the statement that raises its error."""
     onward = new_label(labels, "onward")
     rows = answer.rows(known, "", onward)
-    if not any(isinstance(one, Jump) and one.target == onward for one in rows):
+    if not any(isinstance(one, st.Jump) and one.target == onward for one in rows):
         return rows
     labels.add(onward)
-    return [*rows, Label(s.line, onward)]
+    return [*rows, st.Label(s.line, onward)]
 
 
 # --- the way of one error through a handler ---------------------------------------------------------------------
@@ -99,18 +83,18 @@ class Answer:
 
     nodes: tuple[Node, ...]
 
-    def rows(self, known: ErrorHandling, again: str, onward: str) -> list[Statement]:
+    def rows(self, known: ErrorHandling, again: str, onward: str) -> list[st.Statement]:
         """The statements, with jumps to where the program repeats the statement or goes on behind it."""
         ends = {known.again: again, known.onward: onward}
         return [
-            Jump(one.line, ends[one.name]) if isinstance(one, Process) else one
+            st.Jump(one.line, ends[one.name]) if isinstance(one, st.Process) else one
             for one in flat(_without_last(self.nodes, known.onward))
         ]
 
 
-def answer_to(error: str, routine: Routine, known: ErrorHandling, own: frozenset[str]) -> Answer | None:
+def answer_to(error: str, routine: st.Routine, known: ErrorHandling, own: frozenset[str]) -> Answer | None:
     """What the routine's own handler does about an error; None where it has none, or that cannot be said."""
-    rows = [s for s in routine.body if isinstance(s, Disabled) and s.handler]
+    rows = [s for s in routine.body if isinstance(s, st.Disabled) and s.handler]
     if not rows or any(s.handler != HANDLES for s in rows):
         return None
     nodes = parse(statements_of(rows))
@@ -130,25 +114,25 @@ def _to_its_end(nodes: Sequence[Node], known: ErrorHandling) -> list[Node] | Non
 
 def _ends(node: Node, known: ErrorHandling) -> bool:
     if isinstance(node, Block):
-        whole = {If: Else, Switch: Default}.get(type(node.opener))
+        whole = {st.If: st.Else, st.Switch: st.Default}.get(type(node.opener))
         markers = [type(marker) for marker, _ in node.branches]
-        inside = [nodes for m, nodes in node.branches if not isinstance(m, Switch)]
+        inside = [nodes for m, nodes in node.branches if not isinstance(m, st.Switch)]
         return whole in markers and all(any(_ends(one, known) for one in nodes) for nodes in inside)
-    if isinstance(node, Return):
+    if isinstance(node, st.Return):
         return node.condition is None
-    return isinstance(node, Process) and node.name in (known.again, known.onward)
+    return isinstance(node, st.Process) and node.name in (known.again, known.onward)
 
 
-def _can_be_said(s: Statement, known: ErrorHandling) -> bool:
+def _can_be_said(s: st.Statement, known: ErrorHandling) -> bool:
     """Whether a handler's statement means the same behind the statement that fails."""
-    if isinstance(s, Process):
+    if isinstance(s, st.Process):
         return s.name in (known.again, known.onward)
-    return not isinstance(s, (Opaque, Label, Jump)) and not any(
+    return not isinstance(s, (st.Opaque, st.Label, st.Jump)) and not any(
         isinstance(e, Named) and e.name.casefold() == known.number for e in expressions_of(s)
     )
 
 
-def statements_of(rows: Iterable[Disabled]) -> list[Statement]:
+def statements_of(rows: Iterable[st.Disabled]) -> list[st.Statement]:
     """What the rows of a handler mean, in the lines of these rows: another file's have moved."""
     return [_in_line(one, row.line) for row in rows for one in row.means]
 
@@ -175,7 +159,7 @@ class ErrorPath:
         for node in nodes:
             if not isinstance(node, Block):
                 found.append(node)
-            elif isinstance(node.opener, Switch) and self._holds_error(node.opener.value):
+            elif isinstance(node.opener, st.Switch) and self._holds_error(node.opener.value):
                 found += self._case(node)
             else:
                 found += self._branches(node)
@@ -194,7 +178,7 @@ class ErrorPath:
         """The block of a choice that the error selects."""
         other: list[Node] = []
         for marker, inside in block.branches[1:]:
-            if isinstance(marker, Default):
+            if isinstance(marker, st.Default):
                 other = inside
                 continue
             asked = [self._is_named(value) for value in getattr(marker, "values", ())]
@@ -206,17 +190,17 @@ class ErrorPath:
 
     def _branches(self, block: Block) -> list[Node]:
         """A block without the branches that do not run; of a single branch that runs, only its content."""
-        branches: list[tuple[Statement, list[Node]]] = []
+        branches: list[tuple[st.Statement, list[Node]]] = []
         for marker, inside in block.branches:
-            holds = self._decided(marker.condition) if isinstance(marker, (If, ElseIf)) else None
+            holds = self._decided(marker.condition) if isinstance(marker, (st.If, st.ElseIf)) else None
             if holds is False:
                 continue
             done = self.through(inside)
-            if not branches and (holds or isinstance(marker, Else)):
+            if not branches and (holds or isinstance(marker, st.Else)):
                 return done
-            if not branches and isinstance(marker, ElseIf):
-                marker = If(marker.line, marker.condition, marker.comment)
-            branches.append((Else(marker.line) if holds else marker, done))
+            if not branches and isinstance(marker, st.ElseIf):
+                marker = st.If(marker.line, marker.condition, marker.comment)
+            branches.append((st.Else(marker.line) if holds else marker, done))
             if holds:
                 break
         return [Block(branches, block.closer)] if branches else []
@@ -252,10 +236,12 @@ def _without_last(nodes: Sequence[Node], name: str) -> list[Node]:
     if not nodes:
         return []
     *before, last = nodes
-    if isinstance(last, Process) and last.name == name:
+    if isinstance(last, st.Process) and last.name == name:
         return before
     if isinstance(last, Block) and not last.is_loop:
         branches = [(marker, _without_last(inside, name)) for marker, inside in last.branches]
-        branches = [(marker, inside) for marker, inside in branches if inside or not isinstance(marker, Else)]
+        branches = [
+            (marker, inside) for marker, inside in branches if inside or not isinstance(marker, st.Else)
+        ]
         return [*before, Block(branches, last.closer)]
     return list(nodes)

@@ -2,94 +2,69 @@
 
 from __future__ import annotations
 
-from olp.ir.expressions import (
-    Argument,
-    Binary,
-    CallValue,
-    Compare,
-    Element,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    SystemValue,
-    Taught,
-    Text,
-    Unary,
-    Unknown,
-    Variable,
-)
+from olp.ir import expressions as ex
 from olp.runtime.assumptions import VARIABLE_LETTERS
 
 _TAUGHT_LETTERS = {"robot": "C", "base": "BC", "station": "EC"}
 
 
-def spell(e: Expression) -> str:
+def spell(e: ex.Expression) -> str:
     """The expression as a person would say it."""
     match e:
-        case Number(value):
+        case ex.Number(value):
             return f"{value:g}" if isinstance(value, float) else str(value)
-        case Text(value) | Unknown(value):
+        case ex.Text(value) | ex.Unknown(value):
             return value[:60]
-        case SignalState(on):
+        case ex.SignalState(on):
             return "on" if on else "off"
-        case Variable(store, index, local, name):
-            number = index.value if isinstance(index, Number) else None
+        case ex.Variable(store, index, local, name):
+            number = index.value if isinstance(index, ex.Number) else None
             place = f"{number:03d}" if isinstance(number, int) else f"[{spell(index)}]"
             return name or f"{'L' if local else ''}{VARIABLE_LETTERS[store]}{place}"
-        case Taught(store, number):
+        case ex.Taught(store, number):
             return f"{_TAUGHT_LETTERS.get(store, store)}{number:05d}"
-        case Element(variable, index):
+        case ex.Element(variable, index):
             return f"element {spell(index)} of {spell(variable)}"
-        case Signal(bus, index):
+        case ex.Signal(bus, index):
             return f"{bus.replace('-', ' ')} {spell(index)}"
-        case SystemValue(name, index):
+        case ex.SystemValue(name, index):
             return f"{name} {index}" if index else name
-        case Argument(number):
+        case ex.Argument(number):
             return f"argument {number}"
         case _:
             return _spell_composed(e)
 
 
-def _spell_composed(e: Expression) -> str:
+def _spell_composed(e: ex.Expression) -> str:
     match e:
-        case FrameRef(kind, number):
+        case ex.FrameRef(kind, number):
             return f"{kind} frame" + (f" {spell(number)}" if number is not None else "")
-        case Unary(operator, operand):
+        case ex.Unary(operator, operand):
             return f"{operator} {spell(operand)}" if operator == "not" else f"-{spell(operand)}"
-        case Binary(operator, left, right) | Compare(operator, left, right):
+        case ex.Binary(operator, left, right) | ex.Compare(operator, left, right):
             return f"{spell(left)} {operator} {spell(right)}"
-        case Logic(first, rest):
+        case ex.Logic(first, rest):
             return " ".join([spell(first), *(f"{word} {spell(c)}" for word, c in rest)])
-        case Function(name, arguments) | CallValue(name, arguments):
+        case ex.Function(name, arguments) | ex.CallValue(name, arguments):
             return f"{name}({', '.join(map(spell, arguments))})"
         case _:
             return _spell_named(e)
 
 
-def _spell_named(e: Expression) -> str:
+def _spell_named(e: ex.Expression) -> str:
     """What languages have whose variables have names."""
     match e:
-        case Named(name):
+        case ex.Named(name):
             return name
-        case Item(base, indices):
+        case ex.Item(base, indices):
             return f"{spell(base)}[{', '.join(map(spell, indices))}]"
-        case Member(base, name):
+        case ex.Member(base, name):
             return f"{spell(base)}.{name}"
-        case PositionLiteral(kind):
+        case ex.PositionLiteral(kind):
             return "a position" if kind == "pose" else "axis values"
-        case RecordLiteral(kind, members):
+        case ex.RecordLiteral(kind, members):
             return kind or f"{len(members)} values"
-        case NamedArgument(name, value):
+        case ex.NamedArgument(name, value):
             return name if value is None else f"{name} = {spell(value)}"
         case _:
             return str(e)

@@ -16,30 +16,8 @@ from typing import Final
 import numpy as np
 
 from olp.core.units import mm
+from olp.ir import program as st
 from olp.ir.expressions import Number, Quantity, Signal, SystemValue, Text
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Call,
-    Comment,
-    Declare,
-    Dwell,
-    End,
-    Move,
-    Pause,
-    Process,
-    Program,
-    PulseOutput,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOutput,
-    SetSpeed,
-    SetTool,
-    Statement,
-    Wait,
-)
-from olp.ir.statements import Blend, BlendKind
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.runtime.plan import BlendCode, StepKind
@@ -49,9 +27,18 @@ from olp.transpile.current_position import reads_place
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.reaching_definitions import Key, reaching
 
-_STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
-_WAITING: Final = (PulseOutput, Wait, Dwell, Pause)
-_QUIET: Final = (Comment, Declare, Begin, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame)
+_STOP: Final = st.Blend(st.BlendKind.RADIUS, Quantity(Number(0), mm))
+_WAITING: Final = (st.PulseOutput, st.Wait, st.Dwell, st.Pause)
+_QUIET: Final = (
+    st.Comment,
+    st.Declare,
+    st.Begin,
+    st.SetSpeed,
+    st.SetBlend,
+    st.SetAcceleration,
+    st.SetTool,
+    st.SetFrame,
+)
 _ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
 CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
 _WORD: Final = (("", Text("CONTINUE")),)
@@ -65,11 +52,11 @@ _STANDS: Final = (
 )
 _READ: Final = "the arm stops here, because its position is read"
 _LAST: Final[Key] = ("last move",)
-_STANDING: Final = frozenset({Move, Dwell, Pause})
+_STANDING: Final = frozenset({st.Move, st.Dwell, st.Pause})
 _UNSEEN: Final = "whether what follows waits for the arm is not seen in this run: the blend is written"
 
 
-def stopped_advance(program: Program, work: TranslationContext) -> Program:
+def stopped_advance(program: st.Program, work: TranslationContext) -> st.Program:
     """Moves whose blend the advance run takes from them, with an exact stop."""
     if program.vendor not in vendor_names():
         return program
@@ -79,7 +66,7 @@ def stopped_advance(program: Program, work: TranslationContext) -> Program:
         return program
     own = _Stops(work, waits_for_the_arm if stops else partial(_is_standing, names=names))
     # What is left out by now has stopped the arm all the same.
-    called = {s.routine.casefold() for s in work.source.statements() if isinstance(s, Call)}
+    called = {s.routine.casefold() for s in work.source.statements() if isinstance(s, st.Call)}
     main = (work.source.main or work.source.routines[0].name).casefold() if work.source.routines else ""
     stopped = {
         line
@@ -91,13 +78,14 @@ def stopped_advance(program: Program, work: TranslationContext) -> Program:
     routines = []
     for routine in program.routines:
         rows = [
-            replace(s, blend=_STOP) if isinstance(s, Move) and s.line in stopped else s for s in routine.body
+            replace(s, blend=_STOP) if isinstance(s, st.Move) and s.line in stopped else s
+            for s in routine.body
         ]
         routines.append(with_rows(routine, rows))
     return with_routines(program, routines)
 
 
-def continued(program: Program, work: TranslationContext) -> Program:
+def continued(program: st.Program, work: TranslationContext) -> st.Program:
     """Before what would wait for the arm in the target a CONTINUE, where every way there passes a corner.
 
     The target's controller does it ahead of the arm then, which is told. Where some ways lead there from an exact stop
@@ -105,18 +93,18 @@ def continued(program: Program, work: TranslationContext) -> Program:
     """
     if not find_vendor(work.target).advance_stops:
         return program
-    moves = [s for s in program.statements() if isinstance(s, Move)]
+    moves = [s for s in program.statements() if isinstance(s, st.Move)]
     corners = {id(s): n for n, s in enumerate(moves, 1) if s.blend is None or not _is_exact(s.blend)}
     waiting = {
         (r.name, index)
         for r in program.routines
         for index, s in work.look(r).rare
-        if not isinstance(s, (Move, Dwell, Pause)) and waits_for_the_arm(s)
+        if not isinstance(s, (st.Move, st.Dwell, st.Pause)) and waits_for_the_arm(s)
     }
     if not corners or not waiting:
         return program
 
-    def last(s: Statement) -> Mapping[Key, int]:
+    def last(s: st.Statement) -> Mapping[Key, int]:
         return {_LAST: corners.get(id(s), 0)} if type(s) in _STANDING else {}  # 0: the arm stands
 
     ways = reaching(program, last, _STANDING)
@@ -124,7 +112,7 @@ def continued(program: Program, work: TranslationContext) -> Program:
     read: set[int] = set()  # moves that stop, as the position is read behind them
     routines = []
     for routine in program.routines:
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for index, s in enumerate(routine.body):
             if (routine.name, index) in waiting:
                 before = ways.at(routine.name, index, _LAST)
@@ -132,7 +120,7 @@ def continued(program: Program, work: TranslationContext) -> Program:
                     read |= {n for n in before if n > 0}
                 elif before and min(before) > 0:
                     work.lose(s, Fate.APPROXIMATED, "order", _AHEAD)
-                    rows.append(Process(s.line, CONTINUE, _WORD))
+                    rows.append(st.Process(s.line, CONTINUE, _WORD))
                 else:
                     stopped |= {n for n in before if n > 0}
             rows.append(s)
@@ -144,19 +132,19 @@ def continued(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def _is_standing(s: Statement, names: Set[str]) -> bool:
-    return isinstance(s, Process) and s.name.casefold() in names
+def _is_standing(s: st.Statement, names: Set[str]) -> bool:
+    return isinstance(s, st.Process) and s.name.casefold() in names
 
 
 class _Stops:
-    def __init__(self, work: TranslationContext, waits: Callable[[Statement], bool]) -> None:
+    def __init__(self, work: TranslationContext, waits: Callable[[st.Statement], bool]) -> None:
         self._work, self._waits = work, waits
         self._runs: dict[int, set[bool]] | None = None
 
-    def stopped(self, rows: Sequence[Statement], is_main: bool) -> Iterator[int]:
+    def stopped(self, rows: Sequence[st.Statement], is_main: bool) -> Iterator[int]:
         """The lines of moves that lose their blend. `is_main`: nothing runs after these rows."""
         for at, s in enumerate(rows):
-            if not isinstance(s, Move) or s.blend is None or _is_exact(s.blend):
+            if not isinstance(s, st.Move) or s.blend is None or _is_exact(s.blend):
                 continue
             stops = self._stops_behind(rows, at, is_main)
             if stops is None:
@@ -165,24 +153,24 @@ class _Stops:
                 self._work.note_at(s, _SAYS)
                 yield s.line
 
-    def _stops_behind(self, rows: Sequence[Statement], at: int, is_main: bool) -> bool | None:
+    def _stops_behind(self, rows: Sequence[st.Statement], at: int, is_main: bool) -> bool | None:
         """Whether what follows a move waits for the arm before the next move; None where the text does not show it."""
         continued = False
         for index in range(at + 1, len(rows)):  # no copy of the rest for each move of a long program
             s = rows[index]
-            if isinstance(s, Process) and s.name == CONTINUE:
+            if isinstance(s, st.Process) and s.name == CONTINUE:
                 continued = True
                 continue
-            if isinstance(s, Move) or (is_main and isinstance(s, End)):
+            if isinstance(s, st.Move) or (is_main and isinstance(s, st.End)):
                 return False
             if not continued and self._waits(s):
                 return True
-            if not isinstance(s, (*_QUIET, *_WAITING, Process, SetOutput, Assign)):
+            if not isinstance(s, (*_QUIET, *_WAITING, st.Process, st.SetOutput, st.Assign)):
                 return None
-            continued = continued and isinstance(s, Comment)
+            continued = continued and isinstance(s, st.Comment)
         return False if is_main else None
 
-    def _in_the_run(self, s: Move) -> bool:
+    def _in_the_run(self, s: st.Move) -> bool:
         """Whether the run of the source stops at a move, where the text does not show what follows it."""
         seen = self._seen().get(s.line, set())
         if len(seen) > 1:
@@ -204,15 +192,15 @@ class _Stops:
         return self._runs
 
 
-def _is_exact(blend: Blend) -> bool:
+def _is_exact(blend: st.Blend) -> bool:
     return blend.value is not None and blend.value.literal is not None and blend.value.literal <= 0.0
 
 
-def waits_for_the_arm(s: Statement) -> bool:
+def waits_for_the_arm(s: st.Statement) -> bool:
     """Whether a statement sets or reads what belongs to the moment when it runs."""
     if isinstance(s, _WAITING):
         return True
-    if isinstance(s, (Process, *_QUIET)):
+    if isinstance(s, (st.Process, *_QUIET)):
         return False
     return any(
         e.bus in PERIPHERY if isinstance(e, Signal) else isinstance(e, SystemValue) and e.name in _ACTUAL

@@ -10,17 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, TypeGuard
 
-from olp.ir.expressions import (
-    Binary,
-    Compare,
-    Expression,
-    Function,
-    Named,
-    Number,
-    SignalState,
-    SystemValue,
-    Unary,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Assign, Comment, Declare, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.transpile.context import Fate, TranslationContext
@@ -39,9 +29,9 @@ _ASKED: Final = "asking whether a clock runs"
 _OWN: Final = "a clock of a routine's own, which begins anew with each call"
 
 
-def is_clock(e: Expression | None) -> TypeGuard[SystemValue | Function]:
+def is_clock(e: ex.Expression | None) -> TypeGuard[ex.SystemValue | ex.Function]:
     """Whether it is what a clock has counted, or whether one runs."""
-    return isinstance(e, (SystemValue, Function)) and e.name in (COUNTED, RUNNING)
+    return isinstance(e, (ex.SystemValue, ex.Function)) and e.name in (COUNTED, RUNNING)
 
 
 def clocks(program: Program, work: TranslationContext) -> Program:
@@ -61,37 +51,37 @@ def clocks(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=(*data, *own.declares()))
 
 
-def _clocks_in(s: Statement) -> list[SystemValue | Function]:
+def _clocks_in(s: Statement) -> list[ex.SystemValue | ex.Function]:
     if calls_nothing(s) or sets_numbers(s):
         return []
     return [e for e in expressions_of(s) if is_clock(e)]
 
 
-def _clock(e: SystemValue | Function) -> Expression:
+def _clock(e: ex.SystemValue | ex.Function) -> ex.Expression:
     """The number or name of a clock."""
-    return e.arguments[0] if isinstance(e, Function) else Number(e.index)
+    return e.arguments[0] if isinstance(e, ex.Function) else ex.Number(e.index)
 
 
-def _key(clock: Expression) -> Key:
-    return ("clock", clock.name.casefold() if isinstance(clock, Named) else clock)
+def _key(clock: ex.Expression) -> Key:
+    return ("clock", clock.name.casefold() if isinstance(clock, ex.Named) else clock)
 
 
 def _definitions(s: Statement) -> Mapping[Key, int]:
     """What a statement leaves a clock at: running or standing."""
     if isinstance(s, Assign) and is_clock(s.target) and _switches(s):
-        return {_key(_clock(s.target)): _STARTED if s.value == SignalState(True) else _STOPPED}
+        return {_key(_clock(s.target)): _STARTED if s.value == ex.SignalState(True) else _STOPPED}
     return {}
 
 
 def _switches(s: Assign) -> bool:
     """Whether a statement starts a clock or stops it."""
-    return is_clock(s.target) and s.target.name == RUNNING and isinstance(s.value, SignalState)
+    return is_clock(s.target) and s.target.name == RUNNING and isinstance(s.value, ex.SignalState)
 
 
-def _seconds(e: Expression) -> float | None:
-    if isinstance(e, Number):
+def _seconds(e: ex.Expression) -> float | None:
+    if isinstance(e, ex.Number):
         return float(e.value)
-    if isinstance(e, Binary) and e.operator == "/" and isinstance(e.right, Number) and e.right.value:
+    if isinstance(e, ex.Binary) and e.operator == "/" and isinstance(e.right, ex.Number) and e.right.value:
         top = _seconds(e.left)
         return None if top is None else top / e.right.value
     return None
@@ -101,11 +91,13 @@ def _seconds(e: Expression) -> float | None:
 class _Clocks:
     work: TranslationContext
     states: Reaching
-    known: dict[Key, Expression] = field(default_factory=dict)  # a clock of the source -> that of the target
+    known: dict[Key, ex.Expression] = field(
+        default_factory=dict
+    )  # a clock of the source -> that of the target
     taken: set[int] = field(default_factory=set)
     local: set[str] = field(default_factory=set)  # names of routines' own ones, case folded
-    ahead: dict[Key, Expression | None] = field(default_factory=dict)  # [s] when it passes 0, None: 0
-    held: list[Named] = field(default_factory=list)  # variables of those times
+    ahead: dict[Key, ex.Expression | None] = field(default_factory=dict)  # [s] when it passes 0, None: 0
+    held: list[ex.Named] = field(default_factory=list)  # variables of those times
 
     def note(self, program: Program) -> None:
         """Numbers that clocks have already stay theirs, as far as the target has them."""
@@ -114,7 +106,7 @@ class _Clocks:
                 self.local.add(s.name.casefold())
             for e in _clocks_in(s):
                 number = _clock(e)
-                if isinstance(number, Number) and 1 <= number.value <= self.work.limits.clocks:
+                if isinstance(number, ex.Number) and 1 <= number.value <= self.work.limits.clocks:
                     self.taken.add(int(number.value))
         if self.work.limits.clock_unit == 1.0:
             self._note_times(program)
@@ -130,14 +122,14 @@ class _Clocks:
             if found == {0.0}:
                 continue
             if only is not None:
-                self.ahead[key] = Number(-only)
+                self.ahead[key] = ex.Number(-only)
                 continue
-            self.held.append(Named(self.work.helper("clock_passes_0")))
+            self.held.append(ex.Named(self.work.helper("clock_passes_0")))
             self.ahead[key] = self.held[-1]
 
     def declares(self) -> list[Declare]:
-        named = [e for e in self.known.values() if isinstance(e, Named)]
-        times = [Declare(0, e.name, "real", Number(0.0)) for e in self.held]
+        named = [e for e in self.known.values() if isinstance(e, ex.Named)]
+        times = [Declare(0, e.name, "real", ex.Number(0.0)) for e in self.held]
         return [*(Declare(0, e.name, TYPE) for e in named), *times]
 
     def routine(self, routine: Routine) -> Routine:
@@ -153,9 +145,9 @@ class _Clocks:
         if any(e.name == RUNNING for e in reads):
             return self._refuse(s, _ASKED)
         for clock in map(_clock, _clocks_in(s)):
-            if isinstance(clock, Named) and clock.name.casefold() in self.local:
+            if isinstance(clock, ex.Named) and clock.name.casefold() in self.local:
                 return self._refuse(s, _OWN)
-            if not isinstance(clock, (Number, Named)):
+            if not isinstance(clock, (ex.Number, ex.Named)):
                 return self._refuse(s, "a clock with a computed number")
         if reads:
             self.work.lose(s, Fate.APPROXIMATED, "value", _STEPS)
@@ -167,7 +159,9 @@ class _Clocks:
         self.work.lose(s, Fate.REFUSED, "statement", says)
         return [s]
 
-    def _set(self, routine: Routine, at: int, s: Assign, target: SystemValue | Function) -> list[Statement]:
+    def _set(
+        self, routine: Routine, at: int, s: Assign, target: ex.SystemValue | ex.Function
+    ) -> list[Statement]:
         if _switches(s):
             return [self._there(s)]
         ahead = self.ahead.get(_key(_clock(target)))
@@ -176,20 +170,20 @@ class _Clocks:
         if ahead is not None:
             self.work.lose(s, Fate.APPROXIMATED, "value", _AHEAD)
         rows = self._zeroed(routine, at, s, target)
-        if isinstance(ahead, Named):
+        if isinstance(ahead, ex.Named):
             seconds = _seconds(s.value)
-            later = Number(-seconds or 0.0) if seconds is not None else Unary("-", s.value)
+            later = ex.Number(-seconds or 0.0) if seconds is not None else ex.Unary("-", s.value)
             return [*rows, Assign(s.line, ahead, later)]
         return rows
 
     def _zeroed(
-        self, routine: Routine, at: int, s: Assign, target: SystemValue | Function
+        self, routine: Routine, at: int, s: Assign, target: ex.SystemValue | ex.Function
     ) -> list[Statement]:
         """What sets a clock to 0, which runs or stands as before."""
-        zeroed = self._there(replace(s, value=Number(0)))
+        zeroed = self._there(replace(s, value=ex.Number(0)))
         clock = _clock(target)
         on, off = (
-            self._there(Assign(s.line, _of(RUNNING, clock), SignalState(state))) for state in (True, False)
+            self._there(Assign(s.line, _of(RUNNING, clock), ex.SignalState(state))) for state in (True, False)
         )
         if self.work.conventions.clocks_run:
             return [zeroed, on]
@@ -207,7 +201,7 @@ class _Clocks:
             return [zeroed]
         return [off, zeroed, on] if states == {_STARTED} else self._refuse(s, _SOMETIMES)
 
-    def _is_set_next(self, routine: Routine, at: int, clock: Expression) -> bool:
+    def _is_set_next(self, routine: Routine, at: int, clock: ex.Expression) -> bool:
         """Whether the next statement starts or stops it, whatever it did."""
         following = next((one for one in routine.body[at + 1 :] if not isinstance(one, Comment)), None)
         return following is not None and _key(clock) in _definitions(following)
@@ -219,73 +213,77 @@ class _Clocks:
             return replace(s, target=target, value=mapped(s.value, self._changed))
         return mapped(s, self._changed)
 
-    def _changed(self, e: Expression) -> Expression:
+    def _changed(self, e: ex.Expression) -> ex.Expression:
         if is_clock(e):
             ahead = self.ahead.get(_key(_clock(e))) if e.name == COUNTED else None
             clock = _of(e.name, self._known(_clock(e)))
-            return clock if ahead is None else Binary("-", clock, ahead)
-        if isinstance(e, Binary) and e.operator == "div" and any(map(is_clock, expressions_of(e))):
-            return Function("trunc", (Binary("/", e.left, e.right),))
+            return clock if ahead is None else ex.Binary("-", clock, ahead)
+        if isinstance(e, ex.Binary) and e.operator == "div" and any(map(is_clock, expressions_of(e))):
+            return ex.Function("trunc", (ex.Binary("/", e.left, e.right),))
         return self._in_units(e)
 
-    def _known(self, clock: Expression) -> Expression:
+    def _known(self, clock: ex.Expression) -> ex.Expression:
         key = _key(clock)
         if key not in self.known:
             self.known[key] = self._new(clock)
         return self.known[key]
 
-    def _new(self, clock: Expression) -> Expression:
+    def _new(self, clock: ex.Expression) -> ex.Expression:
         form = self.work.limits.clock_form
         if not form:
-            number = int(clock.value) if isinstance(clock, Number) else ""
-            return Named(self.work.helper(f"clock{number}"))
+            number = int(clock.value) if isinstance(clock, ex.Number) else ""
+            return ex.Named(self.work.helper(f"clock{number}"))
         numbers = range(1, self.work.limits.clocks + 1)
-        number = int(clock.value) if isinstance(clock, Number) else 0
+        number = int(clock.value) if isinstance(clock, ex.Number) else 0
         if number not in numbers:
             number = next((n for n in numbers if n not in self.taken), 0)
         if not number:
             self.work.lose(0, Fate.REFUSED, "clock", f"more than {self.work.limits.clocks} clocks")
         self.taken.add(number)
         shown = form.format(number)
-        if isinstance(clock, Named):
+        if isinstance(clock, ex.Named):
             self.work.names[("variable", clock.name)] = shown
         self.work.ask(_ASKS, shown)
-        return Number(number)
+        return ex.Number(number)
 
-    def _in_units(self, e: Expression) -> Expression:
+    def _in_units(self, e: ex.Expression) -> ex.Expression:
         """A comparison of a clock with a number, in the unit in which the target counts."""
-        if not isinstance(e, Compare):
+        if not isinstance(e, ex.Compare):
             return e
         unit = self.work.limits.clock_unit
-        left: Expression = e.left
-        ahead: Expression | None = None
+        left: ex.Expression = e.left
+        ahead: ex.Expression | None = None
         scale = _scale_of(left)
-        if scale is not None and isinstance(left, Binary):
+        if scale is not None and isinstance(left, ex.Binary):
             left = left.left
-        if isinstance(left, Binary) and left.operator == "-" and is_clock(left.left):
+        if isinstance(left, ex.Binary) and left.operator == "-" and is_clock(left.left):
             ahead = left.right
             left = left.left
-        if not (is_clock(left) and left.name == COUNTED and isinstance(e.right, Number)):
+        if not (is_clock(left) and left.name == COUNTED and isinstance(e.right, ex.Number)):
             return e
-        clock: Expression = left
+        clock: ex.Expression = left
         number = e.right.value / (scale or 1.0) / unit
-        if isinstance(ahead, Number):
+        if isinstance(ahead, ex.Number):
             number += ahead.value / unit
         number = int(round(number, 6)) if float(round(number, 6)).is_integer() else round(number, 6)
-        counted: Expression = clock if unit == 1.0 else Binary("*", clock, Number(round(1.0 / unit)))
-        right: Expression = Number(number)
-        if ahead is not None and not isinstance(ahead, Number):
-            right = Binary("+", ahead, right) if number else ahead
+        counted: ex.Expression = clock if unit == 1.0 else ex.Binary("*", clock, ex.Number(round(1.0 / unit)))
+        right: ex.Expression = ex.Number(number)
+        if ahead is not None and not isinstance(ahead, ex.Number):
+            right = ex.Binary("+", ahead, right) if number else ahead
         return replace(e, left=counted, right=right)
 
 
-def _scale_of(e: Expression) -> float | None:
+def _scale_of(e: ex.Expression) -> float | None:
     """By what a value is multiplied, None: by nothing that is written out."""
-    if isinstance(e, Binary) and e.operator == "*" and isinstance(e.right, Number) and e.right.value:
+    if isinstance(e, ex.Binary) and e.operator == "*" and isinstance(e.right, ex.Number) and e.right.value:
         return float(e.right.value)
     return None
 
 
-def _of(name: str, clock: Expression) -> Expression:
+def _of(name: str, clock: ex.Expression) -> ex.Expression:
     """A clock by its number, or by its name."""
-    return SystemValue(name, int(clock.value)) if isinstance(clock, Number) else Function(name, (clock,))
+    return (
+        ex.SystemValue(name, int(clock.value))
+        if isinstance(clock, ex.Number)
+        else ex.Function(name, (clock,))
+    )

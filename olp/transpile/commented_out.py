@@ -11,42 +11,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, flat, parse
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    Store,
-    SystemValue,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Call,
-    Clear,
-    Comment,
-    Declare,
-    Disabled,
-    End,
-    Move,
-    Opaque,
-    Program,
-    ReadInput,
-    Return,
-    Routine,
-    SetFrame,
-    SetTool,
-    StartTask,
-    Statement,
-    Update,
-)
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.vendor import conventions_of
 from olp.transpile.constant_folding import handed_over, paired
@@ -54,7 +21,7 @@ from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.source_only import untranslated
 
-_SETTING = (Assign, Update, Clear, ReadInput)
+_SETTING = (st.Assign, st.Update, st.Clear, st.ReadInput)
 _RESULT = "result of "  # a routine's, among names of variables
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
@@ -84,7 +51,7 @@ class LeftOut:
 UNCONVERTED = "X015"
 
 
-def owner(routines: Iterable[Routine], line: int) -> Routine | None:
+def owner(routines: Iterable[st.Routine], line: int) -> st.Routine | None:
     """The routine that a line stands in: the innermost around it, else the last one before it."""
     before = sorted((r for r in routines if r.line <= line), key=lambda r: r.line)
     around = [r for r in before if max(r.last_line, *(s.line for s in r.body), 0) >= line]
@@ -92,7 +59,7 @@ def owner(routines: Iterable[Routine], line: int) -> Routine | None:
     return found[-1] if found else None
 
 
-def with_texts(program: Program, to: str) -> Program:
+def with_texts(program: st.Program, to: str) -> st.Program:
     """The program, for another language, with the texts of its routines that have an error: a warning then (X015).
 
     The errors stay, and the routines too, where one stands in the main routine, in a head or in no routine.
@@ -115,24 +82,24 @@ def with_texts(program: Program, to: str) -> Program:
     return replace(program, routines=routines, diagnostics=tuple(told)) if wrong else program
 
 
-def _as_text(program: Program, routine: Routine, wrong: Iterable[int]) -> Routine:
+def _as_text(program: st.Program, routine: st.Routine, wrong: Iterable[int]) -> st.Routine:
     """`wrong`: the lines of its errors, which hold no statement."""
-    written: dict[int, list[Statement]] = {line: [] for line in wrong}
+    written: dict[int, list[st.Statement]] = {line: [] for line in wrong}
     for s in routine.body:
         written.setdefault(s.line, []).append(s)
     inside = [s.line for s in routine.body] or [*written]
-    body: list[Statement] = []
+    body: list[st.Statement] = []
     for line in sorted({*range(min(inside), max(inside) + 1), *written}):
         here = written.get(line, [])
         text = program.source.line(line).strip()
-        if here and all(isinstance(s, (Begin, End, Comment)) for s in here):
+        if here and all(isinstance(s, (st.Begin, st.End, st.Comment)) for s in here):
             body += here
         elif text:
-            body.append(Opaque(line, text))
+            body.append(st.Opaque(line, text))
     return replace(routine, body=tuple(body), data=())
 
 
-def text_alone(program: Program) -> LeftOut:
+def text_alone(program: st.Program) -> LeftOut:
     """What is left out of a program for the routines that are their text: see `with_texts`."""
     out = LeftOut()
     for d in program.diagnostics:
@@ -140,22 +107,26 @@ def text_alone(program: Program) -> LeftOut:
         if routine is None or routine.name.casefold() in out.empty:
             continue
         out.empty[routine.name.casefold()] = d.message
-        out.lines.update({s.line: d.message for s in routine.body if isinstance(s, Opaque)})
+        out.lines.update({s.line: d.message for s in routine.body if isinstance(s, st.Opaque)})
         if routine.returns:
             out.lines[routine.line] = d.message
     return out
 
 
-def _tell_callers(program: Program, out: LeftOut, work: TranslationContext) -> None:
+def _tell_callers(program: st.Program, out: LeftOut, work: TranslationContext) -> None:
     for s in program.statements() if out.empty else ():
-        if isinstance(s, (Call, StartTask)) and s.routine.casefold() in out.empty and s.line not in out.lines:
+        if (
+            isinstance(s, (st.Call, st.StartTask))
+            and s.routine.casefold() in out.empty
+            and s.line not in out.lines
+        ):
             work.lose(s, Fate.APPROXIMATED, "call", out.empty[s.routine.casefold()])
 
 
 # --- Statements, data, heads ---
 
 
-def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Program:
+def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st.Program:
     """The program without what `out` names; each statement that goes is a comment and a loss."""
     if not out.lines:
         return program
@@ -169,20 +140,22 @@ def leave_out(program: Program, out: LeftOut, work: TranslationContext) -> Progr
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
 
 
-def _without_data(program: Program, out: LeftOut, lost: dict[str, str], work: TranslationContext) -> Program:
+def _without_data(
+    program: st.Program, out: LeftOut, lost: dict[str, str], work: TranslationContext
+) -> st.Program:
     routines = []
     for routine in program.routines:
-        body: list[Statement] = []
+        body: list[st.Statement] = []
         for s in routine.body:
-            body += _declared([s], out, lost, work) if isinstance(s, Declare) else [s]
+            body += _declared([s], out, lost, work) if isinstance(s, st.Declare) else [s]
         data = tuple(_declared(routine.data, out, lost, work))
         routines.append(replace(routine, body=tuple(body), data=data))
     return replace(program, data=tuple(_declared(program.data, out, lost, work)), routines=tuple(routines))
 
 
 def _declared(
-    data: Iterable[Declare], out: LeftOut, lost: dict[str, str], work: TranslationContext
-) -> list[Declare]:
+    data: Iterable[st.Declare], out: LeftOut, lost: dict[str, str], work: TranslationContext
+) -> list[st.Declare]:
     """Of data that the target cannot say first the value goes, then the name."""
     kept = []
     for one in data:
@@ -190,7 +163,9 @@ def _declared(
             kept.append(one)
         elif one.value is not None and one.line not in out.gone:
             says = f"the first value of {one.name} is left out: {out.lines[one.line]}"
-            asked = any(isinstance(e, CallValue | Function | SystemValue) for e in expressions_of(one))
+            asked = any(
+                isinstance(e, ex.CallValue | ex.Function | ex.SystemValue) for e in expressions_of(one)
+            )
             work.lose(one, Fate.COMMENTED if asked else Fate.APPROXIMATED, "value", says)
             kept.append(replace(one, value=None))
         else:
@@ -200,7 +175,9 @@ def _declared(
     return kept
 
 
-def _without_heads(program: Program, out: LeftOut, lost: dict[str, str]) -> tuple[Program, dict[int, str]]:
+def _without_heads(
+    program: st.Program, out: LeftOut, lost: dict[str, str]
+) -> tuple[st.Program, dict[int, str]]:
     """A routine whose head cannot be said takes and gives nothing, and the lines that it held are to go."""
     routines, bodies = [], {}
     for routine in program.routines:
@@ -212,19 +189,19 @@ def _without_heads(program: Program, out: LeftOut, lost: dict[str, str]) -> tupl
     return replace(program, routines=tuple(routines)), bodies
 
 
-def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
+def _users(program: st.Program, lost: Mapping[str, str]) -> dict[int, str]:
     """Lines that name what is gone, and why that is."""
     if not lost:
         return {}
     found = {}
     for s in program.statements():
         names: set[str] = set()
-        for one in (s, *(s.means if isinstance(s, Disabled) else ())):
+        for one in (s, *(s.means if isinstance(s, st.Disabled) else ())):
             note_names(one, names)
         for e in expressions_of(s):
-            if isinstance(e, (Function, CallValue)):
-                names.add(e.name if isinstance(e, Function) else e.routine)
-        if isinstance(s, (Call, StartTask)):
+            if isinstance(e, (ex.Function, ex.CallValue)):
+                names.add(e.name if isinstance(e, ex.Function) else e.routine)
+        if isinstance(s, (st.Call, st.StartTask)):
             names.add(s.routine)
         why = next((name for name in sorted(names) if name.casefold() in lost), None)
         if why is not None:
@@ -232,7 +209,7 @@ def _users(program: Program, lost: Mapping[str, str]) -> dict[int, str]:
     return found
 
 
-def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationContext) -> dict[int, str]:
+def _tell_users(program: st.Program, lines: Mapping[int, str], work: TranslationContext) -> dict[int, str]:
     """Statements that stay, but need what one that goes would have set, at first or second hand.
 
     Moves to such a place go, too, as nobody knows where it is: their lines, and why.
@@ -244,7 +221,7 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
     places: dict[int, str] = {}
     for routine in program.routines:
         for index, s in enumerate(routine.body):
-            if s.line in lines or isinstance(s, Declare):
+            if s.line in lines or isinstance(s, st.Declare):
                 continue
             for name, spelled in sorted(_read_by(s).items()):
                 origin = lost.reaches(routine.name, index, name)
@@ -255,16 +232,16 @@ def _tell_users(program: Program, lines: Mapping[int, str], work: TranslationCon
                     "sets in a way that the target cannot" if origin.surely else "may set, which is left out"
                 )
                 says = f"it needs {spelled}, which '{setting}' {how}"
-                if isinstance(s, Move) and origin.surely and name in _places_of(s):
+                if isinstance(s, st.Move) and origin.surely and name in _places_of(s):
                     places.setdefault(s.line, says)
                 else:
                     work.lose(s, Fate.APPROXIMATED, "value", says)
     return places
 
 
-def _places_of(s: Move) -> dict[str, str]:
+def _places_of(s: st.Move) -> dict[str, str]:
     """The variables that say where a move goes, as `_read_by`."""
-    bare = Move(s.line, s.path, s.targets, parts=s.parts, via=s.via, tool=s.tool, frame=s.frame)
+    bare = st.Move(s.line, s.path, s.targets, parts=s.parts, via=s.via, tool=s.tool, frame=s.frame)
     return _read_by(replace(bare, offset=s.offset, tool_offset=s.tool_offset))
 
 
@@ -276,7 +253,7 @@ class _Origin(NamedTuple):
 
 
 _LOCAL: Final = re.compile(
-    rf"l(?:{'|'.join(Store)})\d+", re.IGNORECASE
+    rf"l(?:{'|'.join(ex.Store)})\d+", re.IGNORECASE
 )  # a numbered variable of a routine: `_key`
 
 
@@ -287,7 +264,7 @@ class _Lost:
     task) is lost everywhere.
     """
 
-    def __init__(self, program: Program, lines: Mapping[int, str]) -> None:
+    def __init__(self, program: st.Program, lines: Mapping[int, str]) -> None:
         self._program, self._lines = program, lines
         self._fixed = {d.name.casefold() for d in program.data if d.storage == "constant"}
         self._own = {r.name: {name.casefold() for name in _names_of(r)} for r in program.routines}
@@ -321,7 +298,7 @@ class _Lost:
             for s in r.body:
                 if s.line not in self._lines:
                     continue
-                if isinstance(s, Return) and s.value:
+                if isinstance(s, st.Return) and s.value:
                     result = f"{_RESULT}{r.name.casefold()}"
                     self._everywhere.setdefault(result, self._origin(s.line, True))
                 for name, surely in _set_by_lost(s, self._program.vendor).items():
@@ -340,7 +317,7 @@ class _Lost:
             self._ways = self._reaching()
             for r in self._program.routines:
                 for index, s in enumerate(r.body):
-                    result = f"{_RESULT}{r.name.casefold()}" if isinstance(s, Return) and s.value else ""
+                    result = f"{_RESULT}{r.name.casefold()}" if isinstance(s, st.Return) and s.value else ""
                     name = result or (None if s.line in self._lines else _set_by(s))
                     if name is None or id(s) in self._made or name in self._everywhere:
                         continue
@@ -413,89 +390,93 @@ class _Lost:
         return self.origins[number - 1] if number else None
 
 
-def _names_of(r: Routine) -> Iterator[str]:
+def _names_of(r: st.Routine) -> Iterator[str]:
     """What a routine declares for itself."""
     yield from (p.name for p in r.parameters)
-    yield from (d.name for d in (*r.data, *(s for s in r.body if isinstance(s, Declare))) if not d.shared)
+    yield from (d.name for d in (*r.data, *(s for s in r.body if isinstance(s, st.Declare))) if not d.shared)
 
 
-def _beside(program: Program) -> set[str]:
+def _beside(program: st.Program) -> set[str]:
     """Routines that nothing calls, the main one aside: an interrupt or a task may run them at any time."""
     called = {program.main.casefold() if program.main else program.routines[0].name.casefold()}
     for s in program.statements():
-        called |= {s.routine.casefold()} if isinstance(s, Call) else set()
-        called |= {e.routine.casefold() for e in expressions_of(s) if isinstance(e, CallValue)}
+        called |= {s.routine.casefold()} if isinstance(s, st.Call) else set()
+        called |= {e.routine.casefold() for e in expressions_of(s) if isinstance(e, ex.CallValue)}
     return {r.name for r in program.routines if r.name.casefold() not in called}
 
 
-def _sets_all(s: Statement) -> bool:
+def _sets_all(s: st.Statement) -> bool:
     """Whether a statement sets a whole variable, whatever it held."""
-    if isinstance(s, Declare):
+    if isinstance(s, st.Declare):
         return s.value is not None
     target = (
-        s.result if isinstance(s, Call) else s.target if isinstance(s, (Assign, Clear, ReadInput)) else None
+        s.result
+        if isinstance(s, st.Call)
+        else s.target
+        if isinstance(s, (st.Assign, st.Clear, st.ReadInput))
+        else None
     )
-    return isinstance(target, (Named, Variable))
+    return isinstance(target, (ex.Named, ex.Variable))
 
 
-def _set_by_lost(s: Statement, vendor: str) -> dict[str, bool]:
+def _set_by_lost(s: st.Statement, vendor: str) -> dict[str, bool]:
     """What a statement that goes would have set, case folded, and whether it surely does."""
     found: dict[str, bool] = {}
     if not conventions_of(vendor).arguments_are_values:
         calls = [s, *expressions_of(s)]
-        for one in [a for c in calls if isinstance(c, (Call, CallValue)) for a in c.arguments]:
-            name = _key(one.value if isinstance(one, NamedArgument) else one)
+        for one in [a for c in calls if isinstance(c, (st.Call, ex.CallValue)) for a in c.arguments]:
+            name = _key(one.value if isinstance(one, ex.NamedArgument) else one)
             if name is not None:
                 found[name] = False
     name = _set_by(s)
     if name is not None:
         found[name] = True
-    elif isinstance(s, Move) and s.search is not None:  # beside its move stands where it found something
-        found |= {e.name.casefold(): True for tag, e in s.other if not tag and isinstance(e, Named)}
+    elif isinstance(s, st.Move) and s.search is not None:  # beside its move stands where it found something
+        found |= {e.name.casefold(): True for tag, e in s.other if not tag and isinstance(e, ex.Named)}
     return found
 
 
-def _set_by(s: Statement) -> str | None:
-    if isinstance(s, Declare):
+def _set_by(s: st.Statement) -> str | None:
+    if isinstance(s, st.Declare):
         return s.name.casefold()
-    if isinstance(s, Call):
+    if isinstance(s, st.Call):
         return _key(s.result)
     return _key(s.target) if isinstance(s, _SETTING) else None
 
 
-def _key(e: Expression | None) -> str | None:
+def _key(e: ex.Expression | None) -> str | None:
     """What stands for a variable, case folded; None for what is none, or is found while the program runs."""
-    while isinstance(e, (Item, Member)):
+    while isinstance(e, (ex.Item, ex.Member)):
         e = e.base
-    if isinstance(e, Named):
+    if isinstance(e, ex.Named):
         return e.name.casefold()
-    if isinstance(e, Variable) and isinstance(e.index, Number):
+    if isinstance(e, ex.Variable) and isinstance(e.index, ex.Number):
         store = (
-            Store.ROBOT if e.store is Store.SYSTEM else e.store
+            ex.Store.ROBOT if e.store is ex.Store.SYSTEM else e.store
         )  # a position of the system holds the robot's
         return f"{'l' if e.local else ''}{store}{e.index.value:g}".casefold()
     return None
 
 
-def _read_by(s: Statement) -> dict[str, str]:
+def _read_by(s: st.Statement) -> dict[str, str]:
     """Variables whose values a statement takes: case folded -> as written."""
     names: set[str] = set()
-    inside: Any = s.value if isinstance(s, Assign) and isinstance(s.target, (Named, Variable)) else s
-    if isinstance(s, Call) and isinstance(s.result, (Named, Variable)):
+    inside: Any = s.value if isinstance(s, st.Assign) and isinstance(s.target, (ex.Named, ex.Variable)) else s
+    if isinstance(s, st.Call) and isinstance(s.result, (ex.Named, ex.Variable)):
         inside = replace(s, result=None)
     note_names(inside, names)
     found = {name.casefold(): name for name in sorted(names)}
-    if isinstance(s, Call) and s.result is not None:
+    if isinstance(s, st.Call) and s.result is not None:
         found[f"{_RESULT}{s.routine.casefold()}"] = f"what {s.routine} returns"
     for e in (inside, *expressions_of(inside)):
-        if isinstance(e, CallValue):
+        if isinstance(e, ex.CallValue):
             found.setdefault(f"{_RESULT}{e.routine.casefold()}", f"what {e.routine} returns")
-        elif isinstance(e, Variable) and (key := _key(e)) is not None:
+        elif isinstance(e, ex.Variable) and (key := _key(e)) is not None:
             found.setdefault(key, e.name or f"{e.store} variable {key.lstrip(_LETTERS)}")
     return found
 
 
-def _inside(program: Program, lines: Mapping[int, str]) -> dict[int, str]:
+def _inside(program: st.Program, lines: Mapping[int, str]) -> dict[int, str]:
     """The lines of blocks that go as a whole, because their begin, a branch or their end does."""
     found: dict[int, str] = {}
 
@@ -507,7 +488,7 @@ def _inside(program: Program, lines: Mapping[int, str]) -> dict[int, str]:
             if marked:
                 rows = flat([node])
                 found.update(
-                    dict.fromkeys((s.line for s in rows if not isinstance(s, Comment)), lines[marked[0]])
+                    dict.fromkeys((s.line for s in rows if not isinstance(s, st.Comment)), lines[marked[0]])
                 )
             else:
                 for _, inside in node.branches:
@@ -520,8 +501,8 @@ def _inside(program: Program, lines: Mapping[int, str]) -> dict[int, str]:
 
 
 def _commented(
-    program: Program, routine: Routine, lines: Mapping[int, str], work: TranslationContext
-) -> Routine:
+    program: st.Program, routine: st.Routine, lines: Mapping[int, str], work: TranslationContext
+) -> st.Routine:
     nodes = parse(routine.body)
     if nodes is None:
         return routine
@@ -529,7 +510,7 @@ def _commented(
 
 
 def _nodes(
-    program: Program, nodes: list[Node], lines: Mapping[int, str], work: TranslationContext
+    program: st.Program, nodes: list[Node], lines: Mapping[int, str], work: TranslationContext
 ) -> list[Node]:
     result: list[Node] = []
     for node in nodes:
@@ -541,30 +522,34 @@ def _nodes(
             else:
                 branches = [(m, _nodes(program, inside, lines, work)) for m, inside in node.branches]
                 result.append(Block(branches, node.closer))
-        elif node.line in lines and not isinstance(node, (Begin, End, Declare, Comment)):
+        elif node.line in lines and not isinstance(node, (st.Begin, st.End, st.Declare, st.Comment)):
             rows = _all(program, [node], lines[node.line], work)
-            result += [row for row in rows if not (isinstance(row, Comment) and result[-1:] == [row])]
+            result += [row for row in rows if not (isinstance(row, st.Comment) and result[-1:] == [row])]
         else:
             result.append(node)
     return result
 
 
-def _all(program: Program, statements: list[Statement], says: str, work: TranslationContext) -> list[Node]:
+def _all(
+    program: st.Program, statements: list[st.Statement], says: str, work: TranslationContext
+) -> list[Node]:
     rows: list[Node] = []
     last = 0
     for s in statements:
-        if isinstance(s, Comment):
+        if isinstance(s, st.Comment):
             rows.append(s)
             continue
-        for line in sorted({s.line - t.above for t in s.triggers if t.above} if isinstance(s, Move) else ()):
+        for line in sorted(
+            {s.line - t.above for t in s.triggers if t.above} if isinstance(s, st.Move) else ()
+        ):
             work.lose(line, Fate.COMMENTED, "statement", says)
-            rows.append(Comment(line, untranslated(program, Comment(line, ""))))
+            rows.append(st.Comment(line, untranslated(program, st.Comment(line, ""))))
         work.lose(s, Fate.COMMENTED, "statement", says)
         if s.line != last:
-            rows.append(Comment(s.line, untranslated(program, s)))
+            rows.append(st.Comment(s.line, untranslated(program, s)))
         last = s.line
-        if isinstance(s, (SetTool, SetFrame)):
+        if isinstance(s, (st.SetTool, st.SetFrame)):
             # What held before does not hold behind it: moves that would take it are left out as well.
-            lost = FrameRef(LOST, Number(s.line))
-            rows.append(SetTool(s.line, lost) if isinstance(s, SetTool) else SetFrame(s.line, lost))
+            lost = ex.FrameRef(LOST, ex.Number(s.line))
+            rows.append(st.SetTool(s.line, lost) if isinstance(s, st.SetTool) else st.SetFrame(s.line, lost))
     return rows

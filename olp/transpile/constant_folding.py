@@ -9,23 +9,7 @@ from itertools import product
 from typing import Any, Final
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Argument,
-    Binary,
-    CallValue,
-    Expression,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    SignalState,
-    Text,
-    Unary,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Assign, Begin, Call, Declare, Move, Parameter, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, expressions_of, is_written_out, mapped
 from olp.languages.limits import Limits
@@ -66,7 +50,7 @@ class _Shared:
     program: Program
     work: TranslationContext
     names: dict[tuple[str, str], str] = field(default_factory=dict)
-    results: dict[str, Named] = field(default_factory=dict)
+    results: dict[str, ex.Named] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
     parameters: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
     symbols: Symbols = field(default_factory=Symbols)
@@ -86,7 +70,7 @@ class _Shared:
                     sizes = next((p.sizes for p in routine.parameters if p.name == name), ())
                     self.declared.append(Declare(0, unique, kind or "real", None, sizes, shared=True))
             if routine.returns or any(isinstance(s, Return) and s.value is not None for s in routine.body):
-                returned = Named(self.work.fresh(f"{routine.name}_result"))
+                returned = ex.Named(self.work.fresh(f"{routine.name}_result"))
                 self.results[routine.name.casefold()] = returned
                 self.declared.append(Declare(0, returned.name, routine.returns or "real", None, shared=True))
             self._hand_over(routine)
@@ -126,10 +110,10 @@ class _Shared:
                         todo.append(other)
 
     def routine(self, routine: Routine) -> Routine:
-        def change(e: Expression) -> Expression:
-            if type(e) is Named:
+        def change(e: ex.Expression) -> ex.Expression:
+            if type(e) is ex.Named:
                 name = self.names.get((routine.name, e.name))
-                return e if name is None or name == e.name else Named(name)
+                return e if name is None or name == e.name else ex.Named(name)
             return e
 
         rows: list[Statement] = []
@@ -163,7 +147,7 @@ class _Shared:
             if p.by_reference:
                 says = f"the argument {p.name} of {routine.name}: its caller does not get it back"
                 self.work.lose(routine.line, Fate.APPROXIMATED, "argument", says)
-            yield Assign(routine.line, Named(self.names[(routine.name, p.name)]), Argument(number))
+            yield Assign(routine.line, ex.Named(self.names[(routine.name, p.name)]), ex.Argument(number))
 
     def _local(self, routine: Routine, s: Declare, change: Any) -> Iterator[Statement]:
         name = self.names.get((routine.name, s.name), s.name)
@@ -173,18 +157,18 @@ class _Shared:
         if again and rows is not None:
             self.declared.append(replace(s, line=0, name=name, value=None, shared=True, comment=""))
             for at, one in enumerate(rows, 1):
-                yield Assign(s.line, Item(Named(name), (Number(at),)), one)
+                yield Assign(s.line, ex.Item(ex.Named(name), (ex.Number(at),)), one)
             return
         again = again and not s.sizes
         kept = value if not again or self._is_held(routine, s, value) else None
         self.declared.append(replace(s, line=0, name=name, value=kept, shared=True, comment=""))
         if again and kept is None:
             assert value is not None
-            yield Assign(s.line, Named(name), value, s.comment)
+            yield Assign(s.line, ex.Named(name), value, s.comment)
 
-    def _is_held(self, routine: Routine, s: Declare, value: Expression | None) -> bool:
+    def _is_held(self, routine: Routine, s: Declare, value: ex.Expression | None) -> bool:
         """Whether a place or a system needs its first value once: nothing changes it, or the target numbers it."""
-        literal = isinstance(value, (PositionLiteral, RecordLiteral)) or s.type in _SYSTEMS
+        literal = isinstance(value, (ex.PositionLiteral, ex.RecordLiteral)) or s.type in _SYSTEMS
         if not literal or s.type not in (*_SYSTEMS, *_PLACES):
             return False
         symbol = self.symbols.find(routine.name, s.name)
@@ -207,7 +191,7 @@ class _Shared:
         return [*before, replace(s, arguments=(), result=None), *after]
 
     def handed_over(
-        self, called: str, arguments: tuple[Expression, ...], line: int
+        self, called: str, arguments: tuple[ex.Expression, ...], line: int
     ) -> tuple[list[Statement], list[Statement]]:
         """What sets the variables of a routine's parameters, and what takes back those passed by reference."""
         parameters = self.parameters[called.casefold()]
@@ -216,26 +200,26 @@ class _Shared:
         after: list[Statement] = []
         given = dict(paired(parameters, arguments))
         for parameter in parameters:
-            target = Named(names[parameter.name])
+            target = ex.Named(names[parameter.name])
             value = given.get(parameter.name, parameter.default)
             if parameter.switch:
-                value = SignalState(parameter.name in given)
+                value = ex.SignalState(parameter.name in given)
             if value is None:
                 continue
             pairs = (
                 [(target, value)] if not parameter.sizes else self._elements(parameter, target, value, line)
             )
             before += [Assign(line, one, other) for one, other in pairs]
-            if parameter.by_reference and isinstance(value, (Named, Item, Member)):
+            if parameter.by_reference and isinstance(value, (ex.Named, ex.Item, ex.Member)):
                 after += [Assign(line, other, one) for one, other in pairs]
         return before, after
 
     def _elements(
-        self, parameter: Parameter, target: Named, value: Expression, line: int
-    ) -> list[tuple[Expression, Expression]]:
+        self, parameter: Parameter, target: ex.Named, value: ex.Expression, line: int
+    ) -> list[tuple[ex.Expression, ex.Expression]]:
         """Each element of an array that is handed over, with that of the routine's own."""
-        sizes = [int(size.value) for size in parameter.sizes if type(size) is Number]
-        whole = type(value) is Named
+        sizes = [int(size.value) for size in parameter.sizes if type(size) is ex.Number]
+        whole = type(value) is ex.Named
         if len(sizes) < len(parameter.sizes) or math.prod(sizes) > _MOST_ELEMENTS or not whole:
             says = f"the array {parameter.name}, which is handed over as a whole"
             if whole and len(sizes) == len(parameter.sizes):
@@ -243,35 +227,35 @@ class _Shared:
             self.work.lose(line, Fate.REFUSED, "argument", says)
             return []
         places = product(*(range(1, size + 1) for size in sizes))
-        indices = [tuple(map(Number, place)) for place in places]
-        return [(Item(target, at), Item(value, at)) for at in indices]
+        indices = [tuple(map(ex.Number, place)) for place in places]
+        return [(ex.Item(target, at), ex.Item(value, at)) for at in indices]
 
 
-def _listed(value: Expression | None) -> list[Expression] | None:
+def _listed(value: ex.Expression | None) -> list[ex.Expression] | None:
     """The elements of an array of numbers or texts that is written out, None for any other value."""
-    if not isinstance(value, RecordLiteral) or any(name for name, _ in value.members):
+    if not isinstance(value, ex.RecordLiteral) or any(name for name, _ in value.members):
         return None
     found = [one for _, one in value.members]
-    return found if all(isinstance(one, (Number, Text, SignalState)) for one in found) else None
+    return found if all(isinstance(one, (ex.Number, ex.Text, ex.SignalState)) for one in found) else None
 
 
-def handed_over(s: Statement) -> Iterator[tuple[str, tuple[Expression, ...]]]:
+def handed_over(s: Statement) -> Iterator[tuple[str, tuple[ex.Expression, ...]]]:
     """The routines that a statement calls, with what they are handed."""
     if type(s) is Call:
         yield s.routine, s.arguments
     if not calls_nothing(s):
-        yield from ((e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue)
+        yield from ((e.routine, e.arguments) for e in expressions_of(s) if type(e) is ex.CallValue)
 
 
 def paired(
-    parameters: tuple[Parameter, ...], arguments: tuple[Expression, ...]
-) -> Iterator[tuple[str, Expression | None]]:
+    parameters: tuple[Parameter, ...], arguments: tuple[ex.Expression, ...]
+) -> Iterator[tuple[str, ex.Expression | None]]:
     """Each argument with the name of its parameter."""
     positional = iter(
         [p for p in parameters if not p.optional and not p.switch] + [p for p in parameters if p.optional]
     )
     for argument in arguments:
-        if isinstance(argument, NamedArgument):
+        if isinstance(argument, ex.NamedArgument):
             yield argument.name, argument.value
         else:
             parameter = next(positional, None)
@@ -279,7 +263,7 @@ def paired(
                 yield parameter.name, argument
 
 
-def calls_of(routine: Routine, program: Program) -> list[tuple[Routine, Call | CallValue]]:
+def calls_of(routine: Routine, program: Program) -> list[tuple[Routine, Call | ex.CallValue]]:
     name = routine.name.casefold()
     return [
         (r, call)
@@ -287,7 +271,7 @@ def calls_of(routine: Routine, program: Program) -> list[tuple[Routine, Call | C
         for s in r.body
         if not calls_nothing(s)
         for call in (s, *expressions_of(s))
-        if isinstance(call, (Call, CallValue)) and call.routine.casefold() == name
+        if isinstance(call, (Call, ex.CallValue)) and call.routine.casefold() == name
     ]
 
 
@@ -296,7 +280,7 @@ def called_in(s: Statement) -> list[str]:
     if calls_nothing(s):
         return []
     found = [s.routine] if isinstance(s, Call) else []
-    return found + [e.routine for e in expressions_of(s) if type(e) is CallValue]
+    return found + [e.routine for e in expressions_of(s) if type(e) is ex.CallValue]
 
 
 def _locals(routine: Routine) -> list[tuple[str, str, Declare | None]]:
@@ -323,18 +307,18 @@ _FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
 }
 
 
-def _computed(e: Expression, limits: Limits) -> Expression:
+def _computed(e: ex.Expression, limits: Limits) -> ex.Expression:
     """Where functions take variables only and no sign stands before one: what comes out of the numbers."""
     if not limits.register_arguments:
         return e
-    if type(e) is Unary and e.operator == "-":
-        if isinstance(e.operand, Number):
-            return Number(-e.operand.value)
-        return Binary("-", Number(0), e.operand)
-    if type(e) is Function and e.name in _FUNCTIONS and len(e.arguments) == 1:
+    if type(e) is ex.Unary and e.operator == "-":
+        if isinstance(e.operand, ex.Number):
+            return ex.Number(-e.operand.value)
+        return ex.Binary("-", ex.Number(0), e.operand)
+    if type(e) is ex.Function and e.name in _FUNCTIONS and len(e.arguments) == 1:
         value = e.arguments[0]
-        if isinstance(value, Number) and (value.value >= 0 or e.name != "sqrt"):
-            return Number(float(f"{_FUNCTIONS[e.name](value.value):.10g}"))
+        if isinstance(value, ex.Number) and (value.value >= 0 or e.name != "sqrt"):
+            return ex.Number(float(f"{_FUNCTIONS[e.name](value.value):.10g}"))
     return e
 
 
@@ -344,26 +328,26 @@ def fold_constants(program: Program, work: TranslationContext) -> Program:
     elsewhere = _changeable(program)
     told: list[str] = []  # of them, in the statement under way
 
-    def change(e: Expression) -> Expression:
-        if type(e) is Named and e.name not in work.registers:
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Named and e.name not in work.registers:
             value = symbols.fixed_value("", e)
-            if isinstance(value, (Number, Text, SignalState)):
+            if isinstance(value, (ex.Number, ex.Text, ex.SignalState)):
                 if e.name in elsewhere:
                     told.append(e.name)
                 return value
-        if type(e) is Member and isinstance(e.base, Named) and e.name in _MEMBERS:
+        if type(e) is ex.Member and isinstance(e.base, ex.Named) and e.name in _MEMBERS:
             literal = symbols.fixed_value("", e.base)
-            if isinstance(literal, PositionLiteral) and literal.kind == "pose":
+            if isinstance(literal, ex.PositionLiteral) and literal.kind == "pose":
                 at = _MEMBERS.index(e.name)
                 written = literal.values[at] / (mm if at < 3 else deg)
-                return Number(float(f"{written:.10g}"))
+                return ex.Number(float(f"{written:.10g}"))
         return _computed(e, work.limits)
 
     def folded(s: Statement) -> Statement:
         # A move to a plain name, nearly every one: a point is no number.
         if type(s) is Move and is_written_out(s):
             e = s.targets[0]
-            if type(symbols.fixed_value("", e) if type(e) is Named else e) is PositionLiteral:
+            if type(symbols.fixed_value("", e) if type(e) is ex.Named else e) is ex.PositionLiteral:
                 return s
         told.clear()
         changed = mapped(s, change)

@@ -11,38 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Expression,
-    FrameRef,
-    Function,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    SystemValue,
-    Unary,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    Default,
-    DefineFrame,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    Label,
-    Next,
-    Program,
-    Repeat,
-    SetFrame,
-    SetTool,
-    Statement,
-    While,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import expressions_of, mapped
 from olp.transpile.context import TranslationContext
 
@@ -53,7 +23,7 @@ _MEMBERS = {"x": (0, mm), "y": (1, mm), "z": (2, mm), "rx": (3, deg), "ry": (4, 
 Key = tuple[str, int]
 
 
-def known_systems(program: Program, work: TranslationContext) -> Program:
+def known_systems(program: st.Program, work: TranslationContext) -> st.Program:
     """Notes the values in `work.systems`; the statements that set them are left out."""
     if not program.routines:
         return program
@@ -69,25 +39,29 @@ def known_systems(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def system_of(target: Expression | None) -> Key | None:
+def system_of(target: ex.Expression | None) -> Key | None:
     """(tool or user, number) that an assignment to `target` sets."""
     if (
-        isinstance(target, Function)
+        isinstance(target, ex.Function)
         and target.name == "tool-data"
-        and isinstance(target.arguments[0], Number)
+        and isinstance(target.arguments[0], ex.Number)
     ):
         return "tool", int(target.arguments[0].value)
-    if isinstance(target, FrameRef) and target.kind in ("tool", "user") and isinstance(target.number, Number):
+    if (
+        isinstance(target, ex.FrameRef)
+        and target.kind in ("tool", "user")
+        and isinstance(target.number, ex.Number)
+    ):
         return target.kind, int(target.number.value)
     return None
 
 
-def _counts(statements: Iterable[Statement]) -> dict[Key, int]:
+def _counts(statements: Iterable[st.Statement]) -> dict[Key, int]:
     found: dict[Key, int] = {}
     for s in statements:
-        if not isinstance(s, (Assign, DefineFrame)):
+        if not isinstance(s, (st.Assign, st.DefineFrame)):
             continue
-        key = system_of(s.target if isinstance(s, Assign) else s.frame)
+        key = system_of(s.target if isinstance(s, st.Assign) else s.frame)
         if key is not None:
             found[key] = found.get(key, 0) + 1
     return found
@@ -101,14 +75,14 @@ class _Preface:
     counts: dict[Key, int]
     held: dict[str, list[float]] = field(default_factory=dict)
 
-    def rows(self, body: tuple[Statement, ...], program: Program) -> list[Statement]:
+    def rows(self, body: tuple[st.Statement, ...], program: st.Program) -> list[st.Statement]:
         for declare in program.data:
-            if isinstance(declare.value, PositionLiteral) and declare.value.kind == "pose":
+            if isinstance(declare.value, ex.PositionLiteral) and declare.value.kind == "pose":
                 zeros = not any(declare.value.values) and declare.name in self.work.registers
                 self.held[declare.name] = [math.nan] * 6 if zeros else list(declare.value.values)
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for at, s in enumerate(body):
-            if isinstance(s, (Assign, DefineFrame)):
+            if isinstance(s, (st.Assign, st.DefineFrame)):
                 if not self._sets(s):
                     rows.append(s)
             elif type(s).__name__ in _STRAIGHT:
@@ -118,35 +92,35 @@ class _Preface:
                 break
         return rows
 
-    def _sets(self, s: Assign | DefineFrame) -> bool:
+    def _sets(self, s: st.Assign | st.DefineFrame) -> bool:
         """Whether the statement sets a tool or frame to a value that is known, and nothing else sets that one."""
-        key = system_of(s.target if isinstance(s, Assign) else s.frame)
+        key = system_of(s.target if isinstance(s, st.Assign) else s.frame)
         if key is not None and self.counts[key] == 1:
-            value = self._value(s.value) if isinstance(s, Assign) else self._corner(s)
+            value = self._value(s.value) if isinstance(s, st.Assign) else self._corner(s)
             if value is not None and not any(map(math.isnan, value)):
-                self.work.systems[key] = PositionLiteral("pose", tuple(value))
+                self.work.systems[key] = ex.PositionLiteral("pose", tuple(value))
                 return True
-        if isinstance(s, Assign):
+        if isinstance(s, st.Assign):
             self._note(s)
         return False
 
-    def _note(self, s: Assign) -> None:
-        if isinstance(s.target, Named):
+    def _note(self, s: st.Assign) -> None:
+        if isinstance(s.target, ex.Named):
             value = self._value(s.value)
             self.held[s.target.name] = [math.nan] * 6 if value is None else value
-        elif isinstance(s.target, Member) and isinstance(s.target.base, Named):
+        elif isinstance(s.target, ex.Member) and isinstance(s.target.base, ex.Named):
             at, scale = _MEMBERS.get(s.target.name, (-1, 1.0))
             number = _number(s.value)
             if at >= 0:
                 row = self.held.setdefault(s.target.base.name, [math.nan] * 6)
                 row[at] = math.nan if number is None else number * scale
 
-    def _value(self, e: Expression) -> list[float] | None:
-        if isinstance(e, PositionLiteral):
+    def _value(self, e: ex.Expression) -> list[float] | None:
+        if isinstance(e, ex.PositionLiteral):
             return list(e.values) if e.kind == "pose" and len(e.values) >= 6 else None
-        return list(self.held[e.name]) if isinstance(e, Named) and e.name in self.held else None
+        return list(self.held[e.name]) if isinstance(e, ex.Named) and e.name in self.held else None
 
-    def _corner(self, s: DefineFrame) -> list[float] | None:
+    def _corner(self, s: st.DefineFrame) -> list[float] | None:
         """A frame by three points that are written in the base: INFORM's MFRAME."""
         from olp.core.diagnostic import OlpError
         from olp.robots.geometry import frame_from_points
@@ -156,7 +130,7 @@ class _Preface:
         points: list[Any] = list(s.points[:3])
         corners = [self._value(point) for point in points]
         places = [
-            self.work.states.get(point.name, "") if isinstance(point, Named) else "" for point in points
+            self.work.states.get(point.name, "") if isinstance(point, ex.Named) else "" for point in points
         ]
         if any(corner is None for corner in corners) or any(place != "base" for place in places):
             return None
@@ -167,10 +141,10 @@ class _Preface:
         return [float(v) for v in pose.xyz_angles()] if len(s.points) == 3 else None
 
 
-def _number(e: Expression) -> float | None:
-    if isinstance(e, Number):
+def _number(e: ex.Expression) -> float | None:
+    if isinstance(e, ex.Number):
         return float(e.value)
-    if isinstance(e, Unary) and e.operator == "-":
+    if isinstance(e, ex.Unary) and e.operator == "-":
         inner = _number(e.operand)
         return None if inner is None else -inner
     return None
@@ -182,62 +156,66 @@ def _number(e: Expression) -> float | None:
 
 _CURRENT: Final = {"current-tool": "tool", "current-frame": "frame"}
 _LEADS_HERE: Final = (
-    Label,
-    Else,
-    ElseIf,
-    EndIf,
-    While,
-    EndWhile,
-    Repeat,
-    For,
-    Next,
-    Case,
-    Default,
-    EndSwitch,
-    Call,
+    st.Label,
+    st.Else,
+    st.ElseIf,
+    st.EndIf,
+    st.While,
+    st.EndWhile,
+    st.Repeat,
+    st.For,
+    st.Next,
+    st.Case,
+    st.Default,
+    st.EndSwitch,
+    st.Call,
 )
-_ZERO_FRAME: Final = PositionLiteral("pose", (0.0,) * 6)
+_ZERO_FRAME: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
-def held_systems(program: Program, work: TranslationContext) -> Program:
+def held_systems(program: st.Program, work: TranslationContext) -> st.Program:
     """The tool and the frame that hold, by their names where they are read."""
     if not work.limits.named_frames:
         return program
     return replace(program, routines=tuple(replace(r, body=_with_held(r.body)) for r in program.routines))
 
 
-def _with_held(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
-    if not any(isinstance(s, Assign) and _reads_system(s.value) for s in body):
+def _with_held(body: tuple[st.Statement, ...]) -> tuple[st.Statement, ...]:
+    if not any(isinstance(s, st.Assign) and _reads_system(s.value) for s in body):
         return body
-    rows: list[Statement] = []
-    holds: dict[str, Expression] = {}
+    rows: list[st.Statement] = []
+    holds: dict[str, ex.Expression] = {}
     for s in body:
-        if isinstance(s, SetTool):
+        if isinstance(s, st.SetTool):
             holds["tool"] = s.tool
-        elif isinstance(s, SetFrame):
+        elif isinstance(s, st.SetFrame):
             holds["frame"] = s.frame
         elif isinstance(s, _LEADS_HERE):
             holds.clear()
-        elif isinstance(s, Assign):
+        elif isinstance(s, st.Assign):
             if _reads_system(s.value):
                 s = replace(s, value=_as_held(s.value, holds))
             # What has been copied stays when its own value changes.
-            changed = {e for e in expressions_of(s.target) if isinstance(e, (Named, FrameRef))}
+            changed = {e for e in expressions_of(s.target) if isinstance(e, (ex.Named, ex.FrameRef))}
             holds = {part: e for part, e in holds.items() if not changed & set(expressions_of(e))}
         rows.append(s)
     return tuple(rows)
 
 
-def _reads_system(e: Expression) -> bool:
-    return any(isinstance(one, SystemValue) and one.name in _CURRENT for one in expressions_of(e))
+def _reads_system(e: ex.Expression) -> bool:
+    return any(isinstance(one, ex.SystemValue) and one.name in _CURRENT for one in expressions_of(e))
 
 
-def _as_held(e: Expression, holds: Mapping[str, Expression]) -> Expression:
-    def change(one: Expression) -> Expression:
-        if not isinstance(one, SystemValue) or one.name not in _CURRENT:
+def _as_held(e: ex.Expression, holds: Mapping[str, ex.Expression]) -> ex.Expression:
+    def change(one: ex.Expression) -> ex.Expression:
+        if not isinstance(one, ex.SystemValue) or one.name not in _CURRENT:
             return one
         found = holds.get(_CURRENT[one.name], one)
-        nothing = found in (FrameRef("base"), FrameRef("tool", Number(0)), FrameRef("user", Number(0)))
+        nothing = found in (
+            ex.FrameRef("base"),
+            ex.FrameRef("tool", ex.Number(0)),
+            ex.FrameRef("user", ex.Number(0)),
+        )
         return _ZERO_FRAME if nothing else found
 
     return mapped(e, change)

@@ -20,30 +20,8 @@ import numpy as np
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.fast_dataclass import fast_init
 from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
-from olp.ir.expressions import (
-    CallValue,
-    Function,
-    Named,
-    Number,
-    PositionLiteral,
-    SignalState,
-    Text,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Declare,
-    End,
-    Move,
-    Parameter,
-    Path,
-    Program,
-    Routine,
-    StartTask,
-    Statement,
-    Update,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.terminology import kind_of
 from olp.ir.transformer import calls_nothing, expressions_of, is_usual
 from olp.languages.limits import Limits
@@ -104,7 +82,7 @@ class Loss:
         return self.fate is not Fate.APPROXIMATED and self.part == "statement"
 
 
-def partly_left_out(program: Program, losses: Sequence[Loss]) -> set[int]:
+def partly_left_out(program: st.Program, losses: Sequence[Loss]) -> set[int]:
     """Lines that hold several statements, of which some are left out and others are not: losses tell their kinds."""
     lost = {(loss.line, loss.statement) for loss in losses}
     lines = {loss.line for loss in losses if loss.line}
@@ -155,9 +133,9 @@ class Context:
 class Handed:
     """How a routine takes its arguments and gives its value where there are only variables of the whole program."""
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[st.Parameter, ...]
     names: collections.abc.Mapping[str, str]  # of the variable that each parameter has become
-    result: Named | None
+    result: ex.Named | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +146,7 @@ class Elsewhere:
     """
 
     label: str
-    first: Statement
+    first: st.Statement
     wanted: str
 
 
@@ -179,7 +157,7 @@ class TranslationContext:
     `planned`: the source's plan, None where it cannot be run; True: with the inputs on that it decides by.
     """
 
-    source: Program
+    source: st.Program
     target: str
     limits: Limits
     context: Context
@@ -196,11 +174,13 @@ class TranslationContext:
         default_factory=dict
     )  # variables of tools and frames -> their numbers
     external_units: tuple[tuple[str, str], ...] = ()  # of external axes, in order: name in the target, unit
-    systems: dict[tuple[str, int], PositionLiteral] = field(default_factory=dict)  # tools and frames set once
+    systems: dict[tuple[str, int], ex.PositionLiteral] = field(
+        default_factory=dict
+    )  # tools and frames set once
     elsewhere: dict[tuple[str, int], Elsewhere] = field(
         default_factory=dict
     )  # by the number that stands for it
-    held: dict[tuple[str, str], PositionLiteral] = field(
+    held: dict[tuple[str, str], ex.PositionLiteral] = field(
         default_factory=dict
     )  # values that the target's controller is to hold, by kind and number or name there
     states: dict[str, str] = field(
@@ -216,7 +196,7 @@ class TranslationContext:
     walk: Walk | None = None  # through the program as it is before its speeds are converted
     _cell: list[Cell] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
-    _symbols: tuple[Program, Symbols] | None = None  # of the program as it was last seen
+    _symbols: tuple[st.Program, Symbols] | None = None  # of the program as it was last seen
     _looks: dict[str, Look] = field(default_factory=dict)  # at each routine as it was last seen
 
     @property
@@ -237,7 +217,7 @@ class TranslationContext:
         if says not in self.notes:
             self.notes.append(says)
 
-    def note_at(self, statement: Statement, says: str) -> None:
+    def note_at(self, statement: st.Statement, says: str) -> None:
         """Notes something about a statement of which nothing is lost."""
         self.remarks.append(Loss(statement.line, kind_of(statement), Fate.EXACT, "note", says))
 
@@ -247,7 +227,7 @@ class TranslationContext:
 
     def lose(
         self,
-        statement: Statement | int,
+        statement: st.Statement | int,
         fate: Fate,
         part: str,
         says: str,
@@ -260,7 +240,7 @@ class TranslationContext:
         kind = "program" if isinstance(statement, int) else kind_of(statement)
         self.losses.append(Loss(line, kind, fate, part, says, size, unit, help))
 
-    def need_robot(self, s: Statement | None, why: str) -> None:
+    def need_robot(self, s: st.Statement | None, why: str) -> None:
         """Notes that a statement (None: a point) cannot be translated without a robot that makes the moves.
 
         Once (X012), or as a comment.
@@ -289,7 +269,7 @@ class TranslationContext:
         plain = {_plain(key): value for key, value in table.items()}
         return next((plain[_plain(label)] for label in labels if _plain(label) in plain), "")
 
-    def routine(self, name: str) -> Routine:
+    def routine(self, name: str) -> st.Routine:
         """The source's routine called `name`."""
         return next(routine for routine in self.source.routines if routine.name == name)
 
@@ -303,19 +283,19 @@ class TranslationContext:
         """What programs of the target's language mean."""
         return conventions_of(self.target)
 
-    def look(self, routine: Routine) -> Look:
+    def look(self, routine: st.Routine) -> Look:
         """What occurs in a routine of the program as it is now."""
         known = self._looks.get(routine.name)
         if known is None or known.body is not routine.body:
             known = self._looks[routine.name] = Look(routine.body)
         return known
 
-    def literals(self, program: Program) -> Iterator[PositionLiteral]:
+    def literals(self, program: st.Program) -> Iterator[ex.PositionLiteral]:
         """Every position that is written out in the program as it is now."""
         data = (*program.data, *(d for routine in program.routines for d in routine.data))
         return literals_in(data, map(self.look, program.routines))
 
-    def symbols(self, program: Program) -> Symbols:
+    def symbols(self, program: st.Program) -> Symbols:
         """The names of the program as it is now, for passes that only look them up."""
         from olp.transpile.symbols import symbols_of
 
@@ -378,24 +358,24 @@ def _plain(label: str) -> str:
     return label.casefold().replace(" ", "").replace("{", "[").replace("}", "]")
 
 
-def _names_in(program: Program) -> set[str]:
+def _names_in(program: st.Program) -> set[str]:
     data = [*program.data, *(d for routine in program.routines for d in routine.data)]
     found: set[str] = {routine.name for routine in program.routines}
     for routine in program.routines:
         look = Look(routine.body)
         found |= look.names()
-        data += [s for _, s in look.rare if isinstance(s, Declare)]
+        data += [s for _, s in look.rare if isinstance(s, st.Declare)]
         found.update(p.name for p in routine.parameters)
     found.update(d.name for d in data)
     return found | names_of_data(data)
 
 
-def cell_of(program: Program, robot: Robot | None) -> Cell:
+def cell_of(program: st.Program, robot: Robot | None) -> Cell:
     """The robot with the tools and frames of olp.toml and the controller files beside a program."""
     return world_of(program, robot).cell
 
 
-def world_of(program: Program, robot: Robot | None) -> World:
+def world_of(program: st.Program, robot: Robot | None) -> World:
     """What stands around a program: olp.toml and the controller files beside it."""
     from pathlib import Path
 
@@ -418,8 +398,8 @@ BETWEEN: Final = frozenset(
     {"Comment", "SetOutput", "PulseOutput", "Dwell", "Wait", "Message", "Declare", "Begin"}
 )
 SETTING: Final = frozenset({"Assign", "Update", "DefineFrame"})
-_PLAIN: Final = (Number, Text, SignalState)
-_HOLDERS: Final = frozenset({Named, Variable})  # no component of a tool or of a frame
+_PLAIN: Final = (ex.Number, ex.Text, ex.SignalState)
+_HOLDERS: Final = frozenset({ex.Named, ex.Variable})  # no component of a tool or of a frame
 _NOTHING: Final = 1e-9  # [m]
 Segment = tuple[float, float]  # [m] and [rad]
 
@@ -428,11 +408,11 @@ Segment = tuple[float, float]  # [m] and [rad]
 class Walk:
     """Pairs of moves that run one after the other, with the rows of their poses; the program's first and last move."""
 
-    program: Program  # which keeps the moves' ids
-    pairs: list[tuple[Move, Move, int, int]] = field(default_factory=list)
+    program: st.Program  # which keeps the moves' ids
+    pairs: list[tuple[st.Move, st.Move, int, int]] = field(default_factory=list)
     poses: list[tuple[float, ...]] = field(default_factory=list)
-    first: list[Move] = field(default_factory=list)
-    last: list[Move] = field(default_factory=list)
+    first: list[st.Move] = field(default_factory=list)
+    last: list[st.Move] = field(default_factory=list)
     _segments: dict[int, Segment] | None = None
     _rooms: dict[int, float] | None = None
 
@@ -467,7 +447,7 @@ class Walk:
             found: dict[int, float] = {}
             self._rooms = found
             for move in self.program.statements():
-                if type(move) is Move:
+                if type(move) is st.Move:
                     room = _least(ways.get(id(move), nan), behind.get(id(move), nan))
                     found[move.line] = _least(room, found.get(move.line, inf))
             for line in [line for line, room in found.items() if room != room]:
@@ -480,19 +460,21 @@ def _least(one: float, other: float) -> float:
     return min(one, other) if one == one and other == other else nan
 
 
-def walk_through(program: Program, work: TranslationContext) -> Walk:
+def walk_through(program: st.Program, work: TranslationContext) -> Walk:
     """The walk through a program, which passes that ask about the same one share."""
     if work.walk is None or work.walk.program is not program:
         work.walk = _walked(program, work.symbols(program))
     return work.walk
 
 
-def _walked(program: Program, symbols: Symbols) -> Walk:
+def _walked(program: st.Program, symbols: Symbols) -> Walk:
     main = program.main or (program.routines[0].name if program.routines else "")
-    counts = Counter(s.routine.casefold() for s in program.statements() if isinstance(s, (Call, StartTask)))
+    counts = Counter(
+        s.routine.casefold() for s in program.statements() if isinstance(s, (st.Call, st.StartTask))
+    )
     once = {r.name.casefold(): r for r in program.routines if counts[r.name.casefold()] == 1}
     others = [s for s in program.statements() if not calls_nothing(s)] if once else []
-    values = {e.routine.casefold() for s in others for e in expressions_of(s) if type(e) is CallValue}
+    values = {e.routine.casefold() for s in others for e in expressions_of(s) if type(e) is ex.CallValue}
     inner = {name: r for name, r in once.items() if name not in values and _runs_through(r)}
     walker = _Walker(Walk(program), symbols, inner)
     for routine in sorted(program.routines, key=lambda one: one.name != main):
@@ -503,10 +485,14 @@ def _walked(program: Program, symbols: Symbols) -> Walk:
     return walker.walk
 
 
-def _runs_through(routine: Routine) -> bool:
+def _runs_through(routine: st.Routine) -> bool:
     """Whether a routine runs from its first to its last statement."""
-    kinds = {type(s) for s in routine.body[:-1]} | {type(s) for s in routine.body[-1:] if type(s) is not End}
-    return all(kind in (Move, Call) or kind.__name__ in BETWEEN or kind.__name__ in SETTING for kind in kinds)
+    kinds = {type(s) for s in routine.body[:-1]} | {
+        type(s) for s in routine.body[-1:] if type(s) is not st.End
+    }
+    return all(
+        kind in (st.Move, st.Call) or kind.__name__ in BETWEEN or kind.__name__ in SETTING for kind in kinds
+    )
 
 
 @dataclass(slots=True)
@@ -519,10 +505,10 @@ class _Walker:
 
     walk: Walk
     symbols: Symbols
-    inner: dict[str, Routine]
+    inner: dict[str, st.Routine]
     done: set[str] = field(default_factory=set)
-    before: Move | None = None
-    latest: Move | None = None
+    before: st.Move | None = None
+    latest: st.Move | None = None
     first: bool = False
     whole: bool = False
 
@@ -534,31 +520,31 @@ class _Walker:
         if self.whole and self.latest is not None:
             self.walk.last.append(self.latest)
 
-    def through(self, routine: Routine) -> None:
+    def through(self, routine: st.Routine) -> None:
         self.done.add(routine.name)
         for s in routine.body:
-            if type(s) is Move:
+            if type(s) is st.Move:
                 self._move(s, routine.name)
-            elif type(s).__name__ not in BETWEEN and not (type(s) is End and s is routine.body[-1]):
+            elif type(s).__name__ not in BETWEEN and not (type(s) is st.End and s is routine.body[-1]):
                 self._other(s)
 
-    def _other(self, s: Statement) -> None:
-        if type(s).__name__ in SETTING and not any(type(e) is CallValue for e in expressions_of(s)):
+    def _other(self, s: st.Statement) -> None:
+        if type(s).__name__ in SETTING and not any(type(e) is ex.CallValue for e in expressions_of(s)):
             self.before = self.before if _keeps_systems(s) else None
             return
-        called = self.inner.get(s.routine.casefold()) if type(s) is Call else None
+        called = self.inner.get(s.routine.casefold()) if type(s) is st.Call else None
         if (
-            type(s) is Call
+            type(s) is st.Call
             and called is not None
             and called.name not in self.done
             and not (s.jump or s.condition is not None)
-            and not any(type(e) is CallValue for e in expressions_of(s))
+            and not any(type(e) is ex.CallValue for e in expressions_of(s))
         ):
             self.through(called)
             return
         self.before, self.first, self.whole = None, False, False
 
-    def _move(self, s: Move, routine: str) -> None:
+    def _move(self, s: st.Move, routine: str) -> None:
         walk, before = self.walk, self.before
         pose = _pose(s, routine, self.symbols)
         if pose is not None and before is not None and _same_place(before, s):
@@ -577,27 +563,27 @@ def _between(poses: Array, start: list[int], end: list[int]) -> tuple[list[float
     return lengths.tolist(), rotation_angle(turned[start], turned[end]).tolist()
 
 
-def _keeps_systems(s: Statement) -> bool:
+def _keeps_systems(s: st.Statement) -> bool:
     """Whether an assignment changes no tool and no frame: it sets a number, a text or a state."""
-    if not isinstance(s, (Assign, Update)) or type(s.target) not in _HOLDERS:
+    if not isinstance(s, (st.Assign, st.Update)) or type(s.target) not in _HOLDERS:
         return False
-    return isinstance(s.value if isinstance(s, Assign) else s.operand, _PLAIN)
+    return isinstance(s.value if isinstance(s, st.Assign) else s.operand, _PLAIN)
 
 
-def _pose(s: Move, routine: str, symbols: Symbols) -> tuple[float, ...] | None:
-    if s.via is not None or s.path is Path.CIRCULAR or len(s.targets) != 1 or not _is_whole(s):
+def _pose(s: st.Move, routine: str, symbols: Symbols) -> tuple[float, ...] | None:
+    if s.via is not None or s.path is st.Path.CIRCULAR or len(s.targets) != 1 or not _is_whole(s):
         return None
     target = s.targets[0]
-    if type(target) is Function and target.name == "pose-product" and _outer(s) is not None:
+    if type(target) is ex.Function and target.name == "pose-product" and _outer(s) is not None:
         target = target.arguments[1]  # seen from the frame that both ends stand in
     value = symbols.fixed_value(routine, target)
-    if type(value) is not PositionLiteral or value.kind != "pose":
+    if type(value) is not ex.PositionLiteral or value.kind != "pose":
         return None
     values = value.values[:6]
     return values if len(values) == 6 else None
 
 
-def _is_whole(s: Move) -> bool:
+def _is_whole(s: st.Move) -> bool:
     """Whether the move ends where its target is."""
     if is_usual(s):
         return True
@@ -606,17 +592,17 @@ def _is_whole(s: Move) -> bool:
     )
 
 
-def _same_place(one: Move, other: Move) -> bool:
+def _same_place(one: st.Move, other: st.Move) -> bool:
     tools = one.tool is other.tool or one.tool == other.tool
     frames = one.frame is other.frame or one.frame == other.frame
     return tools and frames and _outer(one) == _outer(other)
 
 
-def _outer(s: Move) -> Named | None:
+def _outer(s: st.Move) -> ex.Named | None:
     """The named frame that a target is multiplied with."""
     target = s.targets[0]
-    first = target.arguments[0] if type(target) is Function and target.name == "pose-product" else None
-    return first if type(first) is Named else None
+    first = target.arguments[0] if type(target) is ex.Function and target.name == "pose-product" else None
+    return first if type(first) is ex.Named else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -629,14 +615,14 @@ class Translated:
     `types`: of the source's names that no file declares, as `Declare.type` says it.
     """
 
-    program: Program
+    program: st.Program
     losses: tuple[Loss, ...]
     mapping: dict[tuple[str, str], str]
     notes: tuple[str, ...] = ()
     problems: tuple[Diagnostic, ...] = ()
     remarks: tuple[Loss, ...] = ()
     asks: collections.abc.Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    held: collections.abc.Mapping[tuple[str, str], PositionLiteral] = field(default_factory=dict)
+    held: collections.abc.Mapping[tuple[str, str], ex.PositionLiteral] = field(default_factory=dict)
     types: collections.abc.Mapping[str, str] = field(default_factory=dict)
 
 

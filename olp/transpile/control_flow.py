@@ -5,70 +5,41 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.ir import program as st
 from olp.ir.block_structure import LOOPS, Block, Node, flat, negated, parse
 from olp.ir.expressions import Binary, Compare, Expression, Logic, Named, Number, SignalState, Text
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Break,
-    Call,
-    Case,
-    Comment,
-    Continue,
-    Declare,
-    Default,
-    Else,
-    ElseIf,
-    EndIf,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Label,
-    Next,
-    Pause,
-    Program,
-    PulseOutput,
-    Return,
-    Routine,
-    StartTask,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
 from olp.ir.transformer import expressions_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.integer_inference import counts_fractions
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
 
-_CONDITIONAL: Final = (Call, Return, Pause, PulseOutput, StartTask)
+_CONDITIONAL: Final = (st.Call, st.Return, st.Pause, st.PulseOutput, st.StartTask)
 
 
-def flow(program: Program, work: TranslationContext) -> Program:
+def flow(program: st.Program, work: TranslationContext) -> st.Program:
     """Every routine with the blocks and jumps that the target has."""
-    shared: list[Declare] = []  # where variables have numbers, none is a routine's own
+    shared: list[st.Declare] = []  # where variables have numbers, none is a routine's own
     routines = tuple([_routine(routine, work, shared) for routine in program.routines])
     return replace(program, routines=routines, data=(*program.data, *shared))
 
 
-def _routine(routine: Routine, work: TranslationContext, shared: list[Declare]) -> Routine:
+def _routine(routine: st.Routine, work: TranslationContext, shared: list[st.Declare]) -> st.Routine:
     body = routine.body
     kinds = set(map(type, body))
     if not work.limits.conditional_statements and not kinds.isdisjoint(_CONDITIONAL):
         body = tuple(s for statement in body for s in _unconditional(statement))
-    if Jump in kinds:
+    if st.Jump in kinds:
         body = tuple(s for statement in body for s in _uncomputed(statement, body))
     nodes = parse(body)
     if nodes is None:
         work.lose(routine.line, Fate.REFUSED, "blocks", f"the blocks of {routine.name} are not closed")
         return routine
-    target = _Target(work, routine, {s.name for s in body if isinstance(s, Label)})
+    target = _Target(work, routine, {s.name for s in body if isinstance(s, st.Label)})
     if needs_flattening(nodes):
         nodes = flattened(nodes, target.label)
-    if not work.limits.has_goto and any(isinstance(s, (Label, Jump)) for s in flat(nodes)):
+    if not work.limits.has_goto and any(isinstance(s, (st.Label, st.Jump)) for s in flat(nodes)):
         nodes = structured(nodes)
-        if any(isinstance(s, (Label, Jump)) for s in flat(nodes)):
+        if any(isinstance(s, (st.Label, st.Jump)) for s in flat(nodes)):
             counter = target.variable("step", "integer")
             nodes = machine(flattened(nodes, target.label, jumping=True), counter)
     nodes = target.lowered(nodes, None)
@@ -76,34 +47,34 @@ def _routine(routine: Routine, work: TranslationContext, shared: list[Declare]) 
     if work.limits.numbered:
         shared += [replace(one, value=None, shared=True) for one in target.declared]
     else:
-        rows[1 if rows and isinstance(rows[0], Begin) else 0 : 0] = target.declared
+        rows[1 if rows and isinstance(rows[0], st.Begin) else 0 : 0] = target.declared
     return replace(routine, body=tuple(rows))
 
 
-def _unconditional(s: Statement) -> list[Statement]:
+def _unconditional(s: st.Statement) -> list[st.Statement]:
     """A statement with a condition of its own as a block."""
     condition = getattr(s, "condition", None)
     if not isinstance(s, _CONDITIONAL) or condition is None:
         return [s]
     inside: Any = replace(s, condition=None)
-    return [If(s.line, condition), inside, EndIf(s.line)]
+    return [st.If(s.line, condition), inside, st.EndIf(s.line)]
 
 
-def _uncomputed(s: Statement, body: tuple[Statement, ...]) -> list[Statement]:
+def _uncomputed(s: st.Statement, body: tuple[st.Statement, ...]) -> list[st.Statement]:
     """A jump to a computed label as a choice between all labels."""
-    if not isinstance(s, Jump) or isinstance(s.target, str):
+    if not isinstance(s, st.Jump) or isinstance(s.target, str):
         return [s]
-    rows: list[Statement] = [] if s.condition is None else [If(s.line, s.condition)]
+    rows: list[st.Statement] = [] if s.condition is None else [st.If(s.line, s.condition)]
     value = s.target
     first = True
-    for label in (s for s in body if isinstance(s, Label)):
+    for label in (s for s in body if isinstance(s, st.Label)):
         known: Expression = Number(int(label.name)) if label.name.isdecimal() else Text(label.name)
         test = Compare("=", value, known)
-        rows.append(If(s.line, test) if first else ElseIf(s.line, test))
-        rows.append(Jump(s.line, label.name))
+        rows.append(st.If(s.line, test) if first else st.ElseIf(s.line, test))
+        rows.append(st.Jump(s.line, label.name))
         first = False
-    rows += [] if first else [EndIf(s.line)]
-    return rows if s.condition is None else [*rows, EndIf(s.line)]
+    rows += [] if first else [st.EndIf(s.line)]
+    return rows if s.condition is None else [*rows, st.EndIf(s.line)]
 
 
 @dataclass(slots=True)
@@ -112,7 +83,7 @@ class _Loop:
 
     leave: str = ""
     again: str = ""
-    before_again: list[Statement] = field(default_factory=list)  # what a Continue has to do first
+    before_again: list[st.Statement] = field(default_factory=list)  # what a Continue has to do first
     keeps_break: bool = True
     keeps_continue: bool = True
 
@@ -120,9 +91,9 @@ class _Loop:
 @dataclass(slots=True)
 class _Target:
     work: TranslationContext
-    routine: Routine
+    routine: st.Routine
     labels: set[str]
-    declared: list[Declare] = field(default_factory=list)
+    declared: list[st.Declare] = field(default_factory=list)
 
     def label(self) -> str:
         count = len(self.labels) + 1
@@ -133,7 +104,7 @@ class _Target:
 
     def variable(self, stem: str, kind: str) -> Named:
         name = Named(self.work.helper(stem))
-        self.declared.append(Declare(0, name.name, kind, Number(0)))
+        self.declared.append(st.Declare(0, name.name, kind, Number(0)))
         return name
 
     def lowered(self, nodes: list[Node], loop: _Loop | None) -> list[Node]:
@@ -141,30 +112,30 @@ class _Target:
         for node in nodes:
             if isinstance(node, Block):
                 result += self._block(node, loop)
-            elif isinstance(node, Break) and loop is not None and not loop.keeps_break:
+            elif isinstance(node, st.Break) and loop is not None and not loop.keeps_break:
                 loop.leave = loop.leave or self.label()
-                result.append(Jump(node.line, loop.leave, comment=node.comment))
-            elif isinstance(node, Continue) and loop is not None:
+                result.append(st.Jump(node.line, loop.leave, comment=node.comment))
+            elif isinstance(node, st.Continue) and loop is not None:
                 result += self._continue(node, loop)
             else:
                 result.append(node)
         return result
 
-    def _continue(self, s: Continue, loop: _Loop) -> list[Node]:
+    def _continue(self, s: st.Continue, loop: _Loop) -> list[Node]:
         if loop.keeps_continue:
             return [*loop.before_again, s]
         loop.again = loop.again or self.label()
-        return [Jump(s.line, loop.again, comment=s.comment)]
+        return [st.Jump(s.line, loop.again, comment=s.comment)]
 
     def _block(self, block: Block, loop: _Loop | None) -> list[Node]:
         match block.opener:
-            case If():
+            case st.If():
                 return self._if(block, loop)
-            case Switch():
+            case st.Switch():
                 return self._switch(block, loop)
-            case While():
+            case st.While():
                 return self._while(block)
-            case For():
+            case st.For():
                 return self._for(block)
             case _:
                 return self._repeat(block)
@@ -173,46 +144,46 @@ class _Target:
 
     def _if(self, block: Block, loop: _Loop | None) -> list[Node]:
         branches = [(marker, self.lowered(inside, loop)) for marker, inside in block.branches]
-        if self.work.limits.has_elseif or not any(isinstance(m, ElseIf) for m, _ in branches):
+        if self.work.limits.has_elseif or not any(isinstance(m, st.ElseIf) for m, _ in branches):
             return [Block(branches, block.closer)]
         return [_nested(branches, block.closer)]
 
     def _switch(self, block: Block, loop: _Loop | None) -> list[Node]:
         limits = self.work.limits
-        values = [value for m, _ in block.branches if isinstance(m, Case) for value in m.values]
+        values = [value for m, _ in block.branches if isinstance(m, st.Case) for value in m.values]
         of_texts = any(isinstance(value, Text) and value.value[:1] != "#" for value in values)
         has_switch = limits.has_switch and not (limits.texts_by_statement and of_texts)
         if has_switch and all(isinstance(value, (Number, Text)) for value in values):
             return [Block([(m, self.lowered(inside, loop)) for m, inside in block.branches], block.closer)]
         switch = block.opener
-        assert isinstance(switch, Switch)
+        assert isinstance(switch, st.Switch)
         before: list[Node] = []
         value = switch.value
         if not isinstance(value, (Named, Number)):
             name = self.variable("choice", "string" if of_texts else "integer")
-            before.append(Assign(switch.line, name, value, switch.comment))
+            before.append(st.Assign(switch.line, name, value, switch.comment))
             value = name
         else:
             before += _comment_of(switch)
-        branches: list[tuple[Statement, list[Node]]] = []
+        branches: list[tuple[st.Statement, list[Node]]] = []
         for marker, inside in block.branches[1:]:
-            if isinstance(marker, Case):
+            if isinstance(marker, st.Case):
                 test = _any_of(value, marker.values)
-                kind = ElseIf if branches else If
+                kind = st.ElseIf if branches else st.If
                 branches.append((kind(marker.line, test, marker.comment), inside))
-        default = next((pair for pair in block.branches[1:] if isinstance(pair[0], Default)), None)
-        end = EndIf(block.closer.line, getattr(block.closer, "comment", ""))
+        default = next((pair for pair in block.branches[1:] if isinstance(pair[0], st.Default)), None)
+        end = st.EndIf(block.closer.line, getattr(block.closer, "comment", ""))
         if not branches:
             inside = self.lowered(default[1], loop) if default else []
             return [*before, *(_comment_of(default[0]) if default else []), *inside, *_comment_of(end)]
         if default is not None:
-            branches.append((Else(default[0].line, getattr(default[0], "comment", "")), default[1]))
+            branches.append((st.Else(default[0].line, getattr(default[0], "comment", "")), default[1]))
         return [*before, *self._if(Block(branches, end), loop)]
 
     # --- loops ------------------------------------------------------------------------------------------
 
     def _inside(
-        self, block: Block, before_again: list[Statement] | None = None, jumps: bool = False
+        self, block: Block, before_again: list[st.Statement] | None = None, jumps: bool = False
     ) -> tuple[_Loop, list[Node]]:
         limits = self.work.limits
         loop = _Loop(
@@ -222,12 +193,12 @@ class _Target:
         )
         inside = self.lowered(block.branches[0][1], loop)
         if loop.again:
-            inside.append(Label(block.closer.line, loop.again))
+            inside.append(st.Label(block.closer.line, loop.again))
         return loop, inside
 
     def _while(self, block: Block) -> list[Node]:
         head, closer = block.opener, block.closer
-        assert isinstance(head, While)
+        assert isinstance(head, st.While)
         endless = head.condition == SignalState(True)
         if self.work.limits.has_while and (self.work.limits.has_endless or not endless):
             loop, inside = self._inside(block)
@@ -236,17 +207,17 @@ class _Target:
         loop, inside = self._inside(block, jumps=True)
         if not endless:
             loop.leave = loop.leave or self.label()
-        test: list[Node] = [] if endless else [Jump(head.line, loop.leave, negated(head.condition))]
-        first: list[Node] = [Label(head.line, start, head.comment), *test]
-        back = Jump(closer.line, start, comment=getattr(closer, "comment", ""))
+        test: list[Node] = [] if endless else [st.Jump(head.line, loop.leave, negated(head.condition))]
+        first: list[Node] = [st.Label(head.line, start, head.comment), *test]
+        back = st.Jump(closer.line, start, comment=getattr(closer, "comment", ""))
         return [*first, *inside, back, *self._end(loop, closer)]
 
-    def _end(self, loop: _Loop, closer: Statement) -> list[Node]:
-        return [Label(closer.line, loop.leave)] if loop.leave else []
+    def _end(self, loop: _Loop, closer: st.Statement) -> list[Node]:
+        return [st.Label(closer.line, loop.leave)] if loop.leave else []
 
     def _repeat(self, block: Block) -> list[Node]:
         limits, head, until = self.work.limits, block.opener, block.closer
-        assert isinstance(until, Until)
+        assert isinstance(until, st.Until)
         comment = getattr(head, "comment", "")
         if limits.has_repeat:
             loop, inside = self._inside(block)
@@ -254,36 +225,40 @@ class _Target:
         if limits.has_goto:
             start = self.label()
             loop, inside = self._inside(block, jumps=True)
-            back = Jump(until.line, start, negated(until.condition), until.comment)
-            return [Label(head.line, start, comment), *inside, back, *self._end(loop, until)]
-        leave: list[Statement] = [If(until.line, until.condition), Break(until.line), EndIf(until.line)]
+            back = st.Jump(until.line, start, negated(until.condition), until.comment)
+            return [st.Label(head.line, start, comment), *inside, back, *self._end(loop, until)]
+        leave: list[st.Statement] = [
+            st.If(until.line, until.condition),
+            st.Break(until.line),
+            st.EndIf(until.line),
+        ]
         loop, inside = self._inside(block, leave)
         test = Block([(leave[0], [leave[1]])], leave[2])
-        head = While(head.line, SignalState(True), comment)
-        return [Block([(head, [*inside, test])], EndWhile(until.line, until.comment))]
+        head = st.While(head.line, SignalState(True), comment)
+        return [Block([(head, [*inside, test])], st.EndWhile(until.line, until.comment))]
 
     def _for(self, block: Block) -> list[Node]:
         limits, head, closer = self.work.limits, block.opener, block.closer
-        assert isinstance(head, For)
+        assert isinstance(head, st.For)
         step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
         step_fits = step_fits and not (limits.for_counts_whole and counts_fractions(head))
         there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
         other_end = there.for_declares or there.for_keeps_last is not keeps_last
         if limits.has_for and step_fits and not (other_end and self._is_used_outside(head)):
             loop, inside = self._inside(block)
-            if isinstance(closer, Next):
+            if isinstance(closer, st.Next):
                 closer = replace(closer, variable=head.variable)
             return [Block([(head, inside)], closer), *self._end(loop, closer)]
         before: list[Node] = []
         start = self._kept(head.start, before, head.line) if keeps_last else head.start
-        before.append(Assign(head.line, head.variable, start, head.comment))
+        before.append(st.Assign(head.line, head.variable, start, head.comment))
         stop = self._kept(head.stop, before, head.line)
         step = self._kept(head.step or Number(1), before, head.line)
         last = self._last(head, start, stop, step) if keeps_last and self._is_used_outside(head) else []
-        count: Statement = Assign(closer.line, head.variable, Binary("+", head.variable, step))
+        count: st.Statement = st.Assign(closer.line, head.variable, Binary("+", head.variable, step))
         as_while = Block(
-            [(While(head.line, _not_beyond(head.variable, stop, step)), block.branches[0][1])],
-            EndWhile(closer.line, getattr(closer, "comment", "")),
+            [(st.While(head.line, _not_beyond(head.variable, stop, step)), block.branches[0][1])],
+            st.EndWhile(closer.line, getattr(closer, "comment", "")),
         )
         if limits.has_continue or not limits.has_goto:
             loop, inside = self._inside(as_while, [count])
@@ -294,27 +269,27 @@ class _Target:
         counted = Block([(as_while.opener, [*inside, count])], as_while.closer)
         return [*before, *self._while_of(counted), *last, *self._end(loop, closer)]
 
-    def _last(self, head: For, start: Expression, stop: Expression, step: Expression) -> list[Node]:
+    def _last(self, head: st.For, start: Expression, stop: Expression, step: Expression) -> list[Node]:
         """After a loop: sets its variable back to the last value, which it has there in the source."""
-        back: Node = Assign(head.line, head.variable, Binary("-", head.variable, step))
+        back: Node = st.Assign(head.line, head.variable, Binary("-", head.variable, step))
         runs = _not_beyond(start, stop, step)
         if isinstance(start, Number) and isinstance(stop, Number) and isinstance(step, Number):
             return [back] if (stop.value - start.value) * step.value >= 0 else []
-        return [Block([(If(head.line, runs), [back])], EndIf(head.line))]
+        return [Block([(st.If(head.line, runs), [back])], st.EndIf(head.line))]
 
     def _while_of(self, block: Block) -> list[Node]:
         """A while block whose body is already converted."""
         if self.work.limits.has_while:
             return [block]
         head = block.opener
-        assert isinstance(head, While)
+        assert isinstance(head, st.While)
         start, leave = self.label(), self.label()
         return [
-            Label(head.line, start),
-            Jump(head.line, leave, negated(head.condition)),
+            st.Label(head.line, start),
+            st.Jump(head.line, leave, negated(head.condition)),
             *block.branches[0][1],
-            Jump(block.closer.line, start, comment=getattr(block.closer, "comment", "")),
-            Label(block.closer.line, leave),
+            st.Jump(block.closer.line, start, comment=getattr(block.closer, "comment", "")),
+            st.Label(block.closer.line, leave),
         ]
 
     def _kept(self, value: Expression, before: list[Node], line: int) -> Expression:
@@ -322,24 +297,25 @@ class _Target:
         if isinstance(value, Number):
             return value
         name = self.variable("bound", "integer")
-        before.append(Assign(line, name, value))
+        before.append(st.Assign(line, name, value))
         return name
 
-    def _is_used_outside(self, head: For) -> bool:
+    def _is_used_outside(self, head: st.For) -> bool:
         """Whether the loop's variable is read or written outside of the loops that count it."""
         depth = 0
         for s in self.routine.body:
-            if isinstance(s, For) and s.variable == head.variable:
+            if isinstance(s, st.For) and s.variable == head.variable:
                 depth += 1
             elif isinstance(s, LOOPS):
                 depth += depth > 0
             elif type(s).__name__ in ("EndWhile", "Next", "Until"):
                 depth -= depth > 0
-            elif depth == 0 and not isinstance(s, Declare) and head.variable in expressions_of(s):
+            elif depth == 0 and not isinstance(s, st.Declare) and head.variable in expressions_of(s):
                 return True
         others = (r for r in self.work.source.routines if r.name != self.routine.name)
         local = any(
-            isinstance(s, Declare) and s.name == getattr(head.variable, "name", "") for s in self.routine.body
+            isinstance(s, st.Declare) and s.name == getattr(head.variable, "name", "")
+            for s in self.routine.body
         )
         return not local and any(head.variable in expressions_of(s) for r in others for s in r.body)
 
@@ -358,20 +334,20 @@ def _any_of(value: Expression, values: tuple[Expression, ...]) -> Expression:
     return tests[0] if len(tests) == 1 else Logic(tests[0], tuple(("or", test) for test in tests[1:]))
 
 
-def _nested(branches: list[tuple[Statement, list[Node]]], closer: Statement) -> Block:
+def _nested(branches: list[tuple[st.Statement, list[Node]]], closer: st.Statement) -> Block:
     """ElseIf as an If within an Else."""
     for at in range(len(branches) - 1, 0, -1):
         marker, inside = branches[at]
-        if isinstance(marker, ElseIf):
+        if isinstance(marker, st.ElseIf):
             inner = Block(
-                [(If(marker.line, marker.condition, marker.comment), inside), *branches[at + 1 :]],
-                EndIf(closer.line),
+                [(st.If(marker.line, marker.condition, marker.comment), inside), *branches[at + 1 :]],
+                st.EndIf(closer.line),
             )
-            branches = [*branches[:at], (Else(marker.line), [inner])]
+            branches = [*branches[:at], (st.Else(marker.line), [inner])]
     return Block(branches, closer)
 
 
-def _comment_of(s: Statement) -> list[Node]:
+def _comment_of(s: st.Statement) -> list[Node]:
     """The comment of a statement that is removed, on a line of its own."""
     text = getattr(s, "comment", "")
-    return [Comment(s.line, text)] if text else []
+    return [st.Comment(s.line, text)] if text else []

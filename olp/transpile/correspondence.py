@@ -13,33 +13,8 @@ from pathlib import PurePath
 from typing import Final, NamedTuple
 
 from olp.core.diagnostic import OlpError
-from olp.ir.expressions import (
-    Argument,
-    Compare,
-    Expression,
-    Named,
-    Number,
-    Signal,
-    Store,
-    Text,
-    Unary,
-    Variable,
-)
-from olp.ir.program import (
-    Call,
-    Case,
-    Dwell,
-    Message,
-    Move,
-    Pause,
-    Process,
-    Program,
-    PulseOutput,
-    SetOutput,
-    Statement,
-    Switch,
-    Wait,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.languages.limits import limits_of
 from olp.languages.vendor import conventions_of, find_vendor
@@ -61,7 +36,7 @@ _AHEAD: Final = 32  # statements that are looked at for the next pair
 _SIGNAL: Final = "signal"
 
 
-def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[str, int], int]:
+def origins_of(translated: st.Program, written: Iterable[st.Program]) -> dict[tuple[str, int], int]:
     """Name and line of a file of `written`, read again -> the line of the source that it was made from."""
     found: dict[tuple[str, int], int] = {}
     several: set[tuple[str, int]] = set()  # lines that were made from two, such as a move with its output
@@ -71,7 +46,7 @@ def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[st
             made = bodies.get(routine.name.casefold())
             for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
                 place = (PurePath(program.path).name, t.line)
-                triggers = s.triggers if isinstance(s, Move) else ()
+                triggers = s.triggers if isinstance(s, st.Move) else ()
                 for line in (s.line, *(s.line - one.above for one in triggers)) if s.line else ():
                     if found.setdefault(place, line) != line:
                         several.add(place)
@@ -80,39 +55,39 @@ def origins_of(translated: Program, written: Iterable[Program]) -> dict[tuple[st
     return found
 
 
-def _steps(body: Sequence[Statement]) -> list[tuple[Token, Statement]]:
+def _steps(body: Sequence[st.Statement]) -> list[tuple[Token, st.Statement]]:
     return [(token, s) for s in body if (token := _token(s))]
 
 
-def _token(s: Statement) -> Token:
+def _token(s: st.Statement) -> Token:
     """What a statement and its translation have in common; () for what makes no step."""
     match s:
-        case Move():
+        case st.Move():
             return ("move", s.path)
-        case Call():
+        case st.Call():
             return ("call", s.routine.casefold())
-        case SetOutput() | PulseOutput():
+        case st.SetOutput() | st.PulseOutput():
             return (type(s).__name__, s.signal.index)
-        case Process(name=name):
+        case st.Process(name=name):
             return ("Process", name)
-        case Dwell(duration=duration):
+        case st.Dwell(duration=duration):
             return ("Dwell", duration.literal == 0.0)  # one of no time may be a stop there, and no statement
-        case Wait() | Pause() | Message():
+        case st.Wait() | st.Pause() | st.Message():
             return (type(s).__name__,)
         case _:
             return ()
 
 
-def _meet(made: tuple[Token, Statement], written: tuple[Token, Statement]) -> bool:
+def _meet(made: tuple[Token, st.Statement], written: tuple[Token, st.Statement]) -> bool:
     """Whether a statement may be this one written; a wait with a limit may be a loop that waits and asks."""
     s = made[1]
-    loops = isinstance(s, Wait) and s.timeout is not None and isinstance(written[1], Dwell)
+    loops = isinstance(s, st.Wait) and s.timeout is not None and isinstance(written[1], st.Dwell)
     return loops or made[0] == written[0]
 
 
 def _paired(
-    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]]
-) -> Iterable[tuple[Statement, Statement]]:
+    made: list[tuple[Token, st.Statement]], written: list[tuple[Token, st.Statement]]
+) -> Iterable[tuple[st.Statement, st.Statement]]:
     i, j = 0, 0
     while i < len(made) and j < len(written):
         if _meet(made[i], written[j]):
@@ -124,7 +99,7 @@ def _paired(
 
 
 def _next_pair(
-    made: list[tuple[Token, Statement]], written: list[tuple[Token, Statement]], i: int, j: int
+    made: list[tuple[Token, st.Statement]], written: list[tuple[Token, st.Statement]], i: int, j: int
 ) -> tuple[int, int]:
     """How many statements of both come before the next pair, as few as can be."""
     for total in range(1, _AHEAD):
@@ -220,7 +195,7 @@ class MadeUpRun(NamedTuple):
 class SharedUnknowns:
     """What makes the values for both runs. `vendor`: of the translation."""
 
-    program: Program
+    program: st.Program
     translated: Translated
     vendor: str
 
@@ -336,7 +311,7 @@ class SharedUnknowns:
         return name if find_vendor(vendor).case_sensitive else name.casefold()
 
 
-def _stores() -> dict[str, Store]:
+def _stores() -> dict[str, ex.Store]:
     return {letters: store for store, letters in LETTERS.items()}
 
 
@@ -347,23 +322,25 @@ def _system(label: str) -> int | str:
 # --- what values are compared with --------------------------------------------------------------------------
 
 
-def _choices(program: Program) -> dict[UnknownThing, tuple[int, ...]]:
+def _choices(program: st.Program) -> dict[UnknownThing, tuple[int, ...]]:
     """The whole numbers that the source compares each of its variables and inputs with, and one beyond them."""
     found: dict[UnknownThing, dict[int, None]] = {}
     fold = not find_vendor(program.vendor).case_sensitive
     main = program.main or (program.routines[0].name if program.routines else "")
     for routine in program.routines:
-        switched: Expression | None = None
+        switched: ex.Expression | None = None
         own = routine.parameters if routine.name == main else ()
-        given = {_thing(Named(one.name), fold): UnknownThing("argument", n) for n, one in enumerate(own, 1)}
+        given = {
+            _thing(ex.Named(one.name), fold): UnknownThing("argument", n) for n, one in enumerate(own, 1)
+        }
         for s in routine.body:
-            pairs: list[tuple[Expression, Expression]] = []
-            if isinstance(s, Switch):
+            pairs: list[tuple[ex.Expression, ex.Expression]] = []
+            if isinstance(s, st.Switch):
                 switched = s.value
-            elif isinstance(s, Case) and switched is not None:
+            elif isinstance(s, st.Case) and switched is not None:
                 pairs = [(switched, value) for value in s.values]
             if not calls_nothing(s):
-                compared = (e for e in expressions_of(s) if isinstance(e, Compare))
+                compared = (e for e in expressions_of(s) if isinstance(e, ex.Compare))
                 pairs += [pair for e in compared for pair in ((e.left, e.right), (e.right, e.left))]
             for value, constant in pairs:
                 thing, number = _thing(value, fold), _whole(constant)
@@ -373,26 +350,26 @@ def _choices(program: Program) -> dict[UnknownThing, tuple[int, ...]]:
     return {thing: (*numbers, max(numbers) + 1) for thing, numbers in found.items()}
 
 
-def _thing(e: Expression, fold: bool) -> UnknownThing | None:
+def _thing(e: ex.Expression, fold: bool) -> UnknownThing | None:
     match e:
-        case Named(name):
+        case ex.Named(name):
             return UnknownThing("variable", name.casefold() if fold else name)
-        case Argument(number):
+        case ex.Argument(number):
             return UnknownThing("argument", number)
-        case Variable(store, Number(index), False):
+        case ex.Variable(store, ex.Number(index), False):
             return UnknownThing("variable", (store, int(index)))
-        case Signal(bus, Number(index)):
+        case ex.Signal(bus, ex.Number(index)):
             return UnknownThing("signal", SignalKey(bus, int(index)))
-        case Signal(_, Text(name)):
+        case ex.Signal(_, ex.Text(name)):
             return UnknownThing("signal", SignalKey(NAMED_SIGNAL, name.casefold()))
     return None
 
 
-def _whole(e: Expression) -> int | None:
-    if isinstance(e, Unary) and e.operator == "-":
+def _whole(e: ex.Expression) -> int | None:
+    if isinstance(e, ex.Unary) and e.operator == "-":
         value = _whole(e.operand)
         return None if value is None else -value
-    return int(e.value) if isinstance(e, Number) and e.value == int(e.value) else None
+    return int(e.value) if isinstance(e, ex.Number) and e.value == int(e.value) else None
 
 
 # --- what made a difference ---------------------------------------------------------------------------------
@@ -420,6 +397,6 @@ def said(thing: UnknownThing) -> str:
         return "where the arm stands at first"
     if isinstance(name, tuple):
         store, index = name
-        letters = VARIABLE_LETTERS[store] if isinstance(store, Store) else store
+        letters = VARIABLE_LETTERS[store] if isinstance(store, ex.Store) else store
         return f"{letters}{index:03d}"
     return f"{kind} {name}" if kind in _SYSTEMS else str(name)

@@ -12,34 +12,8 @@ from enum import Enum
 from typing import Final
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Expression,
-    FrameRef,
-    Function,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    SystemValue,
-)
-from olp.ir.program import (
-    Assign,
-    Comment,
-    Declare,
-    Dwell,
-    ExternalTool,
-    Move,
-    Process,
-    Program,
-    Routine,
-    ShiftOff,
-    ShiftOn,
-    Statement,
-)
-from olp.ir.statements import BlendKind
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.transpile.blends import STOP
 from olp.transpile.context import BETWEEN, SETTING, Fate, TranslationContext
@@ -47,58 +21,58 @@ from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.partial_positions import component, written_component
 from olp.transpile.symbols import Symbols
 
-HERE: Final = SystemValue("current-pose")
-_BASE: Final = FrameRef("base")
-UNSEEN: Final = (FrameRef("tool", Number(0)), _BASE)  # where no move is before
+HERE: Final = ex.SystemValue("current-pose")
+_BASE: Final = ex.FrameRef("base")
+UNSEEN: Final = (ex.FrameRef("tool", ex.Number(0)), _BASE)  # where no move is before
 _TOOL, _FRAME = "Tool", "WObj"
 _HELD: Final = {"base": "the base", "move": "those of the move before"}
 _HEADS: Final = ("While", "Until", "ElseIf", "Case")  # before which nothing can run each time
 
-System = tuple[Expression | None, Expression | None]  # tool, frame
+System = tuple[ex.Expression | None, ex.Expression | None]  # tool, frame
 
 
-def seen_in(tool: Expression | None, frame: Expression | None) -> Function:
+def seen_in(tool: ex.Expression | None, frame: ex.Expression | None) -> ex.Function:
     """Where the arm stands with this tool, in this frame; None: those that hold."""
     named = ((_TOOL, tool), (_FRAME, frame))
-    return Function(HERE.name, tuple(NamedArgument(name, it) for name, it in named if it is not None))
+    return ex.Function(HERE.name, tuple(ex.NamedArgument(name, it) for name, it in named if it is not None))
 
 
-def systems_of(e: Expression) -> System | None:
+def systems_of(e: ex.Expression) -> System | None:
     """The tool and the frame of a reading of the position that names one of them; None for any other expression."""
-    if type(e) is not Function or e.name != HERE.name:
+    if type(e) is not ex.Function or e.name != HERE.name:
         return None
-    named = {a.name.casefold(): a.value for a in e.arguments if isinstance(a, NamedArgument)}
+    named = {a.name.casefold(): a.value for a in e.arguments if isinstance(a, ex.NamedArgument)}
     return named.get(_TOOL.casefold()), named.get(_FRAME.casefold())
 
 
-def solves(e: Expression) -> bool:
+def solves(e: ex.Expression) -> bool:
     """Whether an expression computes axes from a pose, or a pose from axes."""
-    return type(e) is Function and e.name in ("forward", "inverse")
+    return type(e) is ex.Function and e.name in ("forward", "inverse")
 
 
-def _solves_elsewhere(e: Expression) -> bool:
+def _solves_elsewhere(e: ex.Expression) -> bool:
     """The same with a tool and a frame that it names."""
-    return solves(e) and any(type(a) is NamedArgument for a in expressions_of(e))
+    return solves(e) and any(type(a) is ex.NamedArgument for a in expressions_of(e))
 
 
-def here(program: Program, work: TranslationContext) -> Program:
+def here(program: st.Program, work: TranslationContext) -> st.Program:
     """Every reading of the position that names a tool or a frame as the target says it; taught points' see the base."""
     if not (work.conventions.names_read_frames or work.conventions.taught_frames):
         return program
     return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
 
 
-def _routine(routine: Routine, work: TranslationContext) -> Routine:
-    rows: list[Statement] = []
+def _routine(routine: st.Routine, work: TranslationContext) -> st.Routine:
+    rows: list[st.Statement] = []
     last: System = UNSEEN  # of the move before, in the order of writing
     for s in routine.body:
         rows.append(s if calls_nothing(s) else _statement(s, last, work))
-        if isinstance(s, Move):
+        if isinstance(s, st.Move):
             last = (s.tool, s.frame)
     return replace(routine, body=tuple(rows))
 
 
-def _statement(s: Statement, last: System, work: TranslationContext) -> Statement:
+def _statement(s: st.Statement, last: System, work: TranslationContext) -> st.Statement:
     if any(_solves_elsewhere(e) for e in expressions_of(s)):
         work.lose(
             s, Fate.REFUSED, "position", "axes and poses computed with a tool and a frame that are named"
@@ -116,7 +90,7 @@ def _statement(s: Statement, last: System, work: TranslationContext) -> Statemen
     return read_here(s, (tool, frame), last, work)
 
 
-def read_here(s: Statement, system: System, last: System, work: TranslationContext) -> Statement:
+def read_here(s: st.Statement, system: System, last: System, work: TranslationContext) -> st.Statement:
     """A statement that reads the position with a tool, in a frame. `last`: those of the move before."""
     read_in = work.limits.position_read_in
     if read_in == "move" and type(s).__name__ not in _HEADS:
@@ -166,24 +140,28 @@ class Lead(Enum):
     OPEN = "several ways, or a routine"
 
 
-def standing(program: Program, work: TranslationContext) -> Program:
+def standing(program: st.Program, work: TranslationContext) -> st.Program:
     """Every move that such a reading follows with an exact stop; where that is open, the loss says so."""
     return replace(
         program, routines=tuple([_current_position_moves_routine(r, program, work) for r in program.routines])
     )
 
 
-def _current_position_moves_routine(routine: Routine, program: Program, work: TranslationContext) -> Routine:
+def _current_position_moves_routine(
+    routine: st.Routine, program: st.Program, work: TranslationContext
+) -> st.Routine:
     body = list(routine.body)
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
     stand: list[int] = []  # rows before which the arm has to be told to stand
     for at, s in enumerate(body):
-        if isinstance(s, Dwell) and _is_passed(s, work):
+        if isinstance(s, st.Dwell) and _is_passed(s, work):
             before = _before(body, at)
             passed = before is Lead.OPEN or (before is Lead.BEGIN and routine is not first)
             if isinstance(before, int):
                 move = body[before]
-                if isinstance(move, Move) and all(isinstance(x, Comment) for x in body[before + 1 : at]):
+                if isinstance(move, st.Move) and all(
+                    isinstance(x, st.Comment) for x in body[before + 1 : at]
+                ):
                     body[before] = edited(move, {"blend": STOP})
                 else:
                     passed = True  # what stands between them acts while the arm passes
@@ -201,69 +179,69 @@ def _current_position_moves_routine(routine: Routine, program: Program, work: Tr
         if isinstance(before, int):
             body[before] = _stopped(body[before], work)
         elif before is Lead.OPEN or (before is Lead.BEGIN and routine is not first):
-            open_ = any(isinstance(x, Move) and not _stops(x) for x in program.statements())
+            open_ = any(isinstance(x, st.Move) and not _stops(x) for x in program.statements())
             if open_:
                 work.lose(s, Fate.APPROXIMATED, "position", _UNKNOWN)
-    if any(isinstance(x, Move) and not _stops(x) for x in program.statements()):
+    if any(isinstance(x, st.Move) and not _stops(x) for x in program.statements()):
         for at in reversed(stand):
-            body.insert(at, Process(body[at].line, work.limits.stand))
+            body.insert(at, st.Process(body[at].line, work.limits.stand))
     return replace(routine, body=tuple(body))
 
 
-def _is_passed(s: Dwell, work: TranslationContext) -> bool:
+def _is_passed(s: st.Dwell, work: TranslationContext) -> bool:
     """Whether the arm of the target goes on while it waits: it stands in other languages, for no time too."""
     if work.source.vendor == work.target:
         return False
     return bool(work.limits.stand) or s.duration.literal == 0.0
 
 
-def _reads(s: Statement, work: TranslationContext) -> bool:
-    if isinstance(s, Move) and s.relative is not None:
+def _reads(s: st.Statement, work: TranslationContext) -> bool:
+    if isinstance(s, st.Move) and s.relative is not None:
         return not _is_native(s.relative, work.limits.native_offsets)
     waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
     return waits and reads_place(s)
 
 
-def reads_place(s: Statement) -> bool:
+def reads_place(s: st.Statement) -> bool:
     """Whether a statement reads where the arm is."""
     return not calls_nothing(s) and any(
-        (isinstance(e, SystemValue) and e.name in _READ) or systems_of(e) is not None
+        (isinstance(e, ex.SystemValue) and e.name in _READ) or systems_of(e) is not None
         for e in expressions_of(s)
     )
 
 
-def _is_native(relative: FrameRef, native: Set[str]) -> bool:
+def _is_native(relative: ex.FrameRef, native: Set[str]) -> bool:
     """Whether the target has a move by an offset along the tool, or in a frame."""
     return ("relative-tool" if relative.kind == "tool" else "relative") in native
 
 
-def keeps_systems(s: Statement) -> bool:
+def keeps_systems(s: st.Statement) -> bool:
     """Whether the statement behind this one always follows it, with the same tool and frame."""
-    return type(s).__name__ in _STRAIGHT and not any(type(e) is CallValue for e in expressions_of(s))
+    return type(s).__name__ in _STRAIGHT and not any(type(e) is ex.CallValue for e in expressions_of(s))
 
 
-def _before(body: list[Statement], at: int) -> Lead | int:
+def _before(body: list[st.Statement], at: int) -> Lead | int:
     """The row of the move that always runs before row `at`, where it does not stop; else what leads there."""
     for row in range(at - 1, -1, -1):
         s = body[row]
-        if isinstance(s, Move):
+        if isinstance(s, st.Move):
             return Lead.STOP if _stops(s) else row
         if not keeps_systems(s):
             return Lead.OPEN
     return Lead.BEGIN
 
 
-def _stops(s: Move) -> bool:
+def _stops(s: st.Move) -> bool:
     size = None if s.blend is None or s.blend.value is None else s.blend.value.literal
     return size is not None and size <= 0.0
 
 
-def _stopped(s: Statement, work: TranslationContext) -> Statement:
-    assert isinstance(s, Move)
+def _stopped(s: st.Statement, work: TranslationContext) -> st.Statement:
+    assert isinstance(s, st.Move)
     blend = s.blend
     size = (
         None
-        if blend is None or blend.value is None or blend.kind is not BlendKind.RADIUS
+        if blend is None or blend.value is None or blend.kind is not st.BlendKind.RADIUS
         else blend.value.literal
     )
     if size is None:
@@ -277,30 +255,30 @@ def _stopped(s: Statement, work: TranslationContext) -> Statement:
 # Moves by an offset from where the arm stands, and offsets of targets, for languages that have no such word.
 
 _TURNS: Final = ("rx", "ry", "rz")
-_ZEROS: Final = (Number(0), Number(0.0))
+_ZEROS: Final = (ex.Number(0), ex.Number(0.0))
 
 
-def relative(program: Program, work: TranslationContext) -> Program:
+def relative(program: st.Program, work: TranslationContext) -> st.Program:
     """Offsets as positions that are computed: from where the arm stands, or from the target."""
     own = _Relative(program, work, work.symbols(program), work.limits.native_offsets)
     routines = []
     for routine in program.routines:
         own.name = routine.name
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         shifted = external = False
         for s in routine.body:
-            if isinstance(s, (ShiftOn, ShiftOff)):
-                shifted = isinstance(s, ShiftOn) and not work.limits.has_shift
-            if isinstance(s, ExternalTool):
+            if isinstance(s, (st.ShiftOn, st.ShiftOff)):
+                shifted = isinstance(s, st.ShiftOn) and not work.limits.has_shift
+            if isinstance(s, st.ExternalTool):
                 external = s.tool is not None
-            if isinstance(s, Move):
+            if isinstance(s, st.Move):
                 if external:
                     says = "a move with the tool fixed in space, where the arm holds the work"
                     work.lose(s, Fate.REFUSED, "statement", says)
                 if shifted:  # elsewhere than where it is meant
                     work.lose(s, Fate.REFUSED, "shift", "a move within a shift of all targets")
                 rows += own.move(s)
-            elif isinstance(s, (ShiftOn, ShiftOff)) and not work.limits.has_shift:
+            elif isinstance(s, (st.ShiftOn, st.ShiftOff)) and not work.limits.has_shift:
                 work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")
                 rows.append(s)
             else:
@@ -312,52 +290,52 @@ def relative(program: Program, work: TranslationContext) -> Program:
 
 @dataclass(slots=True)
 class _Relative:
-    program: Program
+    program: st.Program
     work: TranslationContext
     symbols: Symbols
     native: frozenset[str]
     name: str = ""
-    declared: list[Declare] = field(default_factory=list)  # axis values that are put together
+    declared: list[st.Declare] = field(default_factory=list)  # axis values that are put together
 
-    def move(self, s: Move) -> list[Statement]:
+    def move(self, s: st.Move) -> list[st.Statement]:
         if s.relative is not None and not _is_native(s.relative, self.native):
             if (axes := self._axes(s.targets[0])) is not None:
                 return self._joints_from_here(s, axes)
             return [self._from_here(s)]
-        if s.relative is not None and isinstance(s.targets[0], Function) and s.targets[0].name == "joints":
+        if s.relative is not None and isinstance(s.targets[0], ex.Function) and s.targets[0].name == "joints":
             return self._joints_from_here(s, list(s.targets[0].arguments))
         if (s.offset is not None or s.tool_offset is not None) and "offset" not in self.native:
             return [self._offset(s)]
         return [s]
 
-    def _axes(self, offset: Expression) -> list[Expression] | None:
+    def _axes(self, offset: ex.Expression) -> list[ex.Expression] | None:
         """What an offset in joint values adds to each axis; None of one that is no such."""
-        if isinstance(offset, Function) and offset.name == "joints":
+        if isinstance(offset, ex.Function) and offset.name == "joints":
             return list(offset.arguments)
         by = self.symbols.fixed_position(self.name, offset)
         if by is None or by.kind != "joint":
             return None
-        beside: list[Expression] = [NamedArgument("axes")] if any(by.external) else []
+        beside: list[ex.Expression] = [ex.NamedArgument("axes")] if any(by.external) else []
         return [
             *(written_component(value or 0.0, by.kind, at) for at, value in enumerate(by.values[:6])),
             *beside,
         ]
 
-    def _joints_from_here(self, s: Move, by: list[Expression]) -> list[Statement]:
+    def _joints_from_here(self, s: st.Move, by: list[ex.Expression]) -> list[st.Statement]:
         """A move to the axis values that the arm has, each with its offset added before."""
-        if any(isinstance(one, NamedArgument) for one in by):
+        if any(isinstance(one, ex.NamedArgument) for one in by):
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset of external axes")
             return [s]
-        name = Named(self.work.helper("target"))
-        self.declared.append(Declare(0, name.name, "joints", shared=True))
-        before: list[Statement] = [Assign(s.line, name, SystemValue("current-joints"))]
+        name = ex.Named(self.work.helper("target"))
+        self.declared.append(st.Declare(0, name.name, "joints", shared=True))
+        before: list[st.Statement] = [st.Assign(s.line, name, ex.SystemValue("current-joints"))]
         for at, value in enumerate(by):
             if value not in _ZEROS:
                 axis = component(name, "joint", at)
-                before.append(Assign(s.line, axis, Binary("+", axis, value)))
+                before.append(st.Assign(s.line, axis, ex.Binary("+", axis, value)))
         return [*before, replace(s, targets=(name,), relative=None)]
 
-    def _from_here(self, s: Move) -> Move:
+    def _from_here(self, s: st.Move) -> st.Move:
         """A move by an offset as one to a place that is computed; an arc's point on the way is an offset, too."""
         relative = s.relative
         assert relative is not None
@@ -367,7 +345,7 @@ class _Relative:
                 s, Fate.REFUSED, "relative", "a move by an offset in another frame than the move's own"
             )
             return s
-        frame = s.frame if own_frame or relative.kind == "tool" else FrameRef("base")
+        frame = s.frame if own_frame or relative.kind == "tool" else ex.FrameRef("base")
         here = self._place(s.tool, frame)
         target = self._moved(s, here, s.targets[0])
         via = None if s.via is None else self._moved(s, here, s.via)
@@ -375,37 +353,39 @@ class _Relative:
             return s
         return replace(s, targets=(target,), via=via, relative=None, frame=frame)
 
-    def _moved(self, s: Move, here: Expression, offset: Expression) -> Expression | None:
+    def _moved(self, s: st.Move, here: ex.Expression, offset: ex.Expression) -> ex.Expression | None:
         """The place that lies by an offset from `here`; None where it is rejected."""
         by = self.symbols.fixed_position(self.name, offset)
-        values: Sequence[Expression]
+        values: Sequence[ex.Expression]
         if by is not None and by.kind != "joint":
             values = _written(by)
-        elif isinstance(offset, Function) and offset.name == "pose-angles" and len(offset.arguments) == 6:
+        elif isinstance(offset, ex.Function) and offset.name == "pose-angles" and len(offset.arguments) == 6:
             values = offset.arguments
         elif (
-            isinstance(offset, Function) and offset.name == "pose-offset" and _is_nothing(offset.arguments[0])
+            isinstance(offset, ex.Function)
+            and offset.name == "pose-offset"
+            and _is_nothing(offset.arguments[0])
         ):
-            values = (*offset.arguments[1:4], *[Number(0)] * 3)
+            values = (*offset.arguments[1:4], *[ex.Number(0)] * 3)
         else:
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that is computed")
             return None
         turns = sum(v not in _ZEROS for v in values[3:])
         if s.relative is not None and s.relative.kind != "tool":
             if not turns:
-                return Function("pose-offset", (here, *values[:3]))
+                return ex.Function("pose-offset", (here, *values[:3]))
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
             return None
         if turns > 1:  # about z first, as no `pose-relative-tool` turns
             turned = offset if by is None else replace(by, values=_moved(by.values))
-            return Function("pose-product", (here, turned))
-        return Function("pose-relative-tool", (here, *values))
+            return ex.Function("pose-product", (here, turned))
+        return ex.Function("pose-relative-tool", (here, *values))
 
-    def _place(self, tool: Expression | None, frame: Expression | None) -> Expression:
+    def _place(self, tool: ex.Expression | None, frame: ex.Expression | None) -> ex.Expression:
         """Where the arm stands, in the frame of the move."""
         return seen_in(tool, frame) if self.work.limits.position_read_in == "named" else HERE
 
-    def _offset(self, s: Move) -> Move:
+    def _offset(self, s: st.Move) -> st.Move:
         target = s.targets[0]
         fixed = self.symbols.fixed_position(self.name, target)
         if fixed is not None and fixed.kind == "joint":
@@ -417,13 +397,13 @@ class _Relative:
             if offset is None:
                 continue
             by = self._offset_value(offset)
-            values: list[Expression] = []
+            values: list[ex.Expression] = []
             if by is not None and by.kind != "joint":
                 values += _written(by)
-            elif isinstance(offset, Named) and by is None:
-                values += [Member(offset, name) for name in ("x", "y", "z")]
+            elif isinstance(offset, ex.Named) and by is None:
+                values += [ex.Member(offset, name) for name in ("x", "y", "z")]
                 values += [
-                    Number(0) if self._never(offset, name) else Member(offset, name) for name in _TURNS
+                    ex.Number(0) if self._never(offset, name) else ex.Member(offset, name) for name in _TURNS
                 ]
             if by is not None and by.kind == "joint":
                 self.work.lose(s, Fate.REFUSED, "offset", "an offset in joint values")
@@ -433,14 +413,14 @@ class _Relative:
             if not values or (turns and (turns > 1 or name == "pose-offset" or self._is_computed(values))):
                 # It turns as well, or may do so: a frame before the target, or one behind it.
                 pair = (offset, target) if name == "pose-offset" else (target, offset)
-                target = Function("pose-product", pair)
+                target = ex.Function("pose-product", pair)
             else:
-                target = Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
+                target = ex.Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
         return replace(s, targets=(target,), offset=None, tool_offset=None)
 
-    def _offset_value(self, offset: Expression) -> PositionLiteral | None:
+    def _offset_value(self, offset: ex.Expression) -> ex.PositionLiteral | None:
         """What an offset always is; None for a register that only others set: a camera, or another program."""
-        if not isinstance(offset, Named) or offset.name not in self.work.registers:
+        if not isinstance(offset, ex.Named) or offset.name not in self.work.registers:
             return self.symbols.fixed_position(self.name, offset)
         by = self.symbols.fixed_position(self.name, offset)
         if by is not None and not any(v == v and v for v in by.values):
@@ -450,20 +430,20 @@ class _Relative:
             return None
         return by
 
-    def _is_computed(self, values: list[Expression]) -> bool:
+    def _is_computed(self, values: list[ex.Expression]) -> bool:
         """Whether the target would have to turn by a computed angle, which it can only say as a product."""
-        return not self.work.limits.computed_turns and not all(isinstance(v, Number) for v in values)
+        return not self.work.limits.computed_turns and not all(isinstance(v, ex.Number) for v in values)
 
-    def _never(self, name: Named, member: str) -> bool:
+    def _never(self, name: ex.Named, member: str) -> bool:
         """Whether nothing ever sets this component of a position to anything but zero."""
         if name.name in self.work.registers and not any(
-            isinstance(s, Assign) and name in expressions_of(s.target) for s in self.program.statements()
+            isinstance(s, st.Assign) and name in expressions_of(s.target) for s in self.program.statements()
         ):
             return False
         for s in self.program.statements():
-            if not isinstance(s, Assign):
+            if not isinstance(s, st.Assign):
                 continue
-            if s.target == Member(name, member) and s.value not in _ZEROS:
+            if s.target == ex.Member(name, member) and s.value not in _ZEROS:
                 return False
             if s.target == name:
                 value = self.symbols.fixed_position(self.name, s.value)
@@ -472,17 +452,17 @@ class _Relative:
         return True
 
 
-def _written(by: PositionLiteral) -> list[Number]:
+def _written(by: ex.PositionLiteral) -> list[ex.Number]:
     """mm and deg; components that are not written do not move."""
     scales = [mm] * 3 + [deg] * 3
     return [
-        Number(0 if math.isnan(v) or not v else float(f"{v / scale:.9g}"))
+        ex.Number(0 if math.isnan(v) or not v else float(f"{v / scale:.9g}"))
         for v, scale in zip(by.values[:6], scales, strict=True)
     ]
 
 
-def _is_nothing(e: Expression) -> bool:
-    return isinstance(e, PositionLiteral) and not any(e.values[:6])
+def _is_nothing(e: ex.Expression) -> bool:
+    return isinstance(e, ex.PositionLiteral) and not any(e.values[:6])
 
 
 def _moved(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -490,5 +470,5 @@ def _moved(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(0.0 if math.isnan(v) else v for v in values[:6])
 
 
-def _is_base(frame: FrameRef) -> bool:
+def _is_base(frame: ex.FrameRef) -> bool:
     return frame.kind in ("base", "robot")

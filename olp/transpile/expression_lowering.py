@@ -7,42 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeGuard
 
 from olp.core.diagnostic import OlpError
-from olp.ir.expressions import (
-    POSITION_STORES,
-    Argument,
-    Binary,
-    Element,
-    Expression,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    SignalState,
-    Store,
-    SystemValue,
-    Taught,
-    Text,
-    Unary,
-    Variable,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointKind, PointState, PointTable
-from olp.ir.program import (
-    Assign,
-    Call,
-    Clear,
-    Declare,
-    For,
-    Move,
-    Parameter,
-    Program,
-    ReadInput,
-    Return,
-    Routine,
-    Statement,
-    Update,
-)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.limits import limits_of
 from olp.runtime.assumptions import Given
@@ -60,23 +27,23 @@ from olp.transpile.occurrences import with_rows
 from olp.transpile.symbols import STORED
 
 LETTERS: Final = {
-    Store.BYTE: "B",
-    Store.INTEGER: "I",
-    Store.DOUBLE: "D",
-    Store.REAL: "R",
-    Store.STRING: "S",
-    Store.ROBOT: "PV",
-    Store.BASE: "BPV",
-    Store.STATION: "EPV",
-    Store.SYSTEM: "PX",
+    ex.Store.BYTE: "B",
+    ex.Store.INTEGER: "I",
+    ex.Store.DOUBLE: "D",
+    ex.Store.REAL: "R",
+    ex.Store.STRING: "S",
+    ex.Store.ROBOT: "PV",
+    ex.Store.BASE: "BPV",
+    ex.Store.STATION: "EPV",
+    ex.Store.SYSTEM: "PX",
 }
-_ZEROS: Final[dict[str, Expression]] = {
-    "integer": Number(0),
-    "real": Number(0.0),
-    "string": Text(""),
-    "boolean": SignalState(False),
-    "position": PositionLiteral("pose", (0.0,) * 6),
-    "joints": PositionLiteral("joint", (0.0,) * 6),
+_ZEROS: Final[dict[str, ex.Expression]] = {
+    "integer": ex.Number(0),
+    "real": ex.Number(0.0),
+    "string": ex.Text(""),
+    "boolean": ex.SignalState(False),
+    "position": ex.PositionLiteral("pose", (0.0,) * 6),
+    "joints": ex.PositionLiteral("joint", (0.0,) * 6),
 }
 _JOINTS: Final = frozenset({PointKind.JOINT, PointKind.PULSE})
 _POSES: Final = frozenset({PointKind.POSE})
@@ -87,13 +54,13 @@ _LARGEST_ARRAY: Final = 100
 _POSE: Final = frozenset(POSE_ELEMENTS)
 
 
-def _is_integer(e: Expression | None) -> bool:
-    if isinstance(e, Variable):
+def _is_integer(e: ex.Expression | None) -> bool:
+    if isinstance(e, ex.Variable):
         return STORED.get(e.store) == "integer"
-    return isinstance(e, Element) or (isinstance(e, Number) and isinstance(e.value, int))
+    return isinstance(e, ex.Element) or (isinstance(e, ex.Number) and isinstance(e.value, int))
 
 
-def _numbers_of(vendor: str) -> Mapping[Store, int]:
+def _numbers_of(vendor: str) -> Mapping[ex.Store, int]:
     """How many variables of each kind the controllers of a language have."""
     try:
         return limits_of(vendor).numbered
@@ -101,7 +68,7 @@ def _numbers_of(vendor: str) -> Mapping[Store, int]:
         return {}  # a language that is read alone
 
 
-def lift(program: Program, work: TranslationContext) -> Program:
+def lift(program: st.Program, work: TranslationContext) -> st.Program:
     """Only names from here on. A program without numbers comes back as it is."""
     lifted = _Lift(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
@@ -116,27 +83,27 @@ def lift(program: Program, work: TranslationContext) -> Program:
 
 @dataclass(slots=True)
 class _Lift:
-    program: Program
+    program: st.Program
     work: TranslationContext
     points: Points = field(init=False)
-    expressions: list[list[Expression]] = field(
+    expressions: list[list[ex.Expression]] = field(
         default_factory=list
     )  # of each routine, but those of plain moves
-    names: dict[tuple[str, Store, int], Named] = field(
+    names: dict[tuple[str, ex.Store, int], ex.Named] = field(
         default_factory=dict
     )  # routine ("" global), kind, number
-    arrays: dict[tuple[str, Store], Named] = field(default_factory=dict)
-    largest: dict[tuple[str, Store], int] = field(default_factory=dict)
-    initial: dict[str, Expression] = field(default_factory=dict)
+    arrays: dict[tuple[str, ex.Store], ex.Named] = field(default_factory=dict)
+    largest: dict[tuple[str, ex.Store], int] = field(default_factory=dict)
+    initial: dict[str, ex.Expression] = field(default_factory=dict)
     kinds: dict[str, set[PointKind]] = field(default_factory=dict)  # of what position variables are set to
-    array_initial: list[Assign] = field(default_factory=list)
-    saved: Mapping[tuple[Store, int], Given] = field(default_factory=dict)  # what the controller keeps
+    array_initial: list[st.Assign] = field(default_factory=list)
+    saved: Mapping[tuple[ex.Store, int], Given] = field(default_factory=dict)  # what the controller keeps
     whole: frozenset[int] = frozenset()  # real registers that only ever hold whole numbers
     scope: str = ""
-    parameters: tuple[Parameter, ...] = ()  # of the routine under way
+    parameters: tuple[st.Parameter, ...] = ()  # of the routine under way
     line: int = 0  # of the statement under way
-    changed: dict[Expression, frozenset[str]] | None = None  # what statements set -> which elements
-    returned: Named | None = None
+    changed: dict[ex.Expression, frozenset[str]] | None = None  # what statements set -> which elements
+    returned: ex.Named | None = None
     joints: set[str] = field(default_factory=set)  # variables that are declared as axis values
     rows: dict[str, set[PointState]] = field(
         default_factory=dict
@@ -147,7 +114,7 @@ class _Lift:
         for routine in self.program.routines:
             self.expressions.append(self.work.look(routine).expressions)
             for expression in self.expressions[-1]:
-                if type(expression) is Variable and type(expression.index) is not Number:
+                if type(expression) is ex.Variable and type(expression.index) is not ex.Number:
                     self._array(routine.name if expression.local else "", expression.store)
         self.whole = whole_registers(s for r in self.program.routines for _, s in self.work.look(r).rare)
         for routine in self.program.routines:
@@ -158,38 +125,38 @@ class _Lift:
 
     # --- names ------------------------------------------------------------------------------------------
 
-    def _array(self, scope: str, store: Store) -> None:
+    def _array(self, scope: str, store: ex.Store) -> None:
         if (scope, store) not in self.arrays:
             stem = f"{'L' if scope else ''}{LETTERS[store]}"
-            self.arrays[(scope, store)] = array = Named(self.work.fresh(stem))
+            self.arrays[(scope, store)] = array = ex.Named(self.work.fresh(stem))
             if not scope:
                 self.work.names[("variable", f"{LETTERS[store]}*")] = array.name
             self.largest[(scope, store)] = 0
 
-    def variable(self, v: Variable) -> Expression:
+    def variable(self, v: ex.Variable) -> ex.Expression:
         """The name of a numbered variable; an element of an array where the program computes a number of its kind."""
-        if v.store is Store.SYSTEM:
-            v = replace(v, store=Store.ROBOT)  # its robot is all that a program of one arm uses of it
+        if v.store is ex.Store.SYSTEM:
+            v = replace(v, store=ex.Store.ROBOT)  # its robot is all that a program of one arm uses of it
         scope = self.scope if v.local else ""
         array = self.arrays.get((scope, v.store))
         if array is not None:
             first = 1 - self.work.conventions.first_variable  # Item counts from 1
-            if type(v.index) is Number:
-                index: Expression = Number(int(v.index.value) + first)
+            if type(v.index) is ex.Number:
+                index: ex.Expression = ex.Number(int(v.index.value) + first)
                 self.largest[(scope, v.store)] = max(
                     self.largest[(scope, v.store)], int(v.index.value) + first
                 )
             else:
-                index = Binary("+", v.index, Number(first)) if first else v.index
+                index = ex.Binary("+", v.index, ex.Number(first)) if first else v.index
                 usual = _numbers_of(self.program.vendor).get(v.store, _LARGEST_ARRAY)
                 self.largest[(scope, v.store)] = max(self.largest[(scope, v.store)], usual)
-            return Item(array, (index,))
-        assert type(v.index) is Number
+            return ex.Item(array, (index,))
+        assert type(v.index) is ex.Number
         key = (scope, v.store, int(v.index.value))
         name = self.names.get(key)
         if name is None:
             stem = v.name or f"{'L' if scope else ''}{LETTERS[v.store]}{key[2]}"
-            name = self.names[key] = Named(self.work.fresh(stem))
+            name = self.names[key] = ex.Named(self.work.fresh(stem))
             if not scope:
                 self.work.registers.add(name.name)
             self.work.names[("variable", f"{scope + '.' if scope else ''}{LETTERS[v.store]}{key[2]}")] = (
@@ -197,53 +164,53 @@ class _Lift:
             )
         return name
 
-    def _initial_positions(self, routine: Routine) -> None:
+    def _initial_positions(self, routine: st.Routine) -> None:
         for (store, taught), block in routine.points.blocks.items():
-            if taught or store is not Store.ROBOT:
+            if taught or store is not ex.Store.ROBOT:
                 continue
             for number in block.rows:
                 point = routine.points.find(store, False, number)
                 literal = None if point is None else self.points.literal(routine, point, store)
-                name = self.variable(Variable(store, Number(int(number))))
+                name = self.variable(ex.Variable(store, ex.Number(int(number))))
                 if point is None or literal is None:
                     continue
-                if isinstance(name, Named):
+                if isinstance(name, ex.Named):
                     self.initial.setdefault(name.name, literal)
                     self.work.registers.discard(name.name)  # the job itself sets it when it is loaded
                     self._begins_with(name, point.state)
-                elif isinstance(name, Item) and isinstance(name.base, Named):
-                    self.array_initial.append(Assign(0, name, literal))
+                elif isinstance(name, ex.Item) and isinstance(name.base, ex.Named):
+                    self.array_initial.append(st.Assign(0, name, literal))
                     self._begins_with(name.base, point.state)
 
     def _saved_positions(self) -> None:
         """Positions that neither a header nor a statement sets are those that the controller keeps."""
         saved = list(saved_points(self.saved))
-        used = numbered(self.program, Store.ROBOT) if saved else set()
-        by_number = ("", Store.ROBOT) in self.arrays
+        used = numbered(self.program, ex.Store.ROBOT) if saved else set()
+        by_number = ("", ex.Store.ROBOT) in self.arrays
         for point in saved:
             if not by_number and point.number not in used:
                 continue
-            name = self.variable(Variable(Store.ROBOT, Number(point.number)))
-            literal = self.points.literal(self.program.routines[0], point, Store.ROBOT)
+            name = self.variable(ex.Variable(ex.Store.ROBOT, ex.Number(point.number)))
+            literal = self.points.literal(self.program.routines[0], point, ex.Store.ROBOT)
             if literal is None:
                 continue
-            if isinstance(name, Named) and name.name not in self.initial:
+            if isinstance(name, ex.Named) and name.name not in self.initial:
                 self.initial[name.name] = literal
                 self.work.registers.discard(name.name)  # taught, as a point is
                 self._begins_with(name, point.state)
-            elif isinstance(name, Item) and isinstance(name.base, Named):
-                self.array_initial.insert(0, Assign(0, name, literal))  # what a header says comes after
+            elif isinstance(name, ex.Item) and isinstance(name.base, ex.Named):
+                self.array_initial.insert(0, st.Assign(0, name, literal))  # what a header says comes after
                 self._begins_with(name.base, point.state)
 
-    def _begins_with(self, name: Named, state: PointState) -> None:
+    def _begins_with(self, name: ex.Named, state: PointState) -> None:
         self.points.states.setdefault(name.name, state)
         self.rows.setdefault(name.name, set()).add(state)
 
-    def begins(self, name: Expression) -> bool:
+    def begins(self, name: ex.Expression) -> bool:
         """Whether a value is known that a variable begins with."""
         return label_of(name) in self.initial or any(a.target == name for a in self.array_initial)
 
-    def is_set(self, name: Expression) -> bool:
+    def is_set(self, name: ex.Expression) -> bool:
         """Whether statements give a variable a value: a position a whole one."""
         if self.changed is None:
             self.changed = {}
@@ -253,24 +220,24 @@ class _Lift:
                     self._note_changed(s)
         return self.changed.get(name, frozenset()) >= _POSE
 
-    def _note_changed(self, s: Statement) -> None:
+    def _note_changed(self, s: st.Statement) -> None:
         """Which elements of what a statement sets; of a number, and of a whole position, all."""
         assert self.changed is not None
-        targets = [s.target] if isinstance(s, (Assign, Update, Clear, ReadInput)) else []
-        targets += [s.variable] if isinstance(s, For) else [s.result] if isinstance(s, Call) else []
+        targets = [s.target] if isinstance(s, (st.Assign, st.Update, st.Clear, st.ReadInput)) else []
+        targets += [s.variable] if isinstance(s, st.For) else [s.result] if isinstance(s, st.Call) else []
         for target in targets:
             variable: Any = target
-            if isinstance(target, (Element, Member)):
-                variable = target.variable if isinstance(target, Element) else target.base
-            if not isinstance(variable, Variable) or isinstance(s, Update):
+            if isinstance(target, (ex.Element, ex.Member)):
+                variable = target.variable if isinstance(target, ex.Element) else target.base
+            if not isinstance(variable, ex.Variable) or isinstance(s, st.Update):
                 continue
-            if isinstance(s, Assign) and variable in expressions_of(s.value):
+            if isinstance(s, st.Assign) and variable in expressions_of(s.value):
                 continue  # it counts on from what it was
             name = self.variable(variable)
             new = _POSE
-            if isinstance(target, Member):
+            if isinstance(target, ex.Member):
                 new = frozenset({target.name})
-            elif isinstance(target, Element) and isinstance(target.index, Number):
+            elif isinstance(target, ex.Element) and isinstance(target.index, ex.Number):
                 new = frozenset(_ELEMENTS[int(target.index.value) - 1 : int(target.index.value)])
             self.changed[name] = self.changed.get(name, frozenset()) | new
 
@@ -280,40 +247,40 @@ class _Lift:
             (routine, s)
             for routine in self.program.routines
             for _, s in self.work.look(routine).rare
-            if type(s) is Assign and _is_position(s.target)
+            if type(s) is st.Assign and _is_position(s.target)
         ]
         for _ in range(3):
             for routine, s in assigned:
                 self.scope = routine.name
                 self._carry_state(routine, s)
 
-    def _carry_state(self, routine: Routine, s: Assign) -> None:
-        source: Expression = s.value
-        if isinstance(source, Function) and source.name == "pose-product":
+    def _carry_state(self, routine: st.Routine, s: st.Assign) -> None:
+        source: ex.Expression = s.value
+        if isinstance(source, ex.Function) and source.name == "pose-product":
             source = source.arguments[0]
         target = _owner(self.value(s.target))
         if target is None:
             return
         state = None
-        if isinstance(source, Taught):
+        if isinstance(source, ex.Taught):
             point = routine.points.find(source.store, True, source.number)
             state = None if point is None else point.state
         elif _is_position(source):
             name = _owner(self.value(source))
             state = None if name is None else self.points.states.get(name.name)
-        elif isinstance(source, SystemValue):
+        elif isinstance(source, ex.SystemValue):
             state = PointState(_KINDS.get(source.name, PointKind.POSE), "base")
         if state is not None:
             self.points.states.setdefault(target.name, state)
             self.kinds.setdefault(target.name, set()).add(state.kind)
 
-    def global_data(self) -> Iterator[Declare]:
+    def global_data(self) -> Iterator[st.Declare]:
         """Declarations of everything that was numbered and holds for the whole program."""
         yield from self._declared("")
         if self.returned is not None:
-            yield Declare(0, self.returned.name, "real", Number(0.0), shared=True)
+            yield st.Declare(0, self.returned.name, "real", ex.Number(0.0), shared=True)
 
-    def _declared(self, scope: str) -> Iterator[Declare]:
+    def _declared(self, scope: str) -> Iterator[st.Declare]:
         for (where, store, number), name in self.names.items():
             if where == scope:
                 value = self.initial.get(name.name)
@@ -321,10 +288,10 @@ class _Lift:
                     value = saved_number(self.saved.get((store, number)))
                 kind = (
                     "integer"
-                    if store is Store.REAL and number in self.whole
+                    if store is ex.Store.REAL and number in self.whole
                     else STORED.get(store, "position")
                 )
-                if isinstance(value, PositionLiteral):
+                if isinstance(value, ex.PositionLiteral):
                     kind = "joints" if value.kind == "joint" else kind
                 elif kind == "position" and self.kinds.get(name.name, _POSES) <= _JOINTS:
                     kind = "joints"  # all that sets it are points by their axes
@@ -332,31 +299,31 @@ class _Lift:
                     self.joints.add(name.name)
                 if value is None and not (self.work.limits.numbered and not scope):
                     value = _ZEROS[kind]  # a register stays what its operator has set
-                yield Declare(0, name.name, kind, value, (), _kept(scope), shared=not scope)
+                yield st.Declare(0, name.name, kind, value, (), _kept(scope), shared=not scope)
         for (where, store), name in self.arrays.items():
             if where == scope:
-                size = Number(max(self.largest[(where, store)], 1))
+                size = ex.Number(max(self.largest[(where, store)], 1))
                 kind = STORED.get(store, "position")
-                yield Declare(0, name.name, kind, None, (size,), _kept(scope), shared=not scope)
+                yield st.Declare(0, name.name, kind, None, (size,), _kept(scope), shared=not scope)
 
     # --- routines ---------------------------------------------------------------------------------------
 
-    def routine(self, routine: Routine, expressions: list[Expression]) -> Routine:
+    def routine(self, routine: st.Routine, expressions: list[ex.Expression]) -> st.Routine:
         """`routine` with names; `expressions`: those in it, but for plain moves'."""
         self.scope = routine.name
         parameters = routine.parameters or tuple(
-            Parameter(f"arg{number}", STORED.get(store, "real") if store else "real")
+            st.Parameter(f"arg{number}", STORED.get(store, "real") if store else "real")
             for number, store in enumerate(arguments_of(routine, expressions), 1)
         )
         self.parameters = parameters
-        body: list[Statement] = []
+        body: list[st.Statement] = []
         taught_frames = self.work.conventions.taught_frames
         for s in routine.body:
-            if (type(s) is Move and not taught_frames and has_names(s)) or sets_numbers(s):
+            if (type(s) is st.Move and not taught_frames and has_names(s)) or sets_numbers(s):
                 body.append(s)
             else:
                 body += self.statement(routine, s)
-        local: tuple[Statement, ...] = tuple(self._declared(routine.name))
+        local: tuple[st.Statement, ...] = tuple(self._declared(routine.name))
         if routine.starts or routine.name == (self.program.main or self.program.routines[0].name):
             local = (*local, *self.array_initial)
         at = 1 if body and type(body[0]).__name__ == "Begin" else 0
@@ -370,11 +337,11 @@ class _Lift:
             aliases={},
         )
 
-    def with_axes(self, routine: Routine) -> Routine:
+    def with_axes(self, routine: st.Routine) -> st.Routine:
         """Elements of axis values as axes [deg], which their numbers were taken as elements of poses for."""
 
-        def axis(e: Expression) -> Expression:
-            if not (type(e) is Member and type(e.base) is Named and e.name in POSE_ELEMENTS):
+        def axis(e: ex.Expression) -> ex.Expression:
+            if not (type(e) is ex.Member and type(e.base) is ex.Named and e.name in POSE_ELEMENTS):
                 return e
             name = e.base.name
             if name not in self.joints:
@@ -382,103 +349,111 @@ class _Lift:
             state = self.points.states.get(name)
             if PointKind.PULSE in (*self.kinds.get(name, ()), state and state.kind):
                 self.work.lose(self.line, Fate.REFUSED, "element", "an element of a position in motor pulses")
-            return Item(e.base, (Number(POSE_ELEMENTS.index(e.name) + 1),))
+            return ex.Item(e.base, (ex.Number(POSE_ELEMENTS.index(e.name) + 1),))
 
-        body: list[Statement] = []
+        body: list[st.Statement] = []
         for s in routine.body:
             self.line = s.line
             body.append(s if calls_nothing(s) else mapped(s, axis))
         return with_rows(routine, body)
 
-    def statement(self, routine: Routine, s: Statement) -> list[Statement]:
+    def statement(self, routine: st.Routine, s: st.Statement) -> list[st.Statement]:
         self.line = s.line
-        if type(s) is Move:
+        if type(s) is st.Move:
             return lifted_move(self.points, routine, s, self.value)
         match s:
-            case Update():
+            case st.Update():
                 return self._update(s)
-            case Clear():
+            case st.Clear():
                 return self._clear(s)
-            case ReadInput(line, target, signal, comment):
-                return [Assign(line, self.value(target), mapped(signal, self._change), comment)]
-            case Assign(line, Element() as element, value, comment):
+            case st.ReadInput(line, target, signal, comment):
+                return [st.Assign(line, self.value(target), mapped(signal, self._change), comment)]
+            case st.Assign(line, ex.Element() as element, value, comment):
                 member, scale = self._element(element)
-                return [Assign(line, member, in_units(self.value(value), scale), comment)]
-            case Return(line, value, condition, comment) if self._returns_by_register(routine, value):
+                return [st.Assign(line, member, in_units(self.value(value), scale), comment)]
+            case st.Return(line, value, condition, comment) if self._returns_by_register(routine, value):
                 target = self._returned()
                 if condition is not None:
                     self.work.lose(s, Fate.REFUSED, "value", "a value is returned under a condition")
                     return [s]
-                return [Assign(line, target, self.value(value), comment), Return(line)]
+                return [st.Assign(line, target, self.value(value), comment), st.Return(line)]
             case _:
                 return [mapped(s, self._change)]
 
-    def _returns_by_register(self, routine: Routine, value: Expression | None) -> TypeGuard[Expression]:
+    def _returns_by_register(
+        self, routine: st.Routine, value: ex.Expression | None
+    ) -> TypeGuard[ex.Expression]:
         """Whether a value goes back as its caller asks for it later (`$RV`), not as that of a function."""
         return value is not None and not routine.returns and self.work.conventions.returns_by_register
 
-    def _returned(self) -> Named:
+    def _returned(self) -> ex.Named:
         if self.returned is None:
-            self.returned = Named(self.work.fresh("returned"))
+            self.returned = ex.Named(self.work.fresh("returned"))
         return self.returned
 
-    def _update(self, s: Update) -> list[Statement]:
+    def _update(self, s: st.Update) -> list[st.Statement]:
         target = self.value(s.target)
         operand = None if s.operand is None else self.value(s.operand)
         if _is_position(s.target):
             return self._moved_position(s, target, operand)
         assert operand is not None
-        value: Expression = Binary(s.operator, target, operand)
-        if s.operator == "/" and isinstance(s.target, Variable) and STORED.get(s.target.store) == "integer":
+        value: ex.Expression = ex.Binary(s.operator, target, operand)
+        if (
+            s.operator == "/"
+            and isinstance(s.target, ex.Variable)
+            and STORED.get(s.target.store) == "integer"
+        ):
             # Two integers divide towards zero; what a real gives is rounded.
             whole = _is_integer(s.operand)
-            value = Binary("div", target, operand) if whole else Function("round", (value,))
-        return [Assign(s.line, target, value, s.comment)]
+            value = ex.Binary("div", target, operand) if whole else ex.Function("round", (value,))
+        return [st.Assign(s.line, target, value, s.comment)]
 
-    def _moved_position(self, s: Update, target: Expression, operand: Expression | None) -> list[Statement]:
+    def _moved_position(
+        self, s: st.Update, target: ex.Expression, operand: ex.Expression | None
+    ) -> list[st.Statement]:
         """Positions add element by element."""
         if s.operator not in ("+", "-") or operand is None or not _is_position(s.operand):
             self.work.lose(s, Fate.REFUSED, "arithmetic", "arithmetic of a position with a number")
             return [s]
-        rows: list[Statement] = []
-        known = self.initial.get(operand.name) if isinstance(operand, Named) else None
-        fixed = known if isinstance(known, PositionLiteral) and not self._is_changed(operand) else None
+        rows: list[st.Statement] = []
+        known = self.initial.get(operand.name) if isinstance(operand, ex.Named) else None
+        fixed = known if isinstance(known, ex.PositionLiteral) and not self._is_changed(operand) else None
         for at, member in enumerate(_ELEMENTS[:6]):
             if fixed is not None and fixed.values[at] == 0.0:
                 continue
-            total = Binary(s.operator, Member(target, member), Member(operand, member))
-            rows.append(Assign(s.line, Member(target, member), total))
+            total = ex.Binary(s.operator, ex.Member(target, member), ex.Member(operand, member))
+            rows.append(st.Assign(s.line, ex.Member(target, member), total))
         return rows
 
-    def _is_changed(self, name: Expression) -> bool:
+    def _is_changed(self, name: ex.Expression) -> bool:
         return any(
-            isinstance(s, (Assign, Update, Clear, ReadInput))
+            isinstance(s, (st.Assign, st.Update, st.Clear, st.ReadInput))
             and s.target is not None
             and self._names(s.target, name)
             for s in self.program.statements()
         )
 
-    def _names(self, target: Expression, name: Expression) -> bool:
-        variable = target.variable if isinstance(target, Element) else target
-        return isinstance(variable, Variable) and self.variable(variable) == name
+    def _names(self, target: ex.Expression, name: ex.Expression) -> bool:
+        variable = target.variable if isinstance(target, ex.Element) else target
+        return isinstance(variable, ex.Variable) and self.variable(variable) == name
 
-    def _clear(self, s: Clear) -> list[Statement]:
+    def _clear(self, s: st.Clear) -> list[st.Statement]:
         target, count = s.target, s.count
         if (
-            not isinstance(target, Variable)
-            or type(target.index) is not Number
-            or target.store in POSITION_STORES
+            not isinstance(target, ex.Variable)
+            or type(target.index) is not ex.Number
+            or target.store in ex.POSITION_STORES
         ):
             self.work.lose(s, Fate.REFUSED, "target", "only numbered variables can be cleared")
             return [s]
-        if isinstance(count, Number):
+        if isinstance(count, ex.Number):
             indices = range(int(target.index.value), int(target.index.value) + int(count.value))
         else:
             used = {n for scope, store, n in self.names if store is target.store}
             indices = range(int(target.index.value), max(used, default=int(target.index.value)) + 1)
         zero = _ZEROS[STORED.get(target.store, "integer")]
         return [
-            Assign(s.line, self.variable(replace(target, index=Number(i), name="")), zero)
+            st.Assign(s.line, self.variable(replace(target, index=ex.Number(i), name="")), zero)
             for i in list(indices)[:200]
         ]
 
@@ -487,45 +462,45 @@ class _Lift:
     def value(self, e: Any) -> Any:
         return mapped(e, self._change)
 
-    def _change(self, e: Expression) -> Expression:
+    def _change(self, e: ex.Expression) -> ex.Expression:
         kind = type(e)
-        if kind is Variable:
-            assert isinstance(e, Variable)
+        if kind is ex.Variable:
+            assert isinstance(e, ex.Variable)
             return self.variable(e)
-        if kind is Argument:
-            assert isinstance(e, Argument)
+        if kind is ex.Argument:
+            assert isinstance(e, ex.Argument)
             if 0 < e.number <= len(self.parameters):
-                return Named(self.parameters[e.number - 1].name)
+                return ex.Named(self.parameters[e.number - 1].name)
             return e
-        if kind is Element:
-            assert isinstance(e, Element)
+        if kind is ex.Element:
+            assert isinstance(e, ex.Element)
             member, scale = self._element(e)
-            return Function("round", (Binary("*", member, Number(scale)),))
-        if kind is SystemValue:
-            assert isinstance(e, SystemValue)
+            return ex.Function("round", (ex.Binary("*", member, ex.Number(scale)),))
+        if kind is ex.SystemValue:
+            assert isinstance(e, ex.SystemValue)
             if e.name == "returned":
                 return self._returned()
-            return SystemValue(_SYSTEM[e.name]) if e.name in _SYSTEM else e
-        if kind is Taught:
-            assert isinstance(e, Taught)
+            return ex.SystemValue(_SYSTEM[e.name]) if e.name in _SYSTEM else e
+        if kind is ex.Taught:
+            assert isinstance(e, ex.Taught)
             return self.points.taught(self.work.routine(self.scope), e.store, e.number) or e
         return e
 
-    def _element(self, e: Element) -> tuple[Expression, int]:
+    def _element(self, e: ex.Element) -> tuple[ex.Expression, int]:
         """An element as a component in mm and deg, and how many of the controller's counts one of them is."""
-        if isinstance(e.variable, Variable) and e.variable.store in (Store.BASE, Store.STATION):
+        if isinstance(e.variable, ex.Variable) and e.variable.store in (ex.Store.BASE, ex.Store.STATION):
             says = "an element of an external axis: pulses, mm or degrees, as its controller has it"
             self.work.lose(self.line, Fate.REFUSED, "statement", says)
             return e, 1
-        if not isinstance(e.index, Number) or not 1 <= int(e.index.value) <= len(_ELEMENTS):
+        if not isinstance(e.index, ex.Number) or not 1 <= int(e.index.value) <= len(_ELEMENTS):
             self.work.lose(
                 self.line, Fate.REFUSED, "element", "an element of a position by a computed number"
             )
             return e, 1
         at = int(e.index.value) - 1
         inner: Any = e.variable
-        base = inner if isinstance(inner, (Named, Item)) else self.value(inner)
-        return Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
+        base = inner if isinstance(inner, (ex.Named, ex.Item)) else self.value(inner)
+        return ex.Member(base, _ELEMENTS[at]), 1000 if at < 3 else 10_000
 
 
 def _kept(scope: str) -> str:
@@ -533,58 +508,66 @@ def _kept(scope: str) -> str:
     return "variable" if scope else "persistent"
 
 
-def _owner(e: Any) -> Named | None:
+def _owner(e: Any) -> ex.Named | None:
     """The name of a position, or of the array that it is in."""
-    base = e.base if isinstance(e, Item) else e
-    return base if isinstance(base, Named) else None
+    base = e.base if isinstance(e, ex.Item) else e
+    return base if isinstance(base, ex.Named) else None
 
 
-def _is_position(e: Expression | None) -> bool:
-    return isinstance(e, Variable) and e.store in POSITION_STORES
+def _is_position(e: ex.Expression | None) -> bool:
+    return isinstance(e, ex.Variable) and e.store in ex.POSITION_STORES
 
 
 # --- Number lowering ---
 # What a program uses of its numbered variables: which numbers, as what, and whether they ever hold a fraction.
 
 
-def numbered(program: Program, store: Store) -> set[int]:
+def numbered(program: st.Program, store: ex.Store) -> set[int]:
     """Numbers of the global variables of a kind that a program names."""
     return {
         int(e.index.value)
         for s in program.statements()
         for e in expressions_of(s)
-        if type(e) is Variable and e.store is store and not e.local and type(e.index) is Number
+        if type(e) is ex.Variable and e.store is store and not e.local and type(e.index) is ex.Number
     }
 
 
-def arguments_of(routine: Routine, expressions: list[Expression]) -> tuple[Store | None, ...]:
+def arguments_of(routine: st.Routine, expressions: list[ex.Expression]) -> tuple[ex.Store | None, ...]:
     """What a routine takes: as its header says, else as its body, with these expressions, reads."""
-    read = [e.number for e in expressions if type(e) is Argument]
+    read = [e.number for e in expressions if type(e) is ex.Argument]
     count = max((len(routine.arguments), *read))
     kinds = {
         s.value.number: s.target.store
         for s in routine.body
-        if type(s) is Assign and type(s.value) is Argument and type(s.target) is Variable
+        if type(s) is st.Assign and type(s.value) is ex.Argument and type(s.target) is ex.Variable
     }
     said = len(routine.arguments)
     return (*routine.arguments, *(kinds.get(number) for number in range(said + 1, count + 1)))
 
 
-def whole_registers(statements: Iterable[Statement]) -> frozenset[int]:
+def whole_registers(statements: Iterable[st.Statement]) -> frozenset[int]:
     """Numbers of the real registers that only ever get whole values, so that they can count."""
-    assigned: dict[int, list[Expression | None]] = {}
+    assigned: dict[int, list[ex.Expression | None]] = {}
     for s in statements:
-        target = getattr(s, "target", None) if isinstance(s, (Assign, Update, ReadInput, Clear)) else None
+        target = (
+            getattr(s, "target", None)
+            if isinstance(s, (st.Assign, st.Update, st.ReadInput, st.Clear))
+            else None
+        )
         if target is None:
             target = getattr(s, "variable", None)
-        if isinstance(target, Variable) and target.store is Store.REAL and isinstance(target.index, Number):
+        if (
+            isinstance(target, ex.Variable)
+            and target.store is ex.Store.REAL
+            and isinstance(target.index, ex.Number)
+        ):
             values = assigned.setdefault(int(target.index.value), [])
-            if isinstance(s, Assign):
+            if isinstance(s, st.Assign):
                 values.append(s.value)
-            elif isinstance(s, Update):
-                values.append(Binary(s.operator, s.target, s.operand) if s.operand is not None else None)
+            elif isinstance(s, st.Update):
+                values.append(ex.Binary(s.operator, s.target, s.operand) if s.operand is not None else None)
             else:
-                values.append(Number(0))
+                values.append(ex.Number(0))
     whole = set(assigned)
     while True:
         kept = {n for n in whole if all(_is_whole(value, whole) for value in assigned[n])}
@@ -593,28 +576,32 @@ def whole_registers(statements: Iterable[Statement]) -> frozenset[int]:
         whole = kept
 
 
-def _is_whole(e: Expression | None, whole: set[int]) -> bool:
+def _is_whole(e: ex.Expression | None, whole: set[int]) -> bool:
     match e:
-        case Number(value):
+        case ex.Number(value):
             return isinstance(value, int) or float(value).is_integer()
-        case Variable(Store.REAL, Number(index)):
+        case ex.Variable(ex.Store.REAL, ex.Number(index)):
             return int(index) in whole
-        case Variable(store):
+        case ex.Variable(store):
             return STORED.get(store) == "integer"
-        case Unary("-", operand):
+        case ex.Unary("-", operand):
             return _is_whole(operand, whole)
-        case Binary(operator, left, right):
+        case ex.Binary(operator, left, right):
             return operator in ("div", "mod") or (
                 operator in "+-*" and _is_whole(left, whole) and _is_whole(right, whole)
             )
-        case Function(name):
+        case ex.Function(name):
             return name in ("round", "trunc", "floor", "ceil")
         case _:
             return False
 
 
-def in_units(counts: Expression, scale: int) -> Expression:
+def in_units(counts: ex.Expression, scale: int) -> ex.Expression:
     """[mm] or [deg] of the controller's counts."""
-    if isinstance(counts, Unary) and counts.operator == "-" and isinstance(counts.operand, Number):
-        counts = Number(-counts.operand.value)
-    return Number(counts.value / scale) if isinstance(counts, Number) else Binary("/", counts, Number(scale))
+    if isinstance(counts, ex.Unary) and counts.operator == "-" and isinstance(counts.operand, ex.Number):
+        counts = ex.Number(-counts.operand.value)
+    return (
+        ex.Number(counts.value / scale)
+        if isinstance(counts, ex.Number)
+        else ex.Binary("/", counts, ex.Number(scale))
+    )

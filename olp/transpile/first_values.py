@@ -12,40 +12,9 @@ from itertools import product
 from math import prod
 from typing import Final, TypeGuard
 
-from olp.ir.expressions import (
-    Binary,
-    Element,
-    Expression,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    Store,
-    Text,
-    Unary,
-    Unknown,
-    Variable,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import Point
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Call,
-    Clear,
-    Comment,
-    Declare,
-    For,
-    Move,
-    Program,
-    ReadInput,
-    Routine,
-    Statement,
-    Update,
-)
 from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.runtime.assumptions import Given
 from olp.runtime.memory import SAVED_NUMBERS, SAVED_POSITIONS, saved_position
@@ -53,14 +22,14 @@ from olp.transpile.context import SET_BACK, Fate, TranslationContext, world_of
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
 from olp.transpile.symbols import Symbols, base_of
 
-_NUMBERS_AND_TEXTS: Final = (Number, Text, SignalState)
-_PLAIN: Final = (*_NUMBERS_AND_TEXTS, PositionLiteral, type(None))
-_LEFT: Final = (Named, Item, Binary)  # what is not known before the program runs
-_SETTING: Final = frozenset({Assign, For, ReadInput, Call, Clear})
+_NUMBERS_AND_TEXTS: Final = (ex.Number, ex.Text, ex.SignalState)
+_PLAIN: Final = (*_NUMBERS_AND_TEXTS, ex.PositionLiteral, type(None))
+_LEFT: Final = (ex.Named, ex.Item, ex.Binary)  # what is not known before the program runs
+_SETTING: Final = frozenset({st.Assign, st.For, st.ReadInput, st.Call, st.Clear})
 _DEEPEST: Final = 20  # a value that names a value that names …
 
 
-def first_values(program: Program, work: TranslationContext) -> Program:
+def first_values(program: st.Program, work: TranslationContext) -> st.Program:
     """All data of the program with literal values."""
     if all(is_plain(d.value) for d in program.data) and not any(r.data for r in program.routines):
         return program
@@ -73,10 +42,10 @@ def first_values(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=data)
 
 
-def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContext) -> Declare:
-    if is_plain(s.value) or isinstance(s.value, Signal):
+def _written(s: st.Declare, symbols: Symbols, routine: str, work: TranslationContext) -> st.Declare:
+    if is_plain(s.value) or isinstance(s.value, ex.Signal):
         return s
-    value: Expression | None = s.value
+    value: ex.Expression | None = s.value
     for _ in range(_DEEPEST):
         found = mapped(value, lambda e: _known(e, symbols, routine))
         if found == value:
@@ -91,16 +60,16 @@ def _written(s: Declare, symbols: Symbols, routine: str, work: TranslationContex
     return s if value is s.value else replace(s, value=value)
 
 
-def is_plain(value: Expression | None) -> bool:
+def is_plain(value: ex.Expression | None) -> bool:
     """Whether a value is written out: nothing in it is computed, nor a position to be taught."""
-    if type(value) is RecordLiteral:
+    if type(value) is ex.RecordLiteral:
         return all(type(e) in _NUMBERS_AND_TEXTS for _, e in value.members)
     return type(value) in _PLAIN
 
 
-def _taught(s: Declare, value: Expression | None, work: TranslationContext) -> Expression | None:
+def _taught(s: st.Declare, value: ex.Expression | None, work: TranslationContext) -> ex.Expression | None:
     """An array of which some positions have no values, with zeros in their places."""
-    if not isinstance(value, RecordLiteral) or work.source.vendor == work.target:
+    if not isinstance(value, ex.RecordLiteral) or work.source.vendor == work.target:
         return value
     found = mapped(value, lambda e: replace(e, values=(0.0,) * 6) if _is_untaught(e) else e)
     if found is not value:
@@ -110,40 +79,40 @@ def _taught(s: Declare, value: Expression | None, work: TranslationContext) -> E
     return found
 
 
-def _is_untaught(e: Expression) -> TypeGuard[PositionLiteral]:
-    return type(e) is PositionLiteral and bool(e.values) and all(v != v for v in e.values[:6])
+def _is_untaught(e: ex.Expression) -> TypeGuard[ex.PositionLiteral]:
+    return type(e) is ex.PositionLiteral and bool(e.values) and all(v != v for v in e.values[:6])
 
 
-def _known(e: Expression, symbols: Symbols, routine: str) -> Expression:
+def _known(e: ex.Expression, symbols: Symbols, routine: str) -> ex.Expression:
     """One step: a name as what it always is, an operation on numbers as its result."""
     match e:
-        case Named(name):
+        case ex.Named(name):
             symbol = symbols.find(routine, name)
             fixed = symbol.value if symbol is not None and symbol.is_fixed else None
             return fixed or e
-        case Item():
+        case ex.Item():
             return symbols.fixed_value(routine, e) or e
-        case Unary("-", Number(value)):
-            return Number(-value)
-        case Unary("not", SignalState(on)):
-            return SignalState(not on)
-        case Binary(operator, Number(left), Number(right)):
+        case ex.Unary("-", ex.Number(value)):
+            return ex.Number(-value)
+        case ex.Unary("not", ex.SignalState(on)):
+            return ex.SignalState(not on)
+        case ex.Binary(operator, ex.Number(left), ex.Number(right)):
             return _computed(operator, left, right) or e
     return e
 
 
-def _computed(operator: str, left: float, right: float) -> Number | None:
+def _computed(operator: str, left: float, right: float) -> ex.Number | None:
     match operator:
         case "+":
-            return Number(left + right)
+            return ex.Number(left + right)
         case "-":
-            return Number(left - right)
+            return ex.Number(left - right)
         case "*":
-            return Number(left * right)
+            return ex.Number(left * right)
         case "/" if right:
-            return Number(float(f"{left / right:.12g}"))
+            return ex.Number(float(f"{left / right:.12g}"))
         case "div" if right:
-            return Number(int(left / right))
+            return ex.Number(int(left / right))
     return None
 
 
@@ -156,7 +125,7 @@ _LASTS: Final = (
 _PLACED_DATA: Final = ("tool", "frame")
 
 
-def lasting(program: Program, work: TranslationContext) -> Program:
+def lasting(program: st.Program, work: TranslationContext) -> st.Program:
     """Variables whose last value the next run reads: persistent, or told where the target has no such data."""
     given = {d.name for d in program.data if _lasts(d, work)}
     parts = {name: found for name, found in _changed_parts(program).items() if name in given}
@@ -171,12 +140,12 @@ def lasting(program: Program, work: TranslationContext) -> Program:
     return program
 
 
-def _lasts(d: Declare, work: TranslationContext) -> bool:
+def _lasts(d: st.Declare, work: TranslationContext) -> bool:
     known = d.value is not None and d.type not in _PLACED_DATA
     return known and (d.storage == "persistent" or (work.conventions.data_last and d.storage == "variable"))
 
 
-def _changed_parts(program: Program) -> dict[str, set[str]]:
+def _changed_parts(program: st.Program) -> dict[str, set[str]]:
     """By variable the members and elements that statements set, "" where they set all of it or one that is computed."""
     found: dict[str, set[str]] = {}
     for s in program.statements():
@@ -185,36 +154,36 @@ def _changed_parts(program: Program) -> dict[str, set[str]]:
     return found
 
 
-def _parts_set(s: Statement) -> list[tuple[str, str]]:
-    if type(s) is not Assign:
+def _parts_set(s: st.Statement) -> list[tuple[str, str]]:
+    if type(s) is not st.Assign:
         return [(name, "") for name in _set_by(s)] if type(s) in _SETTING else []
     target = s.target
-    if isinstance(target, Member) and isinstance(target.base, Named):
+    if isinstance(target, ex.Member) and isinstance(target.base, ex.Named):
         return [(target.base.name, target.name)]
-    if isinstance(target, Item) and isinstance(target.base, Named):
-        place = [f"{i.value:g}" for i in target.indices if type(i) is Number]
+    if isinstance(target, ex.Item) and isinstance(target.base, ex.Named):
+        place = [f"{i.value:g}" for i in target.indices if type(i) is ex.Number]
         return [(target.base.name, ",".join(place) if len(place) == len(target.indices) else "")]
     base = base_of(target)
     return [] if base is None else [(base.name, "")]
 
 
-def _read_first(program: Program, parts: Mapping[str, Set[str]]) -> dict[str, Statement]:
+def _read_first(program: st.Program, parts: Mapping[str, Set[str]]) -> dict[str, st.Statement]:
     """Those of these variables that a statement reads before the program has set them, each with the first one."""
 
-    def made(s: Statement) -> dict[Key, int]:
+    def made(s: st.Statement) -> dict[Key, int]:
         keys: dict[Key, int] = {}
         for name, part in _parts_set(s):
-            whole = not part and (type(s) is not Assign or isinstance(s.target, Named))
+            whole = not part and (type(s) is not st.Assign or isinstance(s.target, ex.Named))
             keys |= {(name, one): 1 for one in parts.get(name, ()) if whole or one == part != ""}
         return keys
 
     ways = reaching(program, made, _SETTING)
-    found: dict[str, Statement] = {}
+    found: dict[str, st.Statement] = {}
     for r in program.routines:
-        own = {d.name for d in (*r.data, *(s for s in r.body if type(s) is Declare))}
+        own = {d.name for d in (*r.data, *(s for s in r.body if type(s) is st.Declare))}
         own |= {p.name for p in r.parameters}
         for index, s in enumerate(r.body):
-            if ways.before[r.name][index] is None or type(s) is Comment:
+            if ways.before[r.name][index] is None or type(s) is st.Comment:
                 continue
             for name in (_names_taken(s) & parts.keys()) - own - found.keys():
                 if any(UNSET in ways.at(r.name, index, (name, part)) for part in parts[name]):
@@ -222,14 +191,14 @@ def _read_first(program: Program, parts: Mapping[str, Set[str]]) -> dict[str, St
     return found
 
 
-def _names_taken(s: Statement) -> set[str]:
+def _names_taken(s: st.Statement) -> set[str]:
     """Names of variables whose values a statement takes: of an assignment not what it sets."""
-    if type(s) is not Assign:
+    if type(s) is not st.Assign:
         return _names_read(s)
     found: set[str] = set()
     note_names(s.value, found)
     for e in expressions_of(s.target):
-        for index in e.indices if isinstance(e, Item) else ():
+        for index in e.indices if isinstance(e, ex.Item) else ():
             note_names(index, found)
     return found
 
@@ -237,10 +206,10 @@ def _names_taken(s: Statement) -> set[str]:
 # --- Variables without a first value ---
 # Where a variable of the target has no value until it is set, what begins with zero in the source begins so there.
 
-_ZEROS: Final[Mapping[str, Expression]] = {
-    "integer": Number(0),
-    "real": Number(0),
-    "boolean": SignalState(False),
+_ZEROS: Final[Mapping[str, ex.Expression]] = {
+    "integer": ex.Number(0),
+    "real": ex.Number(0),
+    "boolean": ex.SignalState(False),
 }
 POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in which languages number them
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
@@ -248,29 +217,29 @@ _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 
 
-def begun(program: Program, work: TranslationContext) -> Program:
+def begun(program: st.Program, work: TranslationContext) -> st.Program:
     """Numbers and truth values with the zero that they begin with in the source."""
     program = _set_by_runs(program, work)
     if not work.limits.unset_variables:
         return program
     _ask_anew(program, work)
     used: dict[str, set[tuple[int, ...]] | None] = {}
-    for s in [s for r in program.routines for _, s in work.look(r).rare if type(s) is not Declare]:
+    for s in [s for r in program.routines for _, s in work.look(r).rare if type(s) is not st.Declare]:
         for e in expressions_of(s):
-            if type(e) is Item and type(e.base) is Named:
+            if type(e) is ex.Item and type(e.base) is ex.Named:
                 _note_element(e, e.base.name, used)
     data = tuple(_begun(d, used.get(d.name, set())) for d in program.data)
     return replace(program, data=data, routines=_with_zeros(program))
 
 
-def begun_anew(program: Program, work: TranslationContext) -> Program:
+def begun_anew(program: st.Program, work: TranslationContext) -> st.Program:
     """Routines that set their own variables back, for targets that keep them from call to call."""
     if not work.conventions.data_begin_anew:
         return program
     return replace(program, routines=_with_zeros(program))
 
 
-def _ask_anew(program: Program, work: TranslationContext) -> None:
+def _ask_anew(program: st.Program, work: TranslationContext) -> None:
     """Data that begin anew with each run in the source, that statements change, and that the target keeps."""
     if not work.conventions.data_begin_anew:
         return
@@ -279,7 +248,7 @@ def _ask_anew(program: Program, work: TranslationContext) -> None:
             work.ask(SET_BACK, d.name)
 
 
-def _changed_data(program: Program, work: TranslationContext) -> list[Declare]:
+def _changed_data(program: st.Program, work: TranslationContext) -> list[st.Declare]:
     """The variables of the source, none of a routine's own, that statements change."""
     symbols = work.symbols(program)  # which knows what calls change by reference, too
     changed = {name for s in program.statements() for name, _ in _parts_set(s)}
@@ -293,13 +262,13 @@ def _changed_data(program: Program, work: TranslationContext) -> list[Declare]:
     ]
 
 
-def _set_by_runs(program: Program, work: TranslationContext) -> Program:
+def _set_by_runs(program: st.Program, work: TranslationContext) -> st.Program:
     """Where each run of the source sets the first values of its variables, so does each start of the translation:
     what the target declares holds in its first run alone."""
     if not work.conventions.data_set_by_run:
         return program
     rows = {
-        d.name: [Assign(d.line, place, value) for place, value in _elements(Named(d.name), d.value)]
+        d.name: [st.Assign(d.line, place, value) for place, value in _elements(ex.Named(d.name), d.value)]
         for d in _changed_data(program, work)
         if d.value is not None
     }
@@ -313,19 +282,21 @@ def _set_by_runs(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _elements(place: Named | Item, value: Expression) -> Iterator[tuple[Named | Item, Expression]]:
+def _elements(
+    place: ex.Named | ex.Item, value: ex.Expression
+) -> Iterator[tuple[ex.Named | ex.Item, ex.Expression]]:
     """A value by what sets it: an array by its elements."""
-    if not (isinstance(value, RecordLiteral) and all(not name for name, _ in value.members)):
+    if not (isinstance(value, ex.RecordLiteral) and all(not name for name, _ in value.members)):
         yield place, value
         return
-    base, before = (place.base, place.indices) if isinstance(place, Item) else (place, ())
+    base, before = (place.base, place.indices) if isinstance(place, ex.Item) else (place, ())
     for n, (_, part) in enumerate(value.members, 1):
-        yield from _elements(Item(base, (*before, Number(n))), part)
+        yield from _elements(ex.Item(base, (*before, ex.Number(n))), part)
 
 
-def _note_element(e: Item, name: str, used: dict[str, set[tuple[int, ...]] | None]) -> None:
+def _note_element(e: ex.Item, name: str, used: dict[str, set[tuple[int, ...]] | None]) -> None:
     """`used`: the elements of each array that statements name, None where an index is computed."""
-    place = tuple([int(i.value) for i in e.indices if type(i) is Number])
+    place = tuple([int(i.value) for i in e.indices if type(i) is ex.Number])
     known = used.setdefault(name, set())
     if len(place) < len(e.indices) or not place:
         used[name] = None
@@ -333,30 +304,30 @@ def _note_element(e: Item, name: str, used: dict[str, set[tuple[int, ...]] | Non
         known.add(place)
 
 
-def _begun(d: Declare, used: set[tuple[int, ...]] | None) -> Declare:
+def _begun(d: st.Declare, used: set[tuple[int, ...]] | None) -> st.Declare:
     zero = _ZEROS.get(d.type)
     if zero is None or d.value is not None or d.comment == UNDECLARED:
         return d
     if not d.sizes:
         return replace(d, value=zero)
-    sizes = [int(size.value) for size in d.sizes if type(size) is Number]
+    sizes = [int(size.value) for size in d.sizes if type(size) is ex.Number]
     if len(sizes) < len(d.sizes) or prod(sizes) > _MOST_ZEROS:
         return d
     return replace(d, value=_zeros(sizes, (), used, zero))
 
 
 def _zeros(
-    sizes: list[int], before: tuple[int, ...], used: set[tuple[int, ...]] | None, zero: Expression
-) -> Expression:
+    sizes: list[int], before: tuple[int, ...], used: set[tuple[int, ...]] | None, zero: ex.Expression
+) -> ex.Expression:
     """Nested rows with a zero for each element that is used, `Unknown("")` for others."""
     if not sizes:
-        return zero if used is None or before in used else Unknown("")
-    return RecordLiteral(
+        return zero if used is None or before in used else ex.Unknown("")
+    return ex.RecordLiteral(
         "", tuple([("", _zeros(sizes[1:], (*before, n), used, zero)) for n in range(1, sizes[0] + 1)])
     )
 
 
-def _with_zeros(program: Program) -> tuple[Routine, ...]:
+def _with_zeros(program: st.Program) -> tuple[st.Routine, ...]:
     """Routines that set what they declare to zero, where something reads it before it is set."""
     routines = []
     own = {r.name: _local_zeros(r) for r in program.routines}
@@ -377,81 +348,87 @@ def _with_zeros(program: Program) -> tuple[Routine, ...]:
     return tuple(routines)
 
 
-def _local_zeros(r: Routine) -> dict[str, list[Assign]]:
+def _local_zeros(r: st.Routine) -> dict[str, list[st.Assign]]:
     """What sets each variable of a routine's own, or its elements, to zero."""
-    found: dict[str, list[Assign]] = {}
-    for d in (*r.data, *(s for s in r.body if type(s) is Declare)):
+    found: dict[str, list[st.Assign]] = {}
+    for d in (*r.data, *(s for s in r.body if type(s) is st.Declare)):
         zero = _ZEROS.get(d.type)
-        sizes = [int(size.value) for size in d.sizes if type(size) is Number]
+        sizes = [int(size.value) for size in d.sizes if type(size) is ex.Number]
         few = len(sizes) == len(d.sizes) and prod(sizes) <= _MOST_LOCAL_ZEROS
         if zero is not None and d.value is None and few and d.comment != UNDECLARED:
             places = product(*(range(1, size + 1) for size in sizes)) if sizes else ()
-            items = [Item(Named(d.name), tuple(map(Number, place))) for place in places]
-            found[d.name] = [Assign(0, target, zero) for target in items or (Named(d.name),)]
+            items = [ex.Item(ex.Named(d.name), tuple(map(ex.Number, place))) for place in places]
+            found[d.name] = [st.Assign(0, target, zero) for target in items or (ex.Named(d.name),)]
     return found
 
 
-def _set_by(s: Statement) -> list[str]:
+def _set_by(s: st.Statement) -> list[str]:
     match s:
-        case Assign(target=Named(name)) | For(variable=Named(name)) | ReadInput(target=Named(name)):
+        case (
+            st.Assign(target=ex.Named(name))
+            | st.For(variable=ex.Named(name))
+            | st.ReadInput(target=ex.Named(name))
+        ):
             return [name]
-        case Call(result=Named(name)):
+        case st.Call(result=ex.Named(name)):
             return [name]
     return []
 
 
-def _names_read(s: Statement) -> set[str]:
+def _names_read(s: st.Statement) -> set[str]:
     found: set[str] = set()
     match s:
-        case Assign(target=Named()):
+        case st.Assign(target=ex.Named()):
             note_names(s.value, found)
-        case For(variable=Named()):
+        case st.For(variable=ex.Named()):
             for e in (s.start, s.stop, s.step):
                 note_names(e, found)
-        case Call(result=Named()):
+        case st.Call(result=ex.Named()):
             note_names(replace(s, result=None), found)
-        case ReadInput(target=Named()) | Declare():
+        case st.ReadInput(target=ex.Named()) | st.Declare():
             pass
         case _:
             note_names(s, found)
     return found
 
 
-def behind_declarations(body: tuple[Statement, ...], rows: Mapping[str, list[Assign]]) -> list[Statement]:
+def behind_declarations(
+    body: tuple[st.Statement, ...], rows: Mapping[str, list[st.Assign]]
+) -> list[st.Statement]:
     """`rows`: what sets each name first, behind its declaration and those that follow that one.
 
     What the body does not declare is set behind the declarations at its head, before one that reads it.
     """
     waiting = {name.casefold(): assigns for name, assigns in rows.items()}
-    declared = {s.name.casefold() for s in body if type(s) is Declare}
+    declared = {s.name.casefold() for s in body if type(s) is st.Declare}
     first = [name for name in waiting if name not in declared]
     head = _head(body, set(first))
-    found: list[Statement] = []
-    due: list[Assign] = []
+    found: list[st.Statement] = []
+    due: list[st.Assign] = []
     for index, s in enumerate(body):
         if index == head:
             due += [row for name in first for row in waiting[name]]
-        if due and (index == head or not isinstance(s, (Begin, Declare))):
+        if due and (index == head or not isinstance(s, (st.Begin, st.Declare))):
             found, due = [*found, *due], []
         found.append(s)
-        if type(s) is Declare:
+        if type(s) is st.Declare:
             due += waiting.get(s.name.casefold(), [])
     rest = [row for name in first for row in waiting[name]] if head == len(body) else []
     return [*found, *due, *rest]
 
 
-def _head(body: tuple[Statement, ...], names: set[str]) -> int:
+def _head(body: tuple[st.Statement, ...], names: set[str]) -> int:
     """Where a body's declarations end, with comments between them; before the first that reads one of `names`."""
     end = 0
     for index, s in enumerate(body):
-        if not isinstance(s, (Begin, Declare, Comment)):
+        if not isinstance(s, (st.Begin, st.Declare, st.Comment)):
             break
-        if type(s) is Declare and s.value is not None:
+        if type(s) is st.Declare and s.value is not None:
             read: set[str] = set()
             note_names(s.value, read)
             if names & {name.casefold() for name in read}:
                 break
-        if not isinstance(s, Comment):
+        if not isinstance(s, st.Comment):
             end = index + 1
     return end
 
@@ -464,12 +441,12 @@ def _head(body: tuple[Statement, ...], names: set[str]) -> int:
 # left to their operator in others.
 
 
-def saved_values(work: TranslationContext) -> dict[tuple[Store, int], Given]:
+def saved_values(work: TranslationContext) -> dict[tuple[ex.Store, int], Given]:
     """By kind and number; olp.toml wins over VAR.DAT. Nothing where neither file is there."""
     if not work.conventions.saved_variables:
         return {}
     world = world_of(work.source, work.robot)
-    found: dict[tuple[Store, int], Given] = {}
+    found: dict[tuple[ex.Store, int], Given] = {}
     variables = None if world.backup is None else world.backup.variables
     if variables is not None:
         for store, letters in SAVED_NUMBERS.items():
@@ -479,25 +456,29 @@ def saved_values(work: TranslationContext) -> dict[tuple[Store, int], Given]:
     return found | dict(world.assumptions.variables)
 
 
-def saved_points(values: Mapping[tuple[Store, int], Given]) -> Iterator[Point]:
+def saved_points(values: Mapping[tuple[ex.Store, int], Given]) -> Iterator[Point]:
     """The positions of robots among them."""
     for (store, number), value in values.items():
-        if store is Store.ROBOT and isinstance(value, tuple):
+        if store is ex.Store.ROBOT and isinstance(value, tuple):
             yield Point(number, value.values, value.state, 0)
 
 
-def saved_number(value: Given | None) -> Expression | None:
+def saved_number(value: Given | None) -> ex.Expression | None:
     """A number or text as it is written in a declaration; None for what a declaration has anyway, or for a position."""
     if isinstance(value, str):
-        return Text(value) if value else None
-    return Number(value) if isinstance(value, (int, float)) and value else None
+        return ex.Text(value) if value else None
+    return ex.Number(value) if isinstance(value, (int, float)) and value else None
 
 
-def label_of(name: Expression) -> str:
+def label_of(name: ex.Expression) -> str:
     """A variable, or an element of an array by its constant index, as the receipt names it."""
-    if isinstance(name, Item) and isinstance(name.base, Named) and isinstance(name.indices[0], Number):
+    if (
+        isinstance(name, ex.Item)
+        and isinstance(name.base, ex.Named)
+        and isinstance(name.indices[0], ex.Number)
+    ):
         return f"{name.base.name}[{name.indices[0].value}]"
-    assert isinstance(name, Named)
+    assert isinstance(name, ex.Named)
     return name.name
 
 
@@ -508,11 +489,11 @@ class Unset:
     `begins`: whether a value is known that it begins with. `is_set`: whether statements set all of it anywhere.
     """
 
-    program: Program
+    program: st.Program
     work: TranslationContext
-    name_of: Callable[[Variable], Expression]
-    begins: Callable[[Expression], bool]
-    is_set: Callable[[Expression], bool]
+    name_of: Callable[[ex.Variable], ex.Expression]
+    begins: Callable[[ex.Expression], bool]
+    is_set: Callable[[ex.Expression], bool]
     _ways: Reaching | None = None
 
     def tell(self) -> None:
@@ -520,9 +501,9 @@ class Unset:
         self._tell_positions()
         self._tell_values()
 
-    def _why(self, e: Variable, routine: Routine, index: int) -> tuple[Expression, str] | None:
+    def _why(self, e: ex.Variable, routine: st.Routine, index: int) -> tuple[ex.Expression, str] | None:
         """The name of what a statement reads, and why it has no value there; None where it has one."""
-        if e.local or type(e.index) is not Number or e.store is Store.SYSTEM:
+        if e.local or type(e.index) is not ex.Number or e.store is ex.Store.SYSTEM:
             return None
         name = self.name_of(e)
         if self.begins(name):
@@ -530,7 +511,7 @@ class Unset:
         if not self.is_set(name):
             return name, "nothing here sets"
         if self._ways is None:
-            self._ways = reaching(self.program, _registers_set, _SETTING | {Update})
+            self._ways = reaching(self.program, _registers_set, _SETTING | {st.Update})
         unset = any(UNSET in self._ways.at(routine.name, index, key) for key in _parts_of(e))
         return (name, "on some path nothing has set") if unset else None
 
@@ -557,10 +538,10 @@ class Unset:
                     self.work.lose(s, Fate.APPROXIMATED, "value", says)
                     self.work.ask("set these values, which are zeros now", label)
 
-    def _ask_for_all(self, e: Variable) -> None:
+    def _ask_for_all(self, e: ex.Variable) -> None:
         """A register whose number is computed may be any of them."""
-        name = None if e.local or type(e.index) is Number else self.name_of(e)
-        if isinstance(name, Item) and isinstance(name.base, Named):
+        name = None if e.local or type(e.index) is ex.Number else self.name_of(e)
+        if isinstance(name, ex.Item) and isinstance(name.base, ex.Named):
             self.work.ask("see that those of these which are read have values", f"{name.base.name}[…]")
 
     def _tell_positions(self) -> None:
@@ -571,9 +552,9 @@ class Unset:
             places = (
                 (index, s, e)
                 for index, s in enumerate(routine.body)
-                if type(s) is Move
+                if type(s) is st.Move
                 for e in s.targets
-                if isinstance(e, Variable)
+                if isinstance(e, ex.Variable)
             )
             for index, s, e in places:
                 found = self._why(e, routine, index)
@@ -586,49 +567,55 @@ class Unset:
                 self.work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
 
 
-def _parts_of(e: Variable) -> list[Key]:
+def _parts_of(e: ex.Variable) -> list[Key]:
     """What has to be set of a register: of a position each element, of which a statement may set one."""
-    assert isinstance(e.index, Number)
-    store = Store.ROBOT if e.store is Store.SYSTEM else e.store  # a position of the system holds the robot's
+    assert isinstance(e.index, ex.Number)
+    store = (
+        ex.Store.ROBOT if e.store is ex.Store.SYSTEM else e.store
+    )  # a position of the system holds the robot's
     return [("register", store, int(e.index.value), part) for part in POSE_ELEMENTS]
 
 
-def _registers_set(s: Statement) -> dict[Key, int]:
+def _registers_set(s: st.Statement) -> dict[Key, int]:
     """The registers that a statement sets, and elements of them."""
     match s:
-        case Assign(target=Element(Variable() as e, Number(at))) if type(e.index) is Number:
+        case st.Assign(target=ex.Element(ex.Variable() as e, ex.Number(at))) if type(e.index) is ex.Number:
             return dict.fromkeys(_parts_of(e)[int(at) - 1 : int(at)], 1)
-        case Assign(target=Member(Variable() as e, part)) if type(e.index) is Number:
+        case st.Assign(target=ex.Member(ex.Variable() as e, part)) if type(e.index) is ex.Number:
             return {key: 1 for key in _parts_of(e) if key[-1] == part}
         case (
-            Assign(target=Variable() as e) | ReadInput(target=Variable() as e) | For(variable=Variable() as e)
+            st.Assign(target=ex.Variable() as e)
+            | st.ReadInput(target=ex.Variable() as e)
+            | st.For(variable=ex.Variable() as e)
         ):
             pass
-        case Update(target=Variable() as e) | Call(result=Variable() as e):
+        case st.Update(target=ex.Variable() as e) | st.Call(result=ex.Variable() as e):
             pass
-        case Clear(target=Variable() as e, count=count) if type(e.index) is Number:
+        case st.Clear(target=ex.Variable() as e, count=count) if type(e.index) is ex.Number:
             first = int(e.index.value)
-            many = int(count.value) if type(count) is Number else 1
+            many = int(count.value) if type(count) is ex.Number else 1
             return {
-                key: 1 for n in range(first, first + many) for key in _parts_of(replace(e, index=Number(n)))
+                key: 1
+                for n in range(first, first + many)
+                for key in _parts_of(replace(e, index=ex.Number(n)))
             }
         case _:
             return {}
-    return dict.fromkeys(_parts_of(e), 1) if type(e.index) is Number else {}
+    return dict.fromkeys(_parts_of(e), 1) if type(e.index) is ex.Number else {}
 
 
-def _read_by(s: Statement) -> Iterator[Variable]:
+def _read_by(s: st.Statement) -> Iterator[ex.Variable]:
     """Variables whose values a statement takes: not what it sets, and of a move not where it goes."""
-    skipped: list[Expression | None] = []
+    skipped: list[ex.Expression | None] = []
     read: object = s
-    if isinstance(s, Move):
-        skipped = [e for e in (*s.targets, s.offset, s.tool_offset) if isinstance(e, Variable)]
-    elif isinstance(s, (Clear, ReadInput)):
+    if isinstance(s, st.Move):
+        skipped = [e for e in (*s.targets, s.offset, s.tool_offset) if isinstance(e, ex.Variable)]
+    elif isinstance(s, (st.Clear, st.ReadInput)):
         skipped = [s.target]
-    elif isinstance(s, Assign):
+    elif isinstance(s, st.Assign):
         read = s.value
-    elif isinstance(s, (For, Call)):
-        skipped = [s.variable if isinstance(s, For) else s.result]
+    elif isinstance(s, (st.For, st.Call)):
+        skipped = [s.variable if isinstance(s, st.For) else s.result]
     for e in expressions_of(read):
-        if isinstance(e, Variable) and e not in skipped:
+        if isinstance(e, ex.Variable) and e not in skipped:
             yield e

@@ -7,37 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Expression,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    SignalState,
-    Text,
-    Unknown,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Declare,
-    ElseIf,
-    EndIf,
-    If,
-    Move,
-    Parameter,
-    Program,
-    Return,
-    Routine,
-    Statement,
-    Until,
-    Wait,
-    While,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
@@ -52,7 +23,7 @@ _WHOLE_TYPES: Final = {
 # Built-in records which only their own language has: as members, and as variables that a program changes.
 _PARTS: Final = {"speed": "speeddata", "zone": "zonedata"}
 _DEEPEST: Final = 6
-_ALL: Final = Unknown("")  # an index that is left out
+_ALL: Final = ex.Unknown("")  # an index that is left out
 _RESULT: Final = ""  # what a routine returns, among its names
 MemberPath = tuple[str, ...]
 
@@ -66,7 +37,7 @@ class _Leaf:
 
     path: MemberPath
     type: str
-    sizes: tuple[Expression, ...] = ()
+    sizes: tuple[ex.Expression, ...] = ()
 
 
 @dataclass(slots=True)
@@ -95,7 +66,7 @@ class _Records:
         return key if key in self.variables else None
 
 
-def flat_records(program: Program, work: TranslationContext) -> Program:
+def flat_records(program: st.Program, work: TranslationContext) -> st.Program:
     """`part.place` as `part_place`; a record that is copied is copied member by member.
 
     A statement that takes a record whole in another way than that is refused.
@@ -121,14 +92,14 @@ def flat_records(program: Program, work: TranslationContext) -> Program:
         ):
             name = work.fresh("_".join((r.name, "result", *leaf.path)))
             found.names[(r.name.casefold(), _RESULT, leaf.path)] = name
-            data.append(Declare(0, name, leaf.type, None, leaf.sizes, shared=True))
+            data.append(st.Declare(0, name, leaf.type, None, leaf.sizes, shared=True))
     own = _Flat(found)
     routines = tuple(own.routine(r) for r in program.routines)
     data = [*(one for d in program.data for one in own.declared(d, "")), *data]
     return replace(program, routines=routines, data=tuple(data))
 
 
-def _spelled_out(program: Program, work: TranslationContext) -> Program:
+def _spelled_out(program: st.Program, work: TranslationContext) -> st.Program:
     """The program with the values of speeds and zones that nothing changes, where they are copied or handed over."""
     if not any(d.type in _PARTS for _, d in _declarations(program)) and not any(
         p.type in _PARTS for r in program.routines for p in r.parameters
@@ -136,42 +107,42 @@ def _spelled_out(program: Program, work: TranslationContext) -> Program:
         return program
     symbols = work.symbols(program)
 
-    def literal(e: Expression, routine: str) -> Expression:
-        symbol = symbols.find(routine, e.name) if isinstance(e, Named) else None
+    def literal(e: ex.Expression, routine: str) -> ex.Expression:
+        symbol = symbols.find(routine, e.name) if isinstance(e, ex.Named) else None
         if symbol is None or symbol.type not in _PARTS or symbol.sizes:
             return e
         return symbols.fixed_value(routine, e) or e
 
-    def row(s: Statement, routine: str) -> Statement:
-        if isinstance(s, Assign):
+    def row(s: st.Statement, routine: str) -> st.Statement:
+        if isinstance(s, st.Assign):
             value = literal(s.value, routine)
             s = s if value is s.value else replace(s, value=value)
-        elif isinstance(s, Call):
+        elif isinstance(s, st.Call):
             s = replace(s, arguments=tuple([literal(a, routine) for a in s.arguments]))
         return s
 
     return with_routines(program, (with_rows(r, [row(s, r.name) for s in r.body]) for r in program.routines))
 
 
-def _settings(program: Program, work: TranslationContext) -> Program:
+def _settings(program: st.Program, work: TranslationContext) -> st.Program:
     """Moves with the values of what they take from records that nothing changes, such as motion descriptors."""
     if not any(
-        isinstance(d.value, RecordLiteral) and d.type == d.value.type for _, d in _declarations(program)
+        isinstance(d.value, ex.RecordLiteral) and d.type == d.value.type for _, d in _declarations(program)
     ):
         return program
     symbols = work.symbols(program)
 
-    def setting(e: Expression, routine: str) -> Expression:
-        if type(e) is Binary and e.operator == "*" and type(e.left) is type(e.right) is Number:
-            return Number(e.left.value * e.right.value)
-        record = symbols.fixed_value(routine, e.base) if type(e) is Member else None
-        if type(e) is not Member or not isinstance(record, RecordLiteral):
+    def setting(e: ex.Expression, routine: str) -> ex.Expression:
+        if type(e) is ex.Binary and e.operator == "*" and type(e.left) is type(e.right) is ex.Number:
+            return ex.Number(e.left.value * e.right.value)
+        record = symbols.fixed_value(routine, e.base) if type(e) is ex.Member else None
+        if type(e) is not ex.Member or not isinstance(record, ex.RecordLiteral):
             return e
         found = next((value for name, value in record.members if name.casefold() == e.name.casefold()), e)
-        return found if type(found) is Number else e
+        return found if type(found) is ex.Number else e
 
-    def row(s: Statement, routine: str) -> Statement:
-        return mapped(s, lambda e: setting(e, routine)) if type(s) is Move else s
+    def row(s: st.Statement, routine: str) -> st.Statement:
+        return mapped(s, lambda e: setting(e, routine)) if type(s) is st.Move else s
 
     return with_routines(program, (with_rows(r, [row(s, r.name) for s in r.body]) for r in program.routines))
 
@@ -185,7 +156,7 @@ def _parameter_keys(found: _Records) -> Iterator[tuple[tuple[str, str], str]]:
 # --- What there is ---
 
 
-def _found(program: Program, work: TranslationContext) -> _Records:
+def _found(program: st.Program, work: TranslationContext) -> _Records:
     symbols, types = work.symbols(program), work.conventions.member_types
     found = _Records(symbols)
     layouts = dict(_layouts(program)) if types else {}
@@ -194,9 +165,9 @@ def _found(program: Program, work: TranslationContext) -> _Records:
     used = {
         e.name
         for s in (program.statements() if given else ())
-        if not isinstance(s, Declare)
+        if not isinstance(s, st.Declare)
         for e in expressions_of(s)
-        if isinstance(e, Named)
+        if isinstance(e, ex.Named)
     }
     for scope, d, literal in given:
         symbol = symbols.find(scope, d.name)
@@ -239,25 +210,28 @@ def _found(program: Program, work: TranslationContext) -> _Records:
     return found
 
 
-def _keep_used(program: Program, found: _Records) -> None:
+def _keep_used(program: st.Program, found: _Records) -> None:
     """Of built-in records, which have more members than most programs ask for, those that a statement names."""
     kinds = _PARTS.keys() & found.shapes.keys()
     if not kinds:
         return
     used = {
-        e.name.casefold() for s in program.statements() for e in expressions_of(s) if isinstance(e, Member)
+        e.name.casefold() for s in program.statements() for e in expressions_of(s) if isinstance(e, ex.Member)
     }
     for kind in kinds:
         leaves = found.shapes[kind]
         found.shapes[kind] = tuple(leaf for leaf in leaves if leaf.path[-1].casefold() in used) or leaves
 
 
-def _layouts(program: Program) -> Iterator[tuple[str, Expression | None]]:
+def _layouts(program: st.Program) -> Iterator[tuple[str, ex.Expression | None]]:
     return ((d.name.casefold(), d.value) for _, d in _declarations(program) if d.type == "structure")
 
 
 def _shape(
-    kind: str, literal: RecordLiteral, layouts: Mapping[str, Expression | None], types: Mapping[str, str]
+    kind: str,
+    literal: ex.RecordLiteral,
+    layouts: Mapping[str, ex.Expression | None],
+    types: Mapping[str, str],
 ) -> tuple[_Leaf, ...]:
     """The leaves of a type as its declaration has them, else those of a value: none where one of them has no type."""
     if kind in layouts:
@@ -266,12 +240,12 @@ def _shape(
     return leaves if all(leaf.type for leaf in leaves) else ()
 
 
-def _add_unknown(program: Program, found: _Records, kinds: Set[str]) -> None:
+def _add_unknown(program: st.Program, found: _Records, kinds: Set[str]) -> None:
     """Members that a program uses and its declaration of the type, which is that of another version, does not have."""
     for routine in program.routines if found.variables and kinds else ():
         for s in routine.body:
             for e in expressions_of(s):
-                root = _root(e) if isinstance(e, Member) else None
+                root = _root(e) if isinstance(e, ex.Member) else None
                 key = None if root is None else found.of(routine.name, root.name)
                 kind = found.variables.get(key, "") if key is not None else ""
                 if kind not in kinds:
@@ -282,7 +256,7 @@ def _add_unknown(program: Program, found: _Records, kinds: Set[str]) -> None:
                     found.shapes[kind] = (*found.shapes[kind], _Leaf(path, ""))
 
 
-def _add_undeclared(program: Program, found: _Records, work: TranslationContext) -> None:
+def _add_undeclared(program: st.Program, found: _Records, work: TranslationContext) -> None:
     """Names that nothing declares, of which statements take members: their type has those that any of them names.
 
     What one of them is copied from or to is of the same type. A name that is anything else besides is no record.
@@ -292,32 +266,39 @@ def _add_undeclared(program: Program, found: _Records, work: TranslationContext)
     others: set[str] = set()
     for r in program.routines:
         for _, s in work.look(r).rare:
-            if isinstance(s, Declare):
+            if isinstance(s, st.Declare):
                 continue
             whole: Counter[str] = Counter()
             for e in expressions_of(s):
-                if isinstance(e, Named) and _is_undeclared(e.name, r.name, found):
+                if isinstance(e, ex.Named) and _is_undeclared(e.name, r.name, found):
                     whole[e.name] += 1
-                elif isinstance(e, Member) and (root := _root(e)) is not None and root.name in whole:
+                elif isinstance(e, ex.Member) and (root := _root(e)) is not None and root.name in whole:
                     path = _record_path(_chain(e)[1])
                     if not path:
                         others.add(root.name)
                     paths.setdefault(root.name, {}).setdefault(_folded(path), path)
-                    whole[root.name] -= not isinstance(e.base, Member)
-            copied = [(e, _root(e)) for e in ((s.target, s.value) if isinstance(s, Assign) else ())]
-            roots = [root.name for e, root in copied if root is not None and not isinstance(e, Member)]
+                    whole[root.name] -= not isinstance(e.base, ex.Member)
+            copied = [(e, _root(e)) for e in ((s.target, s.value) if isinstance(s, st.Assign) else ())]
+            roots = [root.name for e, root in copied if root is not None and not isinstance(e, ex.Member)]
             if len(roots) == 2:
                 links.append((roots[0], roots[1]))
-            elif isinstance(s, Assign) and roots and roots[0] in whole and isinstance(s.value, RecordLiteral):
+            elif (
+                isinstance(s, st.Assign)
+                and roots
+                and roots[0] in whole
+                and isinstance(s.value, ex.RecordLiteral)
+            ):
                 given = {_folded(leaf.path): leaf.path for leaf in _leaves(s.value, ()) if all(leaf.path)}
                 paths.setdefault(roots[0], {}).update(given)
-            elif isinstance(s, Assign) and not isinstance(s.value, CallValue):
+            elif isinstance(s, st.Assign) and not isinstance(s.value, ex.CallValue):
                 roots = []
-            calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (Call, CallValue))]
-            handed = [a for call in calls for a in call.arguments if not isinstance(a, Member)]
+            calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (st.Call, ex.CallValue))]
+            handed = [a for call in calls for a in call.arguments if not isinstance(a, ex.Member)]
             roots += [root.name for a in handed if (root := _root(a))]
             whole.subtract(roots)
-            if not isinstance(s, (If, ElseIf, While, Until, Wait)):  # there it is compared, which is refused
+            if not isinstance(
+                s, (st.If, st.ElseIf, st.While, st.Until, st.Wait)
+            ):  # there it is compared, which is refused
                 others |= {name for name, count in whole.items() if count > 0}
     for group in _groups(paths.keys(), links):
         members = {key: path for name in group for key, path in paths.get(name, {}).items()}
@@ -362,15 +343,15 @@ def _begins(path: MemberPath, start: MemberPath) -> bool:
 
 
 def _laid_out(
-    kind: str, layouts: Mapping[str, Expression | None], types: Mapping[str, str], before: MemberPath
+    kind: str, layouts: Mapping[str, ex.Expression | None], types: Mapping[str, str], before: MemberPath
 ) -> Iterator[_Leaf]:
     """The leaves of a type as its declaration has them."""
     layout = layouts.get(kind)
-    for name, member in layout.members if isinstance(layout, RecordLiteral) else ():
+    for name, member in layout.members if isinstance(layout, ex.RecordLiteral) else ():
         path = (*before, name)
         word = ""
-        sizes: tuple[Expression, ...] = ()
-        if isinstance(member, RecordLiteral):
+        sizes: tuple[ex.Expression, ...] = ()
+        if isinstance(member, ex.RecordLiteral):
             word, sizes = member.type, tuple(size for _, size in member.members)
         if word.casefold() in layouts and not sizes and len(path) < _DEEPEST:
             yield from _laid_out(word.casefold(), layouts, types, path)
@@ -378,7 +359,7 @@ def _laid_out(
             yield _Leaf(path, types.get(word, ""), sizes)
 
 
-def _without_value(program: Program) -> list[tuple[str, Declare, RecordLiteral]]:
+def _without_value(program: st.Program) -> list[tuple[str, st.Declare, ex.RecordLiteral]]:
     """Built-in records that are declared without a value, with one of their kind: it tells the members."""
     bare = [(scope, d) for scope, d in _declarations(program) if d.value is None and d.type in _PARTS]
     if not bare:
@@ -387,29 +368,31 @@ def _without_value(program: Program) -> list[tuple[str, Declare, RecordLiteral]]
     return [(scope, d, known[d.type]) for scope, d in bare if d.type in known]
 
 
-def _literals(program: Program) -> dict[str, RecordLiteral]:
+def _literals(program: st.Program) -> dict[str, ex.RecordLiteral]:
     """A value of each built-in record that the program has: it tells the members."""
     literals = [d.value for _, d in _declarations(program) if d.value is not None]
-    literals += [e for s in program.statements() for e in expressions_of(s) if isinstance(e, RecordLiteral)]
+    literals += [
+        e for s in program.statements() for e in expressions_of(s) if isinstance(e, ex.RecordLiteral)
+    ]
     known = {one.type: one for value in literals if (one := _element(value)) is not None}
     return {kind: known[name] for kind, name in _PARTS.items() if name in known}
 
 
-def _declarations(program: Program) -> Iterator[tuple[str, Declare]]:
+def _declarations(program: st.Program) -> Iterator[tuple[str, st.Declare]]:
     yield from (("", d) for d in program.data)
     for routine in program.routines:
         yield from ((routine.name, d) for d in routine.data)
-        yield from ((routine.name, s) for s in routine.body if isinstance(s, Declare))
+        yield from ((routine.name, s) for s in routine.body if isinstance(s, st.Declare))
 
 
-def _element(value: Expression | None) -> RecordLiteral | None:
+def _element(value: ex.Expression | None) -> ex.RecordLiteral | None:
     """The record itself, of an array its first one."""
-    while isinstance(value, RecordLiteral) and value.members and not value.members[0][0]:
+    while isinstance(value, ex.RecordLiteral) and value.members and not value.members[0][0]:
         value = value.members[0][1]
-    return value if isinstance(value, RecordLiteral) and value.members else None
+    return value if isinstance(value, ex.RecordLiteral) and value.members else None
 
 
-def _kind_of(symbol: Symbol, literal: RecordLiteral) -> str:
+def _kind_of(symbol: Symbol, literal: ex.RecordLiteral) -> str:
     """The type where it is one of the program's own, or a built-in one that the program changes."""
     kind = symbol.type.casefold()
     if kind in _PARTS:
@@ -417,12 +400,12 @@ def _kind_of(symbol: Symbol, literal: RecordLiteral) -> str:
     return kind if kind and literal.type.casefold() == kind and kind not in _WHOLE_TYPES else ""
 
 
-def _leaves(literal: RecordLiteral, before: MemberPath) -> Iterator[_Leaf]:
+def _leaves(literal: ex.RecordLiteral, before: MemberPath) -> Iterator[_Leaf]:
     for name, value in literal.members:
         path = (*before, name)
-        if isinstance(value, RecordLiteral) and value.type in _WHOLE_TYPES:
+        if isinstance(value, ex.RecordLiteral) and value.type in _WHOLE_TYPES:
             yield _Leaf(path, _WHOLE_TYPES[value.type])
-        elif isinstance(value, RecordLiteral):
+        elif isinstance(value, ex.RecordLiteral):
             if not name or not value.members or not value.members[0][0] or len(path) > _DEEPEST:
                 yield _Leaf(path, "")
             else:
@@ -431,15 +414,15 @@ def _leaves(literal: RecordLiteral, before: MemberPath) -> Iterator[_Leaf]:
             yield _Leaf(path, _leaf_type(value) if name else "")
 
 
-def _leaf_type(value: Expression) -> str:
+def _leaf_type(value: ex.Expression) -> str:
     match value:
-        case Number():
+        case ex.Number():
             return "real"
-        case SignalState():
+        case ex.SignalState():
             return "boolean"
-        case Text():
+        case ex.Text():
             return "string"
-        case PositionLiteral():
+        case ex.PositionLiteral():
             return "joints" if value.kind == "joint" else "position"
         case _:
             return ""
@@ -448,26 +431,26 @@ def _leaf_type(value: Expression) -> str:
 # --- What names a record as a whole ---
 
 
-def _odd(program: Program, found: _Records) -> list[tuple[Statement, str]]:
+def _odd(program: st.Program, found: _Records) -> list[tuple[st.Statement, str]]:
     """Statements that take records whole, but for copies and calls, each with the type of one."""
-    odd: list[tuple[Statement, str]] = []
+    odd: list[tuple[st.Statement, str]] = []
     own = {routine.name.casefold(): routine for routine in program.routines}
     for routine in program.routines:
         for s in routine.body:
-            if isinstance(s, Declare):
+            if isinstance(s, st.Declare):
                 continue
             kinds: set[str] = set()
-            allowed: list[Expression] = []
-            if isinstance(s, Assign) and _is_copy(s, routine.name, found):
+            allowed: list[ex.Expression] = []
+            if isinstance(s, st.Assign) and _is_copy(s, routine.name, found):
                 allowed = [s.target, s.value]
-            elif isinstance(s, Return) and _is_returned(s, routine.name, found):
+            elif isinstance(s, st.Return) and _is_returned(s, routine.name, found):
                 allowed = [s.value] if s.value is not None else []
-            elif isinstance(s, Return):
+            elif isinstance(s, st.Return):
                 kinds |= {found.results.get(routine.name.casefold(), "")} - {""}
             taken = getattr(s, "value", None) if allowed else None
             kinds |= {kind for e in expressions_of(s) if e is not taken and (kind := _returned_by(e, found))}
             for call in (s, *expressions_of(s)):
-                if isinstance(call, (Call, CallValue)):
+                if isinstance(call, (st.Call, ex.CallValue)):
                     called = own.get(call.routine.casefold())
                     handed = called is None or _fits(call, called, routine.name, found)
                     allowed += call.arguments if handed else ()
@@ -476,26 +459,28 @@ def _odd(program: Program, found: _Records) -> list[tuple[Statement, str]]:
     return odd
 
 
-def _is_copy(s: Assign, routine: str, found: _Records) -> bool:
+def _is_copy(s: st.Assign, routine: str, found: _Records) -> bool:
     leaves = _under(s.target, routine, found)
     if not leaves:
         return False
-    if isinstance(s.value, RecordLiteral) and repr(_root(s.target)) in map(repr, expressions_of(s.value)):
+    if isinstance(s.value, ex.RecordLiteral) and repr(_root(s.target)) in map(repr, expressions_of(s.value)):
         return False
     return _gives(s.value, [(path, leaf) for _, path, leaf in leaves], routine, found)
 
 
-def _is_returned(s: Return, routine: str, found: _Records) -> bool:
+def _is_returned(s: st.Return, routine: str, found: _Records) -> bool:
     kind = found.results.get(routine.casefold())
     if kind is None or s.value is None:
         return False
     return _gives(s.value, [(leaf.path, leaf) for leaf in found.shapes[kind]], routine, found)
 
 
-def _gives(value: Expression, leaves: list[tuple[MemberPath, _Leaf]], routine: str, found: _Records) -> bool:
+def _gives(
+    value: ex.Expression, leaves: list[tuple[MemberPath, _Leaf]], routine: str, found: _Records
+) -> bool:
     """Whether a value has these members, each of which is copied."""
     paths = [path for path, _ in leaves]
-    if isinstance(value, RecordLiteral):
+    if isinstance(value, ex.RecordLiteral):
         if value.type in _PARTS.values():
             return _has(value, paths)
         given = [_folded(leaf.path) for leaf in _leaves(value, ())]
@@ -505,7 +490,7 @@ def _gives(value: Expression, leaves: list[tuple[MemberPath, _Leaf]], routine: s
         return False
     if kind := _returned_by(value, found):
         return paths == [leaf.path for leaf in found.shapes[kind]]
-    if isinstance(value, CallValue):
+    if isinstance(value, ex.CallValue):
         return value.routine.casefold() not in map(str.casefold, found.symbols.routines)
     return paths == [path for _, path, _ in _under(value, routine, found)]
 
@@ -514,12 +499,12 @@ def _folded(path: MemberPath) -> MemberPath:
     return tuple(name.casefold().removesuffix("[]") for name in path)
 
 
-def _returned_by(e: Expression, found: _Records) -> str:
+def _returned_by(e: ex.Expression, found: _Records) -> str:
     """The type of the record that a call returns, "" of anything else."""
-    return found.results.get(e.routine.casefold(), "") if isinstance(e, CallValue) else ""
+    return found.results.get(e.routine.casefold(), "") if isinstance(e, ex.CallValue) else ""
 
 
-def _fits(s: Call | CallValue, called: Routine, routine: str, found: _Records) -> bool:
+def _fits(s: st.Call | ex.CallValue, called: st.Routine, routine: str, found: _Records) -> bool:
     names = found.parameters.get(called.name.casefold(), {})
     if len(s.arguments) != len(called.parameters) or any(p.optional or p.switch for p in called.parameters):
         return False
@@ -531,32 +516,32 @@ def _fits(s: Call | CallValue, called: Routine, routine: str, found: _Records) -
     )
 
 
-def _has(literal: RecordLiteral, paths: list[MemberPath]) -> bool:
+def _has(literal: ex.RecordLiteral, paths: list[MemberPath]) -> bool:
     """Whether a record has these members, and if it is one of the program's own no others."""
     own = [leaf.path for leaf in _leaves(literal, ())]
     return set(paths) <= set(own) if literal.type in _PARTS.values() else paths == own
 
 
-def _is_like(e: Expression, leaves: tuple[_Leaf, ...], routine: str, found: _Records) -> bool:
+def _is_like(e: ex.Expression, leaves: tuple[_Leaf, ...], routine: str, found: _Records) -> bool:
     """Whether what is handed over has these members."""
     paths = [leaf.path for leaf in leaves]
-    if isinstance(e, RecordLiteral):
+    if isinstance(e, ex.RecordLiteral):
         return _has(e, paths)
     return paths == [path for _, path, _ in _under(e, routine, found)]
 
 
-def _whole(s: Statement, routine: str, found: _Records, allowed: list[Expression]) -> set[str]:
+def _whole(s: st.Statement, routine: str, found: _Records, allowed: list[ex.Expression]) -> set[str]:
     """Types of the records in a statement that are not taken member by member."""
     total: dict[str, int] = {}
     for e in expressions_of(s):
-        if isinstance(e, Named) and (key := found.of(routine, e.name)) is not None:
+        if isinstance(e, ex.Named) and (key := found.of(routine, e.name)) is not None:
             total[e.name] = total.get(e.name, 0) + 1
     for e in expressions_of(s):
-        leaf = _leaf_of(e, routine, found) if isinstance(e, Member) else None
+        leaf = _leaf_of(e, routine, found) if isinstance(e, ex.Member) else None
         root = _root(e) if leaf is not None else None
         if root is not None:
             total[root.name] -= 1
-        if isinstance(e, Item) and not e.indices and isinstance(e.base, Member) and root is None:
+        if isinstance(e, ex.Item) and not e.indices and isinstance(e.base, ex.Member) and root is None:
             leaf = _leaf_of(e.base, routine, found)
             root = _root(e.base)
             if leaf is not None and root is not None and leaf.sizes and leaf.type != "string":
@@ -577,22 +562,22 @@ def _kind(key: tuple[str, str], found: _Records) -> str:
     return found.variables.get(key) or found.parameters[key[0].casefold()][key[1]]
 
 
-def _chain(e: Expression) -> tuple[Expression, MemberPath]:
+def _chain(e: ex.Expression) -> tuple[ex.Expression, MemberPath]:
     """The variable or the element of an array that a member belongs to, and the names that lead to it."""
     path: list[str] = []
-    while isinstance(e, Member):
+    while isinstance(e, ex.Member):
         path.append(e.name)
         e = e.base
     return e, tuple(reversed(path))
 
 
-def _root(e: Expression) -> Named | None:
+def _root(e: ex.Expression) -> ex.Named | None:
     base = _chain(e)[0]
-    base = base.base if isinstance(base, Item) else base
-    return base if isinstance(base, Named) else None
+    base = base.base if isinstance(base, ex.Item) else base
+    return base if isinstance(base, ex.Named) else None
 
 
-def _leaf_of(e: Member, routine: str, found: _Records) -> _Leaf | None:
+def _leaf_of(e: ex.Member, routine: str, found: _Records) -> _Leaf | None:
     """The leaf that this very member is."""
     root = _root(e)
     key = None if root is None else found.of(routine, root.name)
@@ -603,12 +588,12 @@ def _leaf_of(e: Member, routine: str, found: _Records) -> _Leaf | None:
     return next((leaf for leaf in leaves if tuple(name.casefold() for name in leaf.path) == path), None)
 
 
-def _under(e: Expression, routine: str, found: _Records) -> list[tuple[Expression, MemberPath, _Leaf]]:
+def _under(e: ex.Expression, routine: str, found: _Records) -> list[tuple[ex.Expression, MemberPath, _Leaf]]:
     """Of a record, or of a member that is one: its variable, the names from there on, and the leaf; of others none."""
     base, path = _chain(e)
     root = _root(e)
     key = None if root is None else found.of(routine, root.name)
-    if key is None or not isinstance(base, (Named, Item)):
+    if key is None or not isinstance(base, (ex.Named, ex.Item)):
         return []
     lower = tuple(name.casefold() for name in path)
     leaves = found.shapes[_kind(key, found)]
@@ -625,27 +610,27 @@ def _under(e: Expression, routine: str, found: _Records) -> list[tuple[Expressio
 @dataclass(slots=True)
 class _Flat:
     found: _Records
-    own: dict[str, Routine] = field(init=False)
-    _arrays: set[Expression] = field(init=False)  # variables of members that are arrays themselves
+    own: dict[str, st.Routine] = field(init=False)
+    _arrays: set[ex.Expression] = field(init=False)  # variables of members that are arrays themselves
 
     def __post_init__(self) -> None:
         own = self.found
         self.own = {r.name.casefold(): r for r in own.symbols.routines.values()}
         self._arrays = {
-            Named(own.names[(*key, leaf.path)])
+            ex.Named(own.names[(*key, leaf.path)])
             for key, kind in own.variables.items()
             for leaf in own.shapes[kind]
             if leaf.sizes
         }
 
-    def routine(self, r: Routine) -> Routine:
+    def routine(self, r: st.Routine) -> st.Routine:
         body = tuple(one for s in r.body for one in self.statement(s, r))
         data = tuple(one for d in r.data for one in self.declared(d, r.name))
         parameters = tuple(one for p in r.parameters for one in self._parameter(p, r))
         returns = "" if r.name.casefold() in self.found.results else r.returns
         return replace(r, body=body, data=data, parameters=parameters, returns=returns)
 
-    def _parameter(self, p: Parameter, r: Routine) -> list[Parameter]:
+    def _parameter(self, p: st.Parameter, r: st.Routine) -> list[st.Parameter]:
         kind = self.found.parameters.get(r.name.casefold(), {}).get(p.name)
         if kind is None:
             return [p]
@@ -655,7 +640,7 @@ class _Flat:
             for leaf in self.found.shapes[kind]
         ]
 
-    def declared(self, d: Declare, routine: str) -> list[Declare]:
+    def declared(self, d: st.Declare, routine: str) -> list[st.Declare]:
         key = self.found.of(routine, d.name)
         if key is None or key not in self.found.variables:
             return [d]
@@ -669,23 +654,23 @@ class _Flat:
             rows.append(row if not at else replace(row, comment=""))
         return rows
 
-    def statement(self, s: Statement, r: Routine) -> list[Statement]:
-        if isinstance(s, Declare):
+    def statement(self, s: st.Statement, r: st.Routine) -> list[st.Statement]:
+        if isinstance(s, st.Declare):
             return list(self.declared(s, r.name))
-        if isinstance(s, Assign) and _is_copy(s, r.name, self.found):
+        if isinstance(s, st.Assign) and _is_copy(s, r.name, self.found):
             return list(self._copied(s, r.name))
-        if isinstance(s, Return) and _is_returned(s, r.name, self.found):
+        if isinstance(s, st.Return) and _is_returned(s, r.name, self.found):
             return self._returned(s, r)
-        if isinstance(s, Call):
+        if isinstance(s, st.Call):
             s = replace(s, arguments=self._arguments(s, r.name))
         return [mapped(s, lambda e: self._leaf(e, r.name))]
 
-    def _copied(self, s: Assign, routine: str) -> Iterator[Statement]:
-        if isinstance(s.value, CallValue) and not _returned_by(s.value, self.found):
+    def _copied(self, s: st.Assign, routine: str) -> Iterator[st.Statement]:
+        if isinstance(s.value, ex.CallValue) and not _returned_by(s.value, self.found):
             # A routine that no file has: it is handed the members to be set.
             members = self._argument(s.target, routine)
             handed = (*self._arguments(s.value, routine), *members)
-            call = Call(s.line, s.value.routine, handed, comment=s.comment)
+            call = st.Call(s.line, s.value.routine, handed, comment=s.comment)
             yield mapped(call, lambda e: self._leaf(e, routine))
             return
         yield from self._called(s.value, s.line, routine)
@@ -694,44 +679,44 @@ class _Flat:
             target = _all(self._named(base, leaf, routine), leaf)
             given = self._given(s.value, rest, routine)
             if given is not None:  # what a value leaves out has none
-                yield mapped(Assign(s.line, target, given, comment), lambda e: self._leaf(e, routine))
+                yield mapped(st.Assign(s.line, target, given, comment), lambda e: self._leaf(e, routine))
                 comment = ""
 
-    def _returned(self, s: Return, r: Routine) -> list[Statement]:
+    def _returned(self, s: st.Return, r: st.Routine) -> list[st.Statement]:
         """The members of what a routine returns, in variables of their own."""
         assert s.value is not None
         rows = list(self._called(s.value, s.line, r.name))
         for leaf in self.found.shapes[self.found.results[r.name.casefold()]]:
-            target = _all(Named(self.found.names[(r.name.casefold(), _RESULT, leaf.path)]), leaf)
+            target = _all(ex.Named(self.found.names[(r.name.casefold(), _RESULT, leaf.path)]), leaf)
             given = self._given(s.value, leaf.path, r.name)
             if given is not None:
-                rows.append(mapped(Assign(s.line, target, given), lambda e: self._leaf(e, r.name)))
+                rows.append(mapped(st.Assign(s.line, target, given), lambda e: self._leaf(e, r.name)))
         rows.append(replace(s, value=None, condition=None))
         if s.condition is None:
             return rows
         condition = mapped(s.condition, lambda e: self._leaf(e, r.name))
-        return [If(s.line, condition), *rows, EndIf(s.line)]
+        return [st.If(s.line, condition), *rows, st.EndIf(s.line)]
 
-    def _called(self, value: Expression, line: int, routine: str) -> Iterator[Statement]:
-        if isinstance(value, CallValue):
-            call = Call(line, value.routine, self._arguments(value, routine))
+    def _called(self, value: ex.Expression, line: int, routine: str) -> Iterator[st.Statement]:
+        if isinstance(value, ex.CallValue):
+            call = st.Call(line, value.routine, self._arguments(value, routine))
             yield mapped(call, lambda e: self._leaf(e, routine))
 
-    def _given(self, value: Expression, path: MemberPath, routine: str) -> Expression | None:
+    def _given(self, value: ex.Expression, path: MemberPath, routine: str) -> ex.Expression | None:
         """A member of a record that is copied, None where its value leaves it out."""
-        if isinstance(value, RecordLiteral):
+        if isinstance(value, ex.RecordLiteral):
             return _part(value, path)
         if kind := _returned_by(value, self.found):
-            assert isinstance(value, CallValue)
+            assert isinstance(value, ex.CallValue)
             leaf = next(leaf for leaf in self.found.shapes[kind] if leaf.path == path)
-            return _all(Named(self.found.names[(value.routine.casefold(), _RESULT, path)]), leaf)
+            return _all(ex.Named(self.found.names[(value.routine.casefold(), _RESULT, path)]), leaf)
         return next(
             _all(self._named(base, leaf, routine), leaf)
             for base, rest, leaf in _under(value, routine, self.found)
             if rest == path
         )
 
-    def _arguments(self, call: Call | CallValue, routine: str) -> tuple[Expression, ...]:
+    def _arguments(self, call: st.Call | ex.CallValue, routine: str) -> tuple[ex.Expression, ...]:
         called = self.own.get(call.routine.casefold())
         kinds = self.found.parameters.get(call.routine.casefold(), {})
         names = [kinds.get(p.name, "") for p in called.parameters] if called is not None else []
@@ -741,45 +726,45 @@ class _Flat:
             for one in self._argument(a, routine, names[at] if at < len(names) else "")
         )
 
-    def _argument(self, e: Expression, routine: str, kind: str = "") -> list[Expression]:
-        if kind and isinstance(e, RecordLiteral):
+    def _argument(self, e: ex.Expression, routine: str, kind: str = "") -> list[ex.Expression]:
+        if kind and isinstance(e, ex.RecordLiteral):
             return [part for leaf in self.found.shapes[kind] if (part := _part(e, leaf.path)) is not None]
         leaves = _under(e, routine, self.found)
         return [self._named(base, leaf, routine) for base, _, leaf in leaves] or [e]
 
-    def _named(self, base: Expression, leaf: _Leaf, routine: str) -> Expression:
+    def _named(self, base: ex.Expression, leaf: _Leaf, routine: str) -> ex.Expression:
         root = _root(base)
         assert root is not None
         key = self.found.of(routine, root.name)
         assert key is not None
         scope = key[0].casefold() if key not in self.found.variables else key[0]
-        name = Named(self.found.names[(scope, key[1], leaf.path)])
-        return replace(base, base=name) if isinstance(base, Item) else name
+        name = ex.Named(self.found.names[(scope, key[1], leaf.path)])
+        return replace(base, base=name) if isinstance(base, ex.Item) else name
 
-    def _leaf(self, e: Expression, routine: str) -> Expression:
-        if isinstance(e, CallValue):
+    def _leaf(self, e: ex.Expression, routine: str) -> ex.Expression:
+        if isinstance(e, ex.CallValue):
             return replace(e, arguments=self._arguments(e, routine))
-        if isinstance(e, Item) and isinstance(e.base, Item) and e.base.base in self._arrays:
-            return Item(e.base.base, (*e.base.indices, *(e.indices or (_ALL,))))
-        leaf = _leaf_of(e, routine, self.found) if isinstance(e, Member) else None
+        if isinstance(e, ex.Item) and isinstance(e.base, ex.Item) and e.base.base in self._arrays:
+            return ex.Item(e.base.base, (*e.base.indices, *(e.indices or (_ALL,))))
+        leaf = _leaf_of(e, routine, self.found) if isinstance(e, ex.Member) else None
         return e if leaf is None else self._named(_chain(e)[0], leaf, routine)
 
 
-def _all(e: Expression, leaf: _Leaf) -> Expression:
+def _all(e: ex.Expression, leaf: _Leaf) -> ex.Expression:
     """A text as a whole, which KRL has as an array of characters."""
     if not leaf.sizes:
         return e
-    return Item(e.base, (*e.indices, _ALL)) if isinstance(e, Item) else Item(e, ())
+    return ex.Item(e.base, (*e.indices, _ALL)) if isinstance(e, ex.Item) else ex.Item(e, ())
 
 
-def _part(value: Expression, path: MemberPath) -> Expression | None:
+def _part(value: ex.Expression, path: MemberPath) -> ex.Expression | None:
     """What a value has at a member; of an array the members of all its elements."""
-    if isinstance(value, RecordLiteral) and value.members and not value.members[0][0] and path:
+    if isinstance(value, ex.RecordLiteral) and value.members and not value.members[0][0] and path:
         parts = [_part(one, path) for _, one in value.members]
-        return RecordLiteral("", tuple(("", one) for one in parts if one is not None))
+        return ex.RecordLiteral("", tuple(("", one) for one in parts if one is not None))
     if not path:
         return value
-    if not isinstance(value, RecordLiteral):
+    if not isinstance(value, ex.RecordLiteral):
         return None
     members = {name.casefold().removesuffix("[]"): one for name, one in value.members}
     inside = members.get(path[0].casefold())

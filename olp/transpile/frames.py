@@ -9,34 +9,10 @@ from collections.abc import Iterator, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.expressions import (
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-)
 from olp.ir.points import PointKind
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Call,
-    Comment,
-    Declare,
-    DefineFrame,
-    Move,
-    Program,
-    Routine,
-    SetFrame,
-    SetTool,
-    Statement,
-)
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
 from olp.robots.geometry import Pose
 from olp.runtime.assumptions import WrittenPosition
@@ -50,8 +26,8 @@ from olp.transpile.records import literal_of, pose_of_literal
 from olp.transpile.symbols import Symbols, base_of, kind_of_value
 
 T = TypeVar("T")
-_FLANGE: Final = FrameRef("tool", Number(0))
-_ZERO: Final = PositionLiteral("pose", (0.0,) * 6)
+_FLANGE: Final = ex.FrameRef("tool", ex.Number(0))
+_ZERO: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 _FAR: Final = (
     10.0  # [m] from a frame's origin to the points that define it: rounding them turns it by nothing
 )
@@ -61,21 +37,21 @@ _FAR: Final = (
 class _Systems(SystemNames):
     """Statements with the target's tools and frames. `known`: what moves' references became."""
 
-    known: dict[tuple[object, ...], Expression] = field(default_factory=dict)
-    same: dict[int, tuple[Expression, str, Expression]] = field(
+    known: dict[tuple[object, ...], ex.Expression] = field(default_factory=dict)
+    same: dict[int, tuple[ex.Expression, str, ex.Expression]] = field(
         default_factory=dict
     )  # by the id of the first
     reading: set[int] = field(default_factory=set)  # ids of the moves that may read where the arm stands
-    held: dict[Named, Named] = field(
+    held: dict[ex.Named, ex.Named] = field(
         default_factory=dict
     )  # of those with a number whose components are set: the position that is copied into it
 
-    def move(self, s: Move) -> Move:
+    def move(self, s: st.Move) -> st.Move:
         changes: dict[str, Any] = {}
         if s.tool is not None and (tool := self._said("tool", s.tool, s)) is not s.tool:
             changes["tool"] = tool
         frame = s.frame
-        base = type(frame) is FrameRef and frame.kind == "base" and frame.number is None
+        base = type(frame) is ex.FrameRef and frame.kind == "base" and frame.number is None
         if frame is not None and not base and (frame := self._said("user", frame, s)) is not s.frame:
             changes["frame"] = frame
         if id(s) in self.reading:
@@ -87,15 +63,15 @@ class _Systems(SystemNames):
             self._folded(s, frame, changes)
         return edited(s, changes) if changes else s
 
-    def _said(self, kind: str, e: Expression, s: Statement) -> Expression:
+    def _said(self, kind: str, e: ex.Expression, s: st.Statement) -> ex.Expression:
         """A tool or frame as the target says it; moves name few of them, over and over."""
         same = self.same.get(id(e))
         if same is not None and same[0] is e and same[1] == kind:
             return same[2]
         key: tuple[object, ...] | None = None
-        if type(e) is Named:
+        if type(e) is ex.Named:
             key = (kind, self.routine, e.name)
-        elif type(e) is FrameRef and type(e.number) is Number:
+        elif type(e) is ex.FrameRef and type(e.number) is ex.Number:
             key = (kind, e.kind, e.number.value)
         known = None if key is None else self.known.get(key)
         if known is not None:
@@ -109,14 +85,14 @@ class _Systems(SystemNames):
             self.known[key] = said
         return e if said == e else said
 
-    def _folded(self, s: Move, frame: Expression | None, changes: dict[str, Any]) -> None:
+    def _folded(self, s: st.Move, frame: ex.Expression | None, changes: dict[str, Any]) -> None:
         """URScript: the target seen from the base."""
         tool = changes.get("tool", s.tool)
-        if type(tool) is FrameRef and tool == _FLANGE:
+        if type(tool) is ex.FrameRef and tool == _FLANGE:
             changes["tool"] = _ZERO
-        if frame is None or (isinstance(frame, FrameRef) and frame.kind in ("base", "robot")):
+        if frame is None or (isinstance(frame, ex.FrameRef) and frame.kind in ("base", "robot")):
             return
-        if isinstance(frame, FrameRef):
+        if isinstance(frame, ex.FrameRef):
             self.work.lose(s, Fate.REFUSED, "frame", "a frame whose values are not known here")
             return
         changes["frame"] = BASE
@@ -125,14 +101,16 @@ class _Systems(SystemNames):
         if s.via is not None:
             changes["via"] = self._in_base(frame, s.via)
 
-    def _in_base(self, frame: Expression, target: Expression) -> Expression:
-        if type(target) is Function and target.name == "inverse" and len(target.arguments) == 2:
+    def _in_base(self, frame: ex.Expression, target: ex.Expression) -> ex.Expression:
+        if type(target) is ex.Function and target.name == "inverse" and len(target.arguments) == 2:
             return replace(target, arguments=(self._in_base(frame, target.arguments[0]), target.arguments[1]))
         if kind_of_value(self.symbols, self.routine, target) == "joints":
             return target
-        return Function("pose-product", (frame, target))
+        return ex.Function("pose-product", (frame, target))
 
-    def _chosen(self, s: Statement, held: list[Expression | None]) -> tuple[list[Statement], Statement]:
+    def _chosen(
+        self, s: st.Statement, held: list[ex.Expression | None]
+    ) -> tuple[list[st.Statement], st.Statement]:
         """What chooses the tool and the frame that a statement reads the position with, and that statement."""
         limits = self.work.limits
         asked = next((found for e in expressions_of(s) if (found := systems_of(e)) is not None), None)
@@ -141,19 +119,19 @@ class _Systems(SystemNames):
         placed = self._placed(s, s)
         if limits.tool_and_frame != "modal":
             return [], placed
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for at, (kind, value) in enumerate(zip(("tool", "user"), asked, strict=True)):
             said = None if value is None else self._said(kind, value, s)
             if said is None or said == held[at] or (kind == "user" and limits.pose_functions):
                 continue
-            rows.append(SetTool(s.line, said) if kind == "tool" else SetFrame(s.line, said))
+            rows.append(st.SetTool(s.line, said) if kind == "tool" else st.SetFrame(s.line, said))
             held[at] = said
         return rows, placed
 
-    def _placed(self, s: Statement, node: T) -> T:
+    def _placed(self, s: st.Statement, node: T) -> T:
         """Readings of the position as the target says them: RAPID names tool and frame, URScript has the base."""
 
-        def change(e: Expression) -> Expression:
+        def change(e: ex.Expression) -> ex.Expression:
             asked = systems_of(e)
             if asked is None:
                 return e
@@ -166,29 +144,29 @@ class _Systems(SystemNames):
                 return seen_in(tool, frame)
             if frame is None or frame == BASE:
                 return HERE
-            return Function("pose-product", (Function("pose-inverse", (frame,)), HERE))
+            return ex.Function("pose-product", (ex.Function("pose-inverse", (frame,)), HERE))
 
         return mapped(node, change)
 
-    def assigned(self, s: Assign) -> list[Statement]:
+    def assigned(self, s: st.Assign) -> list[st.Statement]:
         """An assignment to a name that stands for a numbered tool or frame sets that one's values."""
         if (
             self.work.limits.named_frames
-            and isinstance(s.value, FrameRef)
+            and isinstance(s.value, ex.FrameRef)
             and s.value.kind in ("tool", "user")
         ):
             s = replace(s, value=self._said(s.value.kind, s.value, s))
         key = system_of(s.target)
         if key is not None and not self.work.limits.named_frames:
-            ref = self.numbered(key[0], FrameRef(key[0], Number(key[1])), s)
-            if isinstance(ref, FrameRef) and isinstance(ref.number, Number):
+            ref = self.numbered(key[0], ex.FrameRef(key[0], ex.Number(key[1])), s)
+            if isinstance(ref, ex.FrameRef) and isinstance(ref.number, ex.Number):
                 return self.setting(key[0], int(ref.number.value), s.value, s.line, s.comment)
         if key is not None:
-            target = self.named(key[0], FrameRef(key[0], Number(key[1])), s)
+            target = self.named(key[0], ex.FrameRef(key[0], ex.Number(key[1])), s)
             return [replace(s, target=target)]
-        member = s.target if isinstance(s.target, Member) else None
+        member = s.target if isinstance(s.target, ex.Member) else None
         name = s.target if member is None else member.base
-        if not isinstance(name, Named):
+        if not isinstance(name, ex.Named):
             return [s]
         for kind in ("tool", "user"):
             number = self.numbers.get((kind, name))
@@ -205,38 +183,44 @@ class _Systems(SystemNames):
             return [replace(s, target=target), *self.setting(kind, number, held, s.line)]
         return [s]
 
-    def note_components(self, routine: Routine, shared: Set[str]) -> None:
+    def note_components(self, routine: st.Routine, shared: Set[str]) -> None:
         """Positions for the tools and frames with numbers of which a routine sets components.
 
         `shared`: the names of the program's own data. Those of a routine begin anew with each call.
         """
         for _, s in self.work.look(routine).rare:
-            base = s.target.base if isinstance(s, Assign) and isinstance(s.target, Member) else None
-            if not isinstance(base, Named) or base in self.held or base.name not in shared:
+            base = s.target.base if isinstance(s, st.Assign) and isinstance(s.target, ex.Member) else None
+            if not isinstance(base, ex.Named) or base in self.held or base.name not in shared:
                 continue
             symbol = self.symbols.find(routine.name, base.name)
             for kind in ("tool", "user"):
                 if symbol is not None and not symbol.scope and (kind, base) in self.numbers:
-                    value = symbol.value if isinstance(symbol.value, PositionLiteral) else _ZERO
+                    value = symbol.value if isinstance(symbol.value, ex.PositionLiteral) else _ZERO
                     self.held[base] = self._made("position", base, f"{base.name}_value", value)
 
     def setting(
-        self, kind: str, number: int, value: Expression, line: int, comment: str = ""
-    ) -> list[Statement]:
+        self, kind: str, number: int, value: ex.Expression, line: int, comment: str = ""
+    ) -> list[st.Statement]:
         """The statements that set the values of a numbered tool or frame."""
-        if isinstance(value, FrameRef) and value.number is not None and not isinstance(value.number, Number):
+        if (
+            isinstance(value, ex.FrameRef)
+            and value.number is not None
+            and not isinstance(value.number, ex.Number)
+        ):
             says = f"the {system_words(kind)}'s number is computed while the program runs"
             self.work.lose(line, Fate.REFUSED, system_words(kind), says)
             return []
         if not self.work.limits.frame_functions:
             return [
-                Assign(line, FrameRef(kind, Number(number)), self._position(kind, number, value), comment)
+                st.Assign(
+                    line, ex.FrameRef(kind, ex.Number(number)), self._position(kind, number, value), comment
+                )
             ]
         if kind == "tool":
-            target = Function("tool-data", (Number(number),))
-            return [Assign(line, target, self._position(kind, number, value), comment)]
+            target = ex.Function("tool-data", (ex.Number(number),))
+            return [st.Assign(line, target, self._position(kind, number, value), comment)]
         literal = self.symbols.fixed_value(self.routine, value)
-        if not isinstance(literal, PositionLiteral):
+        if not isinstance(literal, ex.PositionLiteral):
             self.work.lose(line, Fate.REFUSED, "frame", "a frame that is computed while the program runs")
             return []
         pose = pose_of_literal(literal)
@@ -249,30 +233,30 @@ class _Systems(SystemNames):
             points.append(
                 self._made("position", literal_of(corner), f"frame{number}_{suffix}", literal_of(corner))
             )
-        return [DefineFrame(line, FrameRef(kind, Number(number)), tuple(points), comment=comment)]  # type: ignore[arg-type]
+        return [st.DefineFrame(line, ex.FrameRef(kind, ex.Number(number)), tuple(points), comment=comment)]  # type: ignore[arg-type]
 
-    def _position(self, kind: str, number: int, value: Expression) -> Expression:
+    def _position(self, kind: str, number: int, value: ex.Expression) -> ex.Expression:
         literal = self.symbols.fixed_value(self.routine, value)
-        if isinstance(literal, PositionLiteral):
+        if isinstance(literal, ex.PositionLiteral):
             if self.work.limits.forms:
                 return literal
             return self._made("position", literal, f"{system_words(kind)}{number}_value", literal)
         return value
 
-    def routine_of(self, routine: Routine) -> Routine:
+    def routine_of(self, routine: st.Routine) -> st.Routine:
         self.routine = routine.name
         self.same.clear()
         if self.work.limits.position_read_in != "base":
             self.reading = {id(s) for _, s in self.work.look(routine).rare}
-        return with_rows(routine, [self.move(s) if type(s) is Move else s for s in routine.body])
+        return with_rows(routine, [self.move(s) if type(s) is st.Move else s for s in routine.body])
 
-    def routine_with_values(self, routine: Routine, main: bool) -> Routine:
+    def routine_with_values(self, routine: st.Routine, main: bool) -> st.Routine:
         self.routine = routine.name
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         reads = self.work.limits.position_read_in != "base"
-        held: list[Expression | None] = [None, None]  # tool and frame, where the text tells them
+        held: list[ex.Expression | None] = [None, None]  # tool and frame, where the text tells them
         for s in routine.body:
-            if type(s) is Move:
+            if type(s) is st.Move:
                 held = [s.tool, s.frame]
                 rows.append(s)
                 continue
@@ -283,38 +267,40 @@ class _Systems(SystemNames):
                     held = [None, None]
             if self.held:
                 s = self._with_held(s)
-            if isinstance(s, Assign):
+            if isinstance(s, st.Assign):
                 rows += self.assigned(s)
             elif not (
-                isinstance(s, Declare) and s.type in ("tool", "frame") and not self.work.limits.named_frames
+                isinstance(s, st.Declare)
+                and s.type in ("tool", "frame")
+                and not self.work.limits.named_frames
             ):
                 rows.append(s)
         if main and self.values:
             rows[_place(rows) : _place(rows)] = self._all_values()
         return with_rows(routine, rows)
 
-    def _with_held(self, s: Statement) -> Statement:
+    def _with_held(self, s: st.Statement) -> st.Statement:
         """A statement that reads components of the positions that hold tools and frames with numbers."""
 
-        def change(e: Expression) -> Expression:
-            held = self.held.get(e.base) if type(e) is Member and type(e.base) is Named else None
-            return e if held is None or type(e) is not Member else replace(e, base=held)
+        def change(e: ex.Expression) -> ex.Expression:
+            held = self.held.get(e.base) if type(e) is ex.Member and type(e.base) is ex.Named else None
+            return e if held is None or type(e) is not ex.Member else replace(e, base=held)
 
-        if isinstance(s, Assign):
+        if isinstance(s, st.Assign):
             value = mapped(s.value, change)
             return s if value is s.value else replace(s, value=value)
         return mapped(s, change)
 
-    def _all_values(self) -> list[Statement]:
-        rows: list[Statement] = []
+    def _all_values(self) -> list[st.Statement]:
+        rows: list[st.Statement] = []
         labels = {(kind, number): system_label(key) for (kind, key), number in self.numbers.items()}
         for (kind, number), value in self.values.items():
             label = labels.get((kind, number), "") if self.work.limits.forms else ""
             rows += self.setting(kind, number, value, 0, label)
-        return [Comment(0, terminology.SYSTEMS_ARE_SET), *rows] if rows else []
+        return [st.Comment(0, terminology.SYSTEMS_ARE_SET), *rows] if rows else []
 
 
-def frames(program: Program, work: TranslationContext) -> Program:
+def frames(program: st.Program, work: TranslationContext) -> st.Program:
     """Every move's tool and frame as the target says them, and their values where it has none yet."""
     systems = _Systems(work, work.symbols(program))
     systems.note_numbers(program)
@@ -337,39 +323,39 @@ def frames(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=(*data, *systems.declared))
 
 
-def _begins_moving(routine: Routine) -> bool:
-    return routine.starts and any(isinstance(s, (Call, Move)) for s in routine.body)
+def _begins_moving(routine: st.Routine) -> bool:
+    return routine.starts and any(isinstance(s, (st.Call, st.Move)) for s in routine.body)
 
 
-def _with_copied(program: Program, systems: _Systems) -> tuple[Declare, ...]:
+def _with_copied(program: st.Program, systems: _Systems) -> tuple[st.Declare, ...]:
     """The data of a program: tools and frames that have no number, and are computed or copied, as positions."""
     numbered = {base.name for _, key in systems.numbers if (base := base_of(key)) is not None}
     used: set[str] = set()
     for routine in program.routines:
         for _, s in systems.work.look(routine).rare:
-            if type(s) is Assign:
+            if type(s) is st.Assign:
                 note_names(s, used)
     used -= numbered
 
-    def change(d: Declare) -> Declare:
-        known = d.value is None or isinstance(d.value, PositionLiteral)
+    def change(d: st.Declare) -> st.Declare:
+        known = d.value is None or isinstance(d.value, ex.PositionLiteral)
         kept = d.type in ("tool", "frame") and d.name in used and known and not d.sizes
         return replace(d, type="position") if kept else d
 
     return tuple(map(change, program.data))
 
 
-def _names_of_data(program: Program) -> set[str]:
+def _names_of_data(program: st.Program) -> set[str]:
     """The names of the program's data that no routine has, too."""
     names = {declare.name for declare in program.data}
     for routine in program.routines:
         names -= {declare.name for declare in routine.data} | {p.name for p in routine.parameters}
-        names -= {s.name for s in routine.body if isinstance(s, Declare)}
+        names -= {s.name for s in routine.body if isinstance(s, st.Declare)}
     return names
 
 
-def _place(rows: list[Statement]) -> int:
-    return next((at for at, s in enumerate(rows) if not isinstance(s, (Begin, Declare))), len(rows))
+def _place(rows: list[st.Statement]) -> int:
+    return next((at for at, s in enumerate(rows) if not isinstance(s, (st.Begin, st.Declare))), len(rows))
 
 
 # --- External frames ---
@@ -378,14 +364,14 @@ def _place(rows: list[Statement]) -> int:
 # olp.toml beside the program may give their values under [names]; then they are declared with these.
 
 _FIELDS: Final[dict[type, tuple[str, ...]]] = {
-    Move: ("tool", "frame"),
-    SetTool: ("tool",),
-    SetFrame: ("frame",),
+    st.Move: ("tool", "frame"),
+    st.SetTool: ("tool",),
+    st.SetFrame: ("frame",),
 }
 _KINDS = {"tool": "tool", "frame": "user"}
 
 
-def elsewhere(program: Program, work: TranslationContext) -> Program:
+def elsewhere(program: st.Program, work: TranslationContext) -> st.Program:
     """Notes them in `work.elsewhere` and puts their numbers in their places."""
     symbols = work.symbols(program)
     if not any(_names_undeclared(symbols, routine, work.look(routine)) for routine in program.routines):
@@ -406,11 +392,11 @@ def elsewhere(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=(*program.data, *own.declared.values()))
 
 
-def _systems(s: Statement) -> Iterator[tuple[str, Expression]]:
+def _systems(s: st.Statement) -> Iterator[tuple[str, ex.Expression]]:
     """The tools and frames that a statement names."""
     for name in _FIELDS.get(type(s), ()):
         e = getattr(s, name)
-        if e is not None and type(e) is not FrameRef:
+        if e is not None and type(e) is not ex.FrameRef:
             yield _KINDS[name], e
     if not calls_nothing(s) and not sets_numbers(s):
         for e in expressions_of(s):
@@ -419,15 +405,15 @@ def _systems(s: Statement) -> Iterator[tuple[str, Expression]]:
                     yield kind, part
 
 
-def _names_undeclared(symbols: Symbols, routine: Routine, look: Look) -> bool:
-    systems = [e for _, e in look.systems if type(e) is not FrameRef]
+def _names_undeclared(symbols: Symbols, routine: st.Routine, look: Look) -> bool:
+    systems = [e for _, e in look.systems if type(e) is not ex.FrameRef]
     systems += [e for _, s in look.rare for _, e in _systems(s)]
     return any(_is_undeclared(symbols, routine, e) for e in systems)
 
 
-def _is_undeclared(symbols: Symbols, routine: Routine, e: Expression) -> bool:
-    name = e.base if isinstance(e, Item) and all(isinstance(i, Number) for i in e.indices) else e
-    return isinstance(name, Named) and symbols.find(routine.name, name.name) is None
+def _is_undeclared(symbols: Symbols, routine: st.Routine, e: ex.Expression) -> bool:
+    name = e.base if isinstance(e, ex.Item) and all(isinstance(i, ex.Number) for i in e.indices) else e
+    return isinstance(name, ex.Named) and symbols.find(routine.name, name.name) is None
 
 
 @dataclass(slots=True)
@@ -435,9 +421,9 @@ class _Elsewhere:
     """`numbers`: by kind and label; `declared`: what olp.toml gives a value."""
 
     work: TranslationContext
-    program: Program
+    program: st.Program
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
-    declared: dict[str, Declare] = field(default_factory=dict)
+    declared: dict[str, st.Declare] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=lambda: {"tool": {0}, "user": {0}})
 
     def __post_init__(self) -> None:
@@ -447,17 +433,17 @@ class _Elsewhere:
         for s in self.program.statements():
             for name in _FIELDS.get(type(s), ()):
                 e = getattr(s, name)
-                number = e.number if type(e) is FrameRef else e.indices[0] if type(e) is Item else None
-                if type(number) is Number:
+                number = e.number if type(e) is ex.FrameRef else e.indices[0] if type(e) is ex.Item else None
+                if type(number) is ex.Number:
                     self.taken[_KINDS[name]].add(int(number.value))
 
-    def note(self, kind: str, e: Expression, s: Statement) -> None:
+    def note(self, kind: str, e: ex.Expression, s: st.Statement) -> None:
         label = system_label(e)
         if (kind, label) in self.numbers or label in self.declared:
             return
-        if isinstance(e, Named) and (value := self._given(e.name)) is not None:
+        if isinstance(e, ex.Named) and (value := self._given(e.name)) is not None:
             type_ = "tool" if kind == "tool" else "frame"
-            self.declared[label] = Declare(0, e.name, type_, value, storage="constant", shared=True)
+            self.declared[label] = st.Declare(0, e.name, type_, value, storage="constant", shared=True)
             return
         wanted = self.work.mapped_system(kind, label)
         if not wanted and self.work.target_conventions.controller_names:
@@ -471,39 +457,39 @@ class _Elsewhere:
         self.taken[kind].add(number)
         return number
 
-    def _given(self, name: str) -> PositionLiteral | None:
+    def _given(self, name: str) -> ex.PositionLiteral | None:
         given = world_of(self.work.source, self.work.robot).assumptions.names.get(name.casefold())
         if not isinstance(given, WrittenPosition) or given.state.kind is not PointKind.POSE:
             return None
-        return PositionLiteral("pose", given.values[:6])
+        return ex.PositionLiteral("pose", given.values[:6])
 
-    def statement(self, s: Statement, routine: Routine, symbols: Symbols) -> Statement:
+    def statement(self, s: st.Statement, routine: st.Routine, symbols: Symbols) -> st.Statement:
         changes: dict[str, Any] = {}
         for name in _FIELDS.get(type(s), ()):
             e = getattr(s, name)
             if e is not None and (new := self._numbered(_KINDS[name], e, routine, symbols)) is not e:
                 changes[name] = new
         if changes:
-            s = edited(s, changes) if isinstance(s, Move) else replace(s, **changes)
+            s = edited(s, changes) if isinstance(s, st.Move) else replace(s, **changes)
         return s if calls_nothing(s) else mapped(s, lambda e: self._reading(e, routine, symbols))
 
-    def _reading(self, e: Expression, routine: Routine, symbols: Symbols) -> Expression:
+    def _reading(self, e: ex.Expression, routine: st.Routine, symbols: Symbols) -> ex.Expression:
         """A reading of the position that names such a tool or frame."""
-        if not isinstance(e, Function) or systems_of(e) is None:
+        if not isinstance(e, ex.Function) or systems_of(e) is None:
             return e
-        arguments: list[Expression] = []
+        arguments: list[ex.Expression] = []
         for a in e.arguments:
-            if isinstance(a, NamedArgument) and a.value is not None:
+            if isinstance(a, ex.NamedArgument) and a.value is not None:
                 kind = "tool" if a.name.casefold() == "tool" else "user"
                 a = replace(a, value=self._numbered(kind, a.value, routine, symbols))
             arguments.append(a)
         return replace(e, arguments=tuple(arguments))
 
-    def _numbered(self, kind: str, e: Expression, routine: Routine, symbols: Symbols) -> Expression:
-        if type(e) is FrameRef or not _is_undeclared(symbols, routine, e):
+    def _numbered(self, kind: str, e: ex.Expression, routine: st.Routine, symbols: Symbols) -> ex.Expression:
+        if type(e) is ex.FrameRef or not _is_undeclared(symbols, routine, e):
             return e
         number = self.numbers.get((kind, system_label(e)))
-        return e if number is None else FrameRef(kind, Number(number))
+        return e if number is None else ex.FrameRef(kind, ex.Number(number))
 
 
 # --- Written systems ---
@@ -515,21 +501,21 @@ _ARRAYS: Final = {"TOOL_DATA": "tool", "BASE_DATA": "user"}
 _SIZES: Final = {"tool": 16, "user": 32}  # as delivered
 
 
-def written_systems(program: Program, work: TranslationContext) -> Program:
+def written_systems(program: st.Program, work: TranslationContext) -> st.Program:
     """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
     if not work.conventions.numbered_frame_values:
         return program
     program = _named_systems(_as_arrays(program, work), work)
-    assigned = [s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)]
+    assigned = [s for r in program.routines for _, s in work.look(r).rare if isinstance(s, st.Assign)]
     written = {key for s in assigned if (key := _set(s.target))}
     _refuse(assigned, written, work)
     if not written:
         return program
     for declare in program.data:
         kind = _ARRAYS.get(declare.name.upper())
-        if kind is not None and isinstance(declare.value, RecordLiteral):
+        if kind is not None and isinstance(declare.value, ex.RecordLiteral):
             for number, (_, value) in enumerate(declare.value.members, 1):
-                if (kind, number) in written and isinstance(value, PositionLiteral):
+                if (kind, number) in written and isinstance(value, ex.PositionLiteral):
                     work.systems[(kind, number)] = value
     routines = tuple(
         replace(r, body=tuple([_statement(s, written) for s in r.body])) for r in program.routines
@@ -537,7 +523,7 @@ def written_systems(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines)
 
 
-def _as_arrays(program: Program, work: TranslationContext) -> Program:
+def _as_arrays(program: st.Program, work: TranslationContext) -> st.Program:
     """Tools and frames by computed numbers as elements of an array, where the target has names for them and no numbers.
 
     Those by other numbers are elements of it, too.
@@ -545,20 +531,20 @@ def _as_arrays(program: Program, work: TranslationContext) -> Program:
     limits = work.limits
     if not limits.named_frames or limits.frame_numbers or limits.pose_functions:
         return program
-    users: dict[str, Statement] = {}  # the first with a computed number
+    users: dict[str, st.Statement] = {}  # the first with a computed number
     for s in (s for r in program.routines for s in r.body):
         for e in _numbered_in(s):
-            if not isinstance(e.number, Number):
+            if not isinstance(e.number, ex.Number):
                 users.setdefault(e.kind, s)
     if not users:
         return program
     names = {kind: work.fresh(f"numbered_{system_words(kind)}s") for kind in users}
 
-    def change(e: Expression) -> Expression:
-        found = _system(e) if isinstance(e, (FrameRef, Item)) else None
-        if found is None or found.kind not in names or found.number is None or found.number == Number(0):
+    def change(e: ex.Expression) -> ex.Expression:
+        found = _system(e) if isinstance(e, (ex.FrameRef, ex.Item)) else None
+        if found is None or found.kind not in names or found.number is None or found.number == ex.Number(0):
             return e  # 0: the flange, the base
-        return Item(Named(names[found.kind]), (found.number,))
+        return ex.Item(ex.Named(names[found.kind]), (found.number,))
 
     listed = {_ARRAYS.get(d.name.upper(), ""): d for d in program.data}
     rows = [d for d in program.data if _ARRAYS.get(d.name.upper()) not in names]
@@ -568,8 +554,8 @@ def _as_arrays(program: Program, work: TranslationContext) -> Program:
             continue
         word = system_words(kind)
         rows.append(
-            Declare(
-                0, name, word, None, (Number(_SIZES[kind]),), "persistent", shared=True, comment=UNDECLARED
+            st.Declare(
+                0, name, word, None, (ex.Number(_SIZES[kind]),), "persistent", shared=True, comment=UNDECLARED
             )
         )
         says = (
@@ -580,22 +566,22 @@ def _as_arrays(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=tuple(rows))
 
 
-def _numbered_in(s: Statement) -> Iterator[FrameRef]:
+def _numbered_in(s: st.Statement) -> Iterator[ex.FrameRef]:
     """The tools and frames of a statement by their numbers in the arrays."""
     systems = [e for name in _FIELDS.get(type(s), ()) if (e := getattr(s, name)) is not None]
     for e in (*systems, *(() if calls_nothing(s) or sets_numbers(s) else expressions_of(s))):
-        found = _system(e) if isinstance(e, (FrameRef, Item)) else None
+        found = _system(e) if isinstance(e, (ex.FrameRef, ex.Item)) else None
         if found is not None:
             yield found
 
 
-def _named_systems(program: Program, work: TranslationContext) -> Program:
+def _named_systems(program: st.Program, work: TranslationContext) -> st.Program:
     """Numbered tools and frames of which the program sets components, or that it sets and reads, as variables."""
     written: set[Key] = set()
     changing: set[Key] = set()
-    for s in (s for r in program.routines for _, s in work.look(r).rare if isinstance(s, Assign)):
-        target: Expression = s.target
-        while isinstance(target, Member):
+    for s in (s for r in program.routines for _, s in work.look(r).rare if isinstance(s, st.Assign)):
+        target: ex.Expression = s.target
+        while isinstance(target, ex.Member):
             target = target.base
         if (key := _set(target)) is not None:
             (written if target is s.target else changing).add(key)
@@ -603,7 +589,7 @@ def _named_systems(program: Program, work: TranslationContext) -> Program:
         key
         for r in program.routines
         for _, s in work.look(r).rare
-        if isinstance(s, Assign)
+        if isinstance(s, st.Assign)
         for e in expressions_of(s.value)
         if (key := _set(e)) is not None
     }
@@ -616,19 +602,19 @@ def _named_systems(program: Program, work: TranslationContext) -> Program:
     for (group, at), given in names.items():
         work.names["tool" if group == "tool" else "frame", str(at)] = given
 
-    def change(e: Expression) -> Expression:
+    def change(e: ex.Expression) -> ex.Expression:
         name = names.get(_set(e) or ("", 0))
-        return e if name is None else Named(name)
+        return e if name is None else ex.Named(name)
 
     values = {
         (kind, number): value
         for d in program.data
-        if (kind := _ARRAYS.get(d.name.upper())) is not None and isinstance(d.value, RecordLiteral)
+        if (kind := _ARRAYS.get(d.name.upper())) is not None and isinstance(d.value, ex.RecordLiteral)
         for number, (_, value) in enumerate(d.value.members, 1)
-        if isinstance(value, PositionLiteral)
+        if isinstance(value, ex.PositionLiteral)
     }
     declared = [
-        Declare(
+        st.Declare(
             0,
             name,
             "tool" if kind == "tool" else "frame",
@@ -644,47 +630,47 @@ def _named_systems(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=(*program.data, *declared))
 
 
-def _system(e: Expression) -> FrameRef | None:
+def _system(e: ex.Expression) -> ex.FrameRef | None:
     """A tool or frame of the arrays by its number, which may be computed."""
-    if isinstance(e, FrameRef) and e.kind in _ARRAYS.values() and e.number is not None:
+    if isinstance(e, ex.FrameRef) and e.kind in _ARRAYS.values() and e.number is not None:
         return e
-    if isinstance(e, Item) and isinstance(e.base, Named) and e.base.name.upper() in _ARRAYS:
-        return FrameRef(_ARRAYS[e.base.name.upper()], e.indices[0])
+    if isinstance(e, ex.Item) and isinstance(e.base, ex.Named) and e.base.name.upper() in _ARRAYS:
+        return ex.FrameRef(_ARRAYS[e.base.name.upper()], e.indices[0])
     return None
 
 
-def _set(target: Expression) -> Key | None:
+def _set(target: ex.Expression) -> Key | None:
     """The tool or frame that an assignment sets as a whole."""
     found = _system(target)
-    if found is None or not isinstance(found.number, Number):
+    if found is None or not isinstance(found.number, ex.Number):
         return None
     return found.kind, int(found.number.value)
 
 
-def _refuse(assigned: list[Assign], written: set[Key], work: TranslationContext) -> None:
+def _refuse(assigned: list[st.Assign], written: set[Key], work: TranslationContext) -> None:
     for s in assigned:
         word = ""
-        target: Expression = s.target
-        while isinstance(target, Member):
+        target: ex.Expression = s.target
+        while isinstance(target, ex.Member):
             target = target.base
         found = _system(target)
         if found is not None:
             word = "tool" if found.kind == "tool" else "frame"
-            if not isinstance(found.number, Number):
+            if not isinstance(found.number, ex.Number):
                 says = f"which {word} it sets is computed while the program runs"
                 work.lose(s, Fate.REFUSED, word, says)
         if any(_set(e) in written for e in expressions_of(s.value)):
             work.lose(s, Fate.REFUSED, word or "value", "it reads a tool or frame that the program sets")
 
 
-def _statement(s: Statement, written: set[Key]) -> Statement:
-    if isinstance(s, Assign) and _set(s.target) in written and (system := _system(s.target)) is not None:
+def _statement(s: st.Statement, written: set[Key]) -> st.Statement:
+    if isinstance(s, st.Assign) and _set(s.target) in written and (system := _system(s.target)) is not None:
         return replace(s, target=system)
     changes: dict[str, Any] = {}
     for name in _FIELDS.get(type(s), ()):
         e = getattr(s, name)
-        if isinstance(e, Item) and _set(e) in written:
+        if isinstance(e, ex.Item) and _set(e) in written:
             changes[name] = _system(e)
     if not changes:
         return s
-    return edited(s, changes) if isinstance(s, Move) else replace(s, **changes)
+    return edited(s, changes) if isinstance(s, st.Move) else replace(s, **changes)

@@ -15,24 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from olp.core.units import deg
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    SignalState,
-    Text,
-    Unary,
-    Unknown,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.vendor import language_of
@@ -62,17 +45,17 @@ def functions(program: Program, work: TranslationContext) -> Program:
         rows: list[Statement] = []
         at: list[Statement] = []  # the statement that is changed
 
-        def change(e: Expression, name: str = routine.name, at: list[Statement] = at) -> Expression:
+        def change(e: ex.Expression, name: str = routine.name, at: list[Statement] = at) -> ex.Expression:
             e = _shorter(e, symbols, name)
-            if type(e) is Function and e.name == AS_TEXT:
+            if type(e) is ex.Function and e.name == AS_TEXT:
                 _refuse_places(e, at[0], symbols, name, work)
-            if not work.limits.text_decimals and type(e) is Function and e.name == AS_TEXT:
+            if not work.limits.text_decimals and type(e) is ex.Function and e.name == AS_TEXT:
                 e = _as_text(e, at[0], work)
             if work.conventions.rounds_to_decimals:
                 e = whole_decimals(e)
-            if type(e) is Binary and e.operator in ("div", "mod") and work.limits.divides_whole:
+            if type(e) is ex.Binary and e.operator in ("div", "mod") and work.limits.divides_whole:
                 e = _divided(e, symbols, name)
-            if type(e) is Logic and not work.limits.has_xor and not joins_calls(e):
+            if type(e) is ex.Logic and not work.limits.has_xor and not joins_calls(e):
                 e = _without_xor(e)
             return _with_angles(e) if work.limits.pose_functions else _plain(e)
 
@@ -87,7 +70,7 @@ def functions(program: Program, work: TranslationContext) -> Program:
             elif not work.limits.has_integers:
                 s = _whole(s, symbols, routine)
             at[:] = [s]
-            plain = type(s) is Move and type(s.targets[0]) is Named and s.until is None
+            plain = type(s) is Move and type(s.targets[0]) is ex.Named and s.until is None
             rows.append(s if plain else mapped(s, change))
         routines.append(with_rows(routine, rows))
     return with_routines(program, routines)
@@ -105,18 +88,20 @@ def _moved(program: Program) -> Program:
 
     def rows(s: Statement) -> list[Statement]:
         if not (
-            isinstance(s, Assign) and isinstance(s.target, (Named, Item)) and isinstance(s.value, Function)
+            isinstance(s, Assign)
+            and isinstance(s.target, (ex.Named, ex.Item))
+            and isinstance(s.value, ex.Function)
         ):
             return [s]
         if s.value.name != "pose-product" or len(s.value.arguments) != 2:
             return [s]
         first, second = s.value.arguments
-        if type(first) is not Named or first.name not in still or first == s.target:
+        if type(first) is not ex.Named or first.name not in still or first == s.target:
             return [s]
         found: list[Statement] = [] if second == s.target else [replace(s, value=second)]
         for name in _ALONG:
-            part = Member(s.target, name)
-            found.append(Assign(s.line, part, Binary("+", part, Member(first, name))))
+            part = ex.Member(s.target, name)
+            found.append(Assign(s.line, part, ex.Binary("+", part, ex.Member(first, name))))
         return found
 
     if not still:
@@ -138,36 +123,36 @@ def _turnless(program: Program) -> set[str]:
             continue
         changed = set(changed_by(s)) & found
         if isinstance(s, Assign) and (base := base_of(s.target)) is not None and base.name in changed:
-            part = s.target.name if isinstance(s.target, Member) else ""
+            part = s.target.name if isinstance(s.target, ex.Member) else ""
             keeps = _is_straight(s.value) if s.target == base else part in _ALONG
             begun |= {base.name} if s.target == base else set()
-            if keeps or (part in _TURNS and s.value == Number(0)):
+            if keeps or (part in _TURNS and s.value == ex.Number(0)):
                 changed.discard(base.name)
         found -= changed
     return found & begun
 
 
-def _is_straight(e: Expression) -> bool:
+def _is_straight(e: ex.Expression) -> bool:
     match e:
-        case PositionLiteral("pose", values):
+        case ex.PositionLiteral("pose", values):
             return not any(values[3:6])
-        case Function("pose-angles", arguments):
-            return all(one == Number(0) for one in arguments[3:6])
+        case ex.Function("pose-angles", arguments):
+            return all(one == ex.Number(0) for one in arguments[3:6])
     return False
 
 
-def _as_text(e: Function, s: Statement, work: TranslationContext) -> Function:
+def _as_text(e: ex.Function, s: Statement, work: TranslationContext) -> ex.Function:
     """A number as a text, rounded where the target cannot say with how many decimals it is written."""
     if len(e.arguments) != 2:
         return e
     says = f"{language_of(work.target)} decides with how many decimals a number is written as a text"
     work.lose(s, Fate.APPROXIMATED, "text", says)
-    return replace(e, arguments=(whole_decimals(Function("round", e.arguments)),))
+    return replace(e, arguments=(whole_decimals(ex.Function("round", e.arguments)),))
 
 
-def _shorter(e: Expression, symbols: Symbols, routine: str) -> Expression:
+def _shorter(e: ex.Expression, symbols: Symbols, routine: str) -> ex.Expression:
     """A product with a pose that changes nothing is the other pose."""
-    if isinstance(e, Function) and e.name == "pose-product" and len(e.arguments) == 2:
+    if isinstance(e, ex.Function) and e.name == "pose-product" and len(e.arguments) == 2:
         for at in (0, 1):
             value = symbols.fixed_value(routine, e.arguments[at])
             if value is not None and _is_identity(value):
@@ -178,8 +163,8 @@ def _shorter(e: Expression, symbols: Symbols, routine: str) -> Expression:
 def _rounded(s: Assign, symbols: Symbols, routine: str) -> Assign:
     """Where an assignment to an integer rounds, no function does."""
     value = s.value
-    rounds = isinstance(value, Function) and value.name == "round" and len(value.arguments) == 1
-    if isinstance(value, Function) and rounds and kind_of_value(symbols, routine, s.target) == "integer":
+    rounds = isinstance(value, ex.Function) and value.name == "round" and len(value.arguments) == 1
+    if isinstance(value, ex.Function) and rounds and kind_of_value(symbols, routine, s.target) == "integer":
         return replace(s, value=value.arguments[0])
     return s
 
@@ -198,8 +183,8 @@ def _whole(s: Statement, symbols: Symbols, routine: Routine) -> Statement:
 
 
 def _handed(
-    name: str, arguments: tuple[Expression, ...], symbols: Symbols, routine: str
-) -> tuple[Expression, ...]:
+    name: str, arguments: tuple[ex.Expression, ...], symbols: Symbols, routine: str
+) -> tuple[ex.Expression, ...]:
     """Arguments, rounded where the parameter is an integer of its own."""
     called = symbols.routines.get(name)
     if called is None or len(arguments) > len(called.parameters):
@@ -211,14 +196,14 @@ def _handed(
     )
 
 
-def _as_integer(e: Expression, symbols: Symbols, routine: str) -> Expression:
-    if isinstance(e, Number):
+def _as_integer(e: ex.Expression, symbols: Symbols, routine: str) -> ex.Expression:
+    if isinstance(e, ex.Number):
         return (
             e
             if float(e.value).is_integer()
-            else Number(math.floor(abs(e.value) + 0.5) * (1 if e.value > 0 else -1))
+            else ex.Number(math.floor(abs(e.value) + 0.5) * (1 if e.value > 0 else -1))
         )
-    return Function("round", (e,)) if kind_of_value(symbols, routine, e) == "real" else e
+    return ex.Function("round", (e,)) if kind_of_value(symbols, routine, e) == "real" else e
 
 
 def _goals(program: Program) -> set[str]:
@@ -228,9 +213,9 @@ def _goals(program: Program) -> set[str]:
         if type(s) is not Move:
             continue
         for e in (*s.targets, s.via):
-            while type(e) is Function and e.name == "inverse":
+            while type(e) is ex.Function and e.name == "inverse":
                 e = e.arguments[0]
-            if type(e) is Named:
+            if type(e) is ex.Named:
                 found.add(e.name)
     return found
 
@@ -238,33 +223,33 @@ def _goals(program: Program) -> set[str]:
 def _in_frame(s: Move, goals: set[str], symbols: Symbols, routine: str) -> Move:
     """inverse(frame : pose, near) as a move in that frame, where other languages say how the arm stands at the pose."""
     e = s.targets[0]
-    if type(e) is not Function or e.name != "inverse" or s.frame != FrameRef("base"):
+    if type(e) is not ex.Function or e.name != "inverse" or s.frame != ex.FrameRef("base"):
         return s
     product = e.arguments[0]
-    if type(product) is not Function or product.name != "pose-product" or len(product.arguments) != 2:
+    if type(product) is not ex.Function or product.name != "pose-product" or len(product.arguments) != 2:
         return s
     frame, pose = product.arguments
-    if type(frame) is not Named or frame.name in goals or len(s.targets) > 1:
+    if type(frame) is not ex.Named or frame.name in goals or len(s.targets) > 1:
         return s
-    if type(symbols.fixed_value(routine, frame)) is not PositionLiteral:
+    if type(symbols.fixed_value(routine, frame)) is not ex.PositionLiteral:
         return s
     return replace(s, frame=frame, targets=(replace(e, arguments=(pose, *e.arguments[1:])),))
 
 
 def _joints(
-    e: Expression, symbols: Symbols, routine: str, flagged: bool, work: TranslationContext, s: Move
-) -> Expression:
+    e: ex.Expression, symbols: Symbols, routine: str, flagged: bool, work: TranslationContext, s: Move
+) -> ex.Expression:
     """inverse(pose, near): the pose, `flagged` where the arm's flags can be told; else the joints written beside it."""
-    if not isinstance(e, Function) or e.name != "inverse":
+    if not isinstance(e, ex.Function) or e.name != "inverse":
         return e
     if len(e.arguments) > 1 and not flagged:
         near = symbols.fixed_value(routine, e.arguments[1])
-        if isinstance(near, PositionLiteral) and near.kind == "joint":
+        if isinstance(near, ex.PositionLiteral) and near.kind == "joint":
             return _reached(near, work, s) or e.arguments[1]
     return e.arguments[0]
 
 
-def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> PositionLiteral | None:
+def _reached(near: ex.PositionLiteral, work: TranslationContext, s: Move) -> ex.PositionLiteral | None:
     """The joints with which the plan reaches the pose of a move, None where they are `near` or nobody knows them."""
     plan = None if work.robot is None else work.plan()
     if plan is None or work.robot is None:
@@ -283,50 +268,50 @@ def _reached(near: PositionLiteral, work: TranslationContext, s: Move) -> Positi
 
 
 def _refuse_places(
-    e: Function, s: Statement, symbols: Symbols, routine: str, work: TranslationContext
+    e: ex.Function, s: Statement, symbols: Symbols, routine: str, work: TranslationContext
 ) -> None:
     """Each language writes a position as a text in its own form."""
     if kind_of_value(symbols, routine, e.arguments[0]) in ("position", "joints", "tool", "frame"):
         work.lose(s, Fate.REFUSED, "text", "a position as a text")
 
 
-def _divided(e: Binary, symbols: Symbols, routine: str) -> Expression:
+def _divided(e: ex.Binary, symbols: Symbols, routine: str) -> ex.Expression:
     """A division with a remainder of numbers that may be fractions."""
     if all(kind_of_value(symbols, routine, one) == "integer" for one in (e.left, e.right)):
         return e
-    whole = Function("trunc", (Binary("/", e.left, e.right),))
-    return whole if e.operator == "div" else Binary("-", e.left, Binary("*", e.right, whole))
+    whole = ex.Function("trunc", (ex.Binary("/", e.left, e.right),))
+    return whole if e.operator == "div" else ex.Binary("-", e.left, ex.Binary("*", e.right, whole))
 
 
-def _without_xor(e: Logic) -> Logic:
+def _without_xor(e: ex.Logic) -> ex.Logic:
     """Conditions that an exclusive OR joins, as one of both without the other."""
     if not any(operator == "xor" for operator, _ in e.rest):
         return e
-    found: Expression = e.first
+    found: ex.Expression = e.first
     for operator, right in e.rest:
         if operator == "xor":
-            left = Logic(found, (("and", Unary("not", right)),))
-            found = Logic(left, (("or", Logic(Unary("not", found), (("and", right),))),))
+            left = ex.Logic(found, (("and", ex.Unary("not", right)),))
+            found = ex.Logic(left, (("or", ex.Logic(ex.Unary("not", found), (("and", right),))),))
         else:
-            found = Logic(found, ((operator, right),))
-    assert isinstance(found, Logic)
+            found = ex.Logic(found, ((operator, right),))
+    assert isinstance(found, ex.Logic)
     return found
 
 
-def _with_angles(e: Expression) -> Expression:
+def _with_angles(e: ex.Expression) -> ex.Expression:
     """A pose whose quaternion is written out: three angles say it as well."""
-    if not isinstance(e, Function) or e.name != "pose-quaternion":
+    if not isinstance(e, ex.Function) or e.name != "pose-quaternion":
         return e
     parts = _numbers(e.arguments[3:7])
     if parts is None or not np.linalg.norm(parts) > 0:
         return e
     angles = angles_from_rotation(rotation_from_quaternion(parts))
-    turn = (Number(float(v) / deg + 0.0) for v in angles)
-    return Function("pose-angles", (*e.arguments[:3], *turn, *e.arguments[7:]))
+    turn = (ex.Number(float(v) / deg + 0.0) for v in angles)
+    return ex.Function("pose-angles", (*e.arguments[:3], *turn, *e.arguments[7:]))
 
 
-def _plain(e: Expression) -> Expression:
-    if not isinstance(e, Function):
+def _plain(e: ex.Expression) -> ex.Expression:
+    if not isinstance(e, ex.Function):
         return e
     arguments = e.arguments
     match e.name:
@@ -337,11 +322,13 @@ def _plain(e: Expression) -> Expression:
         case "pose-product":
             inner = arguments[1]
             if (
-                isinstance(inner, Function)
+                isinstance(inner, ex.Function)
                 and inner.name == "pose-offset"
                 and _is_identity(inner.arguments[0])
             ):
-                return Function("pose-relative-tool", (arguments[0], *inner.arguments[1:], *[Number(0)] * 3))
+                return ex.Function(
+                    "pose-relative-tool", (arguments[0], *inner.arguments[1:], *[ex.Number(0)] * 3)
+                )
             return e
         case "pose-vector":
             turn = _numbers(arguments[3:6])
@@ -366,49 +353,49 @@ def _plain(e: Expression) -> Expression:
             return e
 
 
-def _sum(e: Function) -> Expression:
+def _sum(e: ex.Function) -> ex.Expression:
     """Positions add; a second pose that does not turn is an offset."""
     first, second = e.arguments[:2]
-    if isinstance(second, Function) and second.name == "pose-offset" and _is_identity(second.arguments[0]):
+    if isinstance(second, ex.Function) and second.name == "pose-offset" and _is_identity(second.arguments[0]):
         return _offset(first, list(second.arguments[1:]))
-    if isinstance(second, PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
-        return _offset(first, [Number(float(f"{v * 1000:.9g}")) for v in second.values[:3]])
+    if isinstance(second, ex.PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
+        return _offset(first, [ex.Number(float(f"{v * 1000:.9g}")) for v in second.values[:3]])
     return e
 
 
-def _apart(first: Expression, second: Expression) -> Expression:
+def _apart(first: ex.Expression, second: ex.Expression) -> ex.Expression:
     """The distance of two places [mm] from their components."""
     squares = []
     for one, other in zip(_place(first), _place(second), strict=True):
-        difference = Binary("-", one, other)
-        squares.append(Binary("*", difference, difference))
+        difference = ex.Binary("-", one, other)
+        squares.append(ex.Binary("*", difference, difference))
     x, y, z = squares
-    return Function("sqrt", (Binary("+", Binary("+", x, y), z),))
+    return ex.Function("sqrt", (ex.Binary("+", ex.Binary("+", x, y), z),))
 
 
-def _place(e: Expression) -> tuple[Expression, ...]:
-    if isinstance(e, Function) and e.name == "pose-angles":
+def _place(e: ex.Expression) -> tuple[ex.Expression, ...]:
+    if isinstance(e, ex.Function) and e.name == "pose-angles":
         return e.arguments[:3]
-    if isinstance(e, Function) and e.name == "pose-offset" and _is_identity(e.arguments[0]):
+    if isinstance(e, ex.Function) and e.name == "pose-offset" and _is_identity(e.arguments[0]):
         return e.arguments[1:4]
-    if isinstance(e, PositionLiteral):
-        return tuple(Number(float(f"{v * 1000:.9g}")) for v in e.values[:3])
-    return tuple(Member(e, axis) for axis in ("x", "y", "z"))
+    if isinstance(e, ex.PositionLiteral):
+        return tuple(ex.Number(float(f"{v * 1000:.9g}")) for v in e.values[:3])
+    return tuple(ex.Member(e, axis) for axis in ("x", "y", "z"))
 
 
-def _offset(start: Expression, by: list[Expression]) -> Expression:
-    if isinstance(start, PositionLiteral) and all(isinstance(a, Number) for a in by):
-        shift = [a.value / 1000 for a in by if isinstance(a, Number)]
+def _offset(start: ex.Expression, by: list[ex.Expression]) -> ex.Expression:
+    if isinstance(start, ex.PositionLiteral) and all(isinstance(a, ex.Number) for a in by):
+        shift = [a.value / 1000 for a in by if isinstance(a, ex.Number)]
         values = tuple(v + d for v, d in zip(start.values[:3], shift, strict=True))
         return replace(start, values=(*values, *start.values[3:]))
-    return Function("pose-offset", (start, *by))
+    return ex.Function("pose-offset", (start, *by))
 
 
-def _is_identity(e: Expression) -> bool:
-    return isinstance(e, PositionLiteral) and e.kind == "pose" and not any(e.values[:6])
+def _is_identity(e: ex.Expression) -> bool:
+    return isinstance(e, ex.PositionLiteral) and e.kind == "pose" and not any(e.values[:6])
 
 
-def _turned(rotation: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> PositionLiteral:
+def _turned(rotation: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> ex.PositionLiteral:
     literal = literal_of(Pose(np.zeros(3), rotation))
     return replace(literal, values=tuple(v + 0.0 for v in literal.values))
 
@@ -425,16 +412,16 @@ def _from_vector(
 
 
 def _numbers(
-    arguments: tuple[Expression, ...],
+    arguments: tuple[ex.Expression, ...],
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
-    values = [float(a.value) for a in arguments if isinstance(a, Number)]
+    values = [float(a.value) for a in arguments if isinstance(a, ex.Number)]
     return np.array(values) if len(values) == len(arguments) else None
 
 
-def _times(e: Expression, factor: int) -> Expression:
-    if isinstance(e, Number):
-        return Number(float(f"{e.value * factor:.12g}"))
-    return Binary("*", e, Number(factor))
+def _times(e: ex.Expression, factor: int) -> ex.Expression:
+    if isinstance(e, ex.Number):
+        return ex.Number(float(f"{e.value * factor:.12g}"))
+    return ex.Binary("*", e, ex.Number(factor))
 
 
 # --- Arguments ---
@@ -455,8 +442,8 @@ def arguments(program: Program, work: TranslationContext) -> Program:
     if not any(p.optional for parameters in known.values() for p in parameters) and not _by_name(program):
         return program
 
-    def change(e: Expression) -> Expression:
-        if type(e) is CallValue and e.routine.casefold() in known:
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.CallValue and e.routine.casefold() in known:
             return replace(e, arguments=_in_order(known[e.routine.casefold()], e.arguments))
         return e
 
@@ -477,11 +464,11 @@ def arguments(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-_ZEROS: Final[Mapping[str, Expression]] = {
-    "integer": Number(0),
-    "real": Number(0.0),
-    "boolean": SignalState(False),
-    "string": Text(""),
+_ZEROS: Final[Mapping[str, ex.Expression]] = {
+    "integer": ex.Number(0),
+    "real": ex.Number(0.0),
+    "boolean": ex.SignalState(False),
+    "string": ex.Text(""),
 }
 
 
@@ -490,16 +477,16 @@ def _filled_up(program: Program, work: TranslationContext) -> Program:
     taken = {r.name.casefold(): r.parameters for r in program.routines if _is_positional(r.parameters)}
     stand: dict[str, Declare] = {}  # by type: what parameters that are changed are handed
 
-    def stand_in(p: Parameter) -> Expression:
+    def stand_in(p: Parameter) -> ex.Expression:
         if not p.by_reference and p.type in _ZEROS:
             return _ZEROS[p.type]
         if p.type not in stand:
             stand[p.type] = Declare(0, work.helper("left_out"), p.type, None, shared=True)
-        return Named(stand[p.type].name)
+        return ex.Named(stand[p.type].name)
 
-    def filled(name: str, given: tuple[Expression, ...], s: Statement) -> tuple[Expression, ...]:
+    def filled(name: str, given: tuple[ex.Expression, ...], s: Statement) -> tuple[ex.Expression, ...]:
         parameters = taken.get(name.casefold(), ())
-        gone = [p for i, p in enumerate(parameters) if i >= len(given) or given[i] == Unknown("")]
+        gone = [p for i, p in enumerate(parameters) if i >= len(given) or given[i] == ex.Unknown("")]
         if not gone:
             return given
         if any(not p.type or p.native.endswith("[]") for p in gone):
@@ -513,8 +500,8 @@ def _filled_up(program: Program, work: TranslationContext) -> Program:
         if calls_nothing(s):
             return s
 
-        def change(e: Expression) -> Expression:
-            return replace(e, arguments=filled(e.routine, e.arguments, s)) if type(e) is CallValue else e
+        def change(e: ex.Expression) -> ex.Expression:
+            return replace(e, arguments=filled(e.routine, e.arguments, s)) if type(e) is ex.CallValue else e
 
         s = mapped(s, change)
         return replace(s, arguments=filled(s.routine, s.arguments, s)) if isinstance(s, Call) else s
@@ -549,14 +536,16 @@ def _is_filled(parameters: tuple[Parameter, ...]) -> bool:
 
 def _by_name(program: Program) -> bool:
     return any(
-        type(e) is NamedArgument
+        type(e) is ex.NamedArgument
         for s in program.statements()
         if not calls_nothing(s)
         for e in expressions_of(s)
     )
 
 
-def _in_order(parameters: tuple[Parameter, ...], given: tuple[Expression, ...]) -> tuple[Expression, ...]:
+def _in_order(
+    parameters: tuple[Parameter, ...], given: tuple[ex.Expression, ...]
+) -> tuple[ex.Expression, ...]:
     values = dict(paired(parameters, given))
     found = [values.get(p.name) or p.default for p in parameters]
     if any(value is None for value in found):
@@ -565,11 +554,11 @@ def _in_order(parameters: tuple[Parameter, ...], given: tuple[Expression, ...]) 
 
 
 # What stands for an argument that is left out, by its type: nothing reads it.
-_UNREAD: Final[Mapping[str, Expression]] = {
-    "real": Number(0),
-    "integer": Number(0),
-    "boolean": SignalState(False),
-    "string": Text(""),
+_UNREAD: Final[Mapping[str, ex.Expression]] = {
+    "real": ex.Number(0),
+    "integer": ex.Number(0),
+    "boolean": ex.SignalState(False),
+    "string": ex.Text(""),
 }
 _PASSED_ON: Final = "?"  # behind the name of an argument that is given where the caller's own one is
 _GIVEN: Final = "given"
@@ -599,7 +588,7 @@ def _is_optional(p: Parameter) -> bool:
 
 def _is_system(p: Parameter) -> bool:
     """A frame that is the base where none is given: moves that it is handed on to need not know whether it is."""
-    return isinstance(p.default, FrameRef)
+    return isinstance(p.default, ex.FrameRef)
 
 
 def _is_plain(routine: Routine) -> bool:
@@ -616,7 +605,7 @@ def _head(routine: Routine, work: TranslationContext) -> _Head:
         for s in routine.body
         if not calls_nothing(s)
         for e in expressions_of(s)
-        if isinstance(e, Function) and e.name == _GIVEN and isinstance(e.arguments[0], Named)
+        if isinstance(e, ex.Function) and e.name == _GIVEN and isinstance(e.arguments[0], ex.Named)
     }
     flags = {}
     for p in routine.parameters:
@@ -631,14 +620,14 @@ def _routine(routine: Routine, heads: Mapping[str, _Head]) -> Routine:
     own = heads.get(routine.name.casefold(), _Head(routine.parameters))
     names = {p.name.casefold() for p in routine.parameters}
 
-    def change(e: Expression) -> Expression:
-        if type(e) is CallValue and e.routine.casefold() in heads:
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.CallValue and e.routine.casefold() in heads:
             return replace(e, arguments=_arguments(e.arguments, heads[e.routine.casefold()], own))
-        if type(e) is Function and e.name == _GIVEN and type(e.arguments[0]) is Named:
+        if type(e) is ex.Function and e.name == _GIVEN and type(e.arguments[0]) is ex.Named:
             asked = e.arguments[0].name.casefold()
             if own.flags.get(asked):
-                return Named(own.flags[asked])
-            return SignalState(True) if asked in names else e
+                return ex.Named(own.flags[asked])
+            return ex.SignalState(True) if asked in names else e
         return e
 
     def row(s: Statement) -> Statement:
@@ -659,22 +648,24 @@ def _routine(routine: Routine, heads: Mapping[str, _Head]) -> Routine:
     return replace(routine, body=tuple(map(row, routine.body)), parameters=tuple(parameters))
 
 
-def _arguments(given: tuple[Expression, ...], head: _Head, caller: _Head) -> tuple[Expression, ...]:
+def _arguments(given: tuple[ex.Expression, ...], head: _Head, caller: _Head) -> tuple[ex.Expression, ...]:
     """The arguments of a call, each in its place."""
-    by_name = {a.name.casefold(): a for a in given if isinstance(a, NamedArgument)}
-    positional = iter([a for a in given if not isinstance(a, NamedArgument)])
-    found: list[Expression] = []
+    by_name = {a.name.casefold(): a for a in given if isinstance(a, ex.NamedArgument)}
+    positional = iter([a for a in given if not isinstance(a, ex.NamedArgument)])
+    found: list[ex.Expression] = []
     for p in head.parameters:
         key = p.name.casefold()
         if key not in head.flags:
             found += [a for a in (next(positional, None),) if a is not None]
             continue
         named, passed = by_name.get(key), by_name.get(key + _PASSED_ON)
-        if passed is not None and type(passed.value) is Named:
-            flag: Expression = Named(caller.flags.get(passed.value.name.casefold()) or passed.value.name)
-            value: Expression = passed.value
+        if passed is not None and type(passed.value) is ex.Named:
+            flag: ex.Expression = ex.Named(
+                caller.flags.get(passed.value.name.casefold()) or passed.value.name
+            )
+            value: ex.Expression = passed.value
         else:
-            flag = SignalState(named is not None)
+            flag = ex.SignalState(named is not None)
             usual = p.default if p.default is not None else _UNREAD.get(p.type, flag)
             value = usual if named is None or named.value is None else named.value
         found += [flag] if p.switch else [flag, value] if head.flags[key] else [value]
@@ -704,24 +695,27 @@ def _places(routine: Routine) -> list[int]:
     return [at for at, p in enumerate(routine.parameters) if p.type in _SYSTEMS]
 
 
-def _handed_to(routine: Routine, program: Program) -> list[tuple[Expression, ...]] | None:
+def _handed_to(routine: Routine, program: Program) -> list[tuple[ex.Expression, ...]] | None:
     """The combinations of tools and frames that calls hand over; None where one is not that of the whole program."""
     places = _places(routine)
     if not places or any(p.optional or p.switch for p in routine.parameters):
         return None
     names = {routine.parameters[at].name for at in places}
     if any(
-        isinstance(s, Assign) and {e.name for e in expressions_of(s.target) if isinstance(e, Named)} & names
+        isinstance(s, Assign)
+        and {e.name for e in expressions_of(s.target) if isinstance(e, ex.Named)} & names
         for s in routine.body
     ):
         return None
     shared = {d.name for d in program.data}
-    found: list[tuple[Expression, ...]] = []
+    found: list[tuple[ex.Expression, ...]] = []
     for _, call in calls_of(routine, program):
         if len(call.arguments) != len(routine.parameters):
             return None
         given = tuple(call.arguments[at] for at in places)
-        if not all(isinstance(e, FrameRef) or (isinstance(e, Named) and e.name in shared) for e in given):
+        if not all(
+            isinstance(e, ex.FrameRef) or (isinstance(e, ex.Named) and e.name in shared) for e in given
+        ):
             return None
         found += [] if given in found else [given]
     return found if 0 < len(found) <= _MOST_COPIES else None
@@ -735,15 +729,15 @@ def _one_for_each(routine: Routine, program: Program, work: TranslationContext) 
     for name, given in zip(names, combinations, strict=True):
         values = {routine.parameters[at].name: e for at, e in zip(places, given, strict=True)}
 
-        def change(e: Expression, values: dict[str, Expression] = values) -> Expression:
-            return values.get(e.name, e) if type(e) is Named else e
+        def change(e: ex.Expression, values: dict[str, ex.Expression] = values) -> ex.Expression:
+            return values.get(e.name, e) if type(e) is ex.Named else e
 
         parameters = tuple(p for at, p in enumerate(routine.parameters) if at not in places)
         body = tuple(mapped(s, change) for s in routine.body)
         copies.append(replace(routine, name=name, parameters=parameters, body=body))
 
-    def called(e: Expression | Statement) -> Any:
-        if not isinstance(e, (Call, CallValue)) or e.routine.casefold() != routine.name.casefold():
+    def called(e: ex.Expression | Statement) -> Any:
+        if not isinstance(e, (Call, ex.CallValue)) or e.routine.casefold() != routine.name.casefold():
             return e
         given = tuple(e.arguments[at] for at in places)
         kept = tuple(a for at, a in enumerate(e.arguments) if at not in places)

@@ -9,54 +9,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    Quantity,
-    Signal,
-    Unary,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    Comment,
-    Declare,
-    DefineFrame,
-    Dwell,
-    ElseIf,
-    For,
-    If,
-    Jump,
-    Move,
-    Path,
-    PathTrigger,
-    Program,
-    PulseOutput,
-    ReadInput,
-    Return,
-    Routine,
-    SetFrame,
-    SetOutput,
-    SetTool,
-    ShiftOn,
-    Statement,
-    Switch,
-    Until,
-    Update,
-    Wait,
-    While,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of, part_of
 from olp.transpile.constant_folding import called_in, paired
@@ -87,7 +41,7 @@ _ASKS: Final = {
 }
 
 
-def undeclared(program: Program, work: TranslationContext) -> Program:
+def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     """Every name declared."""
     program = loop_counters(program, work)
     _tell_assumed(program, work)
@@ -131,7 +85,7 @@ def undeclared(program: Program, work: TranslationContext) -> Program:
     return replace(program, data=(*program.data, *map(_declaration, uses.values())))
 
 
-def _tell_assumed(program: Program, work: TranslationContext) -> None:
+def _tell_assumed(program: st.Program, work: TranslationContext) -> None:
     """Statements that mean what the reader has assumed, because no file says it."""
     codes = work.conventions.assumed_codes
     said: dict[int, list[str]] = {}
@@ -139,7 +93,7 @@ def _tell_assumed(program: Program, work: TranslationContext) -> None:
         if d.code in codes:
             said.setdefault(d.line, []).append(d.message)
     for s in program.statements() if said else ():
-        for message in said.get(s.line, ()) if not isinstance(s, Comment) else ():
+        for message in said.get(s.line, ()) if not isinstance(s, st.Comment) else ():
             work.lose(s, Fate.APPROXIMATED, "value", message)
 
 
@@ -148,25 +102,25 @@ def _is_status(name: str, use: Use) -> bool:
     return name.startswith("$") and not use.assigned and use.kind not in PLACES
 
 
-def _flattened(program: Program, records: set[str], work: TranslationContext) -> Program:
+def _flattened(program: st.Program, records: set[str], work: TranslationContext) -> st.Program:
     """Members of structures whose layout nobody knows (RAPID's vFast.v_tcp) as variables of their own."""
     names: dict[tuple[str, str], str] = {}
 
-    def change(e: Expression) -> Expression:
+    def change(e: ex.Expression) -> ex.Expression:
         name = _member_of(e)
-        if type(e) is not Member or name not in records:
+        if type(e) is not ex.Member or name not in records:
             return e
         key = (name, e.name.casefold())
         if key not in names:
             names[key] = work.fresh(f"{name}_{e.name}")
-        member = Named(names[key])
-        return replace(e.base, base=member) if type(e.base) is Item else member
+        member = ex.Named(names[key])
+        return replace(e.base, base=member) if type(e.base) is ex.Item else member
 
     routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
     return replace(program, routines=routines)
 
 
-def _refuse_members(program: Program, records: set[str], work: TranslationContext) -> None:
+def _refuse_members(program: st.Program, records: set[str], work: TranslationContext) -> None:
     """Members of structures that are also taken as a whole: without their layout there is no declaration of them."""
     for s in program.statements() if records else ():
         for name in sorted({_member_of(e) for e in expressions_of(s)} & records):
@@ -174,7 +128,7 @@ def _refuse_members(program: Program, records: set[str], work: TranslationContex
             work.lose(s, Fate.REFUSED, "name", says)
 
 
-def _refuse_tables(program: Program, tables: set[str], work: TranslationContext) -> None:
+def _refuse_tables(program: st.Program, tables: set[str], work: TranslationContext) -> None:
     """Rows of rows in a language that has them of numbers alone: without their sizes they become no single row."""
     for s in program.statements() if tables else ():
         for name in sorted(_names(s) & tables):
@@ -182,27 +136,27 @@ def _refuse_tables(program: Program, tables: set[str], work: TranslationContext)
             work.lose(s, Fate.REFUSED, "index", says)
 
 
-def _member_of(e: Expression) -> str:
+def _member_of(e: ex.Expression) -> str:
     """The variable that an expression takes a member of which no position has, "" of any other expression."""
-    if type(e) is not Member or e.name.casefold() in COMPONENTS | AXES:
+    if type(e) is not ex.Member or e.name.casefold() in COMPONENTS | AXES:
         return ""
-    base = e.base.base if type(e.base) is Item else e.base
-    return base.name if type(base) is Named else ""
+    base = e.base.base if type(e.base) is ex.Item else e.base
+    return base.name if type(base) is ex.Named else ""
 
 
-def _unwaited(program: Program) -> set[str]:
+def _unwaited(program: st.Program) -> set[str]:
     """The limit of waits, where no wait here has it: it would hold for programs that are not at hand."""
     prefix = conventions_of(program.vendor).wait_limit_prefix
     if not prefix:
         return set()
     found = {d.name for d in program.data if d.name.startswith(prefix)}
     for s in program.statements() if found else ():
-        if isinstance(s, Wait):
+        if isinstance(s, st.Wait):
             found -= _names(s)
     return found
 
 
-def _refuse_own(program: Program, names: set[str], work: TranslationContext) -> None:
+def _refuse_own(program: st.Program, names: set[str], work: TranslationContext) -> None:
     """What sets a variable of the controller, or moves to one: as a program's own variable it would mean nothing."""
     for s in program.statements() if names else ():
         found = sorted(_names(s) & names)
@@ -212,7 +166,7 @@ def _refuse_own(program: Program, names: set[str], work: TranslationContext) -> 
             work.lose(s, Fate.REFUSED, "name", says)
 
 
-def _tell_calls(program: Program, work: TranslationContext) -> None:
+def _tell_calls(program: st.Program, work: TranslationContext) -> None:
     """Calls of routines that no file at hand has; those that only the source's own controllers have are refused."""
     known = {routine.name.casefold() for routine in program.routines}
     known |= {name.casefold() for name in work.context.mapping.routines}
@@ -232,26 +186,28 @@ def _tell_calls(program: Program, work: TranslationContext) -> None:
             work.lose(s, Fate.REFUSED, "call", f"{name}, {what}, is unknown to {other}", help=help)
 
 
-def _told_of(s: Statement, name: str, work: TranslationContext) -> str:
+def _told_of(s: st.Statement, name: str, work: TranslationContext) -> str:
     """How a routine gives back its value, and what it may do with the variables of a call and cannot in the target."""
-    calls = [e for e in (s, *expressions_of(s)) if isinstance(e, (Call, CallValue)) and e.routine == name]
-    if work.limits.numbered and any(isinstance(call, CallValue) for call in calls):
+    calls = [
+        e for e in (s, *expressions_of(s)) if isinstance(e, (st.Call, ex.CallValue)) and e.routine == name
+    ]
+    if work.limits.numbered and any(isinstance(call, ex.CallValue) for call in calls):
         kept = _kept(calls, work).replace(", which", ", and which")
         return f", which puts its value into the variable whose number is its last argument{kept}"
     return _kept(calls, work)
 
 
-def _kept(calls: list[Call | CallValue], work: TranslationContext) -> str:
+def _kept(calls: list[st.Call | ex.CallValue], work: TranslationContext) -> str:
     named = any(base_of(one) is not None for call in calls for one in call.arguments)
     if not named or work.conventions.arguments_are_values or not work.target_conventions.arguments_are_values:
         return ""
     return ", which cannot change its arguments"
 
 
-def _declaration(use: Use) -> Declare:
+def _declaration(use: Use) -> st.Declare:
     storage = "persistent" if use.kind in PLACES else "variable"
-    sizes = tuple(Number(max(size, 1)) for size in use.sizes)
-    return Declare(0, use.name, use.kind, None, sizes, storage, shared=True, comment=UNDECLARED)
+    sizes = tuple(ex.Number(max(size, 1)) for size in use.sizes)
+    return st.Declare(0, use.name, use.kind, None, sizes, storage, shared=True, comment=UNDECLARED)
 
 
 def _tell(use: Use, work: TranslationContext) -> None:
@@ -287,12 +243,12 @@ def _tell(use: Use, work: TranslationContext) -> None:
         work.lose(s, Fate.APPROXIMATED, "index", says)
 
 
-def _with_axes(program: Program, joints: set[str]) -> Program:
+def _with_axes(program: st.Program, joints: set[str]) -> st.Program:
     """Axes by their numbers, as those of declared joint values are."""
 
-    def change(e: Expression) -> Expression:
-        if type(e) is Member and e.name.casefold() in AXES and (root := base_of(e)) is not None:
-            return Item(e.base, (Number(int(e.name[1:])),)) if root.name in joints else e
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Member and e.name.casefold() in AXES and (root := base_of(e)) is not None:
+            return ex.Item(e.base, (ex.Number(int(e.name[1:])),)) if root.name in joints else e
         return e
 
     if not joints:
@@ -301,29 +257,29 @@ def _with_axes(program: Program, joints: set[str]) -> Program:
     return replace(program, routines=routines)
 
 
-def _tell_moves(program: Program, uses: dict[str, Use], work: TranslationContext) -> None:
+def _tell_moves(program: st.Program, uses: dict[str, Use], work: TranslationContext) -> None:
     """Every move that depends on such a name, or on a position that is computed from one."""
     origin = {name: name for name in uses}
     places = {name for name, use in uses.items() if use.kind in PLACES}
     _spread(program, origin, places)
     told = {(use.first.line, use.name) for use in uses.values()}
     for s in program.statements():
-        if type(s) is not Move and type(s) is not Assign:
+        if type(s) is not st.Move and type(s) is not st.Assign:
             continue
-        for name in sorted({origin[n] for n in _names(s) if n in (origin if type(s) is Move else places)}):
+        for name in sorted({origin[n] for n in _names(s) if n in (origin if type(s) is st.Move else places)}):
             if (s.line, name) not in told:
                 told.add((s.line, name))
                 work.lose(s, Fate.APPROXIMATED, "name", f"it depends on {name}, which is not declared here")
 
 
-def _spread(program: Program, origin: dict[str, str], places: set[str]) -> None:
+def _spread(program: st.Program, origin: dict[str, str], places: set[str]) -> None:
     """Adds the variables and parameters that positions of undeclared names are handed to."""
     by_name = {routine.name.casefold(): routine for routine in program.routines}
     handed: list[tuple[str, Iterable[str]]] = []
     for s in program.statements():
-        if type(s) is Assign and (base := base_of(s.target)) is not None:
+        if type(s) is st.Assign and (base := base_of(s.target)) is not None:
             handed.append((base.name, sorted(_names(s.value))))
-        elif type(s) is Call and s.routine.casefold() in by_name:
+        elif type(s) is st.Call and s.routine.casefold() in by_name:
             handed += _arguments(by_name[s.routine.casefold()], s)
     changed = True
     while changed:
@@ -336,12 +292,12 @@ def _spread(program: Program, origin: dict[str, str], places: set[str]) -> None:
                 changed = True
 
 
-def _arguments(called: Routine, s: Call) -> list[tuple[str, Iterable[str]]]:
+def _arguments(called: st.Routine, s: st.Call) -> list[tuple[str, Iterable[str]]]:
     given = paired(called.parameters, s.arguments)
     return [(name, sorted(_names(value))) for name, value in given if value is not None]
 
 
-def _names(node: Statement | Expression) -> set[str]:
+def _names(node: st.Statement | ex.Expression) -> set[str]:
     found: set[str] = set()
     note_names(node, found)
     return found
@@ -351,7 +307,7 @@ def _names(node: Statement | Expression) -> set[str]:
 # How a program uses the names that nothing at hand declares: what tells their type, and how large their arrays are.
 
 
-def uses_of(program: Program, work: TranslationContext) -> dict[str, Use]:
+def uses_of(program: st.Program, work: TranslationContext) -> dict[str, Use]:
     """The names of `program` that nothing declares, in order of their first use."""
     symbols = work.symbols(program)
     if not any(_uses_unknown(routine, symbols, work.look(routine)) for routine in program.routines):
@@ -370,7 +326,7 @@ def uses_of(program: Program, work: TranslationContext) -> dict[str, Use]:
     return seen.uses
 
 
-def _uses_unknown(routine: Routine, symbols: Symbols, look: Look) -> bool:
+def _uses_unknown(routine: st.Routine, symbols: Symbols, look: Look) -> bool:
     """Whether a routine names anything that nothing declares."""
     for name in look.names() - symbols.declared.keys():
         symbol = symbols.find(routine.name, name)
@@ -381,22 +337,22 @@ def _uses_unknown(routine: Routine, symbols: Symbols, look: Look) -> bool:
 
 @dataclass(slots=True)
 class _Seen:
-    program: Program
+    program: st.Program
     symbols: Symbols
     uses: dict[str, Use] = field(default_factory=dict)
     links: list[tuple[str, str]] = field(default_factory=list)  # names that hold the same kind of value
-    routine: Routine = field(init=False)
+    routine: st.Routine = field(init=False)
     counted: dict[str, list[int | None]] = field(
         default_factory=dict
     )  # of loops that are open: largest value
     loops: list[str] = field(default_factory=list)
-    statement: Statement = field(init=False)
+    statement: st.Statement = field(init=False)
 
-    def look_at(self, routine: Routine) -> None:
+    def look_at(self, routine: st.Routine) -> None:
         self.routine = routine
         for s in routine.body:
             self.statement = s
-            if type(s) is Move:
+            if type(s) is st.Move:
                 self._move(s)
             if calls_nothing(s) or sets_numbers(s):
                 continue
@@ -404,12 +360,12 @@ class _Seen:
             if handle is not None:
                 handle(self, s)
             for name in changed_by(s):
-                if (use := self._use(Named(name))) is not None:
+                if (use := self._use(ex.Named(name))) is not None:
                     use.assigned = True
             for e in expressions_of(s):  # whatever no rule looks into
-                if type(e) is Named:
+                if type(e) is ex.Named:
                     self._use(e)
-                elif type(e) is NamedArgument and e.name in _SYSTEMS_READ:
+                elif type(e) is ex.NamedArgument and e.name in _SYSTEMS_READ:
                     self.see(e.value, _SYSTEMS_READ[e.name])
 
     def spread(self) -> None:
@@ -426,9 +382,9 @@ class _Seen:
 
     # --- names ------------------------------------------------------------------------------------------
 
-    def _use(self, e: Expression | None) -> Use | None:
+    def _use(self, e: ex.Expression | None) -> Use | None:
         """What is known of a name that nothing declares, None for any other expression."""
-        if type(e) is not Named:
+        if type(e) is not ex.Named:
             return None
         found = self.uses.get(e.name)
         if found is not None and not self._is_own(e.name):
@@ -441,53 +397,53 @@ class _Seen:
     def _is_own(self, name: str) -> bool:
         return (self.routine.name, name) in self.symbols.table
 
-    def _kind(self, e: Expression | None) -> str:
+    def _kind(self, e: ex.Expression | None) -> str:
         """What a value is by its own; a number that is written out tells little."""
-        if type(e) is Number:
+        if type(e) is ex.Number:
             return ""
         if self._bare(e) is not None:
             return ""
         return kind_of_value(self.symbols, self.routine.name, e)
 
-    def _bare(self, e: Expression | None) -> Use | None:
+    def _bare(self, e: ex.Expression | None) -> Use | None:
         """The undeclared name that an expression is, or an element of."""
-        return self._use(e.base) if type(e) is Item else self._use(e)
+        return self._use(e.base) if type(e) is ex.Item else self._use(e)
 
     # --- expressions ------------------------------------------------------------------------------------
 
     def see(self, e: Any, kind: str = "") -> None:
         """An expression where a value of this kind is taken."""
         match e:
-            case Named():
+            case ex.Named():
                 use = self._use(e)
                 if use is not None:
                     use.whole = True
                     use.kinds |= {kind} - {""}
-            case Item(base, indices):
+            case ex.Item(base, indices):
                 self._item(base, indices, kind)
                 self._whole_element(base)
-            case Member(base, name):
+            case ex.Member(base, name):
                 self._member(base, name.casefold())
-            case Binary(operator, left, right):
+            case ex.Binary(operator, left, right):
                 self._binary(operator, left, right, kind)
-            case Compare(_, left, right):
+            case ex.Compare(_, left, right):
                 self._same(left, right)
-            case Logic(first, rest):
+            case ex.Logic(first, rest):
                 for part in (first, *(condition for _, condition in rest)):
                     self.see(part, "boolean")
-            case Unary(operator, operand):
+            case ex.Unary(operator, operand):
                 self.see(operand, "boolean" if operator == "not" else kind if kind in NUMERIC else "real")
-            case Function(name, arguments):
+            case ex.Function(name, arguments):
                 for argument, kind in zip(arguments, taken(name, len(arguments)), strict=True):
                     self.see(argument, kind)
-            case Signal(_, index) | FrameRef(_, index):
+            case ex.Signal(_, index) | ex.FrameRef(_, index):
                 self.see(index, "integer")
-            case CallValue(name, arguments):
+            case ex.CallValue(name, arguments):
                 self._arguments(name, arguments)
-            case Quantity(written, _):
+            case ex.Quantity(written, _):
                 self.see(written, "real")
 
-    def _item(self, base: Expression, indices: tuple[Expression, ...], kind: str) -> None:
+    def _item(self, base: ex.Expression, indices: tuple[ex.Expression, ...], kind: str) -> None:
         for index in indices:
             self.see(index, "integer")
         use = self._use(base)
@@ -500,37 +456,37 @@ class _Seen:
         if any(self._largest(index) is None for index in indices):
             use.computed[self.statement.line] = self.statement
 
-    def _whole_element(self, base: Expression) -> None:
+    def _whole_element(self, base: ex.Expression) -> None:
         use = self._use(base)
         if use is not None:
             use.copied = True
 
-    def _largest(self, index: Expression) -> int | None:
+    def _largest(self, index: ex.Expression) -> int | None:
         """The largest value of an index that is written out, or that an open loop counts; None: not known here."""
         match index:
-            case Number(value):
+            case ex.Number(value):
                 return int(value)
-            case Named(name):
+            case ex.Named(name):
                 fixed = self.symbols.fixed_value(self.routine.name, index)
-                if isinstance(fixed, Number):
+                if isinstance(fixed, ex.Number):
                     return int(fixed.value)
                 return (self.counted.get(name) or [None])[-1]
-            case Binary("+" | "-" as operator, left, Number(value)):
+            case ex.Binary("+" | "-" as operator, left, ex.Number(value)):
                 largest = self._largest(left)
                 return None if largest is None else largest + int(value if operator == "+" else -value)
         return None
 
-    def _member(self, base: Expression, name: str) -> None:
+    def _member(self, base: ex.Expression, name: str) -> None:
         kind = "position" if name in COMPONENTS else "joints" if name in AXES else ""
         use = None if kind else self._bare(base)
         if use is None:
             self.see(base, kind)
             return
         use.records.add(name)
-        if type(base) is Item:
+        if type(base) is ex.Item:
             self._item(base.base, base.indices, "")
 
-    def _binary(self, operator: str, left: Expression, right: Expression, kind: str) -> None:
+    def _binary(self, operator: str, left: ex.Expression, right: ex.Expression, kind: str) -> None:
         if operator in ("div", "mod"):
             inner = "integer"
         elif operator in ("and", "or", "xor"):
@@ -543,15 +499,15 @@ class _Seen:
         self.see(left, inner)
         self.see(right, inner)
 
-    def _same(self, left: Expression, right: Expression) -> None:
+    def _same(self, left: ex.Expression, right: ex.Expression) -> None:
         """Two values that are compared, or one that is assigned to the other."""
         first, second = self._bare(left), self._bare(right)
         if first is not None and second is not None and first is not second:
             self.links.append((first.name, second.name))
         for one, other in ((left, right), (right, left)):
-            self.see(one, "real" if type(other) is Number else self._kind(other))
+            self.see(one, "real" if type(other) is ex.Number else self._kind(other))
 
-    def _arguments(self, routine: str, arguments: tuple[Expression, ...]) -> None:
+    def _arguments(self, routine: str, arguments: tuple[ex.Expression, ...]) -> None:
         called = self.symbols.routines.get(routine)
         if called is None:
             for argument in arguments:
@@ -563,7 +519,7 @@ class _Seen:
 
     # --- statements -------------------------------------------------------------------------------------
 
-    def _move(self, s: Move) -> None:
+    def _move(self, s: st.Move) -> None:
         for measured in (s.speed, s.blend, s.rate):
             if measured is not None and measured.value is not None:
                 self.see(measured.value)
@@ -575,55 +531,55 @@ class _Seen:
             self.see(s.until, "boolean")
             for one in s.triggers:
                 self._switched(one)
-        kind = "position" if s.path is not Path.JOINT else self._joint_target(s)
+        kind = "position" if s.path is not st.Path.JOINT else self._joint_target(s)
         for target in s.targets:
             self.see(target, kind)
         self.see(s.tool, "tool")
         self.see(s.frame, "frame")
 
-    def _joint_target(self, s: Move) -> str:
+    def _joint_target(self, s: st.Move) -> str:
         """The instruction may say whether a joint move goes to axis values; the neutral move does not."""
         word = conventions_of(self.program.vendor).joint_target_word
         if not word:
             return TARGET
         return "joints" if word in self.program.source.line(s.line).casefold() else "position"
 
-    def _for(self, s: For) -> None:
+    def _for(self, s: st.For) -> None:
         self._same(s.variable, s.start)
         fraction = any(
-            type(e) is Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step)
+            type(e) is ex.Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step)
         )
         for e in (s.variable, s.start, s.stop, s.step):
             self.see(e, "real" if fraction else "integer")
-        name = s.variable.name if isinstance(s.variable, Named) else ""
-        bounds = [e.value for e in (s.start, s.stop) if type(e) is Number]
+        name = s.variable.name if isinstance(s.variable, ex.Named) else ""
+        bounds = [e.value for e in (s.start, s.stop) if type(e) is ex.Number]
         self.counted.setdefault(name, []).append(int(max(bounds)) if len(bounds) == 2 else None)
         self.loops.append(name)
 
-    def _next(self, s: Statement) -> None:
+    def _next(self, s: st.Statement) -> None:
         if self.loops:
             self.counted[self.loops.pop()].pop()
 
-    def _assign(self, s: Assign) -> None:
+    def _assign(self, s: st.Assign) -> None:
         self._same(s.target, s.value)
 
-    def _switch(self, s: Switch) -> None:
-        cases = [value for one in self.routine.body if type(one) is Case for value in one.values]
-        whole = all(type(value) is Number and float(value.value).is_integer() for value in cases)
+    def _switch(self, s: st.Switch) -> None:
+        cases = [value for one in self.routine.body if type(one) is st.Case for value in one.values]
+        whole = all(type(value) is ex.Number and float(value.value).is_integer() for value in cases)
         self.see(s.value, "integer" if whole else self._kind(cases[0]))
         for value in cases:
             self.see(value)
 
-    def _output(self, s: SetOutput) -> None:
+    def _output(self, s: st.SetOutput) -> None:
         self._switched(s)
 
-    def _switched(self, s: SetOutput | PathTrigger) -> None:
+    def _switched(self, s: st.SetOutput | st.PathTrigger) -> None:
         kind = kind_of_value(self.symbols, self.routine.name, s.signal)
         self.see(s.signal)
         numeric = conventions_of(self.program.vendor).numeric_booleans
         self.see(s.value, "integer" if kind == "boolean" and numeric else kind)
 
-    def _call(self, s: Call) -> None:
+    def _call(self, s: st.Call) -> None:
         self._arguments(s.routine, s.arguments)
         called = self.symbols.routines.get(s.routine)
         self.see(s.result, "" if called is None else called.returns)
@@ -645,44 +601,44 @@ def _seeing(**kinds: str) -> _Handler:
     return handle
 
 
-def _read(seen: _Seen, s: ReadInput) -> None:
+def _read(seen: _Seen, s: st.ReadInput) -> None:
     seen.see(s.signal)
     seen.see(s.target, kind_of_value(seen.symbols, seen.routine.name, s.signal))
 
 
-def _update(seen: _Seen, s: Update) -> None:
+def _update(seen: _Seen, s: st.Update) -> None:
     if s.operand is not None:
         seen._same(s.target, s.operand)
 
 
-def _define(seen: _Seen, s: DefineFrame) -> None:
+def _define(seen: _Seen, s: st.DefineFrame) -> None:
     for point in s.points:
         seen.see(point, "position")
 
 
-def _return(seen: _Seen, s: Return) -> None:
+def _return(seen: _Seen, s: st.Return) -> None:
     seen.see(s.value, seen.routine.returns if seen.routine.returns in KINDS else "")
 
 
 _STATEMENTS: Final[dict[type, _Handler]] = {
-    Assign: _Seen._assign,
-    Call: _Seen._call,
-    DefineFrame: _define,
-    Dwell: _seeing(duration="real"),
-    ElseIf: _condition,
-    For: _Seen._for,
-    If: _condition,
-    Jump: _condition,
-    PulseOutput: _seeing(signal="", duration="real", condition="boolean"),
-    ReadInput: _read,
-    Return: _return,
-    SetFrame: _seeing(frame="frame"),
-    SetOutput: _Seen._output,
-    SetTool: _seeing(tool="tool"),
-    ShiftOn: _seeing(offset="position"),
-    Switch: _Seen._switch,
-    Until: _condition,
-    Update: _update,
-    Wait: _condition,
-    While: _condition,
+    st.Assign: _Seen._assign,
+    st.Call: _Seen._call,
+    st.DefineFrame: _define,
+    st.Dwell: _seeing(duration="real"),
+    st.ElseIf: _condition,
+    st.For: _Seen._for,
+    st.If: _condition,
+    st.Jump: _condition,
+    st.PulseOutput: _seeing(signal="", duration="real", condition="boolean"),
+    st.ReadInput: _read,
+    st.Return: _return,
+    st.SetFrame: _seeing(frame="frame"),
+    st.SetOutput: _Seen._output,
+    st.SetTool: _seeing(tool="tool"),
+    st.ShiftOn: _seeing(offset="position"),
+    st.Switch: _Seen._switch,
+    st.Until: _condition,
+    st.Update: _update,
+    st.Wait: _condition,
+    st.While: _condition,
 }

@@ -10,44 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, parse
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Logic,
-    Named,
-    NamedArgument,
-    Number,
-    RecordLiteral,
-    Signal,
-    Text,
-    Unary,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    Clear,
-    Declare,
-    ElseIf,
-    EndIf,
-    For,
-    If,
-    Next,
-    Program,
-    ReadInput,
-    Routine,
-    Statement,
-    Switch,
-    Until,
-    Update,
-    While,
-)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of
 from olp.transpile.constant_folding import handed_over, paired
@@ -57,11 +22,11 @@ from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbo
 
 _ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})
 _WHOLE_DIVISION: Final = ("div", "mod")
-_HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run each time
+_HEADS: Final = (st.While, st.Until, st.ElseIf, st.Case)  # before which nothing can run each time
 Key = tuple[str, str]  # routine ("" for the whole program), name
 
 
-def whole_numbers(program: Program, work: TranslationContext) -> Program:
+def whole_numbers(program: st.Program, work: TranslationContext) -> st.Program:
     """Where loops and indices need integers: every counter and every index one."""
     if not work.limits.integer_type:
         return program
@@ -78,7 +43,7 @@ def whole_numbers(program: Program, work: TranslationContext) -> Program:
     return _rounded(program, work)
 
 
-def _alike_by_reference(program: Program, work: TranslationContext) -> Program:
+def _alike_by_reference(program: st.Program, work: TranslationContext) -> st.Program:
     """Whole numbers that stand for fractions in a call by reference as fractions: both sides are of one type."""
     takes = {r.name: r.parameters for r in program.routines if any(p.by_reference for p in r.parameters)}
     calls = [
@@ -96,7 +61,7 @@ def _alike_by_reference(program: Program, work: TranslationContext) -> Program:
             for parameter, value in paired(takes[name], given):
                 base = base_of(value)
                 one = symbols.find(name, parameter)
-                other = symbols.find(caller, base.name) if isinstance(base, Named) else None
+                other = symbols.find(caller, base.name) if isinstance(base, ex.Named) else None
                 if one is None or one.parameter is None or not one.parameter.by_reference or other is None:
                     continue
                 if {one.type, other.type} == {"integer", "real"}:
@@ -107,62 +72,62 @@ def _alike_by_reference(program: Program, work: TranslationContext) -> Program:
     return program
 
 
-def _counts(program: Program, work: TranslationContext) -> bool:
+def _counts(program: st.Program, work: TranslationContext) -> bool:
     """Whether there is a loop that counts, an index, or a whole quotient."""
     looks = [work.look(r) for r in program.routines]
-    loops = any(type(s) in (For, Switch) for look in looks for _, s in look.rare)
+    loops = any(type(s) in (st.For, st.Switch) for look in looks for _, s in look.rare)
     return loops or any(
-        type(e) is Item or _divides(e) or _rounds(e) or _number_of(e) is not None
+        type(e) is ex.Item or _divides(e) or _rounds(e) or _number_of(e) is not None
         for look in looks
         for e in look.expressions
     )
 
 
-def _number_of(e: Expression) -> Expression | None:
+def _number_of(e: ex.Expression) -> ex.Expression | None:
     """The computed number of a signal, a tool or a frame."""
-    number = e.index if type(e) is Signal else e.number if type(e) is FrameRef else None
-    return None if isinstance(number, (Number, Text)) else number
+    number = e.index if type(e) is ex.Signal else e.number if type(e) is ex.FrameRef else None
+    return None if isinstance(number, (ex.Number, ex.Text)) else number
 
 
-def _with_number(e: Expression, number: Expression) -> Expression:
+def _with_number(e: ex.Expression, number: ex.Expression) -> ex.Expression:
     """The signal, tool or frame with this number."""
-    if isinstance(e, Signal):
+    if isinstance(e, ex.Signal):
         return replace(e, index=number)
-    return replace(e, number=number) if isinstance(e, FrameRef) else e
+    return replace(e, number=number) if isinstance(e, ex.FrameRef) else e
 
 
-def _rounds(e: Expression) -> bool:
-    return type(e) is Function and e.name in ("round", "trunc")
+def _rounds(e: ex.Expression) -> bool:
+    return type(e) is ex.Function and e.name in ("round", "trunc")
 
 
-def _divides(e: Expression) -> bool:
-    return type(e) is Binary and e.operator in _WHOLE_DIVISION
+def _divides(e: ex.Expression) -> bool:
+    return type(e) is ex.Binary and e.operator in _WHOLE_DIVISION
 
 
-def _key(symbols: Symbols, routine: str, e: Expression | None) -> Key | None:
+def _key(symbols: Symbols, routine: str, e: ex.Expression | None) -> Key | None:
     """The declared number that an expression names."""
-    symbol = symbols.find(routine, e.name) if type(e) is Named else None
+    symbol = symbols.find(routine, e.name) if type(e) is ex.Named else None
     return (symbol.scope, symbol.name) if symbol is not None and _is_number(symbol) else None
 
 
 def _is_number(symbol: Symbol) -> bool:
     """Whether it may be an integer: a real number, or a constant of which only the value tells the type."""
-    return symbol.type == "real" or (not symbol.type and isinstance(symbol.value, Number))
+    return symbol.type == "real" or (not symbol.type and isinstance(symbol.value, ex.Number))
 
 
-def _wanted(symbols: Symbols, routine: Routine) -> Iterator[Key]:
+def _wanted(symbols: Symbols, routine: st.Routine) -> Iterator[Key]:
     """Numbers that count a loop, are divided as whole ones, or of which an index is computed."""
     for s in routine.body:
         if calls_nothing(s) or sets_numbers(s):
             continue
-        found: list[Expression | None] = [s.variable, s.start, s.stop, s.step] if type(s) is For else []
-        found += [s.value] if type(s) is Switch else []
-        found += [index for e in expressions_of(s) if type(e) is Item for index in e.indices]
+        found: list[ex.Expression | None] = [s.variable, s.start, s.stop, s.step] if type(s) is st.For else []
+        found += [s.value] if type(s) is st.Switch else []
+        found += [index for e in expressions_of(s) if type(e) is ex.Item for index in e.indices]
         found += [_number_of(e) for e in expressions_of(s)]
         found += [
             part
             for e in expressions_of(s)
-            if isinstance(e, Binary) and _divides(e)
+            if isinstance(e, ex.Binary) and _divides(e)
             for part in (e.left, e.right)
         ]
         for part in found:
@@ -177,47 +142,49 @@ class _Held:
     """`values`: what each number is set to, with the routine where that stands; None: nobody knows."""
 
     symbols: Symbols
-    values: dict[Key, list[tuple[str, Expression | None]]] = field(default_factory=dict)
+    values: dict[Key, list[tuple[str, ex.Expression | None]]] = field(default_factory=dict)
 
-    def _set(self, routine: str, target: Expression | None, value: Expression | None) -> None:
+    def _set(self, routine: str, target: ex.Expression | None, value: ex.Expression | None) -> None:
         key = _key(self.symbols, routine, base_of(target))
         if key is not None:
             self.values.setdefault(key, []).append((routine, value))
 
-    def note(self, routine: Routine) -> None:
+    def note(self, routine: st.Routine) -> None:
         for s in routine.body:
             if calls_nothing(s) or sets_numbers(s):
                 continue
             match s:
-                case Assign(target=target, value=value):
+                case st.Assign(target=target, value=value):
                     self._set(routine.name, target, value)
-                case Update(operator=operator, target=target, operand=operand):
+                case st.Update(operator=operator, target=target, operand=operand):
                     self._set(
-                        routine.name, target, None if operand is None else Binary(operator, target, operand)
+                        routine.name,
+                        target,
+                        None if operand is None else ex.Binary(operator, target, operand),
                     )
-                case For(variable=variable, start=start, step=step):
+                case st.For(variable=variable, start=start, step=step):
                     self._set(routine.name, variable, start)
-                    self._set(routine.name, variable, step or Number(1))
-                case ReadInput(target=target, signal=signal):
+                    self._set(routine.name, variable, step or ex.Number(1))
+                case st.ReadInput(target=target, signal=signal):
                     self._set(routine.name, target, signal)
-                case Clear(target=target):
-                    self._set(routine.name, target, Number(0))
-                case Call(routine=name, arguments=arguments, result=result):
+                case st.Clear(target=target):
+                    self._set(routine.name, target, ex.Number(0))
+                case st.Call(routine=name, arguments=arguments, result=result):
                     self._set(routine.name, result, None)
                     self._hand(routine.name, name, arguments)
             for e in expressions_of(s):
-                if type(e) is CallValue:
+                if type(e) is ex.CallValue:
                     self._hand(routine.name, e.routine, e.arguments)
 
-    def _hand(self, caller: str, name: str, arguments: tuple[Expression, ...]) -> None:
+    def _hand(self, caller: str, name: str, arguments: tuple[ex.Expression, ...]) -> None:
         called = self.symbols.routines.get(name)
         if called is None:  # nobody knows what it does with its arguments
             for given in arguments:
-                self._set(caller, given.value if isinstance(given, NamedArgument) else given, None)
+                self._set(caller, given.value if isinstance(given, ex.NamedArgument) else given, None)
             return
         by_name = {p.name: p for p in called.parameters}
         for parameter, value in paired(called.parameters, arguments):
-            self._set(called.name, Named(parameter), None)  # other files may hand it a fraction
+            self._set(called.name, ex.Named(parameter), None)  # other files may hand it a fraction
             if by_name[parameter].by_reference:
                 self._set(caller, value, None)
 
@@ -236,41 +203,41 @@ class _Held:
                 return kept
             kept = left
 
-    def _is_whole(self, routine: str, e: Expression | None, whole: set[Key]) -> bool:
+    def _is_whole(self, routine: str, e: ex.Expression | None, whole: set[Key]) -> bool:
         match e:
-            case Number(value):
+            case ex.Number(value):
                 return float(value).is_integer()
-            case Unary("-", operand):
+            case ex.Unary("-", operand):
                 return self._is_whole(routine, operand, whole)
-            case Binary("div" | "mod" | "and" | "or" | "xor"):
+            case ex.Binary("div" | "mod" | "and" | "or" | "xor"):
                 return True
-            case Binary("+" | "-" | "*", left, right):
+            case ex.Binary("+" | "-" | "*", left, right):
                 return self._is_whole(routine, left, whole) and self._is_whole(routine, right, whole)
-            case Function(name) if name in _ROUNDED:
+            case ex.Function(name) if name in _ROUNDED:
                 return True
-            case Signal(bus):
+            case ex.Signal(bus):
                 return "analog" not in bus
-            case RecordLiteral(_, members):
+            case ex.RecordLiteral(_, members):
                 return all(not name and self._is_whole(routine, one, whole) for name, one in members)
         key = _key(self.symbols, routine, e)
         return key in whole if key is not None else kind_of_value(self.symbols, routine, e) == "integer"
 
 
-def _retyped(program: Program, keys: set[Key], kind: str = "integer") -> Program:
+def _retyped(program: st.Program, keys: set[Key], kind: str = "integer") -> st.Program:
     """These numbers as integers, or of another kind, where they are declared."""
     if not keys:
         return program
 
-    def declare(scope: str, s: Declare) -> Declare:
+    def declare(scope: str, s: st.Declare) -> st.Declare:
         if ("" if s.shared else scope, s.name) not in keys:
             return s
         value = s.value
-        if isinstance(value, Number) and kind == "integer":
-            value = Number(int(value.value))
+        if isinstance(value, ex.Number) and kind == "integer":
+            value = ex.Number(int(value.value))
         return replace(s, type=kind, native="" if kind == "real" else s.native, value=value)
 
-    def row(scope: str, s: Statement) -> Statement:
-        return declare(scope, s) if isinstance(s, Declare) else s
+    def row(scope: str, s: st.Statement) -> st.Statement:
+        return declare(scope, s) if isinstance(s, st.Declare) else s
 
     routines = tuple(
         replace(
@@ -287,7 +254,7 @@ def _retyped(program: Program, keys: set[Key], kind: str = "integer") -> Program
 # --- indices that may be fractions --------------------------------------------------------------------------
 
 
-def _rounded(program: Program, work: TranslationContext) -> Program:
+def _rounded(program: st.Program, work: TranslationContext) -> st.Program:
     """An index that is no integer goes into one before the statement, which rounds it."""
     symbols = symbols_of(program)
     own = _Rounding(symbols, work)
@@ -299,8 +266,8 @@ def _rounded(program: Program, work: TranslationContext) -> Program:
 class _Rounding:
     symbols: Symbols
     work: TranslationContext
-    declared: list[Declare] = field(default_factory=list)
-    declared_bounds: list[Declare] = field(default_factory=list)
+    declared: list[st.Declare] = field(default_factory=list)
+    declared_bounds: list[st.Declare] = field(default_factory=list)
     used: int = 0  # integers of the statement under way
 
     @property
@@ -312,41 +279,43 @@ class _Rounding:
         """What the target calls its integers."""
         return self.work.limits.integer_type
 
-    def rows(self, routine: Routine) -> list[Statement]:
-        rows: list[Statement] = []
+    def rows(self, routine: st.Routine) -> list[st.Statement]:
+        rows: list[st.Statement] = []
         for s in routine.body:
             if calls_nothing(s) or sets_numbers(s):
                 rows.append(s)
                 continue
-            before: list[Statement] = []
+            before: list[st.Statement] = []
             self.used = 0
-            if type(s) is For:
+            if type(s) is st.For:
                 s = self._counted(routine.name, s, before)
-            elif type(s) is Switch and kind_of_value(self.symbols, routine.name, s.value) == "real":
+            elif type(s) is st.Switch and kind_of_value(self.symbols, routine.name, s.value) == "real":
                 says = (
                     f"what chooses may be a fraction, which is rounded: {self.language} has {self.integers}"
                 )
                 s = replace(s, value=self._whole(s.value, s, before, says))
 
-            def change(e: Expression, s: Statement = s, before: list[Statement] = before) -> Expression:
-                if isinstance(e, Function) and _rounds(e) and len(e.arguments) == 1:
+            def change(
+                e: ex.Expression, s: st.Statement = s, before: list[st.Statement] = before
+            ) -> ex.Expression:
+                if isinstance(e, ex.Function) and _rounds(e) and len(e.arguments) == 1:
                     return self._function(e, s, before)
-                if isinstance(e, Binary) and _divides(e):
+                if isinstance(e, ex.Binary) and _divides(e):
                     left, right = (self._operand(routine.name, part, s, before) for part in (e.left, e.right))
-                    return Binary(e.operator, left, right)
+                    return ex.Binary(e.operator, left, right)
                 if (number := _number_of(e)) is not None:
                     number = self._index(routine.name, number, s, before)
                     return _with_number(e, number)
-                if type(e) is not Item or not self._is_array(routine.name, e.base):
+                if type(e) is not ex.Item or not self._is_array(routine.name, e.base):
                     return e
                 indices = tuple(self._index(routine.name, index, s, before) for index in e.indices)
-                return e if indices == e.indices else Item(e.base, indices)
+                return e if indices == e.indices else ex.Item(e.base, indices)
 
             changed = mapped(s, change)
             rows += [*before, changed]
         return rows
 
-    def _counted(self, routine: str, s: For, before: list[Statement]) -> For:
+    def _counted(self, routine: str, s: st.For, before: list[st.Statement]) -> st.For:
         """A loop with bounds that are whole numbers."""
         if kind_of_value(self.symbols, routine, s.variable) != "integer":
             self.work.lose(
@@ -361,26 +330,28 @@ class _Rounding:
             e = getattr(s, part)
             if e is None or self._is_integer(routine, e):
                 continue
-            name = Named(self.work.helper("whole_bound"))
-            self.declared_bounds.append(Declare(0, name.name, "integer", None, shared=True))
-            before.append(Assign(s.line, name, e))
+            name = ex.Named(self.work.helper("whole_bound"))
+            self.declared_bounds.append(st.Declare(0, name.name, "integer", None, shared=True))
+            before.append(st.Assign(s.line, name, e))
             bounds[part] = name
             says = f"a bound of a loop that may be a fraction is rounded: {self.language} has {self.integers}"
             self.work.lose(s, Fate.APPROXIMATED, "loop", says)
         return replace(s, **bounds) if bounds else s
 
-    def _is_integer(self, routine: str, e: Expression) -> bool:
-        return (isinstance(e, Number) and float(e.value).is_integer()) or kind_of_value(
+    def _is_integer(self, routine: str, e: ex.Expression) -> bool:
+        return (isinstance(e, ex.Number) and float(e.value).is_integer()) or kind_of_value(
             self.symbols, routine, e
         ) == "integer"
 
-    def _is_array(self, routine: str, base: Expression) -> bool:
-        symbol = self.symbols.find(routine, base.name) if type(base) is Named else None
+    def _is_array(self, routine: str, base: ex.Expression) -> bool:
+        symbol = self.symbols.find(routine, base.name) if type(base) is ex.Named else None
         return symbol is not None and bool(symbol.sizes)
 
-    def _index(self, routine: str, e: Expression, s: Statement, before: list[Statement]) -> Expression:
-        if type(e) is Number and float(e.value).is_integer():
-            return Number(int(e.value))
+    def _index(
+        self, routine: str, e: ex.Expression, s: st.Statement, before: list[st.Statement]
+    ) -> ex.Expression:
+        if type(e) is ex.Number and float(e.value).is_integer():
+            return ex.Number(int(e.value))
         if self._is_integer(routine, e):
             return e
         if isinstance(s, _HEADS):
@@ -390,43 +361,49 @@ class _Rounding:
         says = f"an index that may be a fraction is rounded: {self.language} has {self.integers}"
         return self._whole(e, s, before, says)
 
-    def _function(self, e: Function, s: Statement, before: list[Statement]) -> Expression:
+    def _function(self, e: ex.Function, s: st.Statement, before: list[st.Statement]) -> ex.Expression:
         """An integer that takes the number before the statement, which rounds it; cut, one less where that went up."""
         if not self.work.limits.has_integers or isinstance(s, _HEADS):
             return e
         kept, (number,) = self._whole(e.arguments[0], s, before), e.arguments
         if e.name == "trunc":
             for sign, beyond in (("-", ">"), ("+", "<")):
-                ahead = Logic(Compare(beyond, kept, number), (("and", Compare(beyond, kept, Number(0))),))
+                ahead = ex.Logic(
+                    ex.Compare(beyond, kept, number), (("and", ex.Compare(beyond, kept, ex.Number(0))),)
+                )
                 before += [
-                    If(s.line, ahead),
-                    Assign(s.line, kept, Binary(sign, kept, Number(1))),
-                    EndIf(s.line),
+                    st.If(s.line, ahead),
+                    st.Assign(s.line, kept, ex.Binary(sign, kept, ex.Number(1))),
+                    st.EndIf(s.line),
                 ]
         return kept
 
-    def _operand(self, routine: str, e: Expression, s: Statement, before: list[Statement]) -> Expression:
-        if type(e) is Number and float(e.value).is_integer():
-            return Number(int(e.value))
+    def _operand(
+        self, routine: str, e: ex.Expression, s: st.Statement, before: list[st.Statement]
+    ) -> ex.Expression:
+        if type(e) is ex.Number and float(e.value).is_integer():
+            return ex.Number(int(e.value))
         if self._is_integer(routine, e) or isinstance(s, _HEADS):
             return e
         says = f"what is divided may be a fraction, which is rounded: {self.language} has {self.integers}"
         return self._whole(e, s, before, says)
 
-    def _whole(self, e: Expression, s: Statement, before: list[Statement], says: str = "") -> Named:
+    def _whole(
+        self, e: ex.Expression, s: st.Statement, before: list[st.Statement], says: str = ""
+    ) -> ex.Named:
         """A variable that takes the value before the statement, rounded, which is told by `says`."""
         self.used += 1
         if self.used > len(self.declared):
             name = self.work.helper("whole_index")
-            self.declared.append(Declare(0, name, "integer", None, shared=True))
-        kept = Named(self.declared[self.used - 1].name)
-        before.append(Assign(s.line, kept, e))
+            self.declared.append(st.Declare(0, name, "integer", None, shared=True))
+        kept = ex.Named(self.declared[self.used - 1].name)
+        before.append(st.Assign(s.line, kept, e))
         if says:
             self.work.lose(s, Fate.APPROXIMATED, "index", says)
         return kept
 
 
-def loop_counters(program: Program, work: TranslationContext) -> Program:
+def loop_counters(program: st.Program, work: TranslationContext) -> st.Program:
     """Every counter declared in its routine, under another name where it hides a variable that is used there."""
     if not conventions_of(program.vendor).for_declares:
         return program
@@ -437,17 +414,17 @@ def loop_counters(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines)
 
 
-def _with_steps(program: Program, work: TranslationContext) -> Program:
+def _with_steps(program: st.Program, work: TranslationContext) -> st.Program:
     """Loops that count down without saying so, with a step; told where nobody knows which way one counts."""
     symbols = work.symbols(program)
 
-    def stepped(s: Statement, routine: str) -> Statement:
-        if type(s) is not For or s.step is not None:
+    def stepped(s: st.Statement, routine: str) -> st.Statement:
+        if type(s) is not st.For or s.step is not None:
             return s
         start, stop = (symbols.fixed_value(routine, e) for e in (s.start, s.stop))
-        if type(start) is Number and type(stop) is Number:
-            return s if start.value <= stop.value else replace(s, step=Number(-1))
-        if start == Number(1) and type(s.stop) is Function and s.stop.name == "size-of-array":
+        if type(start) is ex.Number and type(stop) is ex.Number:
+            return s if start.value <= stop.value else replace(s, step=ex.Number(-1))
+        if start == ex.Number(1) and type(s.stop) is ex.Function and s.stop.name == "size-of-array":
             return s
         language = language_of(program.vendor)
         says = f"where it ends below its begin {language} counts down: there the loop is passed over"
@@ -458,16 +435,18 @@ def _with_steps(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def _counted(routine: Routine, shared: set[str], work: TranslationContext) -> Routine:
-    if not any(type(s) is For for s in routine.body) or (nodes := parse(routine.body)) is None:
+def _counted(routine: st.Routine, shared: set[str], work: TranslationContext) -> st.Routine:
+    if not any(type(s) is st.For for s in routine.body) or (nodes := parse(routine.body)) is None:
         return routine
     routine = replace(routine, body=tuple(_apart(nodes, frozenset(), work)))
-    counters = {s.variable.name: s for s in routine.body if type(s) is For and type(s.variable) is Named}
+    counters = {
+        s.variable.name: s for s in routine.body if type(s) is st.For and type(s.variable) is ex.Named
+    }
     nodes = parse(routine.body) if counters else None
     if nodes is None:
         return routine
     given = {p.name for p in routine.parameters} | {d.name for d in routine.data}
-    declared = {s.name for s in routine.body if type(s) is Declare}
+    declared = {s.name for s in routine.body if type(s) is st.Declare}
     outside: set[str] = set()
     _note_outside(nodes, frozenset(), outside)
     hidden = {
@@ -478,24 +457,26 @@ def _counted(routine: Routine, shared: set[str], work: TranslationContext) -> Ro
         or (name in shared and name not in declared)
     }
     free = counters.keys() - hidden.keys()  # of a variable that does nothing else the name is left
-    body = [s for s in _renamed(nodes, hidden) if not (type(s) is Declare and s.name in free)]
+    body = [s for s in _renamed(nodes, hidden) if not (type(s) is st.Declare and s.name in free)]
     rows = [
-        Declare(0, hidden.get(name, name), "real" if counts_fractions(s) else "integer")
+        st.Declare(0, hidden.get(name, name), "real" if counts_fractions(s) else "integer")
         for name, s in counters.items()
     ]
     return replace(routine, body=(*rows, *body))
 
 
-def _apart(nodes: Iterable[Node], counted: frozenset[str], work: TranslationContext) -> Iterable[Statement]:
+def _apart(
+    nodes: Iterable[Node], counted: frozenset[str], work: TranslationContext
+) -> Iterable[st.Statement]:
     """The statements; a loop within a loop whose counter has the same name counts with one of its own."""
     for node in nodes:
         if not isinstance(node, Block):
             yield node
             continue
         opener = node.branches[0][0]
-        name = opener.variable.name if type(opener) is For and type(opener.variable) is Named else ""
+        name = opener.variable.name if type(opener) is st.For and type(opener.variable) is ex.Named else ""
         if name in counted:
-            assert isinstance(opener, For)
+            assert isinstance(opener, st.For)
             own = tuple(_loop(node, opener, name, {name: work.helper(name)}))
             yield from _apart(parse(own) or (), counted, work)
             continue
@@ -509,36 +490,36 @@ def _note_outside(nodes: Iterable[Node], counted: frozenset[str], found: set[str
     """Names that statements use outside of the loops that count them."""
     for node in nodes:
         if not isinstance(node, Block):
-            if type(node) is not Declare:
+            if type(node) is not st.Declare:
                 _note(node, counted, found)
             continue
         for marker, inside in node.branches:
-            if type(marker) is For and type(marker.variable) is Named:
+            if type(marker) is st.For and type(marker.variable) is ex.Named:
                 for bound in (marker.start, marker.stop, marker.step):
                     _note(bound, counted, found)
                 _note_outside(inside, counted | {marker.variable.name}, found)
             else:
                 _note(marker, counted, found)
                 _note_outside(inside, counted, found)
-        if type(node.closer) is not Next:
+        if type(node.closer) is not st.Next:
             _note(node.closer, counted, found)
 
 
-def _note(part: Statement | Expression | None, counted: frozenset[str], found: set[str]) -> None:
+def _note(part: st.Statement | ex.Expression | None, counted: frozenset[str], found: set[str]) -> None:
     if part is not None:
         names: set[str] = set()
         note_names(part, names)
         found |= names - counted
 
 
-def _renamed(nodes: Iterable[Node], hidden: Mapping[str, str]) -> Iterable[Statement]:
+def _renamed(nodes: Iterable[Node], hidden: Mapping[str, str]) -> Iterable[st.Statement]:
     """The statements, with the names of `hidden` counters changed within their loops."""
     for node in nodes:
         if not isinstance(node, Block):
             yield node
             continue
         opener = node.branches[0][0]
-        if type(opener) is For and type(opener.variable) is Named and opener.variable.name in hidden:
+        if type(opener) is st.For and type(opener.variable) is ex.Named and opener.variable.name in hidden:
             yield from _loop(node, opener, opener.variable.name, hidden)
             continue
         for marker, inside in node.branches:
@@ -547,16 +528,16 @@ def _renamed(nodes: Iterable[Node], hidden: Mapping[str, str]) -> Iterable[State
         yield node.closer
 
 
-def _loop(node: Block, opener: For, name: str, hidden: Mapping[str, str]) -> Iterable[Statement]:
-    def change(e: Expression) -> Expression:
-        return Named(hidden[name]) if type(e) is Named and e.name == name else e
+def _loop(node: Block, opener: st.For, name: str, hidden: Mapping[str, str]) -> Iterable[st.Statement]:
+    def change(e: ex.Expression) -> ex.Expression:
+        return ex.Named(hidden[name]) if type(e) is ex.Named and e.name == name else e
 
-    yield replace(opener, variable=Named(hidden[name]))
+    yield replace(opener, variable=ex.Named(hidden[name]))
     for s in _renamed(node.branches[0][1], hidden):
         yield mapped(s, change)
     yield mapped(node.closer, change)
 
 
-def counts_fractions(s: For) -> bool:
+def counts_fractions(s: st.For) -> bool:
     """Whether a number of a loop that is written out is a fraction."""
-    return any(type(e) is Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step))
+    return any(type(e) is ex.Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step))

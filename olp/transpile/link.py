@@ -12,30 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from olp.core.diagnostic import Diagnostic, errors
 from olp.core.source import Source
+from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Function, Named, Number, RecordLiteral, Store, Variable
-from olp.ir.program import (
-    Assign,
-    Call,
-    Comment,
-    Declare,
-    Disabled,
-    Dwell,
-    Else,
-    ElseIf,
-    EndIf,
-    For,
-    If,
-    Move,
-    Parameter,
-    Program,
-    PulseOutput,
-    Return,
-    Routine,
-    SetOutput,
-    Statement,
-    Wait,
-    While,
-)
 from olp.ir.statements import is_same
 from olp.ir.transformer import Change, calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import find_vendor, vendor_names
@@ -46,7 +24,7 @@ from olp.transpile.occurrences import Look, names_of_data, with_routines, with_r
 if TYPE_CHECKING:
     from olp.runtime.jobs import Jobs, RunnableRoutine
 
-S = TypeVar("S", bound=Statement)
+S = TypeVar("S", bound=st.Statement)
 _LAYOUTS: Final = ("structure", "enumeration")
 _PLAIN_TYPES: Final = frozenset({*KINDS, "speed", "zone", "signal", ""})  # which no file declares
 
@@ -62,7 +40,7 @@ class LinkedPart:
 
 @dataclass(frozen=True, slots=True)
 class Linked:
-    program: Program
+    program: st.Program
     parts: tuple[LinkedPart, ...]
 
     @property
@@ -86,7 +64,7 @@ class Linked:
         return replace(found, file=path, line=line, column=1, end_column=1, source_line="")
 
 
-def link(program: Program, to: str = "", others: Sequence[Path] = ()) -> Linked:
+def link(program: st.Program, to: str = "", others: Sequence[Path] = ()) -> Linked:
     """`program` with what it names and does not declare, from the files of its folder: routines that its calls name,
     data that its statements and those of the routines name. The lines of other files follow its own.
 
@@ -110,21 +88,31 @@ def link(program: Program, to: str = "", others: Sequence[Path] = ()) -> Linked:
     return joined.linked()
 
 
-_MOVES_OR_WAITS: Final = (Call, Dwell, Move, PulseOutput, SetOutput, Wait)
-_WITHOUT_NAMES: Final = (Assign, Else, ElseIf, EndIf, For, If, Return, SetOutput, While)
+_MOVES_OR_WAITS: Final = (st.Call, st.Dwell, st.Move, st.PulseOutput, st.SetOutput, st.Wait)
+_WITHOUT_NAMES: Final = (
+    st.Assign,
+    st.Else,
+    st.ElseIf,
+    st.EndIf,
+    st.For,
+    st.If,
+    st.Return,
+    st.SetOutput,
+    st.While,
+)
 _NAME: Final = re.compile(r"\w+")
 # Fields of statements and expressions that hold no word of the program, and comments.
 _OWN_WORDS: Final = frozenset({"bus", "comment", "kind", "operator", "spelling", "storage", "type"})
 
 
-def with_starts(program: Program) -> Program:
+def with_starts(program: st.Program) -> st.Program:
     """The program with its routines that nothing in it names as starts, beside the main one: somebody runs them."""
     if len(program.routines) < 2:
         return program
     named = _named_routines(program)
     first = program.main or program.routines[0].name
 
-    def starts(r: Routine) -> bool:
+    def starts(r: st.Routine) -> bool:
         if r.returns or r.name == first or r.name.casefold() in named:
             return False
         return any(isinstance(s, _MOVES_OR_WAITS) for s in r.body)
@@ -132,16 +120,16 @@ def with_starts(program: Program) -> Program:
     return with_routines(program, (replace(r, starts=True) if starts(r) else r for r in program.routines))
 
 
-def _named_routines(program: Program) -> set[str]:
+def _named_routines(program: st.Program) -> set[str]:
     """What may be the name of a routine in any statement, case folded."""
     found: set[str] = set()
     for routine in program.routines:
         for s in routine.body:
-            if calls_nothing(s) or sets_numbers(s) or isinstance(s, Comment):
+            if calls_nothing(s) or sets_numbers(s) or isinstance(s, st.Comment):
                 continue
-            if isinstance(s, Call):
+            if isinstance(s, st.Call):
                 found.add(s.routine.casefold())
-            if isinstance(s, (*_WITHOUT_NAMES, Call, Move)):
+            if isinstance(s, (*_WITHOUT_NAMES, st.Call, st.Move)):
                 found |= {e.routine.casefold() for e in expressions_of(s) if type(e) is CallValue}
             else:
                 found |= {word for text in _texts(s) for word in _NAME.findall(text.casefold())}
@@ -166,11 +154,11 @@ def _texts(node: object) -> Iterator[str]:
 class Whole(NamedTuple):
     """Programs that share routines, data or numbered variables, and so become one: the first, and the others."""
 
-    program: Program
+    program: st.Program
     others: tuple[Path, ...]
 
 
-def wholes(programs: Sequence[Program]) -> list[Whole]:
+def wholes(programs: Sequence[st.Program]) -> list[Whole]:
     """The programs as wholes, each in the place of its first one.
 
     First stands a program that no other one of its whole needs: one with a main routine, else without an error, else
@@ -202,7 +190,7 @@ def wholes(programs: Sequence[Program]) -> list[Whole]:
     return found
 
 
-def _numbered(program: Program) -> set[tuple[Store, int]]:
+def _numbered(program: st.Program) -> set[tuple[Store, int]]:
     """The numbered variables, which all programs of a controller share, of these statements."""
     return {
         (e.store, int(e.index.value))
@@ -212,12 +200,12 @@ def _numbered(program: Program) -> set[tuple[Store, int]]:
     }
 
 
-def _spelled_out(routine: Routine, program: Program, jobs: Jobs) -> Routine:
+def _spelled_out(routine: st.Routine, program: st.Program, jobs: Jobs) -> st.Routine:
     """A routine with what only the maker's controllers do in one statement as plain statements."""
     vendor = find_vendor(program.vendor)
     source = next((n for n, one in enumerate(jobs.programs) if one is program), 0)
 
-    def find(name: str) -> Routine | None:
+    def find(name: str) -> st.Routine | None:
         job = jobs.find(name, source)
         return None if job is None or _is_library(job) else job.routine
 
@@ -230,7 +218,7 @@ def _is_library(job: RunnableRoutine) -> bool:
     return bool(own) and Path(job.program.path).stem.casefold() in own
 
 
-def _as_called(program: Program, plainly: bool) -> Program:
+def _as_called(program: st.Program, plainly: bool) -> st.Program:
     return find_vendor(program.vendor).as_called(program) if plainly else program
 
 
@@ -238,13 +226,13 @@ def _as_called(program: Program, plainly: bool) -> Program:
 class _Joined:
     """The program and what has been added to it so far. `offsets`: of each file's lines, by its program's id."""
 
-    program: Program
+    program: st.Program
     jobs: Jobs
     parts: list[LinkedPart]
     lines: list[str]
     plainly: bool  # what only the maker's controllers do is spelled out
-    routines: list[Routine] = field(default_factory=list)
-    data: list[Declare] = field(default_factory=list)
+    routines: list[st.Routine] = field(default_factory=list)
+    data: list[st.Declare] = field(default_factory=list)
     offsets: dict[int, int] = field(default_factory=dict)
     looks: dict[int, Look] = field(default_factory=dict)  # at routines, by the id of their body
     sources: dict[int, int] = field(default_factory=dict)  # of routines, by the id of their body; else 0
@@ -272,7 +260,7 @@ class _Joined:
         joined = replace(program, source=source, routines=routines, data=data, main=main, diagnostics=found)
         return Linked(_as_called(joined, self.plainly), tuple(self.parts))
 
-    def _respelt(self) -> tuple[tuple[Routine, ...], tuple[Declare, ...]]:
+    def _respelt(self) -> tuple[tuple[st.Routine, ...], tuple[st.Declare, ...]]:
         """Routines and data with the names of other files spelt as these declare them."""
         routines, data = tuple(self.routines), tuple(self.data)
         if find_vendor(self.program.vendor).case_sensitive:
@@ -281,7 +269,7 @@ class _Joined:
         spelt = {d.name.casefold(): d.name for d in data if id(d) not in own}
         used: set[str] = set()
         for row in (*data, *(row for r in routines for row in (*r.data, *r.body))):
-            note_names(row.means if isinstance(row, Disabled) else row, used)
+            note_names(row.means if isinstance(row, st.Disabled) else row, used)
         wrong = {name: spelt[name.casefold()] for name in used if spelt.get(name.casefold(), name) != name}
         if not wrong:
             return routines, data
@@ -343,7 +331,7 @@ class _Joined:
                 for r in self.routines
             ]
 
-    def _errors_of(self, routine: Routine, other: Program) -> list[Diagnostic]:
+    def _errors_of(self, routine: st.Routine, other: st.Program) -> list[Diagnostic]:
         """What is wrong in the text of a routine of another file, at its line in the whole."""
         return [
             replace(d, line=d.line + self.offsets[id(other)], file="")
@@ -390,7 +378,7 @@ class _Joined:
             source = self.sources.get(id(routine.body), 0)
             local = {d.name.casefold() for d in _locals(routine)} | known | own[source]
             for s in routine.body:
-                points = (*s.targets, s.via) if isinstance(s, Move) else ()
+                points = (*s.targets, s.via) if isinstance(s, st.Move) else ()
                 for name in (e.name for e in points if type(e) is Named and own_points.fullmatch(e.name)):
                     key = name.casefold()
                     if key not in local and first.setdefault(key, source) != source:
@@ -398,7 +386,7 @@ class _Joined:
                         new = self._fresh(name, self.jobs.programs[source], taken)
                         self.renamed_data.setdefault((source, key), new)
 
-    def _apart(self, other: Program) -> list[Declare]:
+    def _apart(self, other: st.Program) -> list[st.Declare]:
         """The data of a file that comes in, under other names where the data here have them and are others."""
         known = {d.name.casefold(): d for d in self.data}
         rows = []
@@ -417,11 +405,11 @@ class _Joined:
         return [mapped(d, lambda e: _with_new_name(e, renamed)) for d in rows] if renamed else rows
 
     @staticmethod
-    def _fresh(name: str, other: Program, taken: Set[str]) -> str:
+    def _fresh(name: str, other: st.Program, taken: Set[str]) -> str:
         stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in Path(other.path).stem)
         return _free(f"{name}_{stem}", taken)
 
-    def _renamed(self, routine: Routine) -> Routine:
+    def _renamed(self, routine: st.Routine) -> st.Routine:
         """A routine with the names that the whole has for what its file calls otherwise."""
         source = self.sources.get(id(routine.body), 0)
         called = {name: new for (at, name), new in self.renamed_routines.items() if at == source}
@@ -436,9 +424,9 @@ class _Joined:
                 return replace(e, routine=called[e.routine.casefold()])
             return _with_new_name(e, data)
 
-        def row(s: Statement) -> Statement:
+        def row(s: st.Statement) -> st.Statement:
             s = mapped(s, change)
-            if isinstance(s, Call) and s.routine.casefold() in called:
+            if isinstance(s, st.Call) and s.routine.casefold() in called:
                 return replace(s, routine=called[s.routine.casefold()])
             return s
 
@@ -466,17 +454,17 @@ class _Joined:
                 return
             open_names = self._undeclared()
 
-    def _called(self, routine: Routine) -> list[str]:
+    def _called(self, routine: st.Routine) -> list[str]:
         found: list[str] = []
         look = self._look(routine)
         for s in (*(s for _, s in look.rare), *look.handled()):
-            if isinstance(s, Call) and s.routine:
+            if isinstance(s, st.Call) and s.routine:
                 found.append(s.routine)
             elif type(s).__name__ in ("Assign", "If", "While", "Return", "SetOutput"):
                 found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
         return found
 
-    def _look(self, routine: Routine) -> Look:
+    def _look(self, routine: st.Routine) -> Look:
         known = self.looks.get(id(routine.body))
         if known is None:
             known = self.looks[id(routine.body)] = Look(routine.body)  # which keeps the body, and so its id
@@ -490,16 +478,16 @@ class _Joined:
             look = self._look(routine)
             known |= {p.name.casefold() for p in routine.parameters}
             known |= {d.name.casefold() for d in routine.data}
-            known |= {s.name.casefold() for _, s in look.rare if isinstance(s, Declare)}
+            known |= {s.name.casefold() for _, s in look.rare if isinstance(s, st.Declare)}
             found |= look.names()
             for s in look.handled():
                 note_names(s, found)
         return {name.casefold() for name in found if not name.startswith("$")} - known
 
-    def _layouts(self, other: Program, wanted: Set[str]) -> list[Declare]:
+    def _layouts(self, other: st.Program, wanted: Set[str]) -> list[st.Declare]:
         """A file's declarations of these types, case folded, and of those of their members."""
         have = {d.name.casefold() for d in self.data}
-        found: list[Declare] = []
+        found: list[st.Declare] = []
         while more := [d for d in other.data if d.type in _LAYOUTS and d.name.casefold() in wanted - have]:
             found += more
             have |= {d.name.casefold() for d in more}
@@ -507,7 +495,7 @@ class _Joined:
             wanted = {e.type.casefold() for e in members if isinstance(e, RecordLiteral)}
         return found
 
-    def _add(self, other: Program, rows: list[Declare]) -> None:
+    def _add(self, other: st.Program, rows: list[st.Declare]) -> None:
         """Declarations of another file, whose lines are added where they are not yet."""
         if id(other) not in self.offsets:
             self.offsets[id(other)] = len(self.lines)
@@ -522,9 +510,9 @@ def _free(name: str, taken: Set[str]) -> str:
     return next(one for one in (f"{name}{n or ''}" for n in count()) if one.casefold() not in taken)
 
 
-def _locals(routine: Routine) -> list[Parameter | Declare]:
+def _locals(routine: st.Routine) -> list[st.Parameter | st.Declare]:
     """What a routine declares for itself."""
-    return [*routine.parameters, *routine.data, *(s for s in routine.body if isinstance(s, Declare))]
+    return [*routine.parameters, *routine.data, *(s for s in routine.body if isinstance(s, st.Declare))]
 
 
 def _with_new_name(e: Expression, names: Mapping[str, str]) -> Expression:
@@ -532,15 +520,17 @@ def _with_new_name(e: Expression, names: Mapping[str, str]) -> Expression:
     return e if new is None else Named(new)
 
 
-def _with_handlers(routine: Routine, change: Change) -> Routine:
+def _with_handlers(routine: st.Routine, change: Change) -> st.Routine:
     """The same done to what handlers mean, which `mapped` passes over."""
-    if not any(isinstance(s, Disabled) and s.means for s in routine.body):
+    if not any(isinstance(s, st.Disabled) and s.means for s in routine.body):
         return routine
-    body = [replace(s, means=mapped(s.means, change)) if isinstance(s, Disabled) else s for s in routine.body]
+    body = [
+        replace(s, means=mapped(s.means, change)) if isinstance(s, st.Disabled) else s for s in routine.body
+    ]
     return replace(routine, body=tuple(body))
 
 
-def _shifted(routine: Routine, offset: int) -> Routine:
+def _shifted(routine: st.Routine, offset: int) -> st.Routine:
     return replace(
         routine,
         body=tuple([_moved(s, offset) for s in routine.body]),
@@ -556,4 +546,4 @@ def _moved(s: S, offset: int) -> S:
     if not s.line:
         return s
     line = s.line + offset
-    return cast(S, edited(statement, {"line": line}) if type(s) is Move else replace(statement, line=line))
+    return cast(S, edited(statement, {"line": line}) if type(s) is st.Move else replace(statement, line=line))

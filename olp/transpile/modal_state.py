@@ -12,30 +12,8 @@ from typing import Any, Final
 
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm, percent
+from olp.ir import program as st
 from olp.ir.expressions import Binary, Expression, FrameRef, Item, Named, Number, PositionLiteral, Quantity
-from olp.ir.program import (
-    Acceleration,
-    AccelerationUnit,
-    Assign,
-    Blend,
-    BlendKind,
-    Call,
-    Comment,
-    Declare,
-    Move,
-    Path,
-    Program,
-    Routine,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOverride,
-    SetSpeed,
-    SetTool,
-    Speed,
-    SpeedUnit,
-    Statement,
-)
 from olp.ir.transformer import calls_nothing, edited, expressions_of
 from olp.languages.limits import limits_of
 from olp.runtime.poses import FRACTION, SHOWN_UNTOLD, TRAVEL, UNTOLD_SPEED
@@ -45,30 +23,30 @@ from olp.transpile.first_values import behind_declarations
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, State, Values, is_straight, reaching
 from olp.transpile.symbols import LITERALS, Symbols
 
-_MODAL: Final = (SetSpeed, SetAcceleration, SetBlend, SetTool, SetFrame, SetOverride)
+_MODAL: Final = (st.SetSpeed, st.SetAcceleration, st.SetBlend, st.SetTool, st.SetFrame, st.SetOverride)
 # What a variable that holds a modal value counts in, SI per unit.
 _SCALES: Final[Mapping[object, float]] = {
-    SpeedUnit.FRACTION: percent,
-    SpeedUnit.TRAVEL: mm,
-    SpeedUnit.TURN: deg,
-    SpeedUnit.AXIS: deg,
-    SpeedUnit.TIME: 1.0,
-    BlendKind.RADIUS: mm,
-    BlendKind.SHARE: percent,
-    BlendKind.SPEED: percent,
-    BlendKind.TURN: deg,
+    st.SpeedUnit.FRACTION: percent,
+    st.SpeedUnit.TRAVEL: mm,
+    st.SpeedUnit.TURN: deg,
+    st.SpeedUnit.AXIS: deg,
+    st.SpeedUnit.TIME: 1.0,
+    st.BlendKind.RADIUS: mm,
+    st.BlendKind.SHARE: percent,
+    st.BlendKind.SPEED: percent,
+    st.BlendKind.TURN: deg,
 }
 # What holds where a program sets nothing, as the interpreter takes it.
 _BLENDS: Final[Mapping[object, Quantity]] = {
-    BlendKind.SHARE: Quantity(Number(50.0), percent),
-    BlendKind.RADIUS: Quantity(Number(3.0), mm),
-    BlendKind.SPEED: Quantity(Number(100.0), percent),
-    BlendKind.TURN: Quantity(Number(5.0), deg),
+    st.BlendKind.SHARE: Quantity(Number(50.0), percent),
+    st.BlendKind.RADIUS: Quantity(Number(3.0), mm),
+    st.BlendKind.SPEED: Quantity(Number(100.0), percent),
+    st.BlendKind.TURN: Quantity(Number(5.0), deg),
 }
 # A speed for moves that nobody gave one, where the target needs it: that of the source's run.
-_SLOW: Final[Mapping[bool, Speed]] = {
-    True: Speed(SpeedUnit.FRACTION, Quantity(Number(UNTOLD_SPEED[FRACTION] / percent), percent)),
-    False: Speed(SpeedUnit.TRAVEL, Quantity(Number(UNTOLD_SPEED[TRAVEL] / mm), mm)),
+_SLOW: Final[Mapping[bool, st.Speed]] = {
+    True: st.Speed(st.SpeedUnit.FRACTION, Quantity(Number(UNTOLD_SPEED[FRACTION] / percent), percent)),
+    False: st.Speed(st.SpeedUnit.TRAVEL, Quantity(Number(UNTOLD_SPEED[TRAVEL] / mm), mm)),
 }
 _NO_BLEND: Final = Quantity(Number(0.0), 1.0)
 _FLANGE: Final = FrameRef("tool", Number(0))
@@ -111,22 +89,22 @@ def _name_of(key: Key) -> str:
 class _Modal:
     """`definitions`: what each definition sets its key to, in order of finding."""
 
-    program: Program
+    program: st.Program
     work: TranslationContext
     symbols: Symbols
     definitions: list[object] = field(default_factory=list)
     numbers: dict[tuple[int, Key], int] = field(default_factory=dict)
     variables: dict[Key, Named] = field(default_factory=dict)
-    declared: list[Declare] = field(default_factory=list)
+    declared: list[st.Declare] = field(default_factory=list)
     assigned: dict[int, tuple[Key, Named]] = field(default_factory=dict)  # definition -> its variable
-    begins: dict[str, list[Assign]] = field(
+    begins: dict[str, list[st.Assign]] = field(
         default_factory=dict
     )  # what each run sets a variable to, by its name
     routine: str = ""
     flow: Reaching = field(default_factory=Reaching)
-    made: dict[tuple[SpeedUnit, int], Speed] = field(default_factory=dict)  # moves share their speeds
-    sized: dict[tuple[Blend, int], Blend] = field(default_factory=dict)  # and their blends
-    rates: dict[tuple[bool, int], Acceleration] = field(default_factory=dict)  # and their accelerations
+    made: dict[tuple[st.SpeedUnit, int], st.Speed] = field(default_factory=dict)  # moves share their speeds
+    sized: dict[tuple[st.Blend, int], st.Blend] = field(default_factory=dict)  # and their blends
+    rates: dict[tuple[bool, int], st.Acceleration] = field(default_factory=dict)  # and their accelerations
     keys: set[Key] = field(default_factory=set)  # that any statement sets
     state: State | None = None  # before the statement that is looked at
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
@@ -137,19 +115,19 @@ class _Modal:
 
     # --- definitions ------------------------------------------------------------------------------------
 
-    def of(self, s: Statement) -> Mapping[Key, int]:
+    def of(self, s: st.Statement) -> Mapping[Key, int]:
         """The keys that a statement sets."""
         return {key: self._number(s, key, value) for key, value in self._given(s).items()}
 
-    def _given(self, s: Statement) -> Mapping[Key, object]:
+    def _given(self, s: st.Statement) -> Mapping[Key, object]:
         """The keys that a statement sets, and to what."""
-        if type(s) is not Move:
+        if type(s) is not st.Move:
             return _settings(s)
         if not self.work.conventions.speed_persists or s.speed is None:
             return _NO_KEYS
         return {(_LAST, s.speed.unit): s.speed.value}
 
-    def _number(self, s: Statement, key: Key, value: object) -> int:
+    def _number(self, s: st.Statement, key: Key, value: object) -> int:
         number = self.numbers.get((id(s), key))
         if number is None:
             self.keys.add(key)
@@ -227,9 +205,9 @@ class _Modal:
             kind = str(key[0]) if frame else "real"
             if key in self.by_number:
                 kind, value = "integer", Number(0)
-            self.declared.append(Declare(0, name.name, kind, value, shared=True))
+            self.declared.append(st.Declare(0, name.name, kind, value, shared=True))
             if UNSET in found and self._lives_on(key):
-                self.begins[name.name] = [Assign(0, name, unset if frame else value)]  # type: ignore[arg-type]
+                self.begins[name.name] = [st.Assign(0, name, unset if frame else value)]  # type: ignore[arg-type]
         for number in found:
             if number != UNSET:
                 self.assigned[number] = (key, name)
@@ -266,18 +244,18 @@ class _Modal:
 
     # --- statements -------------------------------------------------------------------------------------
 
-    def straight(self, routine: Routine, kinds: Set[type]) -> list[Statement]:
+    def straight(self, routine: st.Routine, kinds: Set[type]) -> list[st.Statement]:
         """The statements of a routine that is run from its first to its last one."""
         held: dict[Key, Values] = {}
         self.state, self.current = held, {}
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
-            rows.append(self.move(s) if type(s) is Move else s)
+            rows.append(self.move(s) if type(s) is st.Move else s)
             if type(s) in kinds:
                 self._hold(s, held)
         return rows
 
-    def _hold(self, s: Statement, held: dict[Key, Values]) -> None:
+    def _hold(self, s: st.Statement, held: dict[Key, Values]) -> None:
         """Notes what a statement sets for those behind it; numbers that are written out need no definition."""
         for key, value in self._given(s).items():
             if type(value) is Quantity and type(value.written) is Number:
@@ -287,22 +265,22 @@ class _Modal:
                 self.current.pop(key, None)
                 held[key] = frozenset((self._number(s, key, value),))
 
-    def routed(self, routine: Routine, states: list[State | None]) -> list[Statement]:
+    def routed(self, routine: st.Routine, states: list[State | None]) -> list[st.Statement]:
         """The statements of a routine; `states`: what holds before each."""
         self.current = {}
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s, state in zip(routine.body, states, strict=True):
             if state is not self.state:
                 self.state, self.current = state, {}
-            rows.append(self.move(s) if type(s) is Move else self.placed(s))
+            rows.append(self.move(s) if type(s) is st.Move else self.placed(s))
         return rows
 
-    def move(self, s: Move) -> Move:
+    def move(self, s: st.Move) -> st.Move:
         changes: dict[str, Any] = {}
-        joint = s.path is Path.JOINT
+        joint = s.path is st.Path.JOINT
         if s.speed is None:
             changes["speed"] = self._speed(s, joint)
-        if s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS:
+        if s.blend is not None and s.blend.value is None and s.blend.kind is not st.BlendKind.CONTINUOUS:
             changes["blend"] = self._blend(s.blend)
         if s.acceleration is None and s.rate is None and not self.keys.isdisjoint(_RATES[joint]):
             share, rate = (self.value(key) for key in _RATES[joint])
@@ -332,18 +310,18 @@ class _Modal:
         if self.work.conventions.names_read_frames or calls_nothing(s) or HERE not in expressions_of(s):
             return s
         read = read_here(s, (s.tool, s.frame), (s.tool, s.frame), self.work)
-        assert isinstance(read, Move)
+        assert isinstance(read, st.Move)
         return read
 
-    def _speed(self, s: Move, joint: bool) -> Speed | None:
-        units = (SpeedUnit.FRACTION, SpeedUnit.AXIS) if joint else (SpeedUnit.TRAVEL,)
+    def _speed(self, s: st.Move, joint: bool) -> st.Speed | None:
+        units = (st.SpeedUnit.FRACTION, st.SpeedUnit.AXIS) if joint else (st.SpeedUnit.TRAVEL,)
         for kind in (_SPEED, _LAST):
             for unit in units:
                 value = self.value((kind, unit))
                 if value is not None:
                     found = self.made.get((unit, id(value)))
                     if found is None:
-                        found = Speed(unit, value)  # type: ignore[arg-type]
+                        found = st.Speed(unit, value)  # type: ignore[arg-type]
                         if type(value) is Quantity and type(value.written) is Number:
                             self.made[(unit, id(value))] = found  # which keeps the value, and so its id
                     return found
@@ -356,15 +334,15 @@ class _Modal:
         self.work.lose(s, Fate.APPROXIMATED, "speed", says + shown)
         return _SLOW[joint]
 
-    def _rate(self, value: object, joint: bool) -> Acceleration:
+    def _rate(self, value: object, joint: bool) -> st.Acceleration:
         found = self.rates.get((joint, id(value)))
         if found is None:
-            unit = AccelerationUnit.AXIS if joint else AccelerationUnit.TRAVEL
-            found = Acceleration(unit, value)  # type: ignore[arg-type]
+            unit = st.AccelerationUnit.AXIS if joint else st.AccelerationUnit.TRAVEL
+            found = st.Acceleration(unit, value)  # type: ignore[arg-type]
             self.rates[(joint, id(value))] = found  # which keeps the value, and so its id
         return found
 
-    def _blend(self, blend: Blend) -> Blend:
+    def _blend(self, blend: st.Blend) -> st.Blend:
         size: Any = self.value((_BLEND, blend.kind), _BLENDS.get(blend.kind, _NO_BLEND))
         known = self.sized.get((blend, id(size)))
         if known is None:
@@ -373,10 +351,10 @@ class _Modal:
                 self.sized[(blend, id(size))] = known  # which keeps the size, and so its id
         return known
 
-    def _bound(self, s: Move, changes: dict[str, Any]) -> None:
+    def _bound(self, s: st.Move, changes: dict[str, Any]) -> None:
         """A speed that is no faster than the largest one, which holds behind the override."""
-        speed: Speed | None = changes.get("speed", s.speed)
-        if speed is None or speed.unit is not SpeedUnit.TRAVEL:
+        speed: st.Speed | None = changes.get("speed", s.speed)
+        if speed is None or speed.unit is not st.SpeedUnit.TRAVEL:
             return
         fastest, share, written = self._literal(_FASTEST), self._literal(_OVERRIDE), speed.value.literal
         if fastest == inf:
@@ -386,7 +364,7 @@ class _Modal:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         elif written * share > fastest:
             scale = speed.value.scale
-            changes["speed"] = Speed(speed.unit, Quantity(Number(fastest / share / scale), scale))
+            changes["speed"] = st.Speed(speed.unit, Quantity(Number(fastest / share / scale), scale))
 
     def _literal(self, key: Key) -> float | None:
         """The number that holds, or that of no override; None where it depends on the way, or is computed."""
@@ -399,23 +377,23 @@ class _Modal:
         numbers = {value.literal if type(value) is Quantity else None for value in values}
         return next(iter(numbers)) if len(numbers) == 1 else None
 
-    def _fold_override(self, s: Move, changes: dict[str, Any]) -> None:
+    def _fold_override(self, s: st.Move, changes: dict[str, Any]) -> None:
         share = self.value(_OVERRIDE, _WHOLE)
-        speed: Speed | None = changes.get("speed", s.speed)
+        speed: st.Speed | None = changes.get("speed", s.speed)
         if share is _WHOLE or speed is None:
             return
         assert isinstance(share, Quantity)
         known, value = share.literal, speed.value
-        timed = speed.unit is SpeedUnit.TIME  # which is as much longer
+        timed = speed.unit is st.SpeedUnit.TIME  # which is as much longer
         if known is not None and value.literal is not None:
             written = value.literal / known if timed else value.literal * known
-            changes["speed"] = Speed(speed.unit, Quantity(Number(written / value.scale), value.scale))
+            changes["speed"] = st.Speed(speed.unit, Quantity(Number(written / value.scale), value.scale))
             return
         product = Binary("/" if timed else "*", value.written, share.written)
         scale = value.scale / share.scale if timed else value.scale * share.scale
-        changes["speed"] = Speed(speed.unit, Quantity(product, scale))
+        changes["speed"] = st.Speed(speed.unit, Quantity(product, scale))
 
-    def placed(self, s: Statement) -> Statement:
+    def placed(self, s: st.Statement) -> st.Statement:
         """For languages that read the position in the frame and with the tool that hold."""
         if type(s) in _MODAL_KINDS or not any(e == HERE or solves(e) for e in expressions_of(s)):
             return s
@@ -436,23 +414,23 @@ class _Modal:
             self.work.ask(self.unset_tool, self.routine or "the program")
         return read_here(s, (tool, frame), self.last, self.work)
 
-    def _lose(self, s: Statement, which: str, lost: Any) -> None:
+    def _lose(self, s: st.Statement, which: str, lost: Any) -> None:
         setting = self.program.source.line(int(lost.number.value)).strip()
         says = f"it needs the {which} that '{setting}' sets in a way that the target cannot"
         self.work.lose(s, Fate.REFUSED, "statement", says)
 
-    def kept(self, s: Statement) -> list[Statement]:
+    def kept(self, s: st.Statement) -> list[st.Statement]:
         """What a modal statement becomes: assignments to the variables that need it, and its comment."""
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for key, value in _settings(s).items() if self.assigned else ():
             wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
             if wanted is not None:
                 if key in self.by_number:
                     value = self._number_of(key, value)
                     self._tell_number(s, key, value)
-                rows.append(Assign(s.line, wanted[1], _counted(value, key)))
+                rows.append(st.Assign(s.line, wanted[1], _counted(value, key)))
         comment = getattr(s, "comment", "")
-        if isinstance(s, SetOverride) and self.work.limits.has_override:
+        if isinstance(s, st.SetOverride) and self.work.limits.has_override:
             if (
                 self.work.conventions.override_begins_anew
                 and not self.work.target_conventions.override_begins_anew
@@ -460,7 +438,7 @@ class _Modal:
                 self.work.ask(SET_BACK, "the override, to 100 %")
             return [s]
         if comment:
-            rows.insert(0, Comment(s.line, comment))
+            rows.insert(0, st.Comment(s.line, comment))
         return rows
 
     def note_numbers(self) -> None:
@@ -468,12 +446,14 @@ class _Modal:
         mapping = self.work.context.mapping
         if self.work.limits.tool_and_frame != "modal" or self.work.limits.named_frames:
             return
-        chosen: dict[Key, list[tuple[Routine, Expression]]] = {_TOOL: [], _FRAME: []}
+        chosen: dict[Key, list[tuple[st.Routine, Expression]]] = {_TOOL: [], _FRAME: []}
         for routine in self.program.routines:
             for s in routine.body:
                 for key, field_name in ((_TOOL, "tool"), (_FRAME, "frame")):
                     system = (
-                        getattr(s, field_name, None) if isinstance(s, (SetTool, SetFrame, Move)) else None
+                        getattr(s, field_name, None)
+                        if isinstance(s, (st.SetTool, st.SetFrame, st.Move))
+                        else None
                     )
                     if system is not None:
                         chosen[key].append((routine, system))
@@ -484,13 +464,13 @@ class _Modal:
             if not tables[key] and all(self._has_number(key, routine, system) for routine, system in named)
         )
 
-    def _has_number(self, key: Key, routine: Routine, system: Expression) -> bool:
+    def _has_number(self, key: Key, routine: st.Routine, system: Expression) -> bool:
         """Whether a tool or frame has a number that is, as far as the text shows, one that the target has."""
         number = self._number_of(key, system)
         most = self.work.limits.frame_numbers[_KINDS[key]]
         return number is not None and self._highest(number, routine, _DEEP) <= most
 
-    def _highest(self, number: Expression, routine: Routine, deep: int) -> float:
+    def _highest(self, number: Expression, routine: st.Routine, deep: int) -> float:
         """The highest of the numbers that the text shows to be computed, 0 where it shows none."""
         if isinstance(number, Number):
             return number.value
@@ -499,13 +479,15 @@ class _Modal:
         if not isinstance(number, Named) or not deep:
             return 0
         symbol = self.symbols.find(routine.name, number.name)
-        found: list[tuple[Expression, Routine]] = [(symbol.value, routine)] if symbol and symbol.value else []
+        found: list[tuple[Expression, st.Routine]] = (
+            [(symbol.value, routine)] if symbol and symbol.value else []
+        )
         at = next((n for n, p in enumerate(routine.parameters) if p.name == number.name), -1)
         for other in self.program.routines:
             for s in other.body:
-                if isinstance(s, Assign) and s.target == number:
+                if isinstance(s, st.Assign) and s.target == number:
                     found.append((s.value, other))
-                elif isinstance(s, Call) and s.routine == routine.name and 0 <= at < len(s.arguments):
+                elif isinstance(s, st.Call) and s.routine == routine.name and 0 <= at < len(s.arguments):
                     found.append((s.arguments[at], other))
         return max((self._highest(value, where, deep - 1) for value, where in found), default=0)
 
@@ -518,7 +500,7 @@ class _Modal:
             return None
         return Number(0) if system.kind in ("base", "robot") else system.number
 
-    def _tell_number(self, s: Statement, key: Key, number: object) -> None:
+    def _tell_number(self, s: st.Statement, key: Key, number: object) -> None:
         """What the controller has to hold, of a number that is computed."""
         if isinstance(number, Number):
             return
@@ -533,30 +515,30 @@ class _Modal:
         self.work.ask(f"set {there} on the controller, for each n that the program computes", here)
 
 
-def _settings(s: Statement) -> dict[Key, object]:
+def _settings(s: st.Statement) -> dict[Key, object]:
     """The keys that a modal statement sets, and to what."""
     match s:
-        case SetSpeed(speeds=speeds, turn=turn):
+        case st.SetSpeed(speeds=speeds, turn=turn):
             found: dict[Key, object] = {(_SPEED, speed.unit): speed.value for speed in speeds}
             if turn is not None:
                 found[(_TURN,)] = turn
             return found
-        case SetBlend(blends=blends):
+        case st.SetBlend(blends=blends):
             return {(_BLEND, blend.kind): blend.value for blend in blends if blend.value is not None}
-        case SetAcceleration(rates=rates, path=path):
+        case st.SetAcceleration(rates=rates, path=path):
             found = {}
             for rate in rates:
-                if rate.unit is AccelerationUnit.FRACTION:
-                    paths = (True, False) if path is None else (path is Path.JOINT,)
+                if rate.unit is st.AccelerationUnit.FRACTION:
+                    paths = (True, False) if path is None else (path is st.Path.JOINT,)
                     found |= {(_RATE, joint, True): rate.value for joint in paths}
                 else:
-                    found[(_RATE, rate.unit is AccelerationUnit.AXIS, False)] = rate.value
+                    found[(_RATE, rate.unit is st.AccelerationUnit.AXIS, False)] = rate.value
             return found
-        case SetTool(tool=tool):
+        case st.SetTool(tool=tool):
             return {_TOOL: tool}
-        case SetFrame(frame=frame):
+        case st.SetFrame(frame=frame):
             return {_FRAME: frame}
-        case SetOverride(share=share, fastest=fastest):
+        case st.SetOverride(share=share, fastest=fastest):
             return {_OVERRIDE: share, _FASTEST: _UNBOUNDED if fastest is None else fastest}
         case _:
             return {}
@@ -594,15 +576,15 @@ def _lost(value: object) -> bool:
     return type(value) is FrameRef and value.kind == LOST
 
 
-def modal(program: Program, work: TranslationContext) -> Program:
+def modal(program: st.Program, work: TranslationContext) -> st.Program:
     """Every move with its speed, blend, accelerations, tool and frame; no modal statement is left."""
     if not _needs(program):
         return program
     own = _Modal(program, work, work.symbols(program))
     own.note_numbers()
-    own.bounded = any(type(s) is SetOverride and s.fastest is not None for s in program.statements())
+    own.bounded = any(type(s) is st.SetOverride and s.fastest is not None for s in program.statements())
     own.unset_tool = _UNSET_TOOL if _chooses_by_statement(program.vendor) else None
-    kinds = _MODAL_KINDS | {Move} if work.conventions.speed_persists else _MODAL_KINDS
+    kinds = _MODAL_KINDS | {st.Move} if work.conventions.speed_persists else _MODAL_KINDS
     if not is_straight(program):
         own.flow = reaching(program, own.of, kinds)
     bodies = []
@@ -613,7 +595,7 @@ def modal(program: Program, work: TranslationContext) -> Program:
     routines = []
     for routine, body in zip(program.routines, bodies, strict=True):
         own.routine = routine.name
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for original, s in zip(routine.body, body, strict=True):
             if type(original) in _MODAL_KINDS:
                 rows += own.kept(original)
@@ -625,15 +607,15 @@ def modal(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines), data=(*program.data, *own.declared))
 
 
-def _needs(program: Program) -> bool:
+def _needs(program: st.Program) -> bool:
     for s in program.statements():
         if isinstance(s, _MODAL):
             return True
-        if isinstance(s, Move) and (
+        if isinstance(s, st.Move) and (
             s.speed is None
             or s.tool is None
             or s.frame is None
-            or (s.blend is not None and s.blend.value is None and s.blend.kind is not BlendKind.CONTINUOUS)
+            or (s.blend is not None and s.blend.value is None and s.blend.kind is not st.BlendKind.CONTINUOUS)
         ):
             return True
     return False

@@ -12,19 +12,7 @@ import numpy as np
 
 from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Named,
-    Number,
-    PositionLiteral,
-    Store,
-    SystemValue,
-    Taught,
-    Variable,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import Point, PointKind, PointState
 from olp.ir.program import Assign, Declare, Move, Path, Program, Routine, Statement, Update
 from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, is_written_out
@@ -59,7 +47,7 @@ def relative_tools(program: Program, work: TranslationContext) -> Program:
     ]
     if not relative or not work.conventions.taught_frames:
         return program
-    tools: list[Expression] = []
+    tools: list[ex.Expression] = []
 
     def taught(s: Statement) -> Mapping[Key, int]:
         if type(s) is not Move or s.tool is None:
@@ -90,7 +78,7 @@ def relative_tools(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines)
 
 
-_System = tuple[Expression | None, Expression | None]  # tool, frame
+_System = tuple[ex.Expression | None, ex.Expression | None]  # tool, frame
 _HERE: Final = "where the arm stands"
 
 
@@ -160,7 +148,7 @@ class _CarriedSystems:
         )
         return replace(self.program, routines=routines)
 
-    def _at_all(self, source: Expression, found: Mapping[str, set[object]]) -> set[object]:
+    def _at_all(self, source: ex.Expression, found: Mapping[str, set[object]]) -> set[object]:
         """Every system that what a variable is set to may have, as long as the order of statements is not asked."""
         source = _first_factor(source)
         if _is_read(source):
@@ -174,7 +162,7 @@ class _CarriedSystems:
 
     def _sets(self, s: Statement) -> Mapping[Key, int]:
         keys: list[Key] = [_TOOL] if type(s) is Move else []
-        if type(s) is Assign and isinstance(s.target, Named) and s.target.name in self.several:
+        if type(s) is Assign and isinstance(s.target, ex.Named) and s.target.name in self.several:
             keys.append(("systems", s.target.name))
         return dict.fromkeys(keys, self.numbers[id(s)]) if keys else {}
 
@@ -192,17 +180,17 @@ class _CarriedSystems:
             changes["frame"] = frame
         return edited(s, changes)
 
-    def _target(self, routine: str, at: int, e: Expression, seen: frozenset[int]) -> set[_System]:
+    def _target(self, routine: str, at: int, e: ex.Expression, seen: frozenset[int]) -> set[_System]:
         """The systems that a position may have where this statement is."""
         e, name = _first_factor(e), _variable(_first_factor(e))
         if _is_read(e):
-            return {(tool, FrameRef("base")) for tool in self._tools(routine, at, seen)}
+            return {(tool, ex.FrameRef("base")) for tool in self._tools(routine, at, seen)}
         if name is None:
             return set()
         if name not in self.several:
             return {_system(self.states[name])} if name in self.states else set()
         begins = set(map(_system, self.rows.get(name, ())))
-        if not isinstance(e, Named):  # an element: which one is not followed
+        if not isinstance(e, ex.Named):  # an element: which one is not followed
             found = (self.numbers[id(s)] for s in self.assigned.get(name, ()))
             return begins.union(*(self._assigned(number, seen) for number in found))
         systems: set[_System] = set()
@@ -215,9 +203,9 @@ class _CarriedSystems:
         assert type(s) is Assign
         return set() if number in seen else self._target(routine, at, s.value, seen | {number})
 
-    def _tools(self, routine: str, at: int, seen: frozenset[int]) -> set[Expression | None]:
+    def _tools(self, routine: str, at: int, seen: frozenset[int]) -> set[ex.Expression | None]:
         """The tools that the arm may hold where this statement is."""
-        tools: set[Expression | None] = set()
+        tools: set[ex.Expression | None] = set()
         for number in self.ways.at(routine, at, _TOOL):
             if number == UNSET:
                 continue
@@ -232,49 +220,49 @@ class _CarriedSystems:
         return tools or {_tool(0)}
 
 
-def _first_factor(e: Expression) -> Expression:
-    return e.arguments[0] if isinstance(e, Function) and e.name == "pose-product" else e
+def _first_factor(e: ex.Expression) -> ex.Expression:
+    return e.arguments[0] if isinstance(e, ex.Function) and e.name == "pose-product" else e
 
 
-def _is_read(e: Expression) -> bool:
+def _is_read(e: ex.Expression) -> bool:
     """Whether this is where the arm stands."""
-    return isinstance(e, (Function, SystemValue)) and e.name in ("current-pose", "current-joints")
+    return isinstance(e, (ex.Function, ex.SystemValue)) and e.name in ("current-pose", "current-joints")
 
 
-def _variable(e: Expression) -> str | None:
-    base = e.base if isinstance(e, Item) else e
-    return base.name if isinstance(base, Named) else None
+def _variable(e: ex.Expression) -> str | None:
+    base = e.base if isinstance(e, ex.Item) else e
+    return base.name if isinstance(base, ex.Named) else None
 
 
 def _system(state: PointState) -> _System:
     return tool_of(state), frame_of(state)
 
 
-def _systems(s: Move, tool: Expression) -> dict[str, Any]:
+def _systems(s: Move, tool: ex.Expression) -> dict[str, Any]:
     """The tool of a move by an offset, and the frame in whose directions it counts as its own."""
     relative = s.relative
     assert relative is not None
     if s.frame is not None:
         return {"tool": tool}
     if relative.kind in ("tool", "own"):
-        return {"tool": tool, "frame": FrameRef("base")}
-    return {"tool": tool, "frame": relative, "relative": FrameRef("own")}
+        return {"tool": tool, "frame": ex.FrameRef("base")}
+    return {"tool": tool, "frame": relative, "relative": ex.FrameRef("own")}
 
 
 def has_names(s: Move) -> bool:
     """Whether a move goes to a named position, and nothing else of it can be numbered."""
-    return type(s.targets[0]) is Named and (is_written_out(s) or _names_systems(s))
+    return type(s.targets[0]) is ex.Named and (is_written_out(s) or _names_systems(s))
 
 
 def _names_systems(s: Move) -> bool:
     """Whether a move's tool and frame are names, and all else of it but the target numbers that are written out."""
     speed, blend = s.speed, s.blend
     return (
-        type(s.tool) is Named
-        and type(s.frame) is Named
+        type(s.tool) is ex.Named
+        and type(s.frame) is ex.Named
         and len(s.targets) == 1
-        and (speed is None or type(speed.value.written) is Number)
-        and (blend is None or blend.value is None or type(blend.value.written) is Number)
+        and (speed is None or type(speed.value.written) is ex.Number)
+        and (blend is None or blend.value is None or type(blend.value.written) is ex.Number)
         and is_usual(s)
     )
 
@@ -295,7 +283,7 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
     via = None
     if s.via is not None:
         via = value(s.via)
-        if isinstance(s.via, Taught):
+        if isinstance(s.via, ex.Taught):
             other = points.taught(routine, s.via.store, s.via.number)
             via = other if other is not None else via
     name, state = target
@@ -329,49 +317,49 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
 def _stands_still(points: Points, s: Move) -> bool:
     """Whether all that a move has besides its arm are stations that no point of the program moves."""
     targets = [target for part in s.parts for target in part.targets]
-    stations = all(type(target) is Taught and target.store is Store.STATION for target in targets)
+    stations = all(type(target) is ex.Taught and target.store is ex.Store.STATION for target in targets)
     return bool(targets) and stations and points.station_stands()
 
 
-def _state(points: Points, routine: Routine, target: Expression, value: Value) -> PointState | None:
-    if isinstance(target, Taught):
+def _state(points: Points, routine: Routine, target: ex.Expression, value: Value) -> PointState | None:
+    if isinstance(target, ex.Taught):
         point = points.point(routine, target.store, target.number)
         return None if point is None else point.state
-    if isinstance(target, Variable) and points.work.conventions.taught_frames:
+    if isinstance(target, ex.Variable) and points.work.conventions.taught_frames:
         # A position register stands in whatever frame holds.
         name = value(target)
-        name = name.base if isinstance(name, Item) else name
-        return points.states.get(name.name) if isinstance(name, Named) else None
+        name = name.base if isinstance(name, ex.Item) else name
+        return points.states.get(name.name) if isinstance(name, ex.Named) else None
     return None
 
 
 def _target(
     points: Points, routine: Routine, s: Move, value: Value, state: PointState | None
-) -> tuple[Expression, PointState | None] | None:
+) -> tuple[ex.Expression, PointState | None] | None:
     written = s.targets[0]
-    if isinstance(written, (Taught, Variable)) and written.store is not Store.ROBOT:
+    if isinstance(written, (ex.Taught, ex.Variable)) and written.store is not ex.Store.ROBOT:
         points.work.lose(s, Fate.REFUSED, "groups", "a move of a track or a station alone")
         return None
     number = _number_of(points, written)
     if number is None:
         return value(written), state
-    assert isinstance(written, (Taught, Variable))
+    assert isinstance(written, (ex.Taught, ex.Variable))
     if state is not None and state.kind is not PointKind.POSE and s.path is not Path.JOINT:
-        seen = points.in_space(routine, written.store, isinstance(written, Taught), number)
-        if seen is None and isinstance(written, Variable):
+        seen = points.in_space(routine, written.store, isinstance(written, ex.Taught), number)
+        if seen is None and isinstance(written, ex.Variable):
             return value(written), state
         if seen is None:
             points.work.need_robot(s, "a straight move to a point in joint values is known by its robot only")
             return None
         literal, base = seen
         points.tell_tool(s, base.tool)
-        key = (routine.name, written.store, isinstance(written, Taught), -1 - number)
+        key = (routine.name, written.store, isinstance(written, ex.Taught), -1 - number)
         name = points.names.get(key)
         if name is None:
-            stem = "P" if isinstance(written, Taught) else "PV"
+            stem = "P" if isinstance(written, ex.Taught) else "PV"
             name = points.names[key] = points.add(f"{stem}{number}_pose", literal, base, 0)
-        return Named(name), base
-    if isinstance(written, Variable):
+        return ex.Named(name), base
+    if isinstance(written, ex.Variable):
         return value(written), state
     name_ = points.taught(routine, written.store, written.number)
     if name_ is None:
@@ -380,11 +368,11 @@ def _target(
     return name_, state
 
 
-def _number_of(points: Points, written: Expression) -> int | None:
+def _number_of(points: Points, written: ex.Expression) -> int | None:
     """Of a taught point, or of a variable that holds one and that nothing ever sets."""
-    if isinstance(written, Taught):
+    if isinstance(written, ex.Taught):
         return written.number
-    if not isinstance(written, Variable) or not isinstance(written.index, Number) or written.local:
+    if not isinstance(written, ex.Variable) or not isinstance(written.index, ex.Number) or written.local:
         return None
     return None if points.is_set(written) else int(written.index.value)
 
@@ -393,7 +381,7 @@ def _number_of(points: Points, written: Expression) -> int | None:
 # Taught points become named positions: each with its numbers, and its frame and tool for the moves that go there.
 
 _POSE = 6
-_LETTERS = {Store.ROBOT: "P", Store.BASE: "BP", Store.STATION: "EP"}
+_LETTERS = {ex.Store.ROBOT: "P", ex.Store.BASE: "BP", ex.Store.STATION: "EP"}
 
 
 @dataclass(slots=True)
@@ -401,35 +389,35 @@ class Points:
     """The named positions made so far. `states`: what holds for each of them, for the moves that go there."""
 
     work: TranslationContext
-    names: dict[tuple[str, Store, bool, int], str] = field(default_factory=dict)
+    names: dict[tuple[str, ex.Store, bool, int], str] = field(default_factory=dict)
     states: dict[str, PointState] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
-    found: dict[tuple[str, Store], dict[int, Point]] = field(
+    found: dict[tuple[str, ex.Store], dict[int, Point]] = field(
         default_factory=dict
     )  # the taught points of a routine
-    changed: set[Variable] | None = None  # variables that statements set, once it was asked
+    changed: set[ex.Variable] | None = None  # variables that statements set, once it was asked
     stands: bool | None = None  # whether no point moves a station, once it was asked
 
-    def is_set(self, variable: Variable) -> bool:
+    def is_set(self, variable: ex.Variable) -> bool:
         """Whether a statement of the program may give a position variable another value."""
         if self.changed is None:
             targets = (e for s in self.work.source.statements() for e in _targets(s))
-            self.changed = {e for e in targets if isinstance(e, Variable)}
+            self.changed = {e for e in targets if isinstance(e, ex.Variable)}
         return any(
-            e.store in (variable.store, Store.SYSTEM)
-            and (e.index == variable.index or not isinstance(e.index, Number))
+            e.store in (variable.store, ex.Store.SYSTEM)
+            and (e.index == variable.index or not isinstance(e.index, ex.Number))
             for e in self.changed
         )
 
     def station_stands(self) -> bool:
         """Whether all points of stations, in all routines, are one and the same."""
         if self.stands is None:
-            found = [r.points.blocks.get((Store.STATION, True)) for r in self.work.source.routines]
+            found = [r.points.blocks.get((ex.Store.STATION, True)) for r in self.work.source.routines]
             rows = [tuple(row) for block in found if block is not None for row in block.values.tolist()]
             self.stands = all(row == rows[0] for row in rows)
         return self.stands
 
-    def point(self, routine: Routine, store: Store, number: int) -> Point | None:
+    def point(self, routine: Routine, store: ex.Store, number: int) -> Point | None:
         """A taught point; all of a routine are taken out of their columns at once."""
         known = self.found.get((routine.name, store))
         if known is None:
@@ -442,7 +430,7 @@ class Points:
                     known[at] = Point(at, tuple(values[row]), states[kinds[row]], lines[row])
         return known.get(number)
 
-    def taught(self, routine: Routine, store: Store, number: int) -> Named | None:
+    def taught(self, routine: Routine, store: ex.Store, number: int) -> ex.Named | None:
         """The name of a taught point, None where the routine does not teach it or its place is not known."""
         key = (routine.name, store, True, number)
         name = self.names.get(key)
@@ -454,9 +442,9 @@ class Points:
             stem = _point_name(store, number)
             name = self.names[key] = self.add(stem, literal, point.state, point.line)
             self.work.names[("point", f"{routine.name}.{stem}")] = name
-        return Named(name)
+        return ex.Named(name)
 
-    def add(self, stem: str, literal: PositionLiteral, state: PointState, line: int) -> str:
+    def add(self, stem: str, literal: ex.PositionLiteral, state: PointState, line: int) -> str:
         """Declares a position; its name begins with `stem`."""
         name = self.work.fresh(stem)
         self.states[name] = state
@@ -465,21 +453,23 @@ class Points:
         self.declared.append(Declare(line, name, kind, literal, storage=storage, shared=True))
         return name
 
-    def literal(self, routine: Routine, point: Point, store: Store) -> PositionLiteral | None:
+    def literal(self, routine: Routine, point: Point, store: ex.Store) -> ex.PositionLiteral | None:
         """The numbers of a point; pulses need the robot. None where they cannot be known."""
         values = tuple(point.values)
         state = point.state
-        if store is not Store.ROBOT:
-            return PositionLiteral("joint", _trimmed(values)) if state.kind is not PointKind.PULSE else None
+        if store is not ex.Store.ROBOT:
+            return (
+                ex.PositionLiteral("joint", _trimmed(values)) if state.kind is not PointKind.PULSE else None
+            )
         if state.kind is PointKind.POSE:
             further = self._further(routine, values) if len(values) > _POSE else ()
-            return PositionLiteral(
+            return ex.PositionLiteral(
                 "pose", values[:_POSE], further, state.configuration, sectors=state.sectors
             )
         if state.kind is PointKind.JOINT:
             if self.work.conventions.wrist_target_axes and len(values) > _POSE:
-                return PositionLiteral("joint", _trimmed(values[:_POSE]), self._further(routine, values))
-            return PositionLiteral("joint", _trimmed(values))
+                return ex.PositionLiteral("joint", _trimmed(values[:_POSE]), self._further(routine, values))
+            return ex.PositionLiteral("joint", _trimmed(values))
         return self._joints_of(values)
 
     def _further(self, routine: Routine, values: tuple[float, ...]) -> tuple[float, ...]:
@@ -491,7 +481,7 @@ class Points:
             found.pop()
         return tuple(found)
 
-    def _joints_of(self, pulses: tuple[float, ...]) -> PositionLiteral | None:
+    def _joints_of(self, pulses: tuple[float, ...]) -> ex.PositionLiteral | None:
         robot = self.work.robot
         if robot is None:
             self.work.need_robot(
@@ -503,7 +493,9 @@ class Points:
         row = np.nan_to_num(np.asarray(pulses[: len(robot.axes)], dtype=np.float64))
         row = np.concatenate((row, np.zeros(len(robot.axes) - len(row))))
         try:
-            return PositionLiteral("joint", tuple(float(v) for v in pulses_to_joints(robot, row[None, :])[0]))
+            return ex.PositionLiteral(
+                "joint", tuple(float(v) for v in pulses_to_joints(robot, row[None, :])[0])
+            )
         except OlpError as problem:
             self.work.need_robot(None, problem.diagnostics[0].message)
             return None
@@ -514,8 +506,8 @@ class Points:
             tell_zeros(self.work, s, "tool", f"tool {number}")
 
     def in_space(
-        self, routine: Routine, store: Store, taught: bool, number: int
-    ) -> tuple[PositionLiteral, PointState] | None:
+        self, routine: Routine, store: ex.Store, taught: bool, number: int
+    ) -> tuple[ex.PositionLiteral, PointState] | None:
         """A point taught in joints as a pose of its tool in the base, for moves that need one."""
         point = routine.points.find(store, taught, number)
         if point is None or self.work.robot is None:
@@ -524,7 +516,7 @@ class Points:
         if pose is None:
             return None
         state = PointState(PointKind.POSE, "base", tool=point.state.tool)
-        return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles())), state
+        return ex.PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles())), state
 
 
 def tell_zeros(work: TranslationContext, s: Move, kind: str, label: str) -> None:
@@ -537,7 +529,7 @@ def tell_zeros(work: TranslationContext, s: Move, kind: str, label: str) -> None
     )
 
 
-def _targets(s: Statement) -> Iterator[Expression]:
+def _targets(s: Statement) -> Iterator[ex.Expression]:
     """What a statement may give another value: anything but what an assignment takes."""
     if isinstance(s, (Assign, Update)):
         yield from expressions_of(s.target)
@@ -545,28 +537,28 @@ def _targets(s: Statement) -> Iterator[Expression]:
         yield from expressions_of(s)
 
 
-def frame_of(state: PointState) -> Expression | None:
+def frame_of(state: PointState) -> ex.Expression | None:
     """The frame that a position with this state is written in, None where it says none."""
     if state.kind is not PointKind.POSE:
-        return FrameRef("base")
+        return ex.FrameRef("base")
     if state.frame == "user":
         return None if state.user is None else _user(state.user)
-    return FrameRef("base") if state.frame in ("base", "robot") else FrameRef(state.frame)
+    return ex.FrameRef("base") if state.frame in ("base", "robot") else ex.FrameRef(state.frame)
 
 
-def tool_of(state: PointState) -> Expression | None:
+def tool_of(state: PointState) -> ex.Expression | None:
     """The tool that a position with this state was taught with, None where it says none."""
     return _tool(state.tool) if state.tool >= 0 else None
 
 
 @lru_cache(maxsize=1000)
-def _user(number: int) -> FrameRef:
-    return FrameRef("user", Number(number))
+def _user(number: int) -> ex.FrameRef:
+    return ex.FrameRef("user", ex.Number(number))
 
 
 @lru_cache(maxsize=1000)
-def _tool(number: int) -> FrameRef:
-    return FrameRef("tool", Number(number))
+def _tool(number: int) -> ex.FrameRef:
+    return ex.FrameRef("tool", ex.Number(number))
 
 
 def _trimmed(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -576,5 +568,5 @@ def _trimmed(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(0.0 if math.isnan(v) else v for v in kept)
 
 
-def _point_name(store: Store, number: int) -> str:
+def _point_name(store: ex.Store, number: int) -> str:
     return f"{_LETTERS.get(store, 'P')}{number}"

@@ -6,30 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    SignalState,
-    Text,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Declare,
-    End,
-    Parameter,
-    Program,
-    Return,
-    Routine,
-    StartTask,
-    Statement,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import expressions_of, mapped
 from olp.transpile.constant_folding import paired
 from olp.transpile.context import TranslationContext
@@ -89,10 +67,12 @@ class Use:
     """
 
     name: str
-    first: Statement
+    first: st.Statement
     kinds: set[str] = field(default_factory=set)
     indices: list[tuple[int | None, ...]] = field(default_factory=list)
-    computed: dict[int, Statement] = field(default_factory=dict)  # by line: with an index that nothing bounds
+    computed: dict[int, st.Statement] = field(
+        default_factory=dict
+    )  # by line: with an index that nothing bounds
     records: set[str] = field(default_factory=set)
     whole: bool = False
     copied: bool = False
@@ -123,7 +103,7 @@ class Use:
 _ROUNDS: Final = 5  # of routines that hand a parameter on
 
 
-def references(program: Program, work: TranslationContext) -> Program:
+def references(program: st.Program, work: TranslationContext) -> st.Program:
     """`PROC a(PERS tooldata t)` as `PROC a(tooldata t)` where nothing assigns to t, here or in what it is handed to.
 
     A language that hands on variables takes no number in their place: there by value too, if some call gives one.
@@ -135,21 +115,23 @@ def references(program: Program, work: TranslationContext) -> Program:
     return _in_variables(_returned(program), work) if work.limits.returned_parameters else program
 
 
-def _hands_values(program: Program) -> bool:
+def _hands_values(program: st.Program) -> bool:
     """Whether a call hands a parameter that is a reference anything else than a variable."""
     taken = {r.name.casefold(): r.parameters for r in program.routines}
     for s in program.statements():
-        calls: list[Call | CallValue] = [s] if isinstance(s, Call) else []
-        calls += [e for e in expressions_of(s) if isinstance(e, CallValue)]
+        calls: list[st.Call | ex.CallValue] = [s] if isinstance(s, st.Call) else []
+        calls += [e for e in expressions_of(s) if isinstance(e, ex.CallValue)]
         for call in calls:
             references = {p.name for p in taken.get(call.routine.casefold(), ()) if p.by_reference}
             given = paired(taken.get(call.routine.casefold(), ()), call.arguments)
-            if any(name in references and not isinstance(e, (Named, Item, Member)) for name, e in given):
+            if any(
+                name in references and not isinstance(e, (ex.Named, ex.Item, ex.Member)) for name, e in given
+            ):
                 return True
     return False
 
 
-def _by_value(program: Program) -> Program:
+def _by_value(program: st.Program) -> st.Program:
     for _ in range(_ROUNDS):
         if not any(p.by_reference for r in program.routines for p in r.parameters):
             break
@@ -164,27 +146,27 @@ def _by_value(program: Program) -> Program:
     return program
 
 
-def _plain(routine: Routine, one: Parameter, symbols: Symbols) -> Parameter:
+def _plain(routine: st.Routine, one: st.Parameter, symbols: Symbols) -> st.Parameter:
     symbol = symbols.find(routine.name, one.name)
     changed = symbol is None or symbol.assigned
     return one if not one.by_reference or changed else replace(one, by_reference=False)
 
 
-def _returned(program: Program) -> Program:
+def _returned(program: st.Program) -> st.Program:
     """A routine that hands one parameter back and returns nothing returns it; its calls store it."""
-    started = {s.routine.casefold() for s in program.statements() if isinstance(s, StartTask)}
-    handed: dict[str, tuple[Routine, Parameter]] = {}
+    started = {s.routine.casefold() for s in program.statements() if isinstance(s, st.StartTask)}
+    handed: dict[str, tuple[st.Routine, st.Parameter]] = {}
     for routine in program.routines:
         changed = [p for p in routine.parameters if p.by_reference]
         if len(changed) == 1 and not routine.returns and routine.name.casefold() not in started:
             handed[routine.name.casefold()] = routine, changed[0]
 
-    def row(s: Statement) -> Statement:
-        if not isinstance(s, Call) or s.result is not None or s.routine.casefold() not in handed:
+    def row(s: st.Statement) -> st.Statement:
+        if not isinstance(s, st.Call) or s.result is not None or s.routine.casefold() not in handed:
             return s
         called, one = handed[s.routine.casefold()]
         given = next((e for p, e in paired(called.parameters, s.arguments) if p == one.name), None)
-        return replace(s, result=given) if isinstance(given, (Named, Item, Member)) else s
+        return replace(s, result=given) if isinstance(given, (ex.Named, ex.Item, ex.Member)) else s
 
     routines = []
     for routine in program.routines:
@@ -195,30 +177,30 @@ def _returned(program: Program) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _with_result(routine: Routine, one: Parameter) -> Routine:
-    value = Named(one.name)
-    body: list[Statement] = [
-        replace(s, value=value) if isinstance(s, Return) else s
+def _with_result(routine: st.Routine, one: st.Parameter) -> st.Routine:
+    value = ex.Named(one.name)
+    body: list[st.Statement] = [
+        replace(s, value=value) if isinstance(s, st.Return) else s
         for s in routine.body
-        if not isinstance(s, End)
+        if not isinstance(s, st.End)
     ]
-    if not body or not isinstance(body[-1], Return) or body[-1].condition is not None:
-        body.append(Return(routine.body[-1].line if routine.body else routine.line, value))
+    if not body or not isinstance(body[-1], st.Return) or body[-1].condition is not None:
+        body.append(st.Return(routine.body[-1].line if routine.body else routine.line, value))
     parameters = tuple(replace(p, by_reference=False) if p is one else p for p in routine.parameters)
     return replace(routine, body=tuple(body), parameters=parameters, returns=one.type or "real")
 
 
-_FIRST: Final[Mapping[str, Expression]] = {
-    "integer": Number(0),
-    "real": Number(0.0),
-    "boolean": SignalState(False),
-    "string": Text(""),
-    "position": PositionLiteral("pose", (0.0,) * 6),
-    "joints": PositionLiteral("joint", (0.0,) * 6),
+_FIRST: Final[Mapping[str, ex.Expression]] = {
+    "integer": ex.Number(0),
+    "real": ex.Number(0.0),
+    "boolean": ex.SignalState(False),
+    "string": ex.Text(""),
+    "position": ex.PositionLiteral("pose", (0.0,) * 6),
+    "joints": ex.PositionLiteral("joint", (0.0,) * 6),
 }
 
 
-def _in_variables(program: Program, work: TranslationContext) -> Program:
+def _in_variables(program: st.Program, work: TranslationContext) -> st.Program:
     """Parameters that a routine hands back as variables of the program, where every call of it stands alone.
 
     A routine that calls itself, and one that is called within a condition or a sum, keep theirs.
@@ -233,9 +215,9 @@ def _in_variables(program: Program, work: TranslationContext) -> Program:
     for s in program.statements() if handed else ():
         alone = _call_of(s)
         inside = {
-            e.routine.casefold() for e in expressions_of(s) if isinstance(e, CallValue) and e is not alone
+            e.routine.casefold() for e in expressions_of(s) if isinstance(e, ex.CallValue) and e is not alone
         }
-        if isinstance(s, StartTask):
+        if isinstance(s, st.StartTask):
             inside.add(s.routine.casefold())
         if alone is not None and not _is_plain(routines.get(alone.routine.casefold()), alone):
             inside.add(alone.routine.casefold())
@@ -244,7 +226,7 @@ def _in_variables(program: Program, work: TranslationContext) -> Program:
     if not handed:
         return program
     data = [
-        Declare(0, new, p.type, _FIRST[p.type], shared=True)
+        st.Declare(0, new, p.type, _FIRST[p.type], shared=True)
         for name, names in handed.items()
         for p in routines[name].parameters
         if (new := names.get(p.name)) is not None
@@ -261,7 +243,7 @@ def _in_variables(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(made), data=(*program.data, *data))
 
 
-def _may_be_variables(r: Routine) -> bool:
+def _may_be_variables(r: st.Routine) -> bool:
     return all(
         p.type in _FIRST and "[" not in p.native and not (p.optional or p.switch or p.default)
         for p in r.parameters
@@ -269,56 +251,57 @@ def _may_be_variables(r: Routine) -> bool:
     )
 
 
-def _reached_from(name: str, routines: Mapping[str, Routine]) -> set[str]:
+def _reached_from(name: str, routines: Mapping[str, st.Routine]) -> set[str]:
     """The routines that one calls, directly or through others."""
     found: set[str] = set()
     todo = [name]
     while todo:
         routine = routines.get(todo.pop())
         for s in routine.body if routine is not None else ():
-            called = [s.routine] if isinstance(s, (Call, StartTask)) else []
-            called += [e.routine for e in expressions_of(s) if isinstance(e, CallValue)]
+            called = [s.routine] if isinstance(s, (st.Call, st.StartTask)) else []
+            called += [e.routine for e in expressions_of(s) if isinstance(e, ex.CallValue)]
             new = {one.casefold() for one in called} - found
             found |= new
             todo += new
     return found
 
 
-def _call_of(s: Statement) -> Call | CallValue | None:
+def _call_of(s: st.Statement) -> st.Call | ex.CallValue | None:
     """The call that a statement is, or whose value is all that it assigns."""
-    if isinstance(s, Call):
+    if isinstance(s, st.Call):
         return s
-    return s.value if isinstance(s, Assign) and isinstance(s.value, CallValue) else None
+    return s.value if isinstance(s, st.Assign) and isinstance(s.value, ex.CallValue) else None
 
 
-def _is_plain(called: Routine | None, call: Call | CallValue) -> bool:
+def _is_plain(called: st.Routine | None, call: st.Call | ex.CallValue) -> bool:
     """Whether what a call hands to parameters that come back can be read once more behind it."""
     if called is None:
         return True
-    if isinstance(call, Call) and (call.condition is not None or call.jump):
+    if isinstance(call, st.Call) and (call.condition is not None or call.jump):
         return False
-    if any(isinstance(e, NamedArgument) for e in call.arguments):
+    if any(isinstance(e, ex.NamedArgument) for e in call.arguments):
         return False
     given = dict(paired(called.parameters, call.arguments))
     places = [given.get(p.name) for p in called.parameters if p.by_reference]
     return all(
-        e is not None and not (isinstance(e, Item) and not all(isinstance(i, Number) for i in e.indices))
+        e is not None
+        and not (isinstance(e, ex.Item) and not all(isinstance(i, ex.Number) for i in e.indices))
         for e in places
     )
 
 
-def _renamed(r: Routine, names: Mapping[str, str]) -> tuple[Statement, ...]:
+def _renamed(r: st.Routine, names: Mapping[str, str]) -> tuple[st.Statement, ...]:
     if not names:
         return r.body
     return tuple(
-        mapped(s, lambda e: Named(names[e.name]) if isinstance(e, Named) and e.name in names else e)
+        mapped(s, lambda e: ex.Named(names[e.name]) if isinstance(e, ex.Named) and e.name in names else e)
         for s in r.body
     )
 
 
 def _around(
-    s: Statement, handed: Mapping[str, Mapping[str, str]], routines: Mapping[str, Routine]
-) -> list[Statement]:
+    s: st.Statement, handed: Mapping[str, Mapping[str, str]], routines: Mapping[str, st.Routine]
+) -> list[st.Statement]:
     """A call between what sets the variables and what reads them."""
     call = _call_of(s)
     names = handed.get(call.routine.casefold()) if call is not None else None
@@ -326,14 +309,16 @@ def _around(
         return [s]
     parameters = routines[call.routine.casefold()].parameters
     given = dict(paired(parameters, call.arguments))
-    before = [Assign(s.line, Named(names[p]), e) for p, e in given.items() if p in names and e is not None]
-    behind: list[Statement] = [
-        Assign(s.line, e, Named(names[p]))
+    before = [
+        st.Assign(s.line, ex.Named(names[p]), e) for p, e in given.items() if p in names and e is not None
+    ]
+    behind: list[st.Statement] = [
+        st.Assign(s.line, e, ex.Named(names[p]))
         for p, e in given.items()
-        if p in names and isinstance(e, (Named, Item, Member))
+        if p in names and isinstance(e, (ex.Named, ex.Item, ex.Member))
     ]
     left = tuple(e for p in parameters if p.name not in names and (e := given.get(p.name)) is not None)
-    if isinstance(call, Call):
+    if isinstance(call, st.Call):
         return [*before, replace(call, arguments=left), *behind]
-    assert isinstance(s, Assign)
+    assert isinstance(s, st.Assign)
     return [*before, replace(s, value=replace(call, arguments=left)), *behind]

@@ -8,35 +8,20 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    SystemValue,
-)
-from olp.ir.program import (
-    Assign,
-    Comment,
-    Declare,
-    Dwell,
-    Move,
-    Program,
-    Routine,
-    SetOutput,
-    Statement,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbols
 
-_STEADY: Final = (Comment, Dwell, SetOutput, Declare)  # leave the arm, its tool and its frame where they are
+_STEADY: Final = (
+    st.Comment,
+    st.Dwell,
+    st.SetOutput,
+    st.Declare,
+)  # leave the arm, its tool and its frame where they are
 _SAME: Final = 1e-9  # [rad]
 _PLACE: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
@@ -44,18 +29,22 @@ _COMPUTED: Final = {"pose-angles": "pose", "joints": "joint"}  # functions of si
 _READ: Final = {"pose": ("position", "current-pose"), "joint": ("joints", "current-joints")}
 
 
-def component(position: Expression, kind: str, at: int) -> Expression:
+def component(position: ex.Expression, kind: str, at: int) -> ex.Expression:
     """One of the six components of a pose or of joint values (kind), counted from 0."""
-    return Item(position, (Number(at + 1),)) if kind == "joint" else Member(position, (*_PLACE, *_ANGLES)[at])
+    return (
+        ex.Item(position, (ex.Number(at + 1),))
+        if kind == "joint"
+        else ex.Member(position, (*_PLACE, *_ANGLES)[at])
+    )
 
 
-def written_component(value: float, kind: str, at: int) -> Number:
+def written_component(value: float, kind: str, at: int) -> ex.Number:
     """A component [m or rad] as programs count it [mm or degrees]."""
     number = round(value / (mm if kind == "pose" and at < len(_PLACE) else deg), 9)
-    return Number(int(number) if number.is_integer() else number)
+    return ex.Number(int(number) if number.is_integer() else number)
 
 
-def partial(program: Program, work: TranslationContext) -> Program:
+def partial(program: st.Program, work: TranslationContext) -> st.Program:
     """Targets with all components: as the move before names them, or read when the arm is there.
 
     Where the target has no single axes they are as the run has them; else they are refused.
@@ -71,15 +60,15 @@ def partial(program: Program, work: TranslationContext) -> Program:
 class _Partial:
     work: TranslationContext
     symbols: Symbols
-    last: PositionLiteral | None = None  # where the move before went, as the text tells
-    declared: list[Declare] = field(default_factory=list)  # positions that are put together
+    last: ex.PositionLiteral | None = None  # where the move before went, as the text tells
+    declared: list[st.Declare] = field(default_factory=list)  # positions that are put together
     _axes: dict[int, list[Sequence[float]]] | None = field(default=None)
 
-    def rows(self, routine: Routine) -> list[Statement]:
+    def rows(self, routine: st.Routine) -> list[st.Statement]:
         self.last = None
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
-            if isinstance(s, Move):
+            if isinstance(s, st.Move):
                 rows += self._move(s, routine.name)
             else:
                 self.last = self.last if isinstance(s, _STEADY) else None
@@ -88,8 +77,8 @@ class _Partial:
                 rows.append(s)
         return rows
 
-    def _move(self, s: Move, routine: str) -> list[Statement]:
-        before: list[Statement] = []
+    def _move(self, s: st.Move, routine: str) -> list[st.Statement]:
+        before: list[st.Statement] = []
         if _has_gaps(s):
             via = None if s.via is None else self._filled(s.via, s)
             s = edited(s, {"targets": tuple(self._filled(t, s) for t in s.targets), "via": via})
@@ -100,24 +89,24 @@ class _Partial:
             if _has_gaps(s):
                 self.work.lose(s, Fate.REFUSED, "position", _SAYS)
         end = self.symbols.fixed_value(routine, s.targets[-1])
-        self.last = end if isinstance(end, PositionLiteral) and not s.relative else None
+        self.last = end if isinstance(end, ex.PositionLiteral) and not s.relative else None
         return [*before, s]
 
-    def _put_together(self, e: Expression, s: Move, before: list[Statement]) -> Expression:
+    def _put_together(self, e: ex.Expression, s: st.Move, before: list[st.Statement]) -> ex.Expression:
         """Where the arm is when it comes to a move, with the components that are written."""
         written = _written(e)
         if written is None:
             return e
         of, values = written
-        name = Named(self.work.helper("target"))
+        name = ex.Named(self.work.helper("target"))
         kind, reading = _READ[of]
-        self.declared.append(Declare(0, name.name, kind, shared=True))
-        before.append(Assign(s.line, name, SystemValue(reading)))
-        before += [Assign(s.line, component(name, of, at), value) for at, value in values]
+        self.declared.append(st.Declare(0, name.name, kind, shared=True))
+        before.append(st.Assign(s.line, name, ex.SystemValue(reading)))
+        before += [st.Assign(s.line, component(name, of, at), value) for at, value in values]
         return name
 
-    def _filled(self, e: Expression, s: Move) -> Expression:
-        if not isinstance(e, PositionLiteral) or not _is_partial(e):
+    def _filled(self, e: ex.Expression, s: st.Move) -> ex.Expression:
+        if not isinstance(e, ex.PositionLiteral) or not _is_partial(e):
             return e
         before = self.last
         if before is not None and before.kind == e.kind and not _is_partial(before):
@@ -145,14 +134,14 @@ class _Partial:
         return rows[0]
 
 
-def _written(e: Expression) -> tuple[str, list[tuple[int, Expression]]] | None:
+def _written(e: ex.Expression) -> tuple[str, list[tuple[int, ex.Expression]]] | None:
     """ "pose" or "joint", and the components that a partial target writes; None of any other expression."""
-    if isinstance(e, PositionLiteral) and _is_partial(e) and e.kind in _READ:
+    if isinstance(e, ex.PositionLiteral) and _is_partial(e) and e.kind in _READ:
         return e.kind, [
             (at, written_component(v, e.kind, at)) for at, v in enumerate(e.values[:6]) if not math.isnan(v)
         ]
     if (
-        isinstance(e, Function)
+        isinstance(e, ex.Function)
         and e.name in _COMPUTED
         and len(e.arguments) == 6
         and any(map(_is_partial, e.arguments))
@@ -161,29 +150,35 @@ def _written(e: Expression) -> tuple[str, list[tuple[int, Expression]]] | None:
     return None
 
 
-def computed_axes(program: Program, work: TranslationContext) -> Program:
+def computed_axes(program: st.Program, work: TranslationContext) -> st.Program:
     """Joint values of which some are computed, axis by axis, where a position is a register of elements."""
     registers = work.limits.registers
     if registers is None or registers.joint_elements:
         return program
-    declared: list[Declare] = []
+    declared: list[st.Declare] = []
     routines = []
     for routine in program.routines:
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
-            e = s.targets[0] if isinstance(s, Move) and s.relative is None else getattr(s, "value", None)
-            if not isinstance(s, (Assign, Move)) or not _is_axes(e):
+            e = s.targets[0] if isinstance(s, st.Move) and s.relative is None else getattr(s, "value", None)
+            if not isinstance(s, (st.Assign, st.Move)) or not _is_axes(e):
                 rows.append(s)
                 continue
-            assert isinstance(e, Function)
-            own = isinstance(s, Assign) and isinstance(s.target, Named) and s.target not in expressions_of(e)
-            name = s.target if own and isinstance(s, Assign) else Named(work.helper("target"))
-            rows.append(Assign(s.line, name, SystemValue("current-joints"), s.comment if own else ""))
-            rows += [Assign(s.line, component(name, "joint", at), one) for at, one in enumerate(e.arguments)]
+            assert isinstance(e, ex.Function)
+            own = (
+                isinstance(s, st.Assign)
+                and isinstance(s.target, ex.Named)
+                and s.target not in expressions_of(e)
+            )
+            name = s.target if own and isinstance(s, st.Assign) else ex.Named(work.helper("target"))
+            rows.append(st.Assign(s.line, name, ex.SystemValue("current-joints"), s.comment if own else ""))
+            rows += [
+                st.Assign(s.line, component(name, "joint", at), one) for at, one in enumerate(e.arguments)
+            ]
             if not own:
-                declared.append(Declare(0, getattr(name, "name", ""), "joints", shared=True))
+                declared.append(st.Declare(0, getattr(name, "name", ""), "joints", shared=True))
                 rows.append(
-                    edited(s, {"targets": (name,)}) if isinstance(s, Move) else replace(s, value=name)
+                    edited(s, {"targets": (name,)}) if isinstance(s, st.Move) else replace(s, value=name)
                 )
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines), data=(*program.data, *declared))
@@ -191,7 +186,7 @@ def computed_axes(program: Program, work: TranslationContext) -> Program:
 
 def _is_axes(e: object) -> bool:
     return (
-        isinstance(e, Function)
+        isinstance(e, ex.Function)
         and e.name == "joints"
         and len(e.arguments) == 6
         and not any(map(_is_partial, e.arguments))
@@ -209,47 +204,47 @@ def _axes_by_line(plan: Plan) -> dict[int, list[Sequence[float]]]:
     return found
 
 
-def _joined(e: PositionLiteral, values: Sequence[float]) -> PositionLiteral:
+def _joined(e: ex.PositionLiteral, values: Sequence[float]) -> ex.PositionLiteral:
     pairs = zip(e.values, values, strict=False)
     return replace(e, values=tuple(b if math.isnan(a) else a for a, b in pairs))
 
 
-def _leaves_out(routine: Routine, work: TranslationContext) -> bool:
+def _leaves_out(routine: st.Routine, work: TranslationContext) -> bool:
     look = work.look(routine)
     return any(map(_has_gaps, look.direct())) or any(_has_gaps(s) for _, s in look.rare)
 
 
-def _has_gaps(s: Statement) -> bool:
-    if type(s) is Move:
-        if type(s.targets[0]) is Named and s.via is None:
+def _has_gaps(s: st.Statement) -> bool:
+    if type(s) is st.Move:
+        if type(s.targets[0]) is ex.Named and s.via is None:
             return False
-    elif isinstance(s, (Comment, Declare)):
+    elif isinstance(s, (st.Comment, st.Declare)):
         return False
     return any(map(_is_partial, expressions_of(s)))
 
 
-def _is_partial(e: Expression) -> bool:
+def _is_partial(e: ex.Expression) -> bool:
     """Whether a position, or a component of one that is computed, has a value left out."""
-    if type(e) is Number:
+    if type(e) is ex.Number:
         return e.value != e.value
-    if type(e) is not PositionLiteral:
+    if type(e) is not ex.PositionLiteral:
         return False
     total = sum(e.values[:6])  # one number to look at: there are as many as points
     return total != total and any(v != v for v in e.values[:6])
 
 
-def _whole_data(program: Program, work: TranslationContext) -> Program:
+def _whole_data(program: st.Program, work: TranslationContext) -> st.Program:
     """Zeros for what the value of a declaration leaves out."""
 
-    def whole(d: Declare) -> Declare:
-        if type(d.value) is not PositionLiteral or not _is_partial(d.value):
+    def whole(d: st.Declare) -> st.Declare:
+        if type(d.value) is not ex.PositionLiteral or not _is_partial(d.value):
             return d
         work.lose(d, Fate.APPROXIMATED, "value", f"components of {d.name} are left out: zeros are declared")
         values = tuple(0.0 if v != v else v for v in d.value.values)
         return replace(d, value=replace(d.value, values=values))
 
-    def row(s: Statement) -> Statement:
-        return whole(s) if type(s) is Declare else s
+    def row(s: st.Statement) -> st.Statement:
+        return whole(s) if type(s) is st.Declare else s
 
     routines = tuple(
         replace(changed_rare(r, work.look(r), row), data=tuple(map(whole, r.data))) for r in program.routines
@@ -268,7 +263,7 @@ _UNITS_ARE_ASKED: Final = (
 _UNITS_ARE_OPEN: Final = "the program does not say which external axes slide [mm] and which turn [deg]"
 
 
-def externals(program: Program, work: TranslationContext) -> Program:
+def externals(program: st.Program, work: TranslationContext) -> st.Program:
     """Positions without external axes. Those that stand at zero all the time are nothing; others are refused.
 
     Where the target has some and asks for their unit, it is the one that their values leave open.
@@ -283,7 +278,7 @@ def externals(program: Program, work: TranslationContext) -> Program:
     symbols = work.symbols(program)
     routines = []
     for routine in program.routines:
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
             if any(_stands(e, symbols, routine.name) for e in _positions(s)):
                 work.lose(s, Fate.REFUSED, "external", says)
@@ -293,7 +288,7 @@ def externals(program: Program, work: TranslationContext) -> Program:
     return replace(program, data=tuple(mapped(d, _without) for d in program.data), routines=tuple(routines))
 
 
-def _with_units(program: Program, work: TranslationContext) -> Program:
+def _with_units(program: st.Program, work: TranslationContext) -> st.Program:
     """External axes with a unit: one whose values exceed a turn slides, any other turns, and the receipt asks."""
     found = list(work.literals(program))
     farthest = [0.0] * max(len(e.external) for e in found)
@@ -321,7 +316,7 @@ def _with_units(program: Program, work: TranslationContext) -> Program:
     return program
 
 
-def _refuse_beyond(program: Program, most: int, work: TranslationContext) -> None:
+def _refuse_beyond(program: st.Program, most: int, work: TranslationContext) -> None:
     """Statements with positions in which an axis beyond the first `most` external ones does not stand at zero."""
     symbols = work.symbols(program)
     for routine in program.routines:
@@ -330,7 +325,7 @@ def _refuse_beyond(program: Program, most: int, work: TranslationContext) -> Non
                 work.lose(s, Fate.REFUSED, "external", f"more than {most} external axes")
 
 
-def _everywhere(program: Program, change: Callable[[Expression], Expression]) -> Program:
+def _everywhere(program: st.Program, change: Callable[[ex.Expression], ex.Expression]) -> st.Program:
     routines = tuple(
         replace(
             r,
@@ -342,29 +337,29 @@ def _everywhere(program: Program, change: Callable[[Expression], Expression]) ->
     return replace(program, data=tuple([mapped(d, change) for d in program.data]), routines=routines)
 
 
-def _positions(s: Statement) -> tuple[Expression, ...]:
+def _positions(s: st.Statement) -> tuple[ex.Expression, ...]:
     """Whatever in a statement may hold a position."""
     if calls_nothing(s):
-        assert isinstance(s, Move)
+        assert isinstance(s, st.Move)
         return s.targets
     return tuple(expressions_of(s))
 
 
-def _stands(e: Expression, symbols: Symbols, routine: str, first: int = 0) -> bool:
+def _stands(e: ex.Expression, symbols: Symbols, routine: str, first: int = 0) -> bool:
     """Whether a position has an external axis behind the `first` ones that is not at zero."""
     value = symbols.fixed_value(routine, e)
-    return type(value) is PositionLiteral and any(v == v and v != 0.0 for v in value.external[first:])
+    return type(value) is ex.PositionLiteral and any(v == v and v != 0.0 for v in value.external[first:])
 
 
-def _without(e: Expression, count: int = 0) -> Expression:
+def _without(e: ex.Expression, count: int = 0) -> ex.Expression:
     """A position with the first `count` of its external axes."""
-    return replace(e, external=e.external[:count]) if type(e) is PositionLiteral and e.external else e
+    return replace(e, external=e.external[:count]) if type(e) is ex.PositionLiteral and e.external else e
 
 
 # --- Angles of one position ---
 
 
-def turned_together(program: Program, work: TranslationContext) -> Program:
+def turned_together(program: st.Program, work: TranslationContext) -> st.Program:
     """Angles of a position that are set one after the other are set at once, where the target holds a turn as a whole.
 
     One by one each would be made anew of the others, which has no one answer where the second angle is 90 degrees.
@@ -377,18 +372,18 @@ def turned_together(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines)
 
 
-def _sets_angles(routine: Routine) -> bool:
-    return any(type(s) is Assign and _angle_of(s) for s in routine.body)
+def _sets_angles(routine: st.Routine) -> bool:
+    return any(type(s) is st.Assign and _angle_of(s) for s in routine.body)
 
 
-def _angle_of(s: Assign) -> str:
-    return s.target.name if isinstance(s.target, Member) and s.target.name in _ANGLES else ""
+def _angle_of(s: st.Assign) -> str:
+    return s.target.name if isinstance(s.target, ex.Member) and s.target.name in _ANGLES else ""
 
 
-def _together(body: Sequence[Statement]) -> list[Statement]:
-    rows: list[Statement] = []
-    group: list[Assign] = []
-    between: list[Statement] = []  # comments within a group
+def _together(body: Sequence[st.Statement]) -> list[st.Statement]:
+    rows: list[st.Statement] = []
+    group: list[st.Assign] = []
+    between: list[st.Statement] = []  # comments within a group
 
     def close() -> None:
         rows.extend([_at_once(group)] if len(group) > 1 else group)
@@ -397,9 +392,9 @@ def _together(body: Sequence[Statement]) -> list[Statement]:
         between.clear()
 
     for s in body:
-        if group and isinstance(s, Comment):
+        if group and isinstance(s, st.Comment):
             between.append(s)
-        elif type(s) is Assign and _angle_of(s) and not s.comment:
+        elif type(s) is st.Assign and _angle_of(s) and not s.comment:
             if group and not _joins(s, group):
                 close()
             group.append(s)
@@ -410,30 +405,30 @@ def _together(body: Sequence[Statement]) -> list[Statement]:
     return rows
 
 
-def _joins(s: Assign, group: Sequence[Assign]) -> bool:
+def _joins(s: st.Assign, group: Sequence[st.Assign]) -> bool:
     """Whether an angle belongs to the same position and is computed from nothing that the group has set."""
     base = _base(s)
     read = {repr(e) for e in (s.value, *expressions_of(s.value))}
     return (
-        (isinstance(base, Named) or (isinstance(base, Item) and all(map(_is_steady, base.indices))))
+        (isinstance(base, ex.Named) or (isinstance(base, ex.Item) and all(map(_is_steady, base.indices))))
         and base == _base(group[0])
         and not any(one.target == s.target or repr(one.target) in read for one in group)
-        and not any(isinstance(e, CallValue) for e in expressions_of(s))
+        and not any(isinstance(e, ex.CallValue) for e in expressions_of(s))
     )
 
 
-def _is_steady(index: Expression) -> bool:
-    return isinstance(index, (Number, Named))
+def _is_steady(index: ex.Expression) -> bool:
+    return isinstance(index, (ex.Number, ex.Named))
 
 
-def _base(s: Assign) -> Expression | None:
-    return s.target.base if isinstance(s.target, Member) else None
+def _base(s: st.Assign) -> ex.Expression | None:
+    return s.target.base if isinstance(s.target, ex.Member) else None
 
 
-def _at_once(group: Sequence[Assign]) -> Assign:
+def _at_once(group: Sequence[st.Assign]) -> st.Assign:
     base = _base(group[0])
     assert base is not None
     given = {_angle_of(s): s.value for s in group}
-    place = tuple(Member(base, name) for name in _PLACE)
-    turn = tuple(given.get(name, Member(base, name)) for name in _ANGLES)
-    return replace(group[-1], target=base, value=Function("pose-angles", (*place, *turn)))
+    place = tuple(ex.Member(base, name) for name in _PLACE)
+    turn = tuple(given.get(name, ex.Member(base, name)) for name in _ANGLES)
+    return replace(group[-1], target=base, value=ex.Function("pose-angles", (*place, *turn)))

@@ -14,17 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Assign, Call, Declare, Move, Path, Program, Return, Statement
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
@@ -77,10 +67,10 @@ class _Postures:
     work: TranslationContext
     robot: Robot
     other: Robot
-    apart: dict[PositionLiteral, float] = field(
+    apart: dict[ex.PositionLiteral, float] = field(
         default_factory=dict
     )  # [m] of the flange, by what became of a posture
-    turned: set[PositionLiteral] = field(default_factory=set)  # with an axis whole turns elsewhere
+    turned: set[ex.PositionLiteral] = field(default_factory=set)  # with an axis whole turns elsewhere
     held: dict[str, bool] = field(
         default_factory=dict
     )  # variables of joint values: whether it is an array of them
@@ -112,14 +102,14 @@ class _Postures:
 
     def _computes(self, s: Statement) -> bool:
         """Whether a statement puts joint values together, or sets one of them."""
-        if isinstance(s, Assign) and isinstance(s.target, (Item, Member)):
+        if isinstance(s, Assign) and isinstance(s.target, (ex.Item, ex.Member)):
             base = base_of(s.target)
             if base is not None and base.name in self.held:
                 return not (self.held[base.name] and s.target.base is base)
-        return any(isinstance(e, Function) and e.name == "joints" for e in expressions_of(s))
+        return any(isinstance(e, ex.Function) and e.name == "joints" for e in expressions_of(s))
 
-    def _change(self, e: Expression) -> Expression:
-        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+    def _change(self, e: ex.Expression) -> ex.Expression:
+        if not isinstance(e, ex.PositionLiteral) or not _is_joints(e):
             return e
         from olp.robots.kinematics.configuration import forward, turned_back
 
@@ -136,9 +126,9 @@ class _Postures:
             self.turned.add(made)
         return made
 
-    def _step(self, e: Expression) -> Expression:
+    def _step(self, e: ex.Expression) -> ex.Expression:
         """A relative target: how much each joint turns."""
-        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+        if not isinstance(e, ex.PositionLiteral) or not _is_joints(e):
             return e
         joints = self._joints(replace(e, values=tuple(0.0 if v != v else v for v in e.values)))
         if joints is None:
@@ -148,7 +138,7 @@ class _Postures:
         turned -= 2 * np.pi * np.rint(turned / (2 * np.pi)) * (np.abs(joints) < np.pi)
         return replace(e, values=tuple(_clean(v) for v in turned[0]))
 
-    def _joints(self, e: PositionLiteral) -> Floats | None:
+    def _joints(self, e: ex.PositionLiteral) -> Floats | None:
         from olp.robots.kinematics.configuration import joints_of_readings
 
         if len(e.values) != 6 or any(v != v for v in e.values):
@@ -171,7 +161,7 @@ class _Postures:
                 if not isinstance(s, Move) or s.relative is not None:
                     continue
                 value = symbols.fixed_value(routine.name, s.targets[0])
-                apart = self.apart.get(value, 0.0) if isinstance(value, PositionLiteral) else 0.0
+                apart = self.apart.get(value, 0.0) if isinstance(value, ex.PositionLiteral) else 0.0
                 if apart > _SAME:
                     says = f"{self.other.name} stands as {self.robot.name} does, its flange elsewhere"
                     self.work.lose(s, Fate.APPROXIMATED, "joints", says, apart / mm, "mm")
@@ -197,7 +187,7 @@ class _Places(_Postures):
     """Between arms that are built otherwise: joint values with which the flange is where it was."""
 
     last: Floats | None = None  # (k,) [rad] where the other arm stood before
-    beyond: set[PositionLiteral] = field(default_factory=set)  # what the other arm does not reach
+    beyond: set[ex.PositionLiteral] = field(default_factory=set)  # what the other arm does not reach
 
     def _statement(self, s: Statement) -> Statement:
         steps = isinstance(s, Move) and s.relative is not None and any(map(_is_joints, s.targets))
@@ -209,8 +199,8 @@ class _Places(_Postures):
             return s
         return mapped(s, self._change)
 
-    def _change(self, e: Expression) -> Expression:
-        if not isinstance(e, PositionLiteral) or not _is_joints(e):
+    def _change(self, e: ex.Expression) -> ex.Expression:
+        if not isinstance(e, ex.PositionLiteral) or not _is_joints(e):
             return e
         from olp.robots.kinematics.inverse import same_flange
 
@@ -253,8 +243,8 @@ def _couples(robot: Robot | None) -> bool:
     return links is not None and links.third_to_horizontal
 
 
-def _is_joints(e: Expression) -> bool:
-    return isinstance(e, PositionLiteral) and e.kind == "joint"
+def _is_joints(e: ex.Expression) -> bool:
+    return isinstance(e, ex.PositionLiteral) and e.kind == "joint"
 
 
 def _clean(value: float) -> float:
@@ -304,35 +294,39 @@ class _Reached:
         self.found = True
         return edited(s, changes)
 
-    def _literal(self, routine: str, e: Expression) -> PositionLiteral | None:
+    def _literal(self, routine: str, e: ex.Expression) -> ex.PositionLiteral | None:
         value = self.symbols.fixed_value(routine, e)
-        return value if isinstance(value, PositionLiteral) and value.kind == "joint" else None
+        return value if isinstance(value, ex.PositionLiteral) and value.kind == "joint" else None
 
     def _place(self, routine: str, s: Move) -> tuple[Pose, Pose]:
         """The move's tool on the flange and its frame in the base; what no file tells is the flange and the base."""
         poses = []
         for kind, e in (("tool", s.tool), ("user", s.frame)):
             value = self.symbols.fixed_value(routine, e)
-            number = e.number if isinstance(e, FrameRef) else None
-            if isinstance(number, Number):
+            number = e.number if isinstance(e, ex.FrameRef) else None
+            if isinstance(number, ex.Number):
                 value = self.work.systems.get((kind, int(number.value)))
-            if isinstance(value, PositionLiteral) and value.kind == "pose":
+            if isinstance(value, ex.PositionLiteral) and value.kind == "pose":
                 poses.append(Pose.from_xyz_angles(value.values[:6]))
                 continue
             poses.append(Pose.identity())
-            if e is not None and number != Number(0) and not (isinstance(e, FrameRef) and number is None):
-                label = str(number.value) if isinstance(number, Number) else "(computed)"
+            if (
+                e is not None
+                and number != ex.Number(0)
+                and not (isinstance(e, ex.FrameRef) and number is None)
+            ):
+                label = str(number.value) if isinstance(number, ex.Number) else "(computed)"
                 tell_zeros(self.work, s, _NAMED[kind], f"{_NAMED[kind]} {label}")
         return poses[0], poses[1]
 
-    def _pose(self, at: PositionLiteral, place: tuple[Pose, Pose]) -> Expression:
+    def _pose(self, at: ex.PositionLiteral, place: tuple[Pose, Pose]) -> ex.Expression:
         assert self.cell is not None
         tool, frame = place
         flange = self.cell.pose(0, PointState(PointKind.JOINT, "joint"), at.values)
         if flange is None:
             return at
         pose = frame.inverse() @ flange @ tool
-        return PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()), at.external)
+        return ex.PositionLiteral("pose", tuple(float(v) for v in pose.xyz_angles()), at.external)
 
 
 _NAMED: Final = {"tool": "tool", "user": "frame"}
@@ -350,19 +344,19 @@ def carriers_of_flags(program: Program) -> frozenset[str]:
     found: set[str] = set()
     flows: dict[str, set[str]] = {}  # from a name to those that take its value over
 
-    def note(to: str, value: Expression | None) -> None:
+    def note(to: str, value: ex.Expression | None) -> None:
         for e in () if value is None else expressions_of(value):
-            if type(e) is PositionLiteral and e.configuration:
+            if type(e) is ex.PositionLiteral and e.configuration:
                 found.add(to)
-            elif isinstance(e, (Named, CallValue)):
-                flows.setdefault(e.name if isinstance(e, Named) else e.routine, set()).add(to)
+            elif isinstance(e, (ex.Named, ex.CallValue)):
+                flows.setdefault(e.name if isinstance(e, ex.Named) else e.routine, set()).add(to)
 
     taken = {r.name.casefold(): r.parameters for r in program.routines}
     for d in program.data:
         note(d.name, d.value)
     for r in program.routines:
         for s in (*r.data, *r.body):
-            base = base_of(s.target) if isinstance(s, Assign) and type(s.target) is not Member else None
+            base = base_of(s.target) if isinstance(s, Assign) and type(s.target) is not ex.Member else None
             if isinstance(s, Declare):
                 note(s.name, s.value)
             elif isinstance(s, Assign) and base is not None:
@@ -370,7 +364,7 @@ def carriers_of_flags(program: Program) -> frozenset[str]:
             elif isinstance(s, Return):
                 note(r.name, s.value)
             for call in () if calls_nothing(s) else (s, *expressions_of(s)):
-                if isinstance(call, (Call, CallValue)):
+                if isinstance(call, (Call, ex.CallValue)):
                     for name, value in paired(taken.get(call.routine.casefold(), ()), call.arguments):
                         note(name, value)
     todo = list(found)
@@ -386,7 +380,7 @@ def takes_flags(s: Move, routine: str, symbols: Symbols, carriers: Set[str]) -> 
     target = s.targets[0]
     if kind_of_value(symbols, routine, target) == "joints":
         return False
-    return any(isinstance(e, Named) and e.name in carriers for e in expressions_of(target))
+    return any(isinstance(e, ex.Named) and e.name in carriers for e in expressions_of(target))
 
 
 def configurations(program: Program, work: TranslationContext) -> Program:
@@ -405,7 +399,7 @@ def configurations(program: Program, work: TranslationContext) -> Program:
             row = _row(s)
             if isinstance(s, Move) and s.path is Path.JOINT:
                 literal = symbols.fixed_value(routine.name, s.targets[0])
-                if isinstance(literal, PositionLiteral) and literal.configuration:
+                if isinstance(literal, ex.PositionLiteral) and literal.configuration:
                     assert isinstance(row, Move)
                     row = _near(row, work)
                 elif literal is None and takes_flags(s, routine.name, symbols, carriers) and work.has_flags:
@@ -426,8 +420,8 @@ def _near(s: Move, work: TranslationContext) -> Move:
     if axes is None:
         work.lose(s, Fate.APPROXIMATED, "configuration", NEAREST)
         return s
-    near = PositionLiteral("joint", axes)
-    return edited(s, {"targets": (Function("inverse", (s.targets[0], near)),)})
+    near = ex.PositionLiteral("joint", axes)
+    return edited(s, {"targets": (ex.Function("inverse", (s.targets[0], near)),)})
 
 
 def _ends(line: int, work: TranslationContext) -> tuple[float, ...] | None:
@@ -448,11 +442,11 @@ def _ends(line: int, work: TranslationContext) -> tuple[float, ...] | None:
 
 
 def _row(s: Statement) -> Statement:
-    plain = type(s) is Move and type(s.targets[0]) is Named and (s.via is None or type(s.via) is Named)
+    plain = type(s) is Move and type(s.targets[0]) is ex.Named and (s.via is None or type(s.via) is ex.Named)
     return s if plain else mapped(s, _without)
 
 
-def _without(e: Expression) -> Expression:
-    if type(e) is not PositionLiteral or not e.configuration:
+def _without(e: ex.Expression) -> ex.Expression:
+    if type(e) is not ex.PositionLiteral or not e.configuration:
         return e
-    return PositionLiteral(e.kind, e.values, e.external, native=e.native)
+    return ex.PositionLiteral(e.kind, e.values, e.external, native=e.native)

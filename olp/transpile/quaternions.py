@@ -12,18 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial, reduce
 from typing import Final
 
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Assign, Call, Declare, Else, EndIf, If, Move, Program, ReadInput, Statement, Update
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import language_of
@@ -49,8 +38,8 @@ def own_components(program: Program, work: TranslationContext) -> Program:
             if isinstance(s, Declare) or (isinstance(s, Move) and not s.has_signals):
                 continue
             for e in expressions_of(s):
-                kind = system_or_position(e.base, symbols, routine.name) if isinstance(e, Member) else ""
-                if isinstance(e, Member) and kind and not (kind in held and _is_shared(e.name, kind)):
+                kind = system_or_position(e.base, symbols, routine.name) if isinstance(e, ex.Member) else ""
+                if isinstance(e, ex.Member) and kind and not (kind in held and _is_shared(e.name, kind)):
                     other = language_of(work.target)
                     says = f"the component {e.name} of a position, tool or frame, which {other} lacks"
                     work.lose(s, Fate.REFUSED, "component", says)
@@ -62,11 +51,11 @@ def _is_shared(component: str, kind: str) -> bool:
     return component in _SHARED or (kind == "joints" and component.lower() in _AXES)
 
 
-def system_or_position(base: Expression, symbols: Symbols, routine: str) -> str:
+def system_or_position(base: ex.Expression, symbols: Symbols, routine: str) -> str:
     """What a component belongs to: position, joints, tool or frame; "" for records."""
-    while isinstance(base, Item):
+    while isinstance(base, ex.Item):
         base = base.base
-    symbol = symbols.find(routine, base.name) if isinstance(base, Named) else None
+    symbol = symbols.find(routine, base.name) if isinstance(base, ex.Named) else None
     return symbol.type if symbol is not None and symbol.type in _POSITIONS | _SYSTEMS else ""
 
 
@@ -74,7 +63,7 @@ _NUMBERS: Final = ("q1", "q2", "q3", "q4")
 _READ: Final = "computed from the angles: the four numbers may have the other sign, which is the same turn"
 _WRITTEN: Final = "the angles are computed from the quaternion, within 0.02 deg where ry is near 90 deg"
 # cos(ry) below which rx and rz are one turn: single precision knows each of them no better than 1E-7 over this [rad].
-_UPRIGHT: Final = Number(0.0003)
+_UPRIGHT: Final = ex.Number(0.0003)
 _STEMS: Final = ("turn_q1", "turn_q2", "turn_q3", "turn_q4", "turn_across", "turn_along", "turn_cosine")
 
 
@@ -89,7 +78,7 @@ def quaternions(program: Program, work: TranslationContext) -> Program:
         named = any(own.is_number(e) for _, s in work.look(routine).rare for e in expressions_of(s))
         rows = own.rows(routine.body) if named else []
         routines.append(with_rows(routine, rows) if own.changed else routine)
-        declared += [Declare(0, name.name, "real", Number(0), shared=True) for name in own.held]
+        declared += [Declare(0, name.name, "real", ex.Number(0), shared=True) for name in own.held]
     if all(new is old for new, old in zip(routines, program.routines, strict=True)):
         return program
     return replace(program, routines=tuple(routines), data=(*program.data, *declared))
@@ -102,7 +91,7 @@ class _Turns:
     work: TranslationContext
     symbols: Symbols
     routine: str
-    held: tuple[Named, ...] = ()
+    held: tuple[ex.Named, ...] = ()
     changed: bool = False
 
     def rows(self, body: Sequence[Statement]) -> list[Statement]:
@@ -118,8 +107,8 @@ class _Turns:
                 at += 1
         return rows
 
-    def is_number(self, e: Expression) -> bool:
-        if not isinstance(e, Member) or e.name not in _NUMBERS:
+    def is_number(self, e: ex.Expression) -> bool:
+        if not isinstance(e, ex.Member) or e.name not in _NUMBERS:
             return False
         return bool(system_or_position(e.base, self.symbols, self.routine))
 
@@ -129,15 +118,15 @@ class _Turns:
         """Four assignments of all numbers of one quaternion, none where these statements are something else."""
         found: list[Assign] = []
         for s in rows:
-            if type(s) is not Assign or type(s.target) is not Member or not self.is_number(s.target):
+            if type(s) is not Assign or type(s.target) is not ex.Member or not self.is_number(s.target):
                 return []
             found.append(s)
-        names = {s.target.name for s in found if type(s.target) is Member}
+        names = {s.target.name for s in found if type(s.target) is ex.Member}
         if len(names) < 4 or any(_base(s) != _base(found[0]) for s in found):
             return []
         values = [e for s in found for e in expressions_of(s.value)]
         base = expressions_of(_base(found[0]))
-        if any(type(e) is CallValue for e in (*values, *base)) or any(e in values for e in base):
+        if any(type(e) is ex.CallValue for e in (*values, *base)) or any(e in values for e in base):
             return []  # a value that depends on the turn, or on whatever a routine does to it
         return found
 
@@ -148,29 +137,29 @@ class _Turns:
         """
         self.changed = True
         if not self.held:
-            self.held = tuple(Named(self.work.helper(stem)) for stem in _STEMS)
+            self.held = tuple(ex.Named(self.work.helper(stem)) for stem in _STEMS)
         w, x, y, z, across, along, cosine = self.held
         base, line = _base(written[0]), written[-1].line
         rows: list[Statement] = []
         for s in written:
-            assert isinstance(s.target, Member)
+            assert isinstance(s.target, ex.Member)
             self.work.lose(s, Fate.APPROXIMATED, "turn", _WRITTEN)
             rows.append(replace(s, target=self.held[_NUMBERS.index(s.target.name)]))
 
-        def turned(name: str, value: Expression) -> Assign:
-            return Assign(line, Member(base, name), value)
+        def turned(name: str, value: ex.Expression) -> Assign:
+            return Assign(line, ex.Member(base, name), value)
 
         return [
             *rows,
             Assign(line, along, _squares((w, x), (y, z))),
             Assign(line, across, _twice("+", (w, z), (x, y))),
-            Assign(line, cosine, Function("sqrt", (_squares((along, across)),))),
+            Assign(line, cosine, ex.Function("sqrt", (_squares((along, across)),))),
             turned("ry", _angle(_twice("-", (w, y), (x, z)), cosine)),
-            If(line, Compare(">", cosine, _UPRIGHT)),
+            If(line, ex.Compare(">", cosine, _UPRIGHT)),
             turned("rz", _angle(across, along)),
             turned("rx", _angle(_twice("+", (w, x), (y, z)), _squares((w, z), (x, y)))),
             Else(line),
-            turned("rz", Number(0)),
+            turned("rz", ex.Number(0)),
             turned("rx", _angle(_twice("-", (w, x), (y, z)), _squares((w, y), (x, z)))),
             EndIf(line),
         ]
@@ -187,48 +176,48 @@ class _Turns:
             return s  # one of the numbers alone
         self.changed = True
         self.work.lose(s, Fate.APPROXIMATED, "turn", _READ)
-        return mapped(s, lambda e: _of_angles(e) if type(e) is Member and self.is_number(e) else e)
+        return mapped(s, lambda e: _of_angles(e) if type(e) is ex.Member and self.is_number(e) else e)
 
 
-def _handed(s: Statement, inner: list[Expression]) -> list[Expression]:
+def _handed(s: Statement, inner: list[ex.Expression]) -> list[ex.Expression]:
     """Variables that are handed to routines, which may change them."""
-    calls = [e.arguments for e in inner if isinstance(e, CallValue)]
+    calls = [e.arguments for e in inner if isinstance(e, ex.CallValue)]
     given = [one for arguments in calls for one in arguments]
     if isinstance(s, Call):
         given += [*s.arguments, *([] if s.result is None else [s.result])]
-    plain = [one.value if isinstance(one, NamedArgument) else one for one in given]
+    plain = [one.value if isinstance(one, ex.NamedArgument) else one for one in given]
     return [one for one in plain if one is not None]
 
 
-def _base(s: Assign) -> Expression:
-    assert isinstance(s.target, Member)
+def _base(s: Assign) -> ex.Expression:
+    assert isinstance(s.target, ex.Member)
     return s.target.base
 
 
-def _of_angles(e: Member) -> Expression:
+def _of_angles(e: ex.Member) -> ex.Expression:
     """One number of the quaternion of Rz Ry Rx."""
-    halves = [Binary("/", Member(e.base, name), Number(2)) for name in ("rx", "ry", "rz")]
+    halves = [ex.Binary("/", ex.Member(e.base, name), ex.Number(2)) for name in ("rx", "ry", "rz")]
     at = _NUMBERS.index(e.name)
-    own = [Function("sin" if at == k else "cos", (half,)) for k, half in enumerate(halves, 1)]
-    other = [Function("cos" if at == k else "sin", (half,)) for k, half in enumerate(halves, 1)]
-    return Binary("-" if at in (1, 3) else "+", _product(own), _product(other))
+    own = [ex.Function("sin" if at == k else "cos", (half,)) for k, half in enumerate(halves, 1)]
+    other = [ex.Function("cos" if at == k else "sin", (half,)) for k, half in enumerate(halves, 1)]
+    return ex.Binary("-" if at in (1, 3) else "+", _product(own), _product(other))
 
 
-def _product(parts: Sequence[Expression]) -> Expression:
-    return reduce(partial(Binary, "*"), parts)
+def _product(parts: Sequence[ex.Expression]) -> ex.Expression:
+    return reduce(partial(ex.Binary, "*"), parts)
 
 
-def _squares(plus: Sequence[Expression], minus: Sequence[Expression] = ()) -> Expression:
+def _squares(plus: Sequence[ex.Expression], minus: Sequence[ex.Expression] = ()) -> ex.Expression:
     """The sum of the squares of some, less those of others."""
-    first = reduce(partial(Binary, "+"), [_product((one, one)) for one in plus])
-    return reduce(partial(Binary, "-"), [_product((one, one)) for one in minus], first)
+    first = reduce(partial(ex.Binary, "+"), [_product((one, one)) for one in plus])
+    return reduce(partial(ex.Binary, "-"), [_product((one, one)) for one in minus], first)
 
 
-def _twice(operator: str, left: Sequence[Expression], right: Sequence[Expression]) -> Expression:
+def _twice(operator: str, left: Sequence[ex.Expression], right: Sequence[ex.Expression]) -> ex.Expression:
     """Twice the sum, or the difference, of two products."""
-    return Binary("*", Number(2), Binary(operator, _product(left), _product(right)))
+    return ex.Binary("*", ex.Number(2), ex.Binary(operator, _product(left), _product(right)))
 
 
-def _angle(sine: Expression, cosine: Expression) -> Function:
+def _angle(sine: ex.Expression, cosine: ex.Expression) -> ex.Function:
     """[deg]"""
-    return Function("atan2", (sine, cosine))
+    return ex.Function("atan2", (sine, cosine))

@@ -10,38 +10,9 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field
 from typing import Final
 
+from olp.ir import program as st
 from olp.ir.block_structure import ControlFlow, pair
 from olp.ir.expressions import CallValue, Number
-from olp.ir.program import (
-    Break,
-    Call,
-    Case,
-    Comment,
-    Continue,
-    Declare,
-    Default,
-    Else,
-    ElseIf,
-    End,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Move,
-    Next,
-    Program,
-    Return,
-    Routine,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetSpeed,
-    SetTool,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
 from olp.ir.transformer import expressions_of
 
 UNSET: Final = -1
@@ -49,15 +20,17 @@ ENTRY: Final = -2
 Key = tuple[object, ...]
 Values = frozenset[int]
 State = Mapping[Key, Values]
-Definitions = Callable[[Statement], Mapping[Key, int]]
+Definitions = Callable[[st.Statement], Mapping[Key, int]]
 
 _FROM_OUTSIDE: Final[Values] = frozenset({ENTRY})
 _NOTHING: Final[Values] = frozenset({UNSET})
-_MARKERS: Final = (ElseIf, Else, Case, Default)
+_MARKERS: Final = (st.ElseIf, st.Else, st.Case, st.Default)
 _MARKER_KINDS: Final = frozenset(_MARKERS)
 # Statements behind which the next one comes; the commonest ones, all others are looked at more closely.
 # None of them calls anything.
-_ONWARD: Final = frozenset({Move, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame, Comment, Declare})
+_ONWARD: Final = frozenset(
+    {st.Move, st.SetSpeed, st.SetBlend, st.SetAcceleration, st.SetTool, st.SetFrame, st.Comment, st.Declare}
+)
 _ROUNDS: Final = 50
 
 
@@ -85,19 +58,19 @@ class Reaching:
         return (found - _FROM_OUTSIDE) | self.entry.get(routine, {}).get(key, _NOTHING)
 
 
-def is_straight(program: Program) -> bool:
+def is_straight(program: st.Program) -> bool:
     """Whether all statements run in order and call none of its routines: what holds is what was set last."""
     own = {routine.name.casefold() for routine in program.routines}
     others = [s for routine in program.routines for s in routine.body if type(s) not in _ONWARD]
     return all(
-        type(s) is Call
+        type(s) is st.Call
         and not (s.jump or s.condition is not None or s.routine.casefold() in own)
         and not any(type(e) is CallValue for e in expressions_of(s))
         for s in others
     )
 
 
-def reaching(program: Program, definitions: Definitions, kinds: Set[type]) -> Reaching:
+def reaching(program: st.Program, definitions: Definitions, kinds: Set[type]) -> Reaching:
     """`definitions(statement)`: the keys that a statement sets, each with the number of the definition.
 
     `kinds`: the classes of statements that set any.
@@ -119,7 +92,7 @@ def reaching(program: Program, definitions: Definitions, kinds: Set[type]) -> Re
     return result
 
 
-def _enter(program: Program, graphs: dict[str, _Graph], names: dict[str, str], result: Reaching) -> None:
+def _enter(program: st.Program, graphs: dict[str, _Graph], names: dict[str, str], result: Reaching) -> None:
     """What holds when each routine begins: what held where it is called."""
     sites = [
         (name, index, called)
@@ -155,7 +128,7 @@ def _enter(program: Program, graphs: dict[str, _Graph], names: dict[str, str], r
 
 @dataclass(slots=True)
 class _Graph:
-    routine: Routine
+    routine: st.Routine
     flow: ControlFlow
     _calls: dict[int, list[str]] | None = None
 
@@ -165,8 +138,8 @@ class _Graph:
             self._calls = {}
             functions = any(e is not None for e in names)
             for index, s in enumerate(self.routine.body):
-                found = [s.routine] if isinstance(s, Call) else []
-                if functions and not isinstance(s, Call) and type(s).__name__ in _WITH_VALUES:
+                found = [s.routine] if isinstance(s, st.Call) else []
+                if functions and not isinstance(s, st.Call) and type(s).__name__ in _WITH_VALUES:
                     found += [e.routine for e in expressions_of(s) if type(e) is CallValue]
                 known = [names[name.casefold()] for name in found if name.casefold() in names]
                 if known:
@@ -248,39 +221,43 @@ class _Graph:
         onward = index + 1
         if type(s) in _ONWARD and (onward >= len(body) or type(body[onward]) not in _MARKER_KINDS):
             return [onward]
-        if onward < len(body) and isinstance(body[onward], _MARKERS) and not isinstance(s, Switch):
+        if onward < len(body) and isinstance(body[onward], _MARKERS) and not isinstance(s, st.Switch):
             onward = flow.end.get(onward, onward)  # the branch is done, and so is the whole block
         match s:
-            case End():
+            case st.End():
                 return []
-            case Return(condition=condition):
+            case st.Return(condition=condition):
                 return [] if condition is None else [onward]
-            case Call(jump=True, condition=condition):
+            case st.Call(jump=True, condition=condition):
                 return [] if condition is None else [onward]
-            case Jump(target=target, condition=condition):
+            case st.Jump(target=target, condition=condition):
                 places = [flow.labels[target]] if target in flow.labels else []
                 if not isinstance(target, str):
                     places = list(flow.labels.values())
                 return [*places, onward] if condition is not None or not places else places
-            case If() | ElseIf():
+            case st.If() | st.ElseIf():
                 return [onward, flow.after.get(index, onward)]
-            case Switch():
+            case st.Switch():
                 markers, marker = [], flow.after.get(index)
-                while marker is not None and marker < len(body) and isinstance(body[marker], (Case, Default)):
+                while (
+                    marker is not None
+                    and marker < len(body)
+                    and isinstance(body[marker], (st.Case, st.Default))
+                ):
                     markers.append(marker)
                     marker = flow.after.get(marker)
                 return [*markers, flow.end.get(index, onward)]
-            case For() if _runs_at_all(s):
+            case st.For() if _runs_at_all(s):
                 return [onward]
-            case While() | For():
+            case st.While() | st.For():
                 return [onward, min(flow.end.get(index, index) + 1, len(body))]
-            case EndWhile():
+            case st.EndWhile():
                 return [flow.opener.get(index, onward)]
-            case Next() | Until():
+            case st.Next() | st.Until():
                 return [flow.opener.get(index, index) + 1, onward]
-            case Break():
+            case st.Break():
                 return [flow.end.get(flow.loop.get(index, index), index) + 1]
-            case Continue():
+            case st.Continue():
                 return [flow.end.get(flow.loop.get(index, index), index)]
             case _:
                 return [onward]
@@ -291,7 +268,7 @@ _WITH_VALUES: Final = frozenset(
 )
 
 
-def _runs_at_all(s: For) -> bool:
+def _runs_at_all(s: st.For) -> bool:
     """Whether the text says that a loop runs at least once."""
     numbers = [e.value for e in (s.start, s.stop, s.step or Number(1)) if type(e) is Number]
     if len(numbers) < 3:

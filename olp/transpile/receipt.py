@@ -15,14 +15,7 @@ import numpy as np
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.units import deg, mm
-from olp.ir.program import (
-    Begin,
-    Comment,
-    Declare,
-    End,
-    Move,
-    Program,
-)
+from olp.ir import program as st
 from olp.ir.terminology import kind_of
 from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Plan
@@ -181,7 +174,7 @@ def _left_undone(plans: Sequence[Plan | None], starts: Sequence[str]) -> Iterato
 # --- Receipt ---
 
 _ORDER = tuple(Fate)
-_UNCOUNTED = (Begin, End, Comment, Declare)
+_UNCOUNTED = (st.Begin, st.End, st.Comment, st.Declare)
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,11 +343,11 @@ def _with_made_up(
     return found
 
 
-def _unreached(program: Program, plans: Sequence[Plan | None], left_out: Set[int]) -> list[int]:
+def _unreached(program: st.Program, plans: Sequence[Plan | None], left_out: Set[int]) -> list[int]:
     """The lines of moves that are translated and that no run came to."""
     reached = {int(line) for plan in plans if plan is not None for line in np.unique(plan.line)}
     reached |= {found.line for plan in plans if plan is not None for found in plan.diagnostics}
-    moves = dict.fromkeys(s.line for s in program.statements() if isinstance(s, Move))
+    moves = dict.fromkeys(s.line for s in program.statements() if isinstance(s, st.Move))
     return [line for line in moves if line not in reached | left_out]
 
 
@@ -362,7 +355,7 @@ def _name(robot: Robot | None) -> str:
     return "" if robot is None else robot.name
 
 
-def counts_of(program: Program, losses: tuple[Loss, ...]) -> dict[str, dict[str, int]]:
+def counts_of(program: st.Program, losses: tuple[Loss, ...]) -> dict[str, dict[str, int]]:
     """Kind of statement -> fate -> how many; a statement has the worst fate of its parts.
 
     A loss of a part that no statement of its line is, such as an output that a move switches, is the first one's.

@@ -6,20 +6,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
+from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Member, Named, PositionLiteral, RecordLiteral, Text
-from olp.ir.program import (
-    Assign,
-    Call,
-    Declare,
-    Move,
-    Parameter,
-    Program,
-    Return,
-    Routine,
-    SetFrame,
-    SetTool,
-    Statement,
-)
 from olp.ir.transformer import (
     Change,
     calls_nothing,
@@ -39,7 +27,7 @@ _FLANGE = ("tframe", "tcp", "trsf")
 _PARTS = ("uframe", "oframe")  # of a work object's record: the pose is their product
 
 
-def records(program: Program, work: TranslationContext) -> Program:
+def records(program: st.Program, work: TranslationContext) -> st.Program:
     """Every tool and frame as the pose that it is. Of a record's other members (load, name …) the target knows none."""
     if not work.conventions.has_records:
         return program
@@ -51,17 +39,17 @@ def records(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=_declared(program.data, work))
 
 
-def _refuse_held(program: Program, work: TranslationContext) -> None:
+def _refuse_held(program: st.Program, work: TranslationContext) -> None:
     """Every statement with a tool that stands beside the robot, or with work that it or another unit moves."""
     inner = [d for r in program.routines for d in (*r.data, *(s for _, s in work.look(r).rare))]
     names: dict[str, str] = {}
     for d in (*program.data, *inner):
-        if isinstance(d, Declare) and _is_held(d):
+        if isinstance(d, st.Declare) and _is_held(d):
             names[d.name] = "a tool that stands beside the robot, or work that it holds"
-        elif isinstance(d, Declare) and (unit := _unit_of(d)):
+        elif isinstance(d, st.Declare) and (unit := _unit_of(d)):
             names[d.name] = f"the work on {unit}, which the move follows wherever it is"
     for s in program.statements() if names else ():
-        if isinstance(s, Declare):
+        if isinstance(s, st.Declare):
             continue
         says = next(
             (names[e.name] for e in expressions_of(s) if isinstance(e, Named) and e.name in names), ""
@@ -70,7 +58,7 @@ def _refuse_held(program: Program, work: TranslationContext) -> None:
             work.lose(s, Fate.REFUSED, "tool", says)
 
 
-def _unit_of(s: Declare) -> str:
+def _unit_of(s: st.Declare) -> str:
     """The mechanical unit (a conveyor, a positioner) that moves a work object; empty for one that stands."""
     if s.type != "frame" or not isinstance(s.value, RecordLiteral) or s.sizes:
         return ""
@@ -78,14 +66,14 @@ def _unit_of(s: Declare) -> str:
     return unit.value if isinstance(unit, Text) else ""
 
 
-def _is_held(s: Declare) -> bool:
+def _is_held(s: st.Declare) -> bool:
     if s.type not in ("tool", "frame") or not isinstance(s.value, RecordLiteral) or s.sizes:
         return False
     held = {name.casefold(): value for name, value in s.value.members}.get("robhold")
     return held is not None and getattr(held, "on", True) is (s.type == "frame")
 
 
-def _without_frames(program: Program, work: TranslationContext) -> Program:
+def _without_frames(program: st.Program, work: TranslationContext) -> st.Program:
     """KRL's FRAME is any pose: what is never a tool or a frame of a move is a position."""
     used: set[str] = set()
     looks = [work.look(r) for r in program.routines]
@@ -93,18 +81,18 @@ def _without_frames(program: Program, work: TranslationContext) -> Program:
     for _, e in [system for look in looks for system in look.systems]:
         note_names(e, used)
     for s in rare:
-        if isinstance(s, (Move, SetTool)) and s.tool is not None:
+        if isinstance(s, (st.Move, st.SetTool)) and s.tool is not None:
             note_names(s.tool, used)
-        if isinstance(s, (Move, SetFrame)) and s.frame is not None:
+        if isinstance(s, (st.Move, st.SetFrame)) and s.frame is not None:
             note_names(s.frame, used)
-        if isinstance(s, (Move, SetTool, SetFrame)):
+        if isinstance(s, (st.Move, st.SetTool, st.SetFrame)):
             used.update(_called(s))
-    set_to = [(s.target.name, s.value) for s in rare if type(s) is Assign and isinstance(s.target, Named)]
+    set_to = [(s.target.name, s.value) for s in rare if type(s) is st.Assign and isinstance(s.target, Named)]
     set_to += [
         (r.name, s.value)
         for r, look in zip(program.routines, looks, strict=True)
         for _, s in look.rare
-        if type(s) is Return and s.value is not None
+        if type(s) is st.Return and s.value is not None
     ]
     handed = _handed(program, rare)
     for _ in range(_COPIES):
@@ -121,13 +109,13 @@ def _without_frames(program: Program, work: TranslationContext) -> Program:
         if len(used) == before:
             break
 
-    def plain(d: Declare) -> Declare:
+    def plain(d: st.Declare) -> st.Declare:
         return replace(d, type="position") if d.type in ("tool", "frame") and d.name not in used else d
 
-    def row(s: Statement) -> Statement:
-        return plain(s) if type(s) is Declare else s
+    def row(s: st.Statement) -> st.Statement:
+        return plain(s) if type(s) is st.Declare else s
 
-    def plain_parameter(p: Parameter) -> Parameter:
+    def plain_parameter(p: st.Parameter) -> st.Parameter:
         return replace(p, type="position") if p.type in ("tool", "frame") and p.name not in used else p
 
     routines = tuple(
@@ -142,7 +130,7 @@ def _without_frames(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=routines, data=tuple(map(plain, program.data)))
 
 
-def _called(s: Move | SetTool | SetFrame) -> set[str]:
+def _called(s: st.Move | st.SetTool | st.SetFrame) -> set[str]:
     """The routines whose results a statement takes for its tool or frame."""
     systems = [getattr(s, name, None) for name in ("tool", "frame")]
     return {
@@ -150,12 +138,12 @@ def _called(s: Move | SetTool | SetFrame) -> set[str]:
     }
 
 
-def _handed(program: Program, rare: Iterable[Statement]) -> list[tuple[str, Expression]]:
+def _handed(program: st.Program, rare: Iterable[st.Statement]) -> list[tuple[str, Expression]]:
     """Parameters, each with what a call hands over for it."""
     given = {r.name.casefold(): r.parameters for r in program.routines if r.parameters}
     found: list[tuple[str, Expression]] = []
     for s in rare:
-        calls = [(s.routine, s.arguments)] if isinstance(s, Call) else []
+        calls = [(s.routine, s.arguments)] if isinstance(s, st.Call) else []
         if given and not (calls_nothing(s) or sets_numbers(s)):
             calls += [(e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue]
         for routine, arguments in calls:
@@ -165,11 +153,11 @@ def _handed(program: Program, rare: Iterable[Statement]) -> list[tuple[str, Expr
     return found
 
 
-def _rows(routine: Routine, work: TranslationContext, change: Change) -> Routine:
+def _rows(routine: st.Routine, work: TranslationContext, change: Change) -> st.Routine:
     inside = work.conventions.records_in_statements
 
-    def row(s: Statement) -> Statement:
-        return _plain(s, work) if isinstance(s, Declare) else mapped(s, change) if inside else s
+    def row(s: st.Statement) -> st.Statement:
+        return _plain(s, work) if isinstance(s, st.Declare) else mapped(s, change) if inside else s
 
     return (
         with_rows(routine, list(map(row, routine.body)))
@@ -178,11 +166,11 @@ def _rows(routine: Routine, work: TranslationContext, change: Change) -> Routine
     )
 
 
-def _declared(data: tuple[Declare, ...], work: TranslationContext) -> tuple[Declare, ...]:
+def _declared(data: tuple[st.Declare, ...], work: TranslationContext) -> tuple[st.Declare, ...]:
     return tuple(_plain(declare, work) for declare in data)
 
 
-def _plain(s: Declare, work: TranslationContext) -> Declare:
+def _plain(s: st.Declare, work: TranslationContext) -> st.Declare:
     system = s.type in ("tool", "frame")
     if not s.sizes and (type(s.value) is PositionLiteral or (not system and is_plain(s.value))):
         return s
@@ -237,7 +225,7 @@ def _change(e: Expression, wholes: frozenset[tuple[str, str]] = frozenset()) -> 
     return e
 
 
-def _wholes(program: Program, work: TranslationContext) -> frozenset[tuple[str, str]]:
+def _wholes(program: st.Program, work: TranslationContext) -> frozenset[tuple[str, str]]:
     """(frame, part) of the frames whose other part changes nothing, whatever the program does.
 
     Nothing but assignments to the part itself may change such a frame.
@@ -251,12 +239,12 @@ def _wholes(program: Program, work: TranslationContext) -> frozenset[tuple[str, 
     for routine in program.routines if found else ():
         hidden = {d.name for d in routine.data} | {p.name for p in routine.parameters}
         for _, s in work.look(routine).rare:
-            if isinstance(s, Declare):
+            if isinstance(s, st.Declare):
                 hidden.add(s.name)
                 continue
             changed = list(changed_by(s))
-            name, part = _part_of(s.target) if isinstance(s, Assign) else ("", "")
-            if isinstance(s, Assign) and isinstance(s.target, Named):
+            name, part = _part_of(s.target) if isinstance(s, st.Assign) else ("", "")
+            if isinstance(s, st.Assign) and isinstance(s.target, Named):
                 name, kept = s.target.name, _whole_parts(s.value)
             else:
                 kept = {part} if part else set()

@@ -12,46 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from olp.core.units import deg, mm
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.expressions import (
-    Binary,
-    Element,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    SignalState,
-    Store,
-    SystemValue,
-    Taught,
-    Text,
-    Unary,
-    Variable,
-)
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Call,
-    Case,
-    Comment,
-    ControlGroup,
-    Declare,
-    DefineFrame,
-    ElseIf,
-    End,
-    Move,
-    Program,
-    Routine,
-    Statement,
-    Until,
-    While,
-)
 from olp.ir.transformer import edited, is_usual, is_written_out, mapped, note_names
 from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
@@ -75,19 +39,19 @@ class PositionNumbers:
     symbols: Symbols
     arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
     numbers: dict[str, int] = field(default_factory=dict)
-    taken: dict[Store, set[int]] = field(default_factory=dict)
-    points: dict[str, dict[tuple[PositionLiteral, Place], int]] = field(default_factory=dict)
+    taken: dict[ex.Store, set[int]] = field(default_factory=dict)
+    points: dict[str, dict[tuple[ex.PositionLiteral, Place], int]] = field(default_factory=dict)
     names: dict[tuple[str, int], str] = field(
         default_factory=dict
     )  # of taught points, for languages that show them
-    constants: dict[tuple[PositionLiteral, Place], int] = field(default_factory=dict)
+    constants: dict[tuple[ex.PositionLiteral, Place], int] = field(default_factory=dict)
     places: dict[str, Place] = field(
         default_factory=dict
     )  # of position variables: where moves take them to be
     shared: set[str] = field(default_factory=set)  # position variables that are used in several places
-    initial: dict[int, tuple[PositionLiteral, Place]] = field(default_factory=dict)
+    initial: dict[int, tuple[ex.PositionLiteral, Place]] = field(default_factory=dict)
     routine_name: str = ""
-    before: list[Statement] | None = None  # what runs before the statement under way, where anything can
+    before: list[st.Statement] | None = None  # what runs before the statement under way, where anything can
     line: int = 0
     indices: int = 0  # of elements, computed for the statement under way
     told: bool = False  # that configurations are those of the plan
@@ -101,12 +65,12 @@ class PositionNumbers:
 
     # --- variables --------------------------------------------------------------------------------------
 
-    def _store(self, symbol: Symbol) -> Store:
+    def _store(self, symbol: Symbol) -> ex.Store:
         return self.registers.stores.get(
-            symbol.type or "real", Store.REAL if symbol.type != "position" else Store.ROBOT
+            symbol.type or "real", ex.Store.REAL if symbol.type != "position" else ex.Store.ROBOT
         )
 
-    def variable(self, e: Named) -> Variable:
+    def variable(self, e: ex.Named) -> ex.Variable:
         """The numbered variable that a name becomes."""
         symbol = self.symbols.find("", e.name)
         if symbol is None:  # every pass declares what it makes, and `undeclared` all others
@@ -116,14 +80,14 @@ class PositionNumbers:
         known = self.numbers.get(e.name)
         if known is None:
             known = self.numbers[e.name] = self._allocate(e.name, store, self._size(symbol))
-        return Variable(store, Number(known), name=e.name)
+        return ex.Variable(store, ex.Number(known), name=e.name)
 
     def _size(self, symbol: Symbol) -> int:
         """How many numbers it takes: an array whose size nothing tells, those that are used of it."""
         sizes = sizes_of(self.symbols, symbol)
         return max(1, self.arrays.get(symbol.name, 1) if sizes is None or 0 in sizes else math.prod(sizes))
 
-    def _allocate(self, name: str, store: Store, size: int) -> int:
+    def _allocate(self, name: str, store: ex.Store, size: int) -> int:
         taken = self.taken.setdefault(store, set())
         wanted = (
             self.work.context.mapping.variables.get(name, "")
@@ -145,7 +109,7 @@ class PositionNumbers:
         self.work.names[("variable", name)] = shown
         return start
 
-    def _largest(self, store: Store) -> int:
+    def _largest(self, store: ex.Store) -> int:
         """How many variables of a kind the controller can have."""
         limits = self.work.limits
         return limits.enlarged.get(store, limits.numbered.get(store, 0))
@@ -161,82 +125,88 @@ class PositionNumbers:
                 says = "set the controller up for more variables than it is delivered with"
                 self.work.ask(says, f"{shown} is used, {delivered} are delivered")
 
-    def _change(self, e: Expression) -> Expression:
-        if type(e) is Named:
+    def _change(self, e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Named:
             symbol = self.symbols.find("", e.name)
-            if symbol is not None and self._store(symbol) is Store.ROBOT and self._is_fixed(e):
+            if symbol is not None and self._store(symbol) is ex.Store.ROBOT and self._is_fixed(e):
                 return e  # where it stands decides what becomes of it
             return self.variable(e)
-        if isinstance(e, (Item, Member)) and type(e.base) is Named and (held := self._held(e)) is not None:
+        if (
+            isinstance(e, (ex.Item, ex.Member))
+            and type(e.base) is ex.Named
+            and (held := self._held(e)) is not None
+        ):
             return held
-        if type(e) is Item and len(e.indices) == 1 and isinstance(e.base, (Variable, Named)):
+        if type(e) is ex.Item and len(e.indices) == 1 and isinstance(e.base, (ex.Variable, ex.Named)):
             base = e.base
-            if isinstance(base, Named):
+            if isinstance(base, ex.Named):
                 symbol = self.symbols.find("", base.name)
-                if isinstance(e.indices[0], Number) or symbol is None or not symbol.sizes:
+                if isinstance(e.indices[0], ex.Number) or symbol is None or not symbol.sizes:
                     return e
                 base = self.variable(base)  # one of several that nothing changes, by a computed number
-            if not isinstance(base.index, Number):
+            if not isinstance(base.index, ex.Number):
                 return e  # an element of an element
             if self._is_joints(base):
                 if self.registers.joint_elements:
                     self.work.lose(self.line, Fate.REFUSED, "element", self.registers.joint_elements)
                 return e
             index = e.indices[0]
-            if isinstance(index, Number):
-                return replace(base, index=Number(int(base.index.value) + int(index.value) - 1), name="")
+            if isinstance(index, ex.Number):
+                return replace(base, index=ex.Number(int(base.index.value) + int(index.value) - 1), name="")
             return replace(base, index=self._shifted(index, int(base.index.value) - 1), name="")
         return e
 
-    def _held(self, e: Item | Member) -> Number | None:
+    def _held(self, e: ex.Item | ex.Member) -> ex.Number | None:
         """One number of a position that nothing changes [mm or deg], None where it is not known."""
         fixed = self._fixed(e.base)
         if fixed is None:
             return None
-        if isinstance(e, Member):
+        if isinstance(e, ex.Member):
             place = MEMBERS.index(e.name) if fixed.kind == "pose" and e.name in MEMBERS[:6] else -1
             scale = mm if e.name in MEMBERS[:3] else deg
         else:
             index = e.indices[0] if fixed.kind == "joint" and len(e.indices) == 1 else None
-            place = int(index.value) - 1 if isinstance(index, Number) else -1
+            place = int(index.value) - 1 if isinstance(index, ex.Number) else -1
             scale = deg
         if not 0 <= place < len(fixed.values) or math.isnan(fixed.values[place]):
             return None
         value = round(fixed.values[place] / scale, 6)
-        return Number(int(value) if value.is_integer() else value)
+        return ex.Number(int(value) if value.is_integer() else value)
 
-    def _is_joints(self, e: Variable) -> bool:
-        symbol = self.symbols.find("", e.name) if e.name and e.store is Store.ROBOT else None
+    def _is_joints(self, e: ex.Variable) -> bool:
+        symbol = self.symbols.find("", e.name) if e.name and e.store is ex.Store.ROBOT else None
         return symbol is not None and symbol.type == "joints" and not symbol.sizes
 
-    def _shifted(self, index: Expression, shift: int) -> Expression:
+    def _shifted(self, index: ex.Expression, shift: int) -> ex.Expression:
         """The number of an element: one variable is all that a number may be computed by."""
-        fits = isinstance(index, Variable) and (self.registers.real_index or index.store is not Store.REAL)
+        fits = isinstance(index, ex.Variable) and (
+            self.registers.real_index or index.store is not ex.Store.REAL
+        )
         if not shift and fits:
             return index
         if shift:
-            index = Binary("+" if shift > 0 else "-", index, Number(abs(shift)))
+            index = ex.Binary("+" if shift > 0 else "-", index, ex.Number(abs(shift)))
         if self.before is None:
             return index  # of a loop: the writer says that it cannot
         self.indices += 1
-        kept = self.variable(Named(self._whole(f"element_index{self.indices}")))
-        self.before.append(Assign(self.line, kept, index))
+        kept = self.variable(ex.Named(self._whole(f"element_index{self.indices}")))
+        self.before.append(st.Assign(self.line, kept, index))
         return kept
 
     # --- positions --------------------------------------------------------------------------------------
 
-    def note_places(self, program: Program) -> None:
+    def note_places(self, program: st.Program) -> None:
         """In which frame and with which tool each position variable is used."""
         for routine in program.routines:
             for s in routine.body:
-                if type(s) is Move and not (s.via is None and self._is_fixed(s.targets[0])):
+                if type(s) is st.Move and not (s.via is None and self._is_fixed(s.targets[0])):
                     place = place_of(s)
                     for target in (*s.targets, *(() if s.via is None else (s.via,))):
                         self._note(target, place)
         set_to = [
             (s.target.name, _leading(s.value))
             for s in program.statements()
-            if type(s) is Assign and isinstance(s.target, Named)
+            if type(s) is st.Assign and isinstance(s.target, ex.Named)
         ]
         for _ in range(4):
             for target_name, names in set_to:
@@ -244,30 +214,30 @@ class PositionNumbers:
                     for name in names:
                         self.places.setdefault(name, self.places[target_name])
 
-    def _is_fixed(self, target: Expression) -> bool:
+    def _is_fixed(self, target: ex.Expression) -> bool:
         """Whether a name's value is known and nothing changes it; a register without one is others' to set."""
-        if type(target) is not Named or target.name in self.work.registers:
+        if type(target) is not ex.Named or target.name in self.work.registers:
             return False
         return self.symbols.is_fixed(target.name)
 
-    def _note(self, target: Expression, place: Place) -> None:
-        computed = type(target) is Item and any(type(index) is not Number for index in target.indices)
+    def _note(self, target: ex.Expression, place: Place) -> None:
+        computed = type(target) is ex.Item and any(type(index) is not ex.Number for index in target.indices)
         for name in _leading(target):
-            if self.symbols.find("", name) is None or (self._is_fixed(Named(name)) and not computed):
+            if self.symbols.find("", name) is None or (self._is_fixed(ex.Named(name)) and not computed):
                 continue
             if self.places.setdefault(name, place) != place:
                 self.shared.add(name)
 
-    def constant(self, literal: PositionLiteral, place: Place, name: str = "") -> Variable:
+    def constant(self, literal: ex.PositionLiteral, place: Place, name: str = "") -> ex.Variable:
         """A position variable that has this value when the program is loaded."""
         key = (literal, place)
         at = self.constants.get(key)
         if at is None:
-            at = self.constants[key] = self._allocate(name or self.work.helper("position"), Store.ROBOT, 1)
+            at = self.constants[key] = self._allocate(name or self.work.helper("position"), ex.Store.ROBOT, 1)
             self.initial[at] = key
-        return Variable(Store.ROBOT, Number(at))
+        return ex.Variable(ex.Store.ROBOT, ex.Number(at))
 
-    def taught(self, literal: PositionLiteral, place: Place, name: str) -> Taught:
+    def taught(self, literal: ex.PositionLiteral, place: Place, name: str) -> ex.Taught:
         points = self.points.setdefault(self.routine_name, {})
         new = len(points) + self.registers.first_point
         at = points.setdefault((literal, place), new)
@@ -276,9 +246,9 @@ class PositionNumbers:
             shown = self.registers.point.format(number=at)
             if name:
                 self.work.names[("point", name)] = shown
-        return Taught(Store.ROBOT, at)
+        return ex.Taught(ex.Store.ROBOT, at)
 
-    def _configured(self, literal: PositionLiteral) -> PositionLiteral:
+    def _configured(self, literal: ex.PositionLiteral) -> ex.PositionLiteral:
         """Registers have an arm configuration with every pose; where the source has none, it is that of the plan."""
         if self.registers.steps or literal.kind != "pose" or literal.configuration or self.work.robot is None:
             return literal
@@ -286,34 +256,36 @@ class PositionNumbers:
             says = "the source names no arm configuration: that of the plan is written, where not known N U T: check it"
             self.work.notes.append(says)
             self.told = True
-        return PositionLiteral(literal.kind, literal.values, literal.external, _NO_FLAGS, literal.native)
+        return ex.PositionLiteral(literal.kind, literal.values, literal.external, _NO_FLAGS, literal.native)
 
-    def _literal_or(self, e: Expression) -> Expression:
+    def _literal_or(self, e: ex.Expression) -> ex.Expression:
         fixed = self._fixed(e)
         return e if fixed is None else self._configured(fixed)
 
-    def _fixed(self, e: Expression) -> PositionLiteral | None:
-        if type(e) is Named and e.name in self.work.registers:
+    def _fixed(self, e: ex.Expression) -> ex.PositionLiteral | None:
+        if type(e) is ex.Named and e.name in self.work.registers:
             return None
         value = self.symbols.fixed_value("", e)
-        return value if isinstance(value, PositionLiteral) else None
+        return value if isinstance(value, ex.PositionLiteral) else None
 
-    def position(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+    def position(
+        self, e: ex.Expression, place: Place, before: list[st.Statement], line: int
+    ) -> ex.Expression:
         """A position as the target computes it: statements before the one that needs it, and a variable."""
         fixed = self._fixed(e)
         if fixed is not None:
             if not self.registers.steps:
                 return self._configured(fixed)
-            return self.constant(fixed, place, e.name if isinstance(e, Named) else "")
-        if self.registers.steps and e == SystemValue("current-pose"):
-            at = Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1))
-            before.append(Assign(line, Variable(Store.SYSTEM, at), SystemValue("position-pose")))
-            return Variable(Store.ROBOT, at)
-        if not isinstance(e, Function):
-            variable: Expression = mapped(e, self._change)
+            return self.constant(fixed, place, e.name if isinstance(e, ex.Named) else "")
+        if self.registers.steps and e == ex.SystemValue("current-pose"):
+            at = ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
+            before.append(st.Assign(line, ex.Variable(ex.Store.SYSTEM, at), ex.SystemValue("position-pose")))
+            return ex.Variable(ex.Store.ROBOT, at)
+        if not isinstance(e, ex.Function):
+            variable: ex.Expression = mapped(e, self._change)
             if (
                 self.registers.steps
-                and isinstance(e, Named)
+                and isinstance(e, ex.Named)
                 and e.name in self.shared
                 and self.places.get(e.name) != place
             ):
@@ -323,64 +295,72 @@ class PositionNumbers:
             return mapped(replace(e, arguments=tuple(self._literal_or(a) for a in e.arguments)), self._change)
         return self._computed(e, place, before, line)
 
-    def _computed(self, e: Function, place: Place, before: list[Statement], line: int) -> Expression:
+    def _computed(self, e: ex.Function, place: Place, before: list[st.Statement], line: int) -> ex.Expression:
         """Position functions one by one, offsets element by element in 0.001 mm."""
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
+        result = ex.Variable(
+            ex.Store.ROBOT, ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
+        )
         start = self.position(e.arguments[0], place, before, line)
-        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], Function):
+        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], ex.Function):
             start = self._placed(start, place, before, line)
         if e.name == "pose-offset":
-            before.append(Assign(line, result, start))
+            before.append(st.Assign(line, result, start))
             self._add(result, e.arguments[1:4], before, line)
         elif e.name == "pose-product":
             second = self.position(e.arguments[1], place, before, line)
-            before.append(Assign(line, result, Function("pose-product", (start, second))))
+            before.append(st.Assign(line, result, ex.Function("pose-product", (start, second))))
         elif e.name == "pose-inverse":
-            before.append(Assign(line, result, Function("pose-inverse", (start,))))
+            before.append(st.Assign(line, result, ex.Function("pose-inverse", (start,))))
         elif e.name == "pose-relative-tool":
             by = self._relative(e.arguments[1:], place, before, line)
-            before.append(Assign(line, result, Function("pose-product", (start, by))))
+            before.append(st.Assign(line, result, ex.Function("pose-product", (start, by))))
         else:
             self.work.lose(line, Fate.REFUSED, "target", terminology.function(e.name))
         return result
 
-    def _placed(self, e: Expression, place: Place, before: list[Statement], line: int) -> Expression:
+    def _placed(self, e: ex.Expression, place: Place, before: list[st.Statement], line: int) -> ex.Expression:
         """A position variable's numbers in another frame or with another tool: behind a pose that changes nothing."""
-        nothing = self.constant(PositionLiteral("pose", (0.0,) * 6), place)
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
-        before.append(Assign(line, result, Function("pose-product", (nothing, e))))
+        nothing = self.constant(ex.PositionLiteral("pose", (0.0,) * 6), place)
+        result = ex.Variable(
+            ex.Store.ROBOT, ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
+        )
+        before.append(st.Assign(line, result, ex.Function("pose-product", (nothing, e))))
         return result
 
     def _relative(
-        self, by: tuple[Expression, ...], place: Place, before: list[Statement], line: int
-    ) -> Expression:
+        self, by: tuple[ex.Expression, ...], place: Place, before: list[st.Statement], line: int
+    ) -> ex.Expression:
         """A pose in the tool's axes: written out, or with computed places that are added up while the program runs."""
         from olp.robots.geometry import Pose
         from olp.transpile.records import literal_of
 
-        values = [*by, *[Number(0)] * (6 - len(by))]
-        literal = [v.value for v in values if isinstance(v, Number)]
+        values = [*by, *[ex.Number(0)] * (6 - len(by))]
+        literal = [v.value for v in values if isinstance(v, ex.Number)]
         turn = _turned(values[3:])
         if turn is None:
             self.work.lose(line, Fate.REFUSED, "target", "a turn that is computed")
             turn = np.eye(3)
         if len(literal) == len(values):
             return self.constant(literal_of(Pose(np.array(literal[:3]) * mm, turn)), place)
-        result = Variable(Store.ROBOT, Number(self._allocate(self.work.helper("position"), Store.ROBOT, 1)))
-        before.append(Assign(line, result, self.constant(literal_of(Pose(np.zeros(3), turn)), place)))
+        result = ex.Variable(
+            ex.Store.ROBOT, ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
+        )
+        before.append(st.Assign(line, result, self.constant(literal_of(Pose(np.zeros(3), turn)), place)))
         self._add(result, values[:3], before, line)
         return result
 
-    def _add(self, target: Variable, by: Iterable[Expression], before: list[Statement], line: int) -> None:
+    def _add(
+        self, target: ex.Variable, by: Iterable[ex.Expression], before: list[st.Statement], line: int
+    ) -> None:
         for at, offset in enumerate(by, 1):
-            if isinstance(offset, Number) and (not offset.value or offset.value != offset.value):
+            if isinstance(offset, ex.Number) and (not offset.value or offset.value != offset.value):
                 continue  # one that is left out has been refused
-            count = self.variable(Named(self._counter()))
+            count = self.variable(ex.Named(self._counter()))
             counts = counts_of(mapped(offset, self._change), 1000)
-            element = Element(target, Number(at))
-            before.append(Assign(line, count, element))
-            before.append(Assign(line, count, Binary("+", count, counts)))
-            before.append(Assign(line, element, count))
+            element = ex.Element(target, ex.Number(at))
+            before.append(st.Assign(line, count, element))
+            before.append(st.Assign(line, count, ex.Binary("+", count, counts)))
+            before.append(st.Assign(line, element, count))
 
     def _counter(self) -> str:
         return self._whole("element_count")
@@ -393,59 +373,59 @@ class PositionNumbers:
         return name
 
 
-def _turned(angles: Sequence[Expression]) -> npt.NDArray[np.float64] | None:
+def _turned(angles: Sequence[ex.Expression]) -> npt.NDArray[np.float64] | None:
     """The rotation of RelTool: about x, then the new y, then the new z [deg]; None where an angle is computed."""
     from olp.robots.geometry import rotation_from_angles
 
     turn = np.eye(3)
     for axis, angle in enumerate(angles):
-        if not isinstance(angle, Number):
+        if not isinstance(angle, ex.Number):
             return None
         turn = turn @ rotation_from_angles(np.eye(3)[axis] * (angle.value * deg))
     return turn
 
 
-def counts_of(value: Expression, scale: int) -> Expression:
+def counts_of(value: ex.Expression, scale: int) -> ex.Expression:
     """A length or angle in the whole units that INFORM counts elements in.
 
     Counts stay counts in a sum: what a controller makes of the fractions in `D001 / 1000` is published nowhere.
     """
     match value:
-        case Number(number):
-            return Number(round(number * scale))
-        case Binary("/", left, Number(divisor)) if divisor == scale:
+        case ex.Number(number):
+            return ex.Number(round(number * scale))
+        case ex.Binary("/", left, ex.Number(divisor)) if divisor == scale:
             return left
-        case Binary("+" | "-" as operator, left, right) if _holds_counts(value, scale):
-            return Binary(operator, counts_of(left, scale), counts_of(right, scale))
-        case Unary("-", operand) if _holds_counts(operand, scale):
-            return Unary("-", counts_of(operand, scale))
+        case ex.Binary("+" | "-" as operator, left, right) if _holds_counts(value, scale):
+            return ex.Binary(operator, counts_of(left, scale), counts_of(right, scale))
+        case ex.Unary("-", operand) if _holds_counts(operand, scale):
+            return ex.Unary("-", counts_of(operand, scale))
         case _:
-            return Binary("*", value, Number(scale))
+            return ex.Binary("*", value, ex.Number(scale))
 
 
-def _holds_counts(value: Expression, scale: int) -> bool:
+def _holds_counts(value: ex.Expression, scale: int) -> bool:
     """Whether a term of a sum is a count that was made a length or an angle."""
     match value:
-        case Binary("/", _, Number(divisor)):
+        case ex.Binary("/", _, ex.Number(divisor)):
             return divisor == scale
-        case Binary("+" | "-", left, right):
+        case ex.Binary("+" | "-", left, right):
             return _holds_counts(left, scale) or _holds_counts(right, scale)
-        case Unary("-", operand):
+        case ex.Unary("-", operand):
             return _holds_counts(operand, scale)
     return False
 
 
-def _leading(e: Expression) -> list[str]:
+def _leading(e: ex.Expression) -> list[str]:
     """The position variables whose frame a computed position takes over."""
-    if isinstance(e, Named):
+    if isinstance(e, ex.Named):
         return [e.name]
-    return _leading(e.base) if isinstance(e, Item) else []
+    return _leading(e.base) if isinstance(e, ex.Item) else []
 
 
 # --- Register allocation ---
 
 _NO_SYSTEMS: Final = {"tool": None, "frame": None}
-_HEADS: Final = (While, Until, ElseIf, Case)  # before which nothing can run each time
+_HEADS: Final = (st.While, st.Until, st.ElseIf, st.Case)  # before which nothing can run each time
 _VALUES: Final = (
     "speed", "blend", "acceleration", "deceleration", "rate", "turn", "offset", "tool_offset", "until"
 )  # fmt: skip
@@ -454,7 +434,7 @@ _VALUES: Final = (
 _BEGINS: Final = "see that these are started and not called: each sets what it uses to its first values"
 
 
-def names_from(start: Routine, program: Program) -> Set[str]:
+def names_from(start: st.Routine, program: st.Program) -> Set[str]:
     """The names that a routine and those that it calls have."""
     routines = {r.name.casefold(): r for r in program.routines}
     found: set[str] = set()
@@ -462,14 +442,14 @@ def names_from(start: Routine, program: Program) -> Set[str]:
     while todo:
         for s in todo.pop().body:
             note_names(s, found)
-            called = routines.get(s.routine.casefold()) if isinstance(s, Call) else None
+            called = routines.get(s.routine.casefold()) if isinstance(s, st.Call) else None
             if called is not None and called.name.casefold() not in seen:
                 seen.add(called.name.casefold())
                 todo.append(called)
     return found
 
 
-def number(program: Program, work: TranslationContext) -> Program:
+def number(program: st.Program, work: TranslationContext) -> st.Program:
     """For languages with registers: no name of a variable or point is left."""
     lines = {declare.name: declare.line for declare in program.data}
     own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
@@ -478,13 +458,13 @@ def number(program: Program, work: TranslationContext) -> Program:
     bodies = [(routine, own.body(routine)) for routine in program.routines]
     routines = []
     for routine, body in bodies:
-        if own.registers.framed and not (body and isinstance(body[0], Begin)):
-            body.insert(0, Begin(0))
-        if own.registers.framed and not isinstance(body[-1], End):
-            body.append(End(0))
+        if own.registers.framed and not (body and isinstance(body[0], st.Begin)):
+            body.insert(0, st.Begin(0))
+        if own.registers.framed and not isinstance(body[-1], st.End):
+            body.append(st.End(0))
         begins = routine.name == main or routine.starts
         if begins:
-            at = 1 if body and isinstance(body[0], Begin) else 0
+            at = 1 if body and isinstance(body[0], st.Begin) else 0
             used = None if routine.name == main else names_from(routine, program)
             body[at:at] = own.prologue(program, used)
             if used is not None:
@@ -500,30 +480,30 @@ class _Numbers(PositionNumbers):
 
     # --- statements -------------------------------------------------------------------------------------
 
-    def body(self, routine: Routine) -> list[Statement]:
+    def body(self, routine: st.Routine) -> list[st.Statement]:
         self.routine_name = routine.name
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
-            before: list[Statement] = []
+            before: list[st.Statement] = []
             self.before, self.line, self.indices = None if type(s) in _HEADS else before, s.line, 0
-            new = [self._move(s, before)] if type(s) is Move else self._statement(s, before)
+            new = [self._move(s, before)] if type(s) is st.Move else self._statement(s, before)
             if before:
                 rows += before
             rows += new
         return rows
 
-    def _statement(self, s: Statement, before: list[Statement]) -> list[Statement]:
+    def _statement(self, s: st.Statement, before: list[st.Statement]) -> list[st.Statement]:
         match s:
-            case Declare():
+            case st.Declare():
                 return []
-            case Assign():
+            case st.Assign():
                 return self._assign(s, before)
-            case DefineFrame(points=points):
+            case st.DefineFrame(points=points):
                 return [replace(s, points=tuple(self.position(p, (0, None), before, s.line) for p in points))]  # type: ignore[misc]
             case _:
                 return [mapped(s, self._change)]
 
-    def _move(self, s: Move, before: list[Statement]) -> Move:
+    def _move(self, s: st.Move, before: list[st.Statement]) -> st.Move:
         place = place_of(s)
         if is_written_out(s):
             (target,) = s.targets
@@ -543,29 +523,31 @@ class _Numbers(PositionNumbers):
             changes |= _NO_SYSTEMS
         return edited(s, changes)
 
-    def _called(self, target: Expression, s: Move, changes: dict[str, Any]) -> None:
+    def _called(self, target: ex.Expression, s: st.Move, changes: dict[str, Any]) -> None:
         """Behind the move, what the source calls its point, where points have no names."""
         point = changes["targets"][0]
-        named = type(point) is Taught and type(target) is Named and self.registers.comments
+        named = type(point) is ex.Taught and type(target) is ex.Named and self.registers.comments
         if named and not s.comment and (name := self.names[(self.routine_name, point.number)]):
             changes["comment"] = name
 
-    def _target(self, e: Expression, place: Place, before: list[Statement], s: Move) -> Expression:
+    def _target(
+        self, e: ex.Expression, place: Place, before: list[st.Statement], s: st.Move
+    ) -> ex.Expression:
         fixed = self._fixed(e)
         if fixed is not None:
             fixed = self._configured(fixed)
             if s.relative is not None:
                 return self.constant(fixed, place) if self.registers.steps else fixed
-            return self.taught(fixed, place, e.name if isinstance(e, Named) else "")
+            return self.taught(fixed, place, e.name if isinstance(e, ex.Named) else "")
         return self.position(e, place, before, s.line)
 
-    def _assign(self, s: Assign, before: list[Statement]) -> list[Statement]:
+    def _assign(self, s: st.Assign, before: list[st.Statement]) -> list[st.Statement]:
         kind = kind_of_value(self.symbols, "", s.value)
         if kind in ("position", "joints", "tool", "frame"):
-            place = self.places.get(s.target.name, (0, None)) if isinstance(s.target, Named) else (0, None)
+            place = self.places.get(s.target.name, (0, None)) if isinstance(s.target, ex.Named) else (0, None)
             value = self.position(s.value, place, before, s.line)
             return [replace(s, target=mapped(s.target, self._change), value=value)]
-        if self.registers.elements and isinstance(s.target, Member):
+        if self.registers.elements and isinstance(s.target, ex.Member):
             if s.target.name not in MEMBERS:
                 language = language_of(self.work.target)
                 says = f"{language} has no data with an element '{s.target.name}' that can be set on its own"
@@ -574,63 +556,68 @@ class _Numbers(PositionNumbers):
             return self._set_element(s)
         value = mapped(s.value, self._change)
         match value:
-            case SignalState(on):
-                value = Number(int(on))
-            case Binary("*", Member(base, name), Number(factor)) if (
+            case ex.SignalState(on):
+                value = ex.Number(int(on))
+            case ex.Binary("*", ex.Member(base, name), ex.Number(factor)) if (
                 self.registers.elements and factor in (1000, 10_000) and name in MEMBERS
             ):
-                value = Element(base, Number(MEMBERS.index(name) + 1))  # type: ignore[arg-type]
+                value = ex.Element(base, ex.Number(MEMBERS.index(name) + 1))  # type: ignore[arg-type]
         return [replace(s, target=mapped(s.target, self._change), value=value)]
 
-    def _set_element(self, s: Assign) -> list[Statement]:
-        assert isinstance(s.target, Member)
+    def _set_element(self, s: st.Assign) -> list[st.Statement]:
+        assert isinstance(s.target, ex.Member)
         at = MEMBERS.index(s.target.name) + 1
         base: Any = mapped(s.target.base, self._change)
         scale = 1000 if at <= 3 else 10_000
         value = mapped(s.value, self._change)
-        count = self.variable(Named(self._counter()))
+        count = self.variable(ex.Named(self._counter()))
         counts = counts_of(value, scale)
-        return [Assign(s.line, count, counts), Assign(s.line, Element(base, Number(at)), count, s.comment)]
+        return [
+            st.Assign(s.line, count, counts),
+            st.Assign(s.line, ex.Element(base, ex.Number(at)), count, s.comment),
+        ]
 
     # --- the whole program ------------------------------------------------------------------------------
 
-    def prologue(self, program: Program, used: Set[str] | None = None) -> list[Statement]:
+    def prologue(self, program: st.Program, used: Set[str] | None = None) -> list[st.Statement]:
         """Initial values, and which name is which number. `used`: of these names alone (None: all)."""
-        rows: list[Statement] = []
-        comments: list[Statement] = []
+        rows: list[st.Statement] = []
+        comments: list[st.Statement] = []
         for declare in (d for d in program.data if d.name in self.numbers):
             if used is not None and declare.name not in used:
                 continue
             symbol = self.symbols.find("", declare.name)
             if self.registers.comments:
-                comments.append(Comment(0, f"{self.work.names[('variable', declare.name)]} {declare.name}"))
+                comments.append(
+                    st.Comment(0, f"{self.work.names[('variable', declare.name)]} {declare.name}")
+                )
             if declare.value is None or declare.name in self.work.registers or symbol is None:
                 continue
-            begun = self._begins(declare.name, self.variable(Named(declare.name)), declare.value)
+            begun = self._begins(declare.name, self.variable(ex.Named(declare.name)), declare.value)
             rows += [replace(s, line=declare.line) for s in begun]
         return [*comments, *rows]
 
-    def _begins(self, name: str, target: Variable, value: Expression) -> list[Statement]:
+    def _begins(self, name: str, target: ex.Variable, value: ex.Expression) -> list[st.Statement]:
         """What gives a variable, or the elements of an array, the value that it begins with."""
         match value:
-            case PositionLiteral() if self.registers.steps:
-                assert isinstance(target.index, Number)
+            case ex.PositionLiteral() if self.registers.steps:
+                assert isinstance(target.index, ex.Number)
                 self.initial[int(target.index.value)] = (value, self.places.get(name, (0, None)))
                 return []
-            case PositionLiteral() | Number() | Text():
-                return [Assign(0, target, value)]
-            case SignalState(on):
-                return [Assign(0, target, Number(int(on)))]
-            case RecordLiteral(_, members) if all(not member for member, _ in members):
-                assert isinstance(target.index, Number)
+            case ex.PositionLiteral() | ex.Number() | ex.Text():
+                return [st.Assign(0, target, value)]
+            case ex.SignalState(on):
+                return [st.Assign(0, target, ex.Number(int(on)))]
+            case ex.RecordLiteral(_, members) if all(not member for member, _ in members):
+                assert isinstance(target.index, ex.Number)
                 first = int(target.index.value)
-                rows: list[Statement] = []
+                rows: list[st.Statement] = []
                 for at, (_, one) in enumerate(members):
-                    rows += self._begins(name, replace(target, index=Number(first + at), name=""), one)
+                    rows += self._begins(name, replace(target, index=ex.Number(first + at), name=""), one)
                 return rows
         return []
 
-    def routine(self, routine: Routine, body: tuple[Statement, ...], main: bool) -> Routine:
+    def routine(self, routine: st.Routine, body: tuple[st.Statement, ...], main: bool) -> st.Routine:
         rows = [
             (True, at, literal, place) for (literal, place), at in self.points.get(routine.name, {}).items()
         ]
@@ -647,8 +634,8 @@ class _Numbers(PositionNumbers):
                 for (name_, at), name in self.names.items()
                 if name_ == routine.name and name
             }
-        moves = rows or main or any(isinstance(s, Move) for s in body)
-        groups = (ControlGroup(("RB1",)),) if moves else ()
+        moves = rows or main or any(isinstance(s, st.Move) for s in body)
+        groups = (st.ControlGroup(("RB1",)),) if moves else ()
         return replace(
             routine,
             body=body,
@@ -664,10 +651,10 @@ class _Numbers(PositionNumbers):
 Place = tuple[int, int | None]  # tool, user frame (None: base)
 
 
-def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
+def table(rows: list[tuple[bool, int, ex.PositionLiteral, Place]]) -> PointTable:
     """A point table of (taught, number, value, place)."""
     states: list[PointState] = []
-    blocks: dict[tuple[Store, bool], PointBlock] = {}
+    blocks: dict[tuple[ex.Store, bool], PointBlock] = {}
     configured = any(literal.configuration for _, _, literal, _ in rows)
     for taught in (True, False):
         own = [row for row in rows if row[0] is taught]
@@ -696,8 +683,8 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
             literal = own[at][2]
             values[at, : len(literal.values)] = _values(literal)
         found = np.array([number for _, number, _, _ in own], dtype=np.int64)
-        blocks[(Store.ROBOT, taught)] = PointBlock(
-            Store.ROBOT,
+        blocks[(ex.Store.ROBOT, taught)] = PointBlock(
+            ex.Store.ROBOT,
             taught,
             found,
             values,
@@ -708,7 +695,7 @@ def table(rows: list[tuple[bool, int, PositionLiteral, Place]]) -> PointTable:
     return PointTable(tuple(states), blocks)
 
 
-def _as_row(literal: PositionLiteral, units: Iterable[tuple[str, str]]) -> PositionLiteral:
+def _as_row(literal: ex.PositionLiteral, units: Iterable[tuple[str, str]]) -> ex.PositionLiteral:
     """A position with its external axes among its values."""
     scales = [mm if unit == "mm" else deg for _, unit in units]
     further = [v * scale for v, scale in zip(literal.external, scales, strict=False)]
@@ -717,11 +704,11 @@ def _as_row(literal: PositionLiteral, units: Iterable[tuple[str, str]]) -> Posit
     return replace(literal, values=(*literal.values, *further), external=())
 
 
-def _values(literal: PositionLiteral) -> list[float]:
+def _values(literal: ex.PositionLiteral) -> list[float]:
     return [0.0 if v != v else v for v in literal.values]
 
 
-def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointState:
+def _state(literal: ex.PositionLiteral, place: Place, configured: bool) -> PointState:
     tool, user = place
     if literal.kind == "joint":
         return PointState(PointKind.JOINT, "joint", None, tool)
@@ -730,16 +717,16 @@ def _state(literal: PositionLiteral, place: Place, configured: bool) -> PointSta
     return PointState(PointKind.POSE, "base" if user is None else "user", user, tool, flags)
 
 
-def place_of(s: Move) -> Place:
+def place_of(s: st.Move) -> Place:
     """The tool and the frame of a move by their numbers, -1 for one that is computed."""
     tool, frame = s.tool, s.frame
-    number = _number_of(tool) if type(tool) is FrameRef else 0
-    if type(frame) is FrameRef and frame.kind == "user" and frame.number is not None:
+    number = _number_of(tool) if type(tool) is ex.FrameRef else 0
+    if type(frame) is ex.FrameRef and frame.kind == "user" and frame.number is not None:
         return number, _number_of(frame)
     return number, None
 
 
-def _number_of(system: FrameRef) -> int:
+def _number_of(system: ex.FrameRef) -> int:
     if system.number is None:
         return 0
-    return int(system.number.value) if type(system.number) is Number else -1
+    return int(system.number.value) if type(system.number) is ex.Number else -1

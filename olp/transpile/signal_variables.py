@@ -6,16 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    Function,
-    Item,
-    Named,
-    NamedArgument,
-    Signal,
-    Text,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Assign, Call, Declare, Parameter, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped, sets_numbers
 from olp.transpile.context import Fate, TranslationContext
@@ -44,7 +35,7 @@ def _buses(program: Program, work: TranslationContext) -> dict[str, str]:
         e.index.name.casefold(): e.bus
         for r in program.routines
         for e in work.look(r).expressions
-        if isinstance(e, Signal) and isinstance(e.index, Named)
+        if isinstance(e, ex.Signal) and isinstance(e.index, ex.Named)
     }
 
 
@@ -72,15 +63,19 @@ class _Variables:
     def _statement(self, s: Statement) -> Statement:
         if isinstance(s, Declare):
             return self.declared(s)
-        if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.casefold() in self.buses:
-            if isinstance(s.value, Text):
+        if (
+            isinstance(s, Assign)
+            and isinstance(s.target, ex.Named)
+            and s.target.name.casefold() in self.buses
+        ):
+            if isinstance(s.value, ex.Text):
                 bus = self.buses[s.target.name.casefold()]
-                return replace(s, value=self._number(s.line, Signal(bus, s.value)))
+                return replace(s, value=self._number(s.line, ex.Signal(bus, s.value)))
             self.work.lose(s, Fate.REFUSED, "signal", "the name of a signal that is computed")
             return s
 
-        def change(e: Expression) -> Expression:
-            if isinstance(e, CallValue):
+        def change(e: ex.Expression) -> ex.Expression:
+            if isinstance(e, ex.CallValue):
                 return replace(e, arguments=self._handed(s.line, e.routine, e.arguments))
             return e
 
@@ -89,30 +84,30 @@ class _Variables:
             return replace(s, arguments=self._handed(s.line, s.routine, s.arguments))
         return s
 
-    def _handed(self, line: int, name: str, given: tuple[Expression, ...]) -> tuple[Expression, ...]:
+    def _handed(self, line: int, name: str, given: tuple[ex.Expression, ...]) -> tuple[ex.Expression, ...]:
         """The arguments of a call, numbers in the places of signals."""
         head = self.heads.get(name.casefold(), ())
         required = iter([p for p in head if not (p.optional or p.switch)])
         named = {p.name.casefold(): p for p in head}
-        found: list[Expression] = []
+        found: list[ex.Expression] = []
         for one in given:
-            if isinstance(one, NamedArgument):
+            if isinstance(one, ex.NamedArgument):
                 parameter = named.get(one.name.casefold())
-                if parameter is not None and parameter.type == _TYPE and isinstance(one.value, Signal):
+                if parameter is not None and parameter.type == _TYPE and isinstance(one.value, ex.Signal):
                     one = replace(one, value=self._number(line, one.value))
             else:
                 parameter = next(required, None)
-                if parameter is not None and parameter.type == _TYPE and isinstance(one, Signal):
+                if parameter is not None and parameter.type == _TYPE and isinstance(one, ex.Signal):
                     one = self._number(line, one)
             found.append(one)
         return tuple(found)
 
-    def _number(self, line: int, signal: Signal) -> Expression:
-        if isinstance(signal.index, (Named, Item)):
+    def _number(self, line: int, signal: ex.Signal) -> ex.Expression:
+        if isinstance(signal.index, (ex.Named, ex.Item)):
             return signal.index  # a variable that holds one already
-        if isinstance(signal.index, Text):
+        if isinstance(signal.index, ex.Text):
             wanted = self.work.context.mapping.signals.get(f"{signal.bus} {signal.index.value}", "")
             if " " in wanted and wanted.rpartition(" ")[0] != signal.bus:
                 says = f"a variable that stands for the signal {signal.index.value}, which is {wanted} there"
                 self.work.lose(line, Fate.REFUSED, "signal", says)
-        return Function(NUMBER, (signal,))
+        return ex.Function(NUMBER, (signal,))

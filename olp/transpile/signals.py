@@ -12,39 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from olp.ir.expressions import (
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Named,
-    Number,
-    Quantity,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    Text,
-    Unary,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Comment,
-    Declare,
-    Dwell,
-    End,
-    Move,
-    Parameter,
-    Program,
-    PulseOutput,
-    ReadInput,
-    Return,
-    Routine,
-    SetOutput,
-    Statement,
-    Wait,
-)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.limits import limits_of, writable
 from olp.languages.vendor import language_of
@@ -90,7 +60,7 @@ def plain_bus(bus: str) -> str:
     return kind if kind in ("in", "out") and bus not in _ANALOG else bus
 
 
-def signals(program: Program, work: TranslationContext) -> Program:
+def signals(program: st.Program, work: TranslationContext) -> st.Program:
     """Every signal as the target addresses it."""
     own = _Signals(work)
     if work.limits.first_signal:
@@ -108,31 +78,35 @@ class _Signals:
     work: TranslationContext
     numbers: dict[tuple[str, str], int] = field(default_factory=dict)
     taken: dict[str, set[int]] = field(default_factory=dict)
-    groups: dict[tuple[str, str], Declare] = field(
+    groups: dict[tuple[str, str], st.Declare] = field(
         default_factory=dict
     )  # by bus and number or name in the source
     from_zero: bool = False  # the source has signals with the number 0, and the target none
     refused: str = ""  # a group of the statement under way that the target does not have
 
-    def keep_numbers(self, program: Program) -> None:
+    def keep_numbers(self, program: st.Program) -> None:
         """The numbers that signals have already, as long as one of them has none that the target has."""
         numbers = {
             (e.bus, int(e.index.value))
             for s in program.statements()
-            if type(s) is not Move or s.has_signals
+            if type(s) is not st.Move or s.has_signals
             for e in expressions_of(s)
-            if type(e) is Signal and isinstance(e.index, Number)
+            if type(e) is ex.Signal and isinstance(e.index, ex.Number)
         }
         if any(number < 1 for _, number in numbers):
             for bus, number in numbers:
                 self.taken.setdefault(bus, set()).add(number)
 
-    def note(self, program: Program) -> None:
+    def note(self, program: st.Program) -> None:
         """Gives numbers to names: those that show a number keep it, all others get the numbers after them."""
         names: list[tuple[str, str]] = []
         for s in program.statements():
-            for e in expressions_of(s) if type(s) is not Move or s.has_signals else ():
-                if type(e) is Signal and isinstance(e.index, Text) and (e.bus, e.index.value) not in names:
+            for e in expressions_of(s) if type(s) is not st.Move or s.has_signals else ():
+                if (
+                    type(e) is ex.Signal
+                    and isinstance(e.index, ex.Text)
+                    and (e.bus, e.index.value) not in names
+                ):
                     names.append((e.bus, e.index.value))
         for bus, name in names:
             digits = re.search(r"(\d+)\D*$", name)
@@ -144,10 +118,10 @@ class _Signals:
         self.numbers[(bus, name)] = number
         self.taken.setdefault(bus, set()).add(number)
 
-    def statement(self, s: Statement) -> Statement:
-        if type(s) is Move and not s.has_signals:
+    def statement(self, s: st.Statement) -> st.Statement:
+        if type(s) is st.Move and not s.has_signals:
             return s
-        if any(type(e) is Signal and "analog" in e.bus for e in expressions_of(s)):
+        if any(type(e) is ex.Signal and "analog" in e.bus for e in expressions_of(s)):
             self._tell_analog(s)
         if self.from_zero and any(map(_is_computed, expressions_of(s))):
             self.work.lose(s, Fate.APPROXIMATED, "index", _FROM_ZERO)
@@ -156,7 +130,7 @@ class _Signals:
             self._tell_group(s)
         return s
 
-    def _tell_analog(self, s: Statement) -> None:
+    def _tell_analog(self, s: st.Statement) -> None:
         """Tells that an analog signal keeps its number, which another controller takes for another voltage."""
         here, there = self.work.conventions.analog_values, self.work.target_conventions.analog_values
         says = (
@@ -165,11 +139,11 @@ class _Signals:
         )
         self.work.lose(s, Fate.APPROXIMATED, "value", says)
 
-    def change(self, e: Expression) -> Expression:
-        if type(e) is Function and e.name == NUMBER:
+    def change(self, e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Function and e.name == NUMBER:
             held = e.arguments[0]
-            return held.index if isinstance(held, Signal) else held
-        if type(e) is not Signal:
+            return held.index if isinstance(held, ex.Signal) else held
+        if type(e) is not ex.Signal:
             return e
         shown = self._shown(e)
         wanted = self.work.context.mapping.signals.get(f"{e.bus} {shown}") if shown else None
@@ -177,7 +151,7 @@ class _Signals:
             self.work.names[("signal", f"{e.bus} {shown}")] = wanted
             bus, _, index = wanted.rpartition(" ")
             return replace(
-                e, bus=bus or e.bus, index=Number(int(index)) if index.isdecimal() else Text(index)
+                e, bus=bus or e.bus, index=ex.Number(int(index)) if index.isdecimal() else ex.Text(index)
             )
         if self.work.limits.declared_groups and shown and e.bus in _GROUPS:
             ends = self._declared(shown)
@@ -186,33 +160,33 @@ class _Signals:
             size = self.work.conventions.group_sizes.get(e.bus)
             if size is None:
                 return self._free_group(e, shown)
-            if isinstance(e.index, Number) and e.index.value >= 1:
+            if isinstance(e.index, ex.Number) and e.index.value >= 1:
                 return self._group(e, shown, ((int(shown) - 1) * size + 1, int(shown) * size))
         if shown and e.bus in self.work.target_conventions.group_sizes:
             return self._sized_group(e, shown)
-        if self.work.target_conventions.controller_names and isinstance(e.index, Number):
+        if self.work.target_conventions.controller_names and isinstance(e.index, ex.Number):
             name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
-            return replace(e, bus=plain_bus(e.bus), index=Text(name))
-        if self.work.limits.first_signal and isinstance(e.index, Number) and e.index.value < 1:
-            return replace(e, index=Number(self._number(e.bus, shown)))
-        if not self.work.target_conventions.controller_names and isinstance(e.index, Text):
-            return replace(e, index=Number(self._number(e.bus, e.index.value)))
+            return replace(e, bus=plain_bus(e.bus), index=ex.Text(name))
+        if self.work.limits.first_signal and isinstance(e.index, ex.Number) and e.index.value < 1:
+            return replace(e, index=ex.Number(self._number(e.bus, shown)))
+        if not self.work.target_conventions.controller_names and isinstance(e.index, ex.Text):
+            return replace(e, index=ex.Number(self._number(e.bus, e.index.value)))
         return e
 
     def _declared(self, name: str) -> tuple[int, int] | None:
         """The first and last signal of a group that the source declares."""
         source = self.work.source
-        local = (s for s in source.statements() if isinstance(s, Declare))
+        local = (s for s in source.statements() if isinstance(s, st.Declare))
         for d in (*source.data, *local) if source.vendor != self.work.target else ():
             value = d.value if d.name.casefold() == name.casefold() else None
-            if isinstance(value, RecordLiteral) and value.type == _DECLARED and len(value.members) == 2:
-                ends = [e.index for _, e in value.members if isinstance(e, Signal)]
-                numbers = [int(end.value) for end in ends if isinstance(end, Number)]
+            if isinstance(value, ex.RecordLiteral) and value.type == _DECLARED and len(value.members) == 2:
+                ends = [e.index for _, e in value.members if isinstance(e, ex.Signal)]
+                numbers = [int(end.value) for end in ends if isinstance(end, ex.Number)]
                 return (numbers[0], numbers[1]) if len(numbers) == 2 else None
         return None
 
-    def _sized_group(self, e: Signal, shown: str) -> Signal:
+    def _sized_group(self, e: ex.Signal, shown: str) -> ex.Signal:
         """A group where the target has groups of a size alone, one behind the other; those of others are refused."""
         ends, sizes = self._declared(shown), self.work.target_conventions.group_sizes
         if ends is None:
@@ -220,36 +194,40 @@ class _Signals:
             self.work.ask(f"see that these groups have {sizes[e.bus]} signals, as all have there", name)
             return (
                 e
-                if isinstance(e.index, Number) and e.index.value >= 1
-                else replace(e, index=Number(self._number(e.bus, shown)))
+                if isinstance(e.index, ex.Number) and e.index.value >= 1
+                else replace(e, index=ex.Number(self._number(e.bus, shown)))
             )
         first, size = ends[0], ends[1] - ends[0] + 1
         for bus, count in sizes.items():
             if count == size and bus.partition("-")[0] == e.bus.partition("-")[0] and first % size == 1:
                 self.work.names[("signal", f"{e.bus} {shown}")] = f"{bus} {first // size + 1}"
-                return replace(e, bus=bus, index=Number(first // size + 1))
+                return replace(e, bus=bus, index=ex.Number(first // size + 1))
         self.refused = f"the {e.bus.replace('-', ' ')} {shown} of {size} signals from {first} on"
         return e
 
-    def _tell_group(self, s: Statement) -> None:
+    def _tell_group(self, s: st.Statement) -> None:
         """Refuses a group that the target does not have, and numbers that its groups are too small for."""
         if self.refused:
             help = "map it under [signals] in the mapping file, or set or read its signals one by one"
             self.work.lose(s, Fate.REFUSED, "signal", self.refused, help=help)
             self.refused = ""
-        pairs: list[tuple[Expression, Expression]] = [(s.signal, s.value)] if isinstance(s, SetOutput) else []
+        pairs: list[tuple[ex.Expression, ex.Expression]] = (
+            [(s.signal, s.value)] if isinstance(s, st.SetOutput) else []
+        )
         for e in expressions_of(s):
-            if type(e) is Compare:
+            if type(e) is ex.Compare:
                 pairs += ((e.left, e.right), (e.right, e.left))
         for signal, value in pairs:
             size = (
-                self.work.target_conventions.group_sizes.get(signal.bus) if type(signal) is Signal else None
+                self.work.target_conventions.group_sizes.get(signal.bus)
+                if type(signal) is ex.Signal
+                else None
             )
-            if size and type(value) is Number and value.value >= 2**size:
+            if size and type(value) is ex.Number and value.value >= 2**size:
                 says = f"{value.value:g} in a group, which has {size} signals there"
                 self.work.lose(s, Fate.REFUSED, "signal", says)
 
-    def _free_group(self, e: Signal, shown: str) -> Signal:
+    def _free_group(self, e: ex.Signal, shown: str) -> ex.Signal:
         """Free signals for a group whose signals are not declared in any file at hand."""
         count = sum(bus == e.bus for bus, _ in self.groups if (e.bus, shown) != (bus, _))
         first = _FIRST_FREE + _FREE_SIZE * count
@@ -260,17 +238,17 @@ class _Signals:
             self.work.ask(says, f"{e.bus} {shown} from {first} on")
         return found
 
-    def _group(self, e: Signal, number: str, ends: tuple[int, int]) -> Signal:
+    def _group(self, e: ex.Signal, number: str, ends: tuple[int, int]) -> ex.Signal:
         """A group of signals that a declaration makes. `ends`: its first and last one."""
         bus, way = e.bus.replace("half-", ""), e.bus.partition("-")[0]
         declared = self.groups.get((e.bus, number))
         if declared is None:
-            value = RecordLiteral(_DECLARED, tuple(("", Signal(way, Number(end))) for end in ends))
+            value = ex.RecordLiteral(_DECLARED, tuple(("", ex.Signal(way, ex.Number(end))) for end in ends))
             own = number if number.isidentifier() else f"{way.upper()}_{ends[0]}_{ends[1]}"
             name = own if self._declared(number) else self.work.fresh(own)
-            declared = self.groups[(e.bus, number)] = Declare(0, name, "signal", value, native=_DECLARED)
+            declared = self.groups[(e.bus, number)] = st.Declare(0, name, "signal", value, native=_DECLARED)
         self.work.names[("signal", f"{e.bus} {number}")] = f"{bus} {declared.name}"
-        return replace(e, bus=bus, index=Text(declared.name))
+        return replace(e, bus=bus, index=ex.Text(declared.name))
 
     def _number(self, bus: str, name: str) -> int:
         known = self.numbers.get((bus, name))
@@ -283,10 +261,10 @@ class _Signals:
         self.work.names[("signal", f"{bus} {name}")] = str(known)
         return known
 
-    def _shown(self, e: Signal) -> str:
-        if isinstance(e.index, Number):
+    def _shown(self, e: ex.Signal) -> str:
+        if isinstance(e.index, ex.Number):
             return str(int(e.index.value))
-        return e.index.value if isinstance(e.index, Text) else ""
+        return e.index.value if isinstance(e.index, ex.Text) else ""
 
 
 # --- Move end actions ---
@@ -294,11 +272,11 @@ class _Signals:
 _MID: Final = "at the middle of the corner: written after the move"
 
 
-def at_ends(program: Program, work: TranslationContext) -> Program:
+def at_ends(program: st.Program, work: TranslationContext) -> st.Program:
     """Moves that set an output or call a routine at their end as moves, with that behind them."""
     if work.conventions.actions_at_ends:
         for s in program.statements():
-            if isinstance(s, Move) and len(split_at_end(s)) > 1:
+            if isinstance(s, st.Move) and len(split_at_end(s)) > 1:
                 size = None if s.blend is None or s.blend.value is None else s.blend.value.literal
                 if size is None or size > 0.0:
                     work.lose(s, Fate.APPROXIMATED, "end", f"{s.other[0][0]} acts {_MID}")
@@ -311,18 +289,20 @@ def at_ends(program: Program, work: TranslationContext) -> Program:
 _INVERTS: Final = "a pulse that switches it on is written"
 
 
-def pulses(program: Program, work: TranslationContext) -> Program:
+def pulses(program: st.Program, work: TranslationContext) -> st.Program:
     """Every pulse with its time, as each language takes another one where none is named; those to off are refused."""
-    if not any(isinstance(s, PulseOutput) for s in program.statements()):
+    if not any(isinstance(s, st.PulseOutput) for s in program.statements()):
         return program
     own = work.conventions
     usual = own.usual_pulse
     on = {
-        s.signal for s in program.statements() if isinstance(s, SetOutput) and s.value != SignalState(False)
+        s.signal
+        for s in program.statements()
+        if isinstance(s, st.SetOutput) and s.value != ex.SignalState(False)
     }
 
-    def pulse(s: Statement) -> Statement:
-        if not isinstance(s, PulseOutput):
+    def pulse(s: st.Statement) -> st.Statement:
+        if not isinstance(s, st.PulseOutput):
             return s
         if own.off_pulse and s.spelling == own.off_pulse:
             work.lose(s, Fate.REFUSED, "statement", "a pulse that switches an output off, or may do so")
@@ -346,7 +326,7 @@ def pulses(program: Program, work: TranslationContext) -> Program:
             return s
         if own.pulse_setting:
             work.lose(s, Fate.APPROXIMATED, "duration", own.pulse_setting)
-        return replace(s, duration=Quantity(Number(usual), 1.0))
+        return replace(s, duration=ex.Quantity(ex.Number(usual), 1.0))
 
     return replace(
         program,
@@ -360,7 +340,7 @@ def pulses(program: Program, work: TranslationContext) -> Program:
 _MOST_PARTS: Final = 20  # waits that stand for one; longer ones are refused
 
 
-def long_waits(program: Program, work: TranslationContext) -> Program:
+def long_waits(program: st.Program, work: TranslationContext) -> st.Program:
     """Waits that are too long for the target as several, those of conditions are refused; times in the target's steps.
 
     A wait of no time, which only stops the move before it, stays: the writer leaves it out.
@@ -369,7 +349,7 @@ def long_waits(program: Program, work: TranslationContext) -> Program:
     if not longest:
         return program
 
-    def rounded(s: Statement, seconds: float) -> float:
+    def rounded(s: st.Statement, seconds: float) -> float:
         if not step:
             return seconds
         written = float(f"{max(round(seconds / step), 1) * step:.9g}")
@@ -379,21 +359,21 @@ def long_waits(program: Program, work: TranslationContext) -> Program:
             return written
         return seconds
 
-    def rows(s: Statement) -> list[Statement]:
-        if isinstance(s, PulseOutput) and s.duration is not None and s.duration.literal is not None:
+    def rows(s: st.Statement) -> list[st.Statement]:
+        if isinstance(s, st.PulseOutput) and s.duration is not None and s.duration.literal is not None:
             seconds = rounded(s, s.duration.literal)
             return [s if seconds == s.duration.literal else replace(s, duration=_seconds(seconds))]
-        if isinstance(s, Wait) and s.timeout is not None:
+        if isinstance(s, st.Wait) and s.timeout is not None:
             return [wait(s, s.timeout)]
-        return dwells(s) if isinstance(s, Dwell) else [s]
+        return dwells(s) if isinstance(s, st.Dwell) else [s]
 
-    def known(s: Statement, lasts: Quantity) -> float | None:
+    def known(s: st.Statement, lasts: ex.Quantity) -> float | None:
         if lasts.literal is None:
             work.note_at(s, f"a wait that is computed must not last longer than {longest:g} s")
             return None
         return rounded(s, lasts.literal)
 
-    def wait(s: Wait, lasts: Quantity) -> Wait:
+    def wait(s: st.Wait, lasts: ex.Quantity) -> st.Wait:
         seconds = known(s, lasts)
         if seconds is None or (seconds == lasts.literal and seconds <= longest):
             return s
@@ -402,13 +382,13 @@ def long_waits(program: Program, work: TranslationContext) -> Program:
             return s
         return replace(s, timeout=_seconds(seconds))
 
-    def refuse(s: Statement, seconds: float) -> None:
+    def refuse(s: st.Statement, seconds: float) -> None:
         says = f"a wait of up to {seconds:g} s: {longest:g} s is the longest one"
         work.lose(s, Fate.REFUSED, "duration", says, help="wait in a loop, or --on-loss comment")
 
-    def dwells(s: Dwell) -> list[Statement]:
+    def dwells(s: st.Dwell) -> list[st.Statement]:
         if step and s.duration.literal == 0.0:  # nothing of it is written, so that its comment stands alone
-            return [replace(s, comment=""), Comment(s.line, s.comment)] if s.comment else [s]
+            return [replace(s, comment=""), st.Comment(s.line, s.comment)] if s.comment else [s]
         seconds = known(s, s.duration)
         if seconds is None or (seconds == s.duration.literal and seconds <= longest):
             return [s]
@@ -423,14 +403,14 @@ def long_waits(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _seconds(value: float) -> Quantity:
-    return Quantity(Number(value), 1.0)
+def _seconds(value: float) -> ex.Quantity:
+    return ex.Quantity(ex.Number(value), 1.0)
 
 
 _INDEX: Final = "number"
 
 
-def signal_aliases(program: Program, work: TranslationContext) -> Program:
+def signal_aliases(program: st.Program, work: TranslationContext) -> st.Program:
     """Every signal with a computed number as the one whose name ends with that number."""
     if work.conventions.controller_names or not work.target_conventions.controller_names:
         return program
@@ -439,7 +419,7 @@ def signal_aliases(program: Program, work: TranslationContext) -> Program:
     if not own.variables and not own.readers:
         return program
     readers = [own.reader(bus, name) for bus, name in own.readers.items()]
-    declares = [Declare(0, name, f"signal {_kind(bus)}") for (bus, _), name in own.variables.items()]
+    declares = [st.Declare(0, name, f"signal {_kind(bus)}") for (bus, _), name in own.variables.items()]
     return replace(program, routines=(*routines, *readers), data=(*program.data, *declares))
 
 
@@ -455,8 +435,8 @@ def _kind(bus: str) -> str:
     return "out-group" if holds_number(bus) else "out"
 
 
-def _is_computed(e: Expression) -> bool:
-    return isinstance(e, Signal) and not isinstance(e.index, (Number, Text))
+def _is_computed(e: ex.Expression) -> bool:
+    return isinstance(e, ex.Signal) and not isinstance(e.index, (ex.Number, ex.Text))
 
 
 @dataclass(slots=True)
@@ -467,8 +447,8 @@ class _Aliases:
     )  # (bus, which one of a statement) -> name
     readers: dict[str, str] = field(default_factory=dict)  # bus -> the routine that reads a signal of it
 
-    def routine(self, routine: Routine) -> Routine:
-        rows: list[Statement] = []
+    def routine(self, routine: st.Routine) -> st.Routine:
+        rows: list[st.Statement] = []
         for s in routine.body:
             if calls_nothing(s) or sets_numbers(s) or not any(map(_is_computed, expressions_of(s))):
                 rows.append(s)
@@ -476,8 +456,8 @@ class _Aliases:
                 rows += self._statement(s)
         return replace(routine, body=tuple(rows))
 
-    def _statement(self, s: Statement) -> list[Statement]:
-        signals = [e for e in expressions_of(s) if isinstance(e, Signal) and _is_computed(e)]
+    def _statement(self, s: st.Statement) -> list[st.Statement]:
+        signals = [e for e in expressions_of(s) if isinstance(e, ex.Signal) and _is_computed(e)]
         renamed = self.work.context.mapping.signals
         if bus := next((e.bus for e in signals if any(k.startswith(f"{e.bus} ") for k in renamed)), ""):
             says = f"a signal with a computed number, beside names under [signals] for others ({bus})"
@@ -485,22 +465,24 @@ class _Aliases:
             return [s]
         for e in signals:
             self.work.names[("signal", f"{e.bus} *")] = f"{stem_of(e.bus)}*"
-        before: list[Statement] = []
-        stand: dict[Signal, Signal] = {}
-        if isinstance(s, (SetOutput, PulseOutput, ReadInput)):
+        before: list[st.Statement] = []
+        stand: dict[ex.Signal, ex.Signal] = {}
+        if isinstance(s, (st.SetOutput, st.PulseOutput, st.ReadInput)):
             self._stand(s.signal, s.line, stand, before)
-        elif isinstance(s, Wait):
+        elif isinstance(s, st.Wait):
             for e in dict.fromkeys(signals):
                 self._stand(e, s.line, stand, before)
 
-        def change(e: Expression) -> Expression:
-            if isinstance(e, Signal) and _is_computed(e):
+        def change(e: ex.Expression) -> ex.Expression:
+            if isinstance(e, ex.Signal) and _is_computed(e):
                 return stand.get(e) or self._read(e)
             return _shorter(e, self.readers)
 
         return [*before, mapped(s, change)]
 
-    def _stand(self, e: Signal, line: int, stand: dict[Signal, Signal], before: list[Statement]) -> None:
+    def _stand(
+        self, e: ex.Signal, line: int, stand: dict[ex.Signal, ex.Signal], before: list[st.Statement]
+    ) -> None:
         """A variable for a signal of one statement, and what makes it stand for it."""
         if not _is_computed(e):
             return
@@ -508,36 +490,49 @@ class _Aliases:
         name = self.variables.get(key)
         if name is None:
             name = self.variables[key] = self.work.helper(f"signal_{stem_of(e.bus)}")
-        stand[e] = replace(e, bus=plain_bus(e.bus), index=Named(name))
-        before.append(Assign(line, Named(name), _called(e.bus, e.index)))
+        stand[e] = replace(e, bus=plain_bus(e.bus), index=ex.Named(name))
+        before.append(st.Assign(line, ex.Named(name), _called(e.bus, e.index)))
 
-    def _read(self, e: Signal) -> Expression:
+    def _read(self, e: ex.Signal) -> ex.Expression:
         name = self.readers.get(e.bus)
         if name is None:
             name = self.readers[e.bus] = self.work.helper(f"read_{stem_of(e.bus)}")
-        return CallValue(name, (e.index,))
+        return ex.CallValue(name, (e.index,))
 
-    def reader(self, bus: str, name: str) -> Routine:
+    def reader(self, bus: str, name: str) -> st.Routine:
         """The routine that reads a signal by its number: a state, or the number that a group carries."""
-        variable = Named(self.variables.setdefault((bus, 0), self.work.helper(f"read_{stem_of(bus)}_signal")))
-        signal = Signal(plain_bus(bus), variable)
-        value: Expression = signal if holds_number(bus) else Compare("=", signal, SignalState(True))
-        body = (Begin(0), Assign(0, variable, _called(bus, Named(_INDEX))), Return(0, value), End(0))
+        variable = ex.Named(
+            self.variables.setdefault((bus, 0), self.work.helper(f"read_{stem_of(bus)}_signal"))
+        )
+        signal = ex.Signal(plain_bus(bus), variable)
+        value: ex.Expression = signal if holds_number(bus) else ex.Compare("=", signal, ex.SignalState(True))
+        body = (
+            st.Begin(0),
+            st.Assign(0, variable, _called(bus, ex.Named(_INDEX))),
+            st.Return(0, value),
+            st.End(0),
+        )
         returns = "real" if holds_number(bus) else "boolean"
-        parameters = (Parameter(_INDEX, "integer"),)
-        return Routine(name, 0, body, PointTable(), parameters=parameters, returns=returns, shared=False)
+        parameters = (st.Parameter(_INDEX, "integer"),)
+        return st.Routine(name, 0, body, PointTable(), parameters=parameters, returns=returns, shared=False)
 
 
-def _called(bus: str, number: Expression) -> Expression:
+def _called(bus: str, number: ex.Expression) -> ex.Expression:
     """The name of the signal with a number."""
-    return Function("joined-text", (Text(stem_of(bus)), Function("text-of-value", (number, Number(0)))))
+    return ex.Function(
+        "joined-text", (ex.Text(stem_of(bus)), ex.Function("text-of-value", (number, ex.Number(0))))
+    )
 
 
-def _shorter(e: Expression, readers: dict[str, str]) -> Expression:
+def _shorter(e: ex.Expression, readers: dict[str, str]) -> ex.Expression:
     """A state that was compared with on or off: what the routine returns."""
-    if not isinstance(e, Compare) or e.operator not in ("=", "<>"):
+    if not isinstance(e, ex.Compare) or e.operator not in ("=", "<>"):
         return e
     for one, other in ((e.left, e.right), (e.right, e.left)):
-        if isinstance(one, CallValue) and one.routine in readers.values() and isinstance(other, SignalState):
-            return one if other.on == (e.operator == "=") else Unary("not", one)
+        if (
+            isinstance(one, ex.CallValue)
+            and one.routine in readers.values()
+            and isinstance(other, ex.SignalState)
+        ):
+            return one if other.on == (e.operator == "=") else ex.Unary("not", one)
     return e

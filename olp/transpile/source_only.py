@@ -7,59 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.expressions import (
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    Store,
-    Text,
-)
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Call,
-    Case,
-    Comment,
-    Declare,
-    Disabled,
-    Dwell,
-    ElseIf,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Message,
-    Move,
-    ObeyFlags,
-    Opaque,
-    Pause,
-    Process,
-    Program,
-    Reference,
-    Return,
-    Routine,
-    SetBlend,
-    SetOutput,
-    SetSpeed,
-    ShiftOff,
-    ShiftOn,
-    StartTask,
-    Statement,
-    Switch,
-    Until,
-    Wait,
-    WaitTask,
-    While,
-)
 from olp.ir.transformer import (
     calls_nothing,
     expressions_of,
@@ -96,27 +46,27 @@ _EACH_AXIS: Final = frozenset(f"e{n}" for n in range(1, 7))
 _NAMED_VALUES: Final = "messages there are fixed texts: the name of a value stands in its place"
 _HANDLER = "a handler: what the program does where something fails"
 _CLOCK = "a clock, which each controller starts, stops and counts in its own way"
-_MODAL = frozenset({SetSpeed, SetBlend})
-_FOREIGN = (Opaque, Process, Reference)
+_MODAL = frozenset({st.SetSpeed, st.SetBlend})
+_FOREIGN = (st.Opaque, st.Process, st.Reference)
 _READING = (
-    Assign,
-    If,
-    ElseIf,
-    While,
-    Until,
-    Wait,
-    Dwell,
-    Switch,
-    Call,
-    Return,
-    SetOutput,
-    Jump,
-    Message,
-    For,
+    st.Assign,
+    st.If,
+    st.ElseIf,
+    st.While,
+    st.Until,
+    st.Wait,
+    st.Dwell,
+    st.Switch,
+    st.Call,
+    st.Return,
+    st.SetOutput,
+    st.Jump,
+    st.Message,
+    st.For,
 )
 
 
-def foreign_words(program: Program, work: TranslationContext) -> Program:
+def foreign_words(program: st.Program, work: TranslationContext) -> st.Program:
     """Process instructions and statements that olp keeps without understanding: comments, or refused."""
     words = _ForeignWords.of(program, work)
     vendor = find_vendor(program.vendor) if program.vendor in vendor_names() else None
@@ -125,17 +75,17 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
     for routine in program.routines:
         unresolved = _read_records(work.look(routine)) if resolved else set[str]()
         halts = words.halts(routine)
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in vendor.without_editor_comments(routine.body) if vendor else routine.body:
             if _may_name_arm(s):
                 s = words.without_arm(s)
-            if type(s) in _MODAL or (type(s) is Move and not s.other):
+            if type(s) in _MODAL or (type(s) is st.Move and not s.other):
                 rows.append(s)
-            elif isinstance(s, Process) and s.line in halts:
+            elif isinstance(s, st.Process) and s.line in halts:
                 rows += words.halted(s)
-            elif isinstance(s, Process) and s.name.casefold() in ENDS_PROGRAM:
+            elif isinstance(s, st.Process) and s.name.casefold() in ENDS_PROGRAM:
                 rows += words.program_end(s, routine)
-            elif not (isinstance(s, Assign) and _is_resolved(s.target, resolved, unresolved)):
+            elif not (isinstance(s, st.Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
         routines.append(replace(routine, body=tuple(words.switched_off(routine, rows))))
     kept = [d for d in program.data if not (words.axes_stand and d.name in words.held)]
@@ -146,7 +96,7 @@ def foreign_words(program: Program, work: TranslationContext) -> Program:
 class _ForeignWords:
     """What becomes of the statements of one program. `lost` gets those of which no more is known than their text."""
 
-    program: Program
+    program: st.Program
     work: TranslationContext
     started: Set[str]  # tasks
     shifts: bool  # whether any shift is switched on
@@ -156,24 +106,26 @@ class _ForeignWords:
     settings: Mapping[int, str]  # lines that set what moves nothing, and what that is
     axes_stand: bool  # whether no position of the program says anything of an axis beside the arm
     held: Set[str]  # variables that hold where axes beside the arm stand
-    watched: Mapping[int, tuple[CallValue, bool]]  # by number: what a condition calls, and whether once only
-    lost: list[Statement] = field(default_factory=list)
+    watched: Mapping[
+        int, tuple[ex.CallValue, bool]
+    ]  # by number: what a condition calls, and whether once only
+    lost: list[st.Statement] = field(default_factory=list)
 
     @classmethod
-    def of(cls, program: Program, work: TranslationContext) -> _ForeignWords:
+    def of(cls, program: st.Program, work: TranslationContext) -> _ForeignWords:
         options = work.conventions.move_options
         stands = _tables_stand(program, work)
         rare = [s for r in program.routines for _, s in work.look(r).rare]
-        declared = (*program.data, *(s for s in rare if isinstance(s, Declare)))
+        declared = (*program.data, *(s for s in rare if isinstance(s, st.Declare)))
         held = frozenset(d.name for d in declared if d.type == _EXTERNAL)
         return cls(
             program,
             work,
-            {s.task for s in rare if isinstance(s, StartTask)},
-            any(isinstance(s, ShiftOn) for s in rare),
+            {s.task for s in rare if isinstance(s, st.StartTask)},
+            any(isinstance(s, st.ShiftOn) for s in rare),
             options.manner | options.together if stands else options.manner,
             {routine.name.casefold() for routine in program.routines},
-            {s.routine.casefold() for s in rare if isinstance(s, Call)},
+            {s.routine.casefold() for s in rare if isinstance(s, st.Call)},
             _idle_settings(program, rare, work),
             stands and not any(_sets_axes(s, held) for s in rare),
             held,
@@ -184,33 +136,33 @@ class _ForeignWords:
     def _fate(self) -> Fate:
         return Fate.COMMENTED if self.work.context.on_loss == "comment" else Fate.REFUSED
 
-    def answered(self, s: Statement) -> Statement:
+    def answered(self, s: st.Statement) -> st.Statement:
         """The statement with what functions of the controller's own answer in the target."""
         answers = self.work.conventions.answers
         if not answers or not isinstance(s, _READING):
             return s
 
-        def change(e: Expression) -> Expression:
-            if not isinstance(e, CallValue) or e.routine.casefold() in self.defined:
+        def change(e: ex.Expression) -> ex.Expression:
+            if not isinstance(e, ex.CallValue) or e.routine.casefold() in self.defined:
                 return e
             answer = answers.get(e.routine.casefold())
             if answer is None:
                 return e
             self.work.lose(s, Fate.APPROXIMATED, "value", answer[1])
-            return SignalState(answer[0])
+            return ex.SignalState(answer[0])
 
         return mapped(s, change)
 
-    def without_arm(self, s: Statement) -> Statement:
+    def without_arm(self, s: st.Statement) -> st.Statement:
         """The statement with computed positions that name no arm configuration, nor axes where all stand."""
         gone = {"conf", "axes"} if self.axes_stand else {"conf"}
         dropped: set[str] = set()
 
-        def change(e: Expression) -> Expression:
-            if type(e) is not Function or not e.name.startswith(_PLACES):
+        def change(e: ex.Expression) -> ex.Expression:
+            if type(e) is not ex.Function or not e.name.startswith(_PLACES):
                 return e
-            kept = [a for a in e.arguments if not (type(a) is NamedArgument and a.name in gone)]
-            dropped.update(a.name for a in e.arguments if type(a) is NamedArgument and a.name in gone)
+            kept = [a for a in e.arguments if not (type(a) is ex.NamedArgument and a.name in gone)]
+            dropped.update(a.name for a in e.arguments if type(a) is ex.NamedArgument and a.name in gone)
             return e if len(kept) == len(e.arguments) else replace(e, arguments=tuple(kept))
 
         s = mapped(s, change)
@@ -221,50 +173,54 @@ class _ForeignWords:
             self.work.lose(s, Fate.REFUSED, "external", "external axes of a computed position")
         return s
 
-    def translated(self, s: Statement) -> list[Statement]:
+    def translated(self, s: st.Statement) -> list[st.Statement]:
         """The rows that stand for a statement."""
         work = self.work
-        if isinstance(s, ObeyFlags) and not work.limits.watches_flags:
+        if isinstance(s, st.ObeyFlags) and not work.limits.watches_flags:
             return []  # the flags that its moves end with are written
-        if isinstance(s, Disabled):
+        if isinstance(s, st.Disabled):
             if s.handler:
                 work.lose(s, self._fate, "statement", _HANDLER)
             elif s.beside:
                 work.lose(s, Fate.APPROXIMATED, "option", f"left out: {s.beside}")
-            return [Comment(s.line, s.text.strip())]
-        if isinstance(s, Wait) and s.timeout is not None and work.limits.wait_poll:
+            return [st.Comment(s.line, s.text.strip())]
+        if isinstance(s, st.Wait) and s.timeout is not None and work.limits.wait_poll:
             poll = work.limits.wait_poll
             says = (
                 f"{language_of(work.target)} has no wait with a limit: a loop asks every {poll * 1000:g} ms"
             )
             work.lose(s, Fate.APPROXIMATED, "wait", says, poll, "s")
             return [s]
-        if isinstance(s, Move) and s.other:
+        if isinstance(s, st.Move) and s.other:
             return [_without_options(s, work, self.manner)]
         if not work.limits.clocks and isinstance(s, _READING) and any(map(is_clock, expressions_of(s))):
             work.lose(s, Fate.REFUSED, "statement", _CLOCK)
             return [s]
-        if isinstance(s, Pause) and s.spelling == ACKNOWLEDGED:
+        if isinstance(s, st.Pause) and s.spelling == ACKNOWLEDGED:
             work.lose(s, Fate.APPROXIMATED, "option", _ACKNOWLEDGES)
             return [s]
-        if isinstance(s, WaitTask) and s.task not in self.started:
+        if isinstance(s, st.WaitTask) and s.task not in self.started:
             says = f"the end of a task that nothing here starts: {s.task}"
             work.lose(s, Fate.REFUSED, "statement", says)
             return [s]
-        if isinstance(s, Process) and work.limits.traps is not None and s.name in work.limits.traps.words():
+        if (
+            isinstance(s, st.Process)
+            and work.limits.traps is not None
+            and s.name in work.limits.traps.words()
+        ):
             return [s]
-        if isinstance(s, Process) and (rows := self._process(s)) is not None:
+        if isinstance(s, st.Process) and (rows := self._process(s)) is not None:
             return rows
-        if isinstance(s, Message) and work.limits.fixed_messages and not isinstance(s.text, Text):
+        if isinstance(s, st.Message) and work.limits.fixed_messages and not isinstance(s.text, ex.Text):
             work.lose(s, Fate.APPROXIMATED, "message", _NAMED_VALUES)
-            return [replace(s, text=Text(_with_names(s.text)))]
-        if isinstance(s, Assign) and (manner := self._manner_setting(s)) is not None:
+            return [replace(s, text=ex.Text(_with_names(s.text)))]
+        if isinstance(s, st.Assign) and (manner := self._manner_setting(s)) is not None:
             return [self._manner(s, manner)]
         if (why := self._idle_because(s)) is not None:
             return [_idle(s, why, self.program, work)]
         return [self._foreign(s)] if isinstance(s, _FOREIGN) else [s]
 
-    def program_end(self, s: Process, routine: Routine) -> list[Statement]:
+    def program_end(self, s: st.Process, routine: st.Routine) -> list[st.Statement]:
         """What ends the program as a whole: the target's word, in the main routine its return, else stops for good."""
         if s.name.casefold() == ENDS_CYCLE:
             says = f"{language_of(self.program.vendor)} begins its next cycle by itself, the translation ends"
@@ -273,13 +229,17 @@ class _ForeignWords:
             return [replace(s, name=self.work.limits.program_end)]
         main = self.program.main or self.program.routines[0].name
         if routine.name == main and main.casefold() not in self.called:
-            return [Return(s.line, comment=s.comment)]
+            return [st.Return(s.line, comment=s.comment)]
         language = language_of(self.work.target)
         says = f"{language} ends no program from within a called routine: it stops there, and again at each start"
         self.work.lose(s, Fate.APPROXIMATED, "order", says)
-        return [While(s.line, SignalState(True)), Pause(s.line, comment=s.comment), EndWhile(s.line)]
+        return [
+            st.While(s.line, ex.SignalState(True)),
+            st.Pause(s.line, comment=s.comment),
+            st.EndWhile(s.line),
+        ]
 
-    def _process(self, s: Process) -> list[Statement] | None:
+    def _process(self, s: st.Process) -> list[st.Statement] | None:
         """Of an instruction that leaves nothing behind, or that the target has, too; None for any other."""
         if self.work.limits.watches and (how := dict(s.arguments).get(WATCH)) is not None:
             return self._watched(s, how)
@@ -294,26 +254,26 @@ class _ForeignWords:
         shown = dict(s.arguments).get(SHOWN)
         if shown is not None:
             self.work.lose(s, Fate.APPROXIMATED, "option", f"what {s.name} keeps in a log is a message there")
-            return [Message(s.line, shown, s.comment)]
+            return [st.Message(s.line, shown, s.comment)]
         if s.name.casefold() in self.work.conventions.standing_processes:
             says = f"{s.name} waits until the arm stands: the move before it stops exactly"
             self.work.lose(s, Fate.EXACT, "statement", says)
-            return [Comment(s.line, s.comment)] if s.comment else []
+            return [st.Comment(s.line, s.comment)] if s.comment else []
         silent = self.work.conventions.silent_processes.get(s.name.casefold())
         if silent is None:
             return None
         why = dict(s.arguments).get(ON_THE_WAY)
-        if isinstance(why, Text):
+        if isinstance(why, ex.Text):
             self.work.lose(s, Fate.APPROXIMATED, "order", why.value)
         else:
             says = f"{silent} means nothing to another controller: it is left out"
             self.work.lose(s, Fate.EXACT, "statement", says)
-        return [Comment(s.line, s.comment)] if s.comment else []
+        return [st.Comment(s.line, s.comment)] if s.comment else []
 
-    def _watched(self, s: Process, how: Expression) -> list[Statement]:
+    def _watched(self, s: st.Process, how: ex.Expression) -> list[st.Statement]:
         """What says that a routine runs as soon as a condition comes true."""
         call = dict(s.arguments).get("call")
-        if isinstance(call, CallValue):
+        if isinstance(call, ex.CallValue):
             target = language_of(self.work.target)
             says = (
                 f"{target} calls {call.routine} between its instructions, and no run here lets it happen: "
@@ -321,124 +281,132 @@ class _ForeignWords:
             )
             self.work.lose(s, Fate.APPROXIMATED, "order", says)
             self.work.ask("see that what a signal starts at any time does what it should", call.routine)
-        if how == Text("named"):
-            return [Comment(s.line, s.comment)] if s.comment else []
+        if how == ex.Text("named"):
+            return [st.Comment(s.line, s.comment)] if s.comment else []
         return [s]
 
-    def halts(self, routine: Routine) -> set[int]:
+    def halts(self, routine: st.Routine) -> set[int]:
         """Lines that stop the arm and let it go on within a routine that a condition calls, where the target can."""
         known, watched = self.work.conventions, {call.routine.casefold() for call, _ in self.watched.values()}
         if not self.work.limits.watches or routine.name.casefold() not in watched:
             return set()
         words = (known.halting_process, known.starting_process)
-        found = [s for s in routine.body if isinstance(s, Process) and s.name.casefold() in words]
+        found = [s for s in routine.body if isinstance(s, st.Process) and s.name.casefold() in words]
         pairs = [s.name.casefold() for s in found] == list(words)
         return {s.line for s in found} if pairs else set()
 
-    def halted(self, s: Process) -> list[Statement]:
+    def halted(self, s: st.Process) -> list[st.Statement]:
         if s.name.casefold() == self.work.conventions.halting_process:
-            return [Process(s.line, "BRAKE", (), s.comment)]
+            return [st.Process(s.line, "BRAKE", (), s.comment)]
         says = f"{language_of(self.work.target)} lets the arm go on where the routine ends"
         self.work.lose(s, Fate.APPROXIMATED, "order", says)
-        return [Comment(s.line, s.comment)] if s.comment else []
+        return [st.Comment(s.line, s.comment)] if s.comment else []
 
-    def switched_off(self, routine: Routine, rows: list[Statement]) -> list[Statement]:
+    def switched_off(self, routine: st.Routine, rows: list[st.Statement]) -> list[st.Statement]:
         """A routine that a condition calls once only, behind what switches that off."""
         for number, (call, once) in self.watched.items() if self.work.limits.watches else ():
             if once and call.routine.casefold() == routine.name.casefold():
-                off = (("", Text("")), (WATCH, Text("off")), ("number", Number(number)))
-                at = next((n for n, s in enumerate(rows) if not isinstance(s, (Begin, Declare))), len(rows))
-                return [*rows[:at], Process(0, "interrupt", off), *rows[at:]]
+                off = (("", ex.Text("")), (WATCH, ex.Text("off")), ("number", ex.Number(number)))
+                at = next(
+                    (n for n, s in enumerate(rows) if not isinstance(s, (st.Begin, st.Declare))), len(rows)
+                )
+                return [*rows[:at], st.Process(0, "interrupt", off), *rows[at:]]
         return rows
 
-    def _manner_setting(self, s: Assign) -> str | None:
+    def _manner_setting(self, s: st.Assign) -> str | None:
         """What a system variable says of how moves are made; None for another one, or where they end elsewhere."""
         known, base = self.work.conventions, base_of(s.target)
         manner = None if base is None else known.manner_settings.get(base.name.casefold())
-        elsewhere = isinstance(s.value, Text) and s.value.value.upper() in known.move_options.ends_elsewhere
+        elsewhere = (
+            isinstance(s.value, ex.Text) and s.value.value.upper() in known.move_options.ends_elsewhere
+        )
         return None if elsewhere else manner
 
-    def _manner(self, s: Statement, manner: str) -> Comment:
+    def _manner(self, s: st.Statement, manner: str) -> st.Comment:
         says = f"{manner} is the controller's own there: a comment says what was set"
         self.work.lose(s, Fate.APPROXIMATED, "statement", says)
-        return Comment(s.line, untranslated(self.program, s))
+        return st.Comment(s.line, untranslated(self.program, s))
 
-    def _idle_because(self, s: Statement) -> str | None:
+    def _idle_because(self, s: st.Statement) -> str | None:
         """Why a statement does nothing; None where it does something, or nobody knows."""
         known = self.work.conventions
-        if isinstance(s, Call):
+        if isinstance(s, st.Call):
             name = s.routine.casefold()
             idle = known.idle_routines.get(name) if name not in self.defined else None
-        elif isinstance(s, Process):
+        elif isinstance(s, st.Process):
             idle = known.idle_processes.get(s.name.casefold())
         else:
             return self._idle_setting(s)
         return None if idle is None else f"{idle} takes no time and moves nothing"
 
-    def _idle_setting(self, s: Statement) -> str | None:
-        target = s.target if isinstance(s, Assign) else None
-        base = base_of(s.target) if isinstance(s, Assign) else s if isinstance(s, Declare) else None
+    def _idle_setting(self, s: st.Statement) -> str | None:
+        target = s.target if isinstance(s, st.Assign) else None
+        base = base_of(s.target) if isinstance(s, st.Assign) else s if isinstance(s, st.Declare) else None
         is_held = base is not None and base.name in self.held
-        if self.axes_stand and (is_held or (isinstance(target, Member) and target.name.casefold() == _AXES)):
+        if self.axes_stand and (
+            is_held or (isinstance(target, ex.Member) and target.name.casefold() == _AXES)
+        ):
             return "no axis beside the arm moves in this program: setting their values"
-        if isinstance(s, Assign) and (what := self.settings.get(s.line)) is not None:
+        if isinstance(s, st.Assign) and (what := self.settings.get(s.line)) is not None:
             return f"{what} moves nothing"
         if (
-            isinstance(s, Opaque)
+            isinstance(s, st.Opaque)
             and (s.text.split() or [""])[0].casefold() in self.work.conventions.idle_words
         ):
             return "a declaration of what is elsewhere does nothing"
-        if isinstance(s, ShiftOff) and not self.shifts:
+        if isinstance(s, st.ShiftOff) and not self.shifts:
             return "no shift is on that could end here"
         return None
 
-    def _foreign(self, s: Statement) -> Comment:
+    def _foreign(self, s: st.Statement) -> st.Comment:
         source, target = language_of(self.program.vendor), language_of(self.work.target)
         self.work.lose(s, self._fate, "statement", f"a word of {source} that means nothing in {target}")
         self.lost.append(s)
-        return Comment(s.line, untranslated(self.program, s))
+        return st.Comment(s.line, untranslated(self.program, s))
 
 
-def _with_names(e: Expression) -> str:
+def _with_names(e: ex.Expression) -> str:
     """A text that is put together with the names of what it shows."""
-    if isinstance(e, Text):
+    if isinstance(e, ex.Text):
         return e.value
-    if isinstance(e, Function) and e.name == "joined-text":
+    if isinstance(e, ex.Function) and e.name == "joined-text":
         return "".join(map(_with_names, e.arguments))
-    if isinstance(e, Function) and e.arguments:
+    if isinstance(e, ex.Function) and e.arguments:
         return _with_names(e.arguments[0])
-    if isinstance(e, Compare) and e.right == SignalState(True):
+    if isinstance(e, ex.Compare) and e.right == ex.SignalState(True):
         return _with_names(e.left)
-    if isinstance(e, Signal) and isinstance(e.index, Number | Text):
+    if isinstance(e, ex.Signal) and isinstance(e.index, ex.Number | ex.Text):
         return f"<{e.bus} {e.index.value}>"
     names: set[str] = set()
-    note_names(Assign(0, Named(""), e), names)
-    if isinstance(e, Number):
+    note_names(st.Assign(0, ex.Named(""), e), names)
+    if isinstance(e, ex.Number):
         return f"{e.value:g}"
     return f"<{' '.join(sorted(names - {''})) or '...'}>"
 
 
-def _is_resolved(target: Expression, resolved: Set[str], unresolved: Set[str]) -> bool:
+def _is_resolved(target: ex.Expression, resolved: Set[str], unresolved: Set[str]) -> bool:
     """Whether the reader has used what is assigned: one of `resolved`.
 
     `unresolved`: records, in capitals, whose members are read.
     """
-    if isinstance(target, Member) and isinstance(target.base, Named):
+    if isinstance(target, ex.Member) and isinstance(target.base, ex.Named):
         return target.base.name.upper() in resolved - unresolved
-    return isinstance(target, Named) and target.name.upper() in resolved - unresolved
+    return isinstance(target, ex.Named) and target.name.upper() in resolved - unresolved
 
 
 def _read_records(look: Look) -> set[str]:
     """Those of the forms' records, in capitals, whose members a statement reads: the reader could not resolve them."""
-    found: list[Expression] = list(look.values)
+    found: list[ex.Expression] = list(look.values)
     for _, s in look.rare:
-        if type(s) is not Comment:
-            gather(s.value if isinstance(s, Assign) else s, found)
-    members = (e.base for e in found if type(e) is Member)
-    return {base.name.upper() for base in members if isinstance(base, Named)}
+        if type(s) is not st.Comment:
+            gather(s.value if isinstance(s, st.Assign) else s, found)
+    members = (e.base for e in found if type(e) is ex.Member)
+    return {base.name.upper() for base in members if isinstance(base, ex.Named)}
 
 
-def _idle_settings(program: Program, rare: Sequence[Statement], work: TranslationContext) -> dict[int, str]:
+def _idle_settings(
+    program: st.Program, rare: Sequence[st.Statement], work: TranslationContext
+) -> dict[int, str]:
     """Lines that set what moves nothing, and what that is: settings that nobody reads, to a number that does nothing.
 
     Less than the least number matters to blended moves alone.
@@ -447,10 +415,10 @@ def _idle_settings(program: Program, rare: Sequence[Statement], work: Translatio
     found: dict[str, dict[int, str]] = {}
     names: set[str] = set()  # of what is read
     for s in rare if known else ():
-        name = s.target.name.casefold() if isinstance(s, Assign) and isinstance(s.target, Named) else ""
-        if isinstance(s, Assign) and name in known:
+        name = s.target.name.casefold() if isinstance(s, st.Assign) and isinstance(s.target, ex.Named) else ""
+        if isinstance(s, st.Assign) and name in known:
             what, least = known[name]
-            value = s.value.on if isinstance(s.value, SignalState) else getattr(s.value, "value", None)
+            value = s.value.on if isinstance(s.value, ex.SignalState) else getattr(s.value, "value", None)
             if isinstance(value, (int, float)) and (value >= least or not _blends(program)):
                 found.setdefault(name, {})[s.line] = what
         else:
@@ -460,29 +428,29 @@ def _idle_settings(program: Program, rare: Sequence[Statement], work: Translatio
     return {line: what for lines in found.values() for line, what in lines.items()}
 
 
-def _blends(program: Program) -> bool:
+def _blends(program: st.Program) -> bool:
     """Whether any move passes its end without a stop."""
     return any(
-        type(s) is Move and (s.blend is None or s.blend.value is None or s.blend.value.literal != 0.0)
+        type(s) is st.Move and (s.blend is None or s.blend.value is None or s.blend.value.literal != 0.0)
         for s in program.statements()
     )
 
 
-def _idle(s: Statement, why: str, program: Program, work: TranslationContext) -> Comment:
+def _idle(s: st.Statement, why: str, program: st.Program, work: TranslationContext) -> st.Comment:
     """A statement that does nothing, as a comment."""
     work.lose(s, Fate.EXACT, "statement", f"{why}: it is a comment there")
-    return Comment(s.line, untranslated(program, s))
+    return st.Comment(s.line, untranslated(program, s))
 
 
-def comment_texts(program: Program, work: TranslationContext) -> Program:
+def comment_texts(program: st.Program, work: TranslationContext) -> st.Program:
     """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
     if not work.limits.comment and not work.limits.comment_swaps and not work.limits.message:
         return program
     routines = []
     for routine in program.routines:
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
-            if isinstance(s, Comment):
+            if isinstance(s, st.Comment):
                 rows += [replace(s, text=part) for part in _lines(s.text, work)]
             else:
                 rows += _with_legal_texts(s, work)
@@ -491,41 +459,43 @@ def comment_texts(program: Program, work: TranslationContext) -> Program:
 
 
 _LOOKS: Final = ("match-in-text", "find-in-text", "position-in-text", "code-of-character")
-_TELLS: Final = (Assign, Message, Call, Return, Declare)
+_TELLS: Final = (st.Assign, st.Message, st.Call, st.Return, st.Declare)
 
 
-def plain_texts(program: Program, work: TranslationContext) -> Program:
+def plain_texts(program: st.Program, work: TranslationContext) -> st.Program:
     """Texts without the quotes and control characters that the target has none for, where nothing asks for them."""
     quote = work.limits.text_quote
     if not quote:
         return program
     odd = any(
-        isinstance(e, Text) and _is_odd(e.value, quote)
+        isinstance(e, ex.Text) and _is_odd(e.value, quote)
         for r in program.routines
         for e in work.look(r).expressions
-    ) or any(isinstance(e, Text) and _is_odd(e.value, quote) for d in program.data for e in expressions_of(d))
+    ) or any(
+        isinstance(e, ex.Text) and _is_odd(e.value, quote) for d in program.data for e in expressions_of(d)
+    )
     if not odd and not any(r.data for r in program.routines):
         return program
     asked: set[str] = set()
     for s in program.statements():
         for e in () if calls_nothing(s) else expressions_of(s):
-            if isinstance(e, Compare) or (isinstance(e, Function) and e.name in _LOOKS):
-                note_names(Assign(0, Named(""), e), asked)
-        if isinstance(s, Switch):
+            if isinstance(e, ex.Compare) or (isinstance(e, ex.Function) and e.name in _LOOKS):
+                note_names(st.Assign(0, ex.Named(""), e), asked)
+        if isinstance(s, st.Switch):
             note_names(s, asked)
 
     def row(s: Any) -> Any:
-        base = base_of(s.target) if isinstance(s, Assign) else s if isinstance(s, Declare) else None
+        base = base_of(s.target) if isinstance(s, st.Assign) else s if isinstance(s, st.Declare) else None
         if not isinstance(s, _TELLS) or calls_nothing(s) or (base is not None and base.name in asked):
             return s
         found = list(expressions_of(s))
-        if not any(isinstance(e, Text) and _is_odd(e.value, quote) for e in found) or any(
-            isinstance(e, Compare) or (isinstance(e, Function) and e.name in _LOOKS) for e in found
+        if not any(isinstance(e, ex.Text) and _is_odd(e.value, quote) for e in found) or any(
+            isinstance(e, ex.Compare) or (isinstance(e, ex.Function) and e.name in _LOOKS) for e in found
         ):
             return s
         says = f"a text without line ends and other control characters, and with other quotes than {quote}"
         work.lose(s, Fate.APPROXIMATED, "text", says)
-        return mapped(s, lambda e: Text(_plain_text(e.value, quote)) if isinstance(e, Text) else e)
+        return mapped(s, lambda e: ex.Text(_plain_text(e.value, quote)) if isinstance(e, ex.Text) else e)
 
     routines = tuple(
         replace(r, body=tuple(map(row, r.body)), data=tuple(map(row, r.data))) for r in program.routines
@@ -542,25 +512,27 @@ def _plain_text(text: str, quote: str) -> str:
     return "".join(c for c in text.replace(quote, other) if c.isprintable())
 
 
-def _with_legal_texts(s: Statement, work: TranslationContext) -> list[Statement]:
+def _with_legal_texts(s: st.Statement, work: TranslationContext) -> list[st.Statement]:
     """The statement; before it its comment, where that is too long to stand behind it."""
     said: Any = s
-    if isinstance(s, Message) and isinstance(s.text, Text):
+    if isinstance(s, st.Message) and isinstance(s.text, ex.Text):
         legal, room = _legal(s.text.value, work), work.limits.message
         if room and len(legal) > room and not legal.isspace():
             from textwrap import wrap
 
             work.note_at(s, f"a message of more than {room} characters: several are written")
-            parts: list[Statement] = [replace(s, text=Text(part), comment="") for part in wrap(legal, room)]
-            return [*parts[:-1], *_with_legal_texts(replace(s, text=Text(wrap(legal, room)[-1])), work)]
-        said = replace(s, text=Text(legal[:room] if room else legal))
+            parts: list[st.Statement] = [
+                replace(s, text=ex.Text(part), comment="") for part in wrap(legal, room)
+            ]
+            return [*parts[:-1], *_with_legal_texts(replace(s, text=ex.Text(wrap(legal, room)[-1])), work)]
+        said = replace(s, text=ex.Text(legal[:room] if room else legal))
     comment = getattr(s, "comment", "")
-    if not comment or isinstance(s, Case):
+    if not comment or isinstance(s, st.Case):
         return [said]
     lines = _lines(comment, work)
     if len(lines) == 1:
         return [said if lines[0] == comment else replace(said, comment=lines[0])]
-    return [*(Comment(s.line, part) for part in lines), replace(said, comment="")]
+    return [*(st.Comment(s.line, part) for part in lines), replace(said, comment="")]
 
 
 def _lines(text: str, work: TranslationContext) -> list[str]:
@@ -580,73 +552,73 @@ def _legal(text: str, work: TranslationContext) -> str:
     return text
 
 
-def _tables_stand(program: Program, work: TranslationContext) -> bool:
+def _tables_stand(program: st.Program, work: TranslationContext) -> bool:
     """Whether no position says anything of an axis beside the arm but zero."""
     if any(v == v and v not in (0.0, NOT_CONNECTED) for e in work.literals(program) for v in e.external):
         return False
     for table in (routine.points for routine in program.routines):
         for (store, taught), block in table.blocks.items():
             points = (
-                [table.find(store, taught, row) for row in block.rows] if store is not Store.ROBOT else []
+                [table.find(store, taught, row) for row in block.rows] if store is not ex.Store.ROBOT else []
             )
             if any(value for point in points if point is not None for value in point.values):
                 return False
     return True
 
 
-def _may_name_arm(s: Statement) -> bool:
+def _may_name_arm(s: st.Statement) -> bool:
     """Whether a computed position of a statement may say more than where the tool is."""
-    if isinstance(s, Move):
+    if isinstance(s, st.Move):
         if len(s.targets) == 1:
-            return type(s.targets[0]) is Function or type(s.via) is Function
-        return any(type(e) is Function for e in (*s.targets, s.via))
-    return isinstance(s, (Assign, Call, Return))
+            return type(s.targets[0]) is ex.Function or type(s.via) is ex.Function
+        return any(type(e) is ex.Function for e in (*s.targets, s.via))
+    return isinstance(s, (st.Assign, st.Call, st.Return))
 
 
-def _watched(rare: Sequence[Statement]) -> Iterator[tuple[int, tuple[CallValue, bool]]]:
+def _watched(rare: Sequence[st.Statement]) -> Iterator[tuple[int, tuple[ex.CallValue, bool]]]:
     for s in rare:
-        given = dict(s.arguments) if isinstance(s, Process) else {}
+        given = dict(s.arguments) if isinstance(s, st.Process) else {}
         call, number = given.get("call"), given.get("number")
-        if WATCH in given and isinstance(call, CallValue) and isinstance(number, Number):
-            yield int(number.value), (call, given.get(ONCE) == SignalState(True))
+        if WATCH in given and isinstance(call, ex.CallValue) and isinstance(number, ex.Number):
+            yield int(number.value), (call, given.get(ONCE) == ex.SignalState(True))
 
 
-def _sets_axes(s: Statement, held: Set[str]) -> bool:
+def _sets_axes(s: st.Statement, held: Set[str]) -> bool:
     """Whether a statement gives axes beside the arm values of its own, or declares such."""
-    if isinstance(s, Declare):
+    if isinstance(s, st.Declare):
         return s.name in held and (bool(s.sizes) or not (s.value is None or _stands_at_zero(s.value, held)))
-    base = base_of(s.target) if isinstance(s, Assign) else None
-    if isinstance(s, Assign) and base is not None and base.name in held:
+    base = base_of(s.target) if isinstance(s, st.Assign) else None
+    if isinstance(s, st.Assign) and base is not None and base.name in held:
         return s.target is not base or not _stands_at_zero(s.value, held)
-    if isinstance(s, Assign) and isinstance(s.target, Member) and s.target.name in _EACH_AXIS:
+    if isinstance(s, st.Assign) and isinstance(s.target, ex.Member) and s.target.name in _EACH_AXIS:
         return True
     return _may_name_arm(s) and _names_axes(s, held)
 
 
-def _names_axes(s: Statement, held: Set[str]) -> bool:
+def _names_axes(s: st.Statement, held: Set[str]) -> bool:
     """Whether a computed position says where an axis beside the arm stands, other than at zero."""
     return any(
-        isinstance(e, NamedArgument) and e.name == "axes" and not _stands_at_zero(e.value, held)
+        isinstance(e, ex.NamedArgument) and e.name == "axes" and not _stands_at_zero(e.value, held)
         for e in expressions_of(s)
     )
 
 
-def _stands_at_zero(axes: Expression | None, held: Set[str]) -> bool:
+def _stands_at_zero(axes: ex.Expression | None, held: Set[str]) -> bool:
     """Whether axes beside the arm are given as zero, as not connected, or as those of another position.
 
     `held`: variables that hold such values alone.
     """
-    if isinstance(axes, Named):
+    if isinstance(axes, ex.Named):
         return axes.name in held
-    if not isinstance(axes, RecordLiteral):
-        return isinstance(axes, Member)
+    if not isinstance(axes, ex.RecordLiteral):
+        return isinstance(axes, ex.Member)
     return all(
-        one.value in (0, NOT_CONNECTED) if isinstance(one, Number) else isinstance(one, Member)
+        one.value in (0, NOT_CONNECTED) if isinstance(one, ex.Number) else isinstance(one, ex.Member)
         for _, one in axes.members
     )
 
 
-def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Move:
+def _without_options(s: st.Move, work: TranslationContext, manner: Set[str]) -> st.Move:
     """Options of a move that olp keeps without understanding stand in its comment."""
     options = work.conventions.move_options
     said = [name for name, value in s.other if not _is_harmless(name, value, options)]
@@ -659,7 +631,7 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
         text = " ".join([*([s.comment] if s.comment else []), f"[{named}]"])
         return replace(s, other=(), comment=text)
     texts = [
-        f"{name} {value.value}" if isinstance(value, Text) else name
+        f"{name} {value.value}" if isinstance(value, ex.Text) else name
         for name, value in s.other
         if name in said
     ]
@@ -667,7 +639,7 @@ def _without_options(s: Move, work: TranslationContext, manner: Set[str]) -> Mov
     which = f"the options {', '.join(words)} mean" if len(words) > 1 else f"the option {words[0]} means"
     says = f"{which} nothing in {language_of(work.target)}"
     ends_elsewhere = any(
-        isinstance(value, Text) and value.value.upper() in options.ends_elsewhere for _, value in s.other
+        isinstance(value, ex.Text) and value.value.upper() in options.ends_elsewhere for _, value in s.other
     )
     if ends_elsewhere or not all(word.casefold() in manner for word in words):
         work.lose(s, Fate.REFUSED, "statement", f"{says}, and the move without it is another one")
@@ -682,11 +654,11 @@ def _word(option: str) -> str:
     return option.rpartition("\\")[2].casefold()
 
 
-def _is_harmless(name: str, value: Expression, options: MoveOptions) -> bool:
+def _is_harmless(name: str, value: ex.Expression, options: MoveOptions) -> bool:
     """Whether an option of a move says nothing of where it ends and what happens on the way."""
     word = _word(name)
     return word in options.harmless or (
-        type(value) is Named and value.name.casefold() in options.harmless_values.get(word, ())
+        type(value) is ex.Named and value.name.casefold() in options.harmless_values.get(word, ())
     )
 
 
@@ -694,7 +666,7 @@ def _bracketed(words: list[str]) -> list[str]:
     return [f"[{' '.join(words)}]"] if words else []
 
 
-def untranslated(program: Program, s: Statement) -> str:
+def untranslated(program: st.Program, s: st.Statement) -> str:
     """The comment that stands where a statement of the source cannot."""
     text = program.source.line(s.line).strip().rstrip("; ") if s.line else ""
     return f"not translated: {text or terminology.statement(s)}"
@@ -705,20 +677,20 @@ def untranslated(program: Program, s: Statement) -> str:
 # names is no constant all the same: the person who puts another instruction in its place sets it.
 
 
-_FIRST: Final[Mapping[str, Expression]] = {
-    **dict.fromkeys(("real", "integer"), Number(0)),
-    "boolean": SignalState(False),
-    "string": Text(""),
+_FIRST: Final[Mapping[str, ex.Expression]] = {
+    **dict.fromkeys(("real", "integer"), ex.Number(0)),
+    "boolean": ex.SignalState(False),
+    "string": ex.Text(""),
 }
 _QUOTED: Final = re.compile(r'"[^"]*"')
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 
 
-def set_elsewhere(program: Program, lost: Iterable[Statement], work: TranslationContext) -> Program:
+def set_elsewhere(program: st.Program, lost: Iterable[st.Statement], work: TranslationContext) -> st.Program:
     """The program that has lost these instructions: what they name begins by an assignment, its users are told."""
     lines: dict[str, int] = {}
     for s in lost:
-        for word in _words(s) if isinstance(s, Process) else ():
+        for word in _words(s) if isinstance(s, st.Process) else ():
             lines.setdefault(word, s.line)
     if not lines:
         return program
@@ -726,7 +698,7 @@ def set_elsewhere(program: Program, lost: Iterable[Statement], work: Translation
     shared = {d.name: d for d in program.data}
     routines = []
     for r in program.routines:
-        local = {s.name: s for s in r.body if isinstance(s, Declare)}
+        local = {s.name: s for s in r.body if isinstance(s, st.Declare)}
         given = _given({**shared, **local}, lines)
         _tell(program, r, given, work)
         begun = [d for d in given if d.name in local or r.name == main or r.starts]
@@ -734,12 +706,12 @@ def set_elsewhere(program: Program, lost: Iterable[Statement], work: Translation
     return replace(program, routines=tuple(routines))
 
 
-def _words(s: Process) -> set[str]:
-    texts = [value.value for _, value in s.arguments if isinstance(value, Text)]
+def _words(s: st.Process) -> set[str]:
+    texts = [value.value for _, value in s.arguments if isinstance(value, ex.Text)]
     return {word.casefold() for text in texts for word in _WORD.findall(_QUOTED.sub("", text))}
 
 
-def _given(declared: Mapping[str, Declare], lines: Mapping[str, int]) -> dict[Declare, int]:
+def _given(declared: Mapping[str, st.Declare], lines: Mapping[str, int]) -> dict[st.Declare, int]:
     """The variables that lost instructions name, each with the line of the first one."""
     return {
         d: lines[name.casefold()]
@@ -748,23 +720,25 @@ def _given(declared: Mapping[str, Declare], lines: Mapping[str, int]) -> dict[De
     }
 
 
-def _first_value(d: Declare) -> Expression | None:
+def _first_value(d: st.Declare) -> ex.Expression | None:
     """What a number, a truth value or a text holds at first; None for other data."""
     value = _FIRST.get(d.type) if d.value is None and not d.sizes else d.value
-    return value if isinstance(value, (Number, SignalState, Text)) else None
+    return value if isinstance(value, (ex.Number, ex.SignalState, ex.Text)) else None
 
 
-def _begun(r: Routine, given: Iterable[Declare]) -> Routine:
-    at = next((n for n, s in enumerate(r.body) if not isinstance(s, (Begin, Declare))), len(r.body))
+def _begun(r: st.Routine, given: Iterable[st.Declare]) -> st.Routine:
+    at = next((n for n, s in enumerate(r.body) if not isinstance(s, (st.Begin, st.Declare))), len(r.body))
     first = [(d, _first_value(d)) for d in given if d.storage == "variable"]
-    rows = [Assign(d.line, Named(d.name), value) for d, value in first if value is not None]
+    rows = [st.Assign(d.line, ex.Named(d.name), value) for d, value in first if value is not None]
     return replace(r, body=(*r.body[:at], *rows, *r.body[at:]))
 
 
-def _tell(program: Program, r: Routine, given: Mapping[Declare, int], work: TranslationContext) -> None:
+def _tell(
+    program: st.Program, r: st.Routine, given: Mapping[st.Declare, int], work: TranslationContext
+) -> None:
     lines = {d.name: line for d, line in given.items()}
     for s in r.body if lines else ():
-        if (calls_nothing(s) and not isinstance(s, Move)) or isinstance(s, Declare):
+        if (calls_nothing(s) and not isinstance(s, st.Move)) or isinstance(s, st.Declare):
             continue
         names: set[str] = set()
         note_names(s, names)

@@ -13,19 +13,9 @@ from typing import Any, Final
 import numpy as np
 
 from olp.core.units import deg, mm, percent
+from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.expressions import Binary, Named, Number, Quantity, SystemValue
-from olp.ir.program import (
-    Acceleration,
-    AccelerationUnit,
-    Declare,
-    Move,
-    Path,
-    Program,
-    Speed,
-    SpeedUnit,
-    Statement,
-)
 from olp.ir.transformer import edited
 from olp.languages.limits import Limits, Range, range_text, within
 from olp.robots.model import Robot
@@ -33,21 +23,27 @@ from olp.transpile.context import Fate, Loss, Segment, TranslationContext, walk_
 from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
 
 _SCALES: Final = {
-    SpeedUnit.FRACTION: percent,
-    SpeedUnit.TRAVEL: mm,
-    SpeedUnit.TURN: deg,
-    SpeedUnit.AXIS: 1.0,
-    SpeedUnit.TIME: 1.0,
+    st.SpeedUnit.FRACTION: percent,
+    st.SpeedUnit.TRAVEL: mm,
+    st.SpeedUnit.TURN: deg,
+    st.SpeedUnit.AXIS: 1.0,
+    st.SpeedUnit.TIME: 1.0,
 }
 Told = tuple[tuple[str, float, str], ...]  # what the receipt says: why, how far off, in which unit
 _UNITS: Final = {
-    SpeedUnit.FRACTION: "%",
-    SpeedUnit.TRAVEL: "mm/s",
-    SpeedUnit.TURN: "deg/s",
-    SpeedUnit.AXIS: "rad/s",
+    st.SpeedUnit.FRACTION: "%",
+    st.SpeedUnit.TRAVEL: "mm/s",
+    st.SpeedUnit.TURN: "deg/s",
+    st.SpeedUnit.AXIS: "rad/s",
 }
 _SAME: Final = 1e-6  # relative: below this two speeds are one
-_ORDER: Final = (SpeedUnit.AXIS, SpeedUnit.FRACTION, SpeedUnit.TRAVEL, SpeedUnit.TIME, SpeedUnit.TURN)
+_ORDER: Final = (
+    st.SpeedUnit.AXIS,
+    st.SpeedUnit.FRACTION,
+    st.SpeedUnit.TRAVEL,
+    st.SpeedUnit.TIME,
+    st.SpeedUnit.TURN,
+)
 _USUAL: Final = (
     1.0  # [m/s] at full joint speed, where no move of the program tells; only for moves that never run
 )
@@ -57,11 +53,11 @@ _HARDLY_TURNS: Final = 1.0 * deg  # [rad/s]
 _LEAST, _MOST = 0.01, 1.0
 
 
-def speeds(program: Program, work: TranslationContext) -> Program:
+def speeds(program: st.Program, work: TranslationContext) -> st.Program:
     """Every move's speed in a unit that the target has."""
     own = _Speeds(work, program)
     routines = tuple(
-        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
+        replace(r, body=tuple([own.move(s) if type(s) is st.Move else s for s in r.body]))
         for r in program.routines
     )
     return replace(program, routines=routines)
@@ -70,10 +66,10 @@ def speeds(program: Program, work: TranslationContext) -> Program:
 @dataclass(slots=True)
 class _Speeds:
     work: TranslationContext
-    program: Program
+    program: st.Program
     rows: LineExecutions = field(init=False)
     shown: dict[int, Segment] | None = None
-    written: dict[int, tuple[Speed, Told, Speed]] = field(default_factory=dict)  # by the id of the last
+    written: dict[int, tuple[st.Speed, Told, st.Speed]] = field(default_factory=dict)  # by the id of the last
     turn: Quantity | None = None  # the fastest turning that the target can bound moves to
     scaled: bool = False  # the robots differ, so that a percent of one is not a percent of the other
 
@@ -84,26 +80,29 @@ class _Speeds:
             target is not None and self.work.robot is not None and target.name != self.work.robot.name
         )
 
-    def move(self, s: Statement) -> Statement:
-        assert isinstance(s, Move)
-        changes: dict[str, Speed | Quantity | None] = {}
+    def move(self, s: st.Statement) -> st.Statement:
+        assert isinstance(s, st.Move)
+        changes: dict[str, st.Speed | Quantity | None] = {}
         if s.turn is not None and (turn := self._turning(s, s.turn)) is not s.turn:
             changes["turn"] = turn
         if s.speed is not None and (new := self._said(s, s.speed)) is not s.speed:
             changes["speed"] = new
             if new.unit is not s.speed.unit and self._hardly_moves(new):
-                changes["speed"], changes["turn"] = Speed(new.unit, _USUAL_SPEED), self._in_place(s, s.speed)
+                changes["speed"], changes["turn"] = (
+                    st.Speed(new.unit, _USUAL_SPEED),
+                    self._in_place(s, s.speed),
+                )
         return edited(s, changes) if changes else s
 
-    def _said(self, s: Move, speed: Speed) -> Speed:
+    def _said(self, s: st.Move, speed: st.Speed) -> st.Speed:
         if type(speed.value.written) is Number and not speed.value.written.value > 0:
             self.work.lose(s, Fate.REFUSED, "statement", "a speed of 0: the move never ends")
             return speed
-        allowed = self.work.limits.joint_speeds if s.path is Path.JOINT else self.work.limits.path_speeds
-        if SpeedUnit.AXIS in allowed:
+        allowed = self.work.limits.joint_speeds if s.path is st.Path.JOINT else self.work.limits.path_speeds
+        if st.SpeedUnit.AXIS in allowed:
             # URScript's moves by shares of all limits (optimovej) exist on few controllers.
-            allowed = allowed - {SpeedUnit.FRACTION}
-        if speed.unit not in allowed or (self.scaled and speed.unit is SpeedUnit.FRACTION):
+            allowed = allowed - {st.SpeedUnit.FRACTION}
+        if speed.unit not in allowed or (self.scaled and speed.unit is st.SpeedUnit.FRACTION):
             # A linear move with a share of the axes' speed means what it means; its time is what can be said.
             speed = self._converted(s, speed, allowed)
         if type(speed.value.written) is not Number:
@@ -118,11 +117,11 @@ class _Speeds:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, size, unit)
         return known[0]
 
-    def _hardly_moves(self, speed: Speed) -> bool:
+    def _hardly_moves(self, speed: st.Speed) -> bool:
         value = speed.value.literal
-        return speed.unit is SpeedUnit.TRAVEL and value is not None and value < _HARDLY
+        return speed.unit is st.SpeedUnit.TRAVEL and value is not None and value < _HARDLY
 
-    def _in_place(self, s: Move, speed: Speed) -> Quantity | None:
+    def _in_place(self, s: st.Move, speed: st.Speed) -> Quantity | None:
         """How fast a joint move turns a tool that stays where it is: a speed along its way says nothing there."""
         value = speed.value.literal
         times = (
@@ -135,15 +134,15 @@ class _Speeds:
             return s.turn
         return Quantity(Number(_clean(turning / deg)), deg)
 
-    def _counted(self, speed: Speed) -> Speed:
+    def _counted(self, speed: st.Speed) -> st.Speed:
         """A speed in a variable; a language whose variables are numbered takes it in its own unit alone."""
         scale = _SCALES[speed.unit]
         if not self.work.limits.numbered or abs(speed.value.scale / scale - 1.0) < _SAME:
             return speed
         factor = Number(_clean(speed.value.scale / scale))
-        return Speed(speed.unit, Quantity(Binary("*", speed.value.written, factor), scale))
+        return st.Speed(speed.unit, Quantity(Binary("*", speed.value.written, factor), scale))
 
-    def _turning(self, s: Move, turn: Quantity) -> Quantity | None:
+    def _turning(self, s: st.Move, turn: Quantity) -> Quantity | None:
         """The bound on the tool's turning that the target can say; told where it makes the move longer."""
         limits, bound = self.work.limits, turn.literal
         if limits.bounds_turning and (bound is None or bound <= limits.largest_turning * (1.0 + _SAME)):
@@ -160,10 +159,10 @@ class _Speeds:
             self.turn = Quantity(Number(_clean(limits.largest_turning / deg)), deg)
         return self.turn
 
-    def _longer(self, s: Move, bound: float, other: float) -> float:
+    def _longer(self, s: st.Move, bound: float, other: float) -> float:
         """By which share a bound on the turning makes a move longer than the other bound does. [rad/s]"""
         speed = None if s.speed is None else s.speed.value.literal
-        if not speed or s.speed is None or s.speed.unit is not SpeedUnit.TRAVEL:
+        if not speed or s.speed is None or s.speed.unit is not st.SpeedUnit.TRAVEL:
             return 0.0
         longest = 0.0
         for length, angle in self._segments(s):
@@ -172,7 +171,7 @@ class _Speeds:
                 longest = max(longest, angle / bound / time - 1.0)
         return longest
 
-    def _segments(self, s: Move) -> list[Segment]:
+    def _segments(self, s: st.Move) -> list[Segment]:
         """Length and turn of each execution: from the text where it shows them, else from the plan."""
         if self.shown is None:
             self.shown = walk_through(self.program, self.work).segments()
@@ -181,7 +180,7 @@ class _Speeds:
 
     # --- other units ------------------------------------------------------------------------------------
 
-    def _converted(self, s: Move, speed: Speed, allowed: frozenset[SpeedUnit]) -> Speed:
+    def _converted(self, s: st.Move, speed: st.Speed, allowed: frozenset[st.SpeedUnit]) -> st.Speed:
         unit = next(unit for unit in _ORDER if unit in allowed)
         value = speed.value.literal
         found = [row for row in self.rows.of(s) if moves_at_all(row)]
@@ -198,47 +197,47 @@ class _Speeds:
         known = [w for w in wanted if w is not None and math.isfinite(w) and w > 0.0]
         if not known:
             return self._guessed(s, speed, value, unit)
-        slowest = max(known) if unit is SpeedUnit.TIME else min(known)
+        slowest = max(known) if unit is st.SpeedUnit.TIME else min(known)
         spread = max(abs(w - slowest) / slowest for w in known)
         if spread > _SAME:
             says = "the move runs with several lengths: the slowest value is written"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
-        if unit is SpeedUnit.FRACTION and slowest > _MOST * (1 + _SAME):
+        if unit is st.SpeedUnit.FRACTION and slowest > _MOST * (1 + _SAME):
             if self.scaled:
                 says = "faster than the target's robot can"
                 self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * (slowest - _MOST), "%")
             slowest = _MOST  # its axes bound the source's move as well
-        return Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
+        return st.Speed(unit, Quantity(Number(_clean(slowest / _SCALES[unit])), _SCALES[unit]))
 
-    def _time(self, unit: SpeedUnit, value: float, row: MoveExecution) -> float | None:
+    def _time(self, unit: st.SpeedUnit, value: float, row: MoveExecution) -> float | None:
         """[s] that the segment takes at this speed, None where the robot has to be known for it."""
-        if unit is SpeedUnit.TIME:
+        if unit is st.SpeedUnit.TIME:
             return value
-        if unit is SpeedUnit.TRAVEL:
+        if unit is st.SpeedUnit.TRAVEL:
             return row.length / value if row.length == row.length else None
-        if unit is SpeedUnit.TURN:
+        if unit is st.SpeedUnit.TURN:
             return row.angle / value
         robot = self.work.robot
         axes = row.axes[: len(robot.axes)] if robot is not None else row.axes[:6]
         if any(a != a for a in axes):
             return None
-        if unit is SpeedUnit.AXIS:
+        if unit is st.SpeedUnit.AXIS:
             return max(axes) / value
         if robot is None:
             return None
         return max(a / (w * value) for a, w in zip(axes, _rated(robot), strict=False))
 
-    def _value(self, s: Move, unit: SpeedUnit, time: float, row: MoveExecution) -> float | None:
+    def _value(self, s: st.Move, unit: st.SpeedUnit, time: float, row: MoveExecution) -> float | None:
         """The speed at which the segment takes `time` [s]."""
-        if unit is SpeedUnit.TIME:
+        if unit is st.SpeedUnit.TIME:
             return time
         if time <= 0.0:
             return None
-        if unit is SpeedUnit.TRAVEL:
+        if unit is st.SpeedUnit.TRAVEL:
             return row.length / time
-        if unit is SpeedUnit.TURN:
+        if unit is st.SpeedUnit.TURN:
             return row.angle / time
-        if unit is SpeedUnit.AXIS:
+        if unit is st.SpeedUnit.AXIS:
             return max(a for a in row.axes if a == a) / time if any(a == a for a in row.axes) else None
         robot = self.work.target_robot
         if robot is None:
@@ -250,14 +249,14 @@ class _Speeds:
             return None
         return max(a / w for a, w in zip(row.axes, _rated(robot), strict=False)) / time
 
-    def _guessed(self, s: Move, speed: Speed, value: float, unit: SpeedUnit) -> Speed:
+    def _guessed(self, s: st.Move, speed: st.Speed, value: float, unit: st.SpeedUnit) -> st.Speed:
         """For a move that the plan does not show, or that goes nowhere."""
         factor = self._factor(speed.unit, unit)
         if factor is None:
             self.work.need_robot(s, "the speed of a joint move depends on its axes")
             return speed
         guess = value * factor
-        if unit is SpeedUnit.FRACTION:
+        if unit is st.SpeedUnit.FRACTION:
             guess = min(max(guess, _LEAST), _MOST)
         executed = list(self.rows.of(s))
         if executed and not any(map(moves_at_all, executed)):
@@ -266,30 +265,37 @@ class _Speeds:
         else:
             says = f"this run does not show its path: {_said(speed.unit, value)} is taken for {_said(unit, guess)}"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
-        return Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
+        return st.Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
 
-    def _factor(self, unit: SpeedUnit, other: SpeedUnit) -> float | None:
+    def _factor(self, unit: st.SpeedUnit, other: st.SpeedUnit) -> float | None:
         """SI value in `other` per SI value in `unit`, for a move of which nothing is known."""
-        full = {SpeedUnit.TRAVEL: _USUAL, SpeedUnit.FRACTION: 1.0, SpeedUnit.TIME: 1.0, SpeedUnit.TURN: 1.0}
-        if SpeedUnit.AXIS in (unit, other):
+        full = {
+            st.SpeedUnit.TRAVEL: _USUAL,
+            st.SpeedUnit.FRACTION: 1.0,
+            st.SpeedUnit.TIME: 1.0,
+            st.SpeedUnit.TURN: 1.0,
+        }
+        if st.SpeedUnit.AXIS in (unit, other):
             robot = self.work.target_robot
             if robot is None:
                 return None
-            full[SpeedUnit.AXIS] = float(robot.speeds.min())
+            full[st.SpeedUnit.AXIS] = float(robot.speeds.min())
         return full[other] / full[unit]
 
-    def _by_variable(self, s: Move, speed: Speed, unit: SpeedUnit, found: list[MoveExecution]) -> Speed:
+    def _by_variable(
+        self, s: st.Move, speed: st.Speed, unit: st.SpeedUnit, found: list[MoveExecution]
+    ) -> st.Speed:
         """A speed that a variable holds: times a factor that holds for this segment."""
         factors = []
         for row in found:
             time = self._time(speed.unit, 1.0, row)
             value = None if time is None else self._value(s, unit, time, row)
             if (
-                value and unit is not SpeedUnit.TIME and speed.unit is not SpeedUnit.TIME
+                value and unit is not st.SpeedUnit.TIME and speed.unit is not st.SpeedUnit.TIME
             ):  # 0: it goes nowhere
                 factors.append(value)
         factor = factors[0] if factors else self._factor(speed.unit, unit)
-        if factor is None or SpeedUnit.TIME in (unit, speed.unit):
+        if factor is None or st.SpeedUnit.TIME in (unit, speed.unit):
             self.work.lose(
                 s, Fate.REFUSED, "speed", "a speed in a variable, in a unit that the target does not have"
             )
@@ -299,10 +305,12 @@ class _Speeds:
             says = "a speed in a variable is multiplied by what holds for one segment"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
         scaled = speed.value.scale * factor / _SCALES[unit]
-        return Speed(unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit]))
+        return st.Speed(
+            unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit])
+        )
 
 
-def _written(speed: Speed, limits: Limits) -> tuple[Speed, Told]:
+def _written(speed: st.Speed, limits: Limits) -> tuple[st.Speed, Told]:
     """A literal speed that the target takes, in whole steps, and what is told of it."""
     value, scale, unit = speed.value.literal, _SCALES[speed.unit], _UNITS.get(speed.unit, "s")
     assert value is not None
@@ -320,10 +328,12 @@ def _written(speed: Speed, limits: Limits) -> tuple[Speed, Told]:
     as_it_was = speed.value.scale == scale and speed.value.written in (Number(written), Number(int(written)))
     if as_it_was and not told:
         return speed, ()
-    return Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), tuple(told)
+    return st.Speed(speed.unit, Quantity(Number(int(written) if step == scale else written), scale)), tuple(
+        told
+    )
 
 
-def _said(unit: SpeedUnit, value: float) -> str:
+def _said(unit: st.SpeedUnit, value: float) -> str:
     return f"{value / _SCALES[unit]:.4g} {_UNITS.get(unit, 's')}"
 
 
@@ -339,23 +349,23 @@ def _clean(value: float) -> float:
 # --- Accelerations ---
 # Programmed accelerations in the target's units: shares of the rated one, or values.
 
-_ACCELERATIONS_UNITS: Final = {AccelerationUnit.TRAVEL: "m/s²", AccelerationUnit.AXIS: "rad/s²"}
+_ACCELERATIONS_UNITS: Final = {st.AccelerationUnit.TRAVEL: "m/s²", st.AccelerationUnit.AXIS: "rad/s²"}
 
 
-def accelerations(program: Program, work: TranslationContext) -> Program:
+def accelerations(program: st.Program, work: TranslationContext) -> st.Program:
     """Every move's accelerations as the target says them; what it cannot say is left out, with a loss."""
     says = work.limits.unprogrammed_acceleration
-    joints = AccelerationUnit.AXIS in work.limits.accelerations
-    if says and any(type(s) is Move and _is_free(s, joints) for s in program.statements()):
+    joints = st.AccelerationUnit.AXIS in work.limits.accelerations
+    if says and any(type(s) is st.Move and _is_free(s, joints) for s in program.statements()):
         work.notes.append(says)
     if not any(
-        type(s) is Move and not (s.acceleration is None and s.deceleration is None and s.rate is None)
+        type(s) is st.Move and not (s.acceleration is None and s.deceleration is None and s.rate is None)
         for s in program.statements()
     ):
         return program
     own = _Accelerations(work)
     routines = tuple(
-        replace(r, body=tuple([own.move(s) if type(s) is Move else s for s in r.body]))
+        replace(r, body=tuple([own.move(s) if type(s) is st.Move else s for s in r.body]))
         for r in program.routines
     )
     return replace(program, routines=routines)
@@ -366,9 +376,9 @@ class _Accelerations:
     """`known`: by the ids of a move's accelerations, that move, what became of them, and what is lost of it."""
 
     work: TranslationContext
-    known: dict[tuple[object, ...], tuple[Move, dict[str, Any], list[Loss]]] = field(default_factory=dict)
+    known: dict[tuple[object, ...], tuple[st.Move, dict[str, Any], list[Loss]]] = field(default_factory=dict)
 
-    def move(self, s: Move) -> Move:
+    def move(self, s: st.Move) -> st.Move:
         """Moves share what modal statements set: what becomes of it does not depend on the move."""
         if s.acceleration is None and s.deceleration is None and s.rate is None:
             return s
@@ -385,11 +395,11 @@ class _Accelerations:
         return edited(s, known[1])
 
 
-def _is_free(s: Move, joints: bool) -> bool:
-    return (joints or s.path is not Path.JOINT) and s.acceleration is None and s.rate is None
+def _is_free(s: st.Move, joints: bool) -> bool:
+    return (joints or s.path is not st.Path.JOINT) and s.acceleration is None and s.rate is None
 
 
-def _within(s: Move, work: TranslationContext) -> Move:
+def _within(s: st.Move, work: TranslationContext) -> st.Move:
     """The nearest accelerations that the target takes."""
     changes: dict[str, object] = {}
     for name in ("acceleration", "deceleration"):
@@ -406,7 +416,7 @@ def _within(s: Move, work: TranslationContext) -> Move:
 
 
 def _near(
-    s: Move, work: TranslationContext, value: Quantity, bounds: Range, scale: float, unit: str
+    s: st.Move, work: TranslationContext, value: Quantity, bounds: Range, scale: float, unit: str
 ) -> Quantity | None:
     """The nearest number within bounds, told with how far off it is; None where the value itself is within."""
     literal = value.literal
@@ -418,7 +428,7 @@ def _near(
     return Quantity(Number(_accelerations_clean(near / scale)), scale)
 
 
-def _rounded(s: Move, work: TranslationContext) -> Move:
+def _rounded(s: st.Move, work: TranslationContext) -> st.Move:
     """As many decimals as the target writes."""
     step, share = work.limits.acceleration_step, s.acceleration
     value = None if share is None or not step else share.literal
@@ -431,13 +441,13 @@ def _rounded(s: Move, work: TranslationContext) -> Move:
     return edited(s, {"acceleration": Quantity(Number(_accelerations_clean(rounded / percent)), percent)})
 
 
-def _converted(s: Move, work: TranslationContext) -> Move:
+def _converted(s: st.Move, work: TranslationContext) -> st.Move:
     allowed = work.limits.accelerations
     rated = _accelerations_rated(s, work)
     if s.rate is not None and s.rate.unit not in allowed:
         value = s.rate.value.literal
         s = edited(s, {"rate": None})
-        if AccelerationUnit.FRACTION in allowed and rated and value is not None:
+        if st.AccelerationUnit.FRACTION in allowed and rated and value is not None:
             return _bounded(
                 edited(
                     s, {"acceleration": Quantity(Number(_accelerations_clean(100 * value / rated)), percent)}
@@ -447,12 +457,12 @@ def _converted(s: Move, work: TranslationContext) -> Move:
         says = "the acceleration is left out: what share of the rated one it is, is not known"
         work.lose(s, Fate.APPROXIMATED, "acceleration", says)
         return s
-    if AccelerationUnit.FRACTION in allowed:
+    if st.AccelerationUnit.FRACTION in allowed:
         return _one_share(s, work)
     return _as_rate(s, work, rated)
 
 
-def _one_share(s: Move, work: TranslationContext) -> Move:
+def _one_share(s: st.Move, work: TranslationContext) -> st.Move:
     """Braking and speeding up are one share where the target cannot tell them apart."""
     if s.deceleration is None or work.limits.separate_deceleration:
         return s
@@ -464,22 +474,24 @@ def _one_share(s: Move, work: TranslationContext) -> Move:
     return replace(s, acceleration=share, deceleration=None)
 
 
-def _as_rate(s: Move, work: TranslationContext, rated: float | None) -> Move:
+def _as_rate(s: st.Move, work: TranslationContext, rated: float | None) -> st.Move:
     share = s.acceleration or s.deceleration
     if share is None:
         return s
     s = edited(s, {"acceleration": None, "deceleration": None})
-    unit = AccelerationUnit.AXIS if s.path is Path.JOINT else AccelerationUnit.TRAVEL
+    unit = st.AccelerationUnit.AXIS if s.path is st.Path.JOINT else st.AccelerationUnit.TRAVEL
     if share is None or s.rate is not None:
         return s
     value = share.literal
     if value is None or rated is None or unit not in work.limits.accelerations:
         work.lose(s, Fate.APPROXIMATED, "acceleration", "the share of the rated acceleration is left out")
         return s
-    return edited(s, {"rate": Acceleration(unit, Quantity(Number(_accelerations_clean(value * rated)), 1.0))})
+    return edited(
+        s, {"rate": st.Acceleration(unit, Quantity(Number(_accelerations_clean(value * rated)), 1.0))}
+    )
 
 
-def _bounded(s: Move, work: TranslationContext) -> Move:
+def _bounded(s: st.Move, work: TranslationContext) -> st.Move:
     assert s.acceleration is not None
     value = s.acceleration.literal
     if value is not None and value > 1.0:
@@ -489,12 +501,12 @@ def _bounded(s: Move, work: TranslationContext) -> Move:
     return s
 
 
-def _accelerations_rated(s: Move, work: TranslationContext) -> float | None:
+def _accelerations_rated(s: st.Move, work: TranslationContext) -> float | None:
     """[m/s²] or, of a joint move, [rad/s²]: the rated acceleration; None where no robot says it."""
     robot = work.target_robot
     if robot is None:
         return None
-    if s.path is not Path.JOINT:
+    if s.path is not st.Path.JOINT:
         return robot.linear_acceleration
     known = robot.accelerations[~np.isnan(robot.accelerations)]
     return float(known.min()) if len(known) else None
@@ -508,7 +520,7 @@ def _accelerations_clean(value: float) -> float:
 # Speeds that a table of the controller holds: a variable that its operator sets.
 
 
-def schedules(program: Program, work: TranslationContext) -> Program:
+def schedules(program: st.Program, work: TranslationContext) -> st.Program:
     """Every speed that only the controller knows by the name of one variable for each table."""
     names: dict[SystemValue, str] = {}
     routines = tuple(
@@ -516,12 +528,12 @@ def schedules(program: Program, work: TranslationContext) -> Program:
     )
     if not names:
         return program
-    data = [Declare(0, name, "real", shared=True) for name in names.values()]
+    data = [st.Declare(0, name, "real", shared=True) for name in names.values()]
     return replace(program, routines=routines, data=(*program.data, *data))
 
 
-def _move(s: Statement, names: dict[SystemValue, str], work: TranslationContext) -> Statement:
-    if type(s) is not Move or s.speed is None:
+def _move(s: st.Statement, names: dict[SystemValue, str], work: TranslationContext) -> st.Statement:
+    if type(s) is not st.Move or s.speed is None:
         return s
     held = s.speed.value.written
     if type(held) is not SystemValue:

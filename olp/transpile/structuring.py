@@ -4,31 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
 from olp.ir.expressions import Compare, Expression, Named, Number, SignalState
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Break,
-    Case,
-    Continue,
-    Declare,
-    Else,
-    ElseIf,
-    End,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Label,
-    Repeat,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
 
 _ROUNDS = 200  # of looking for patterns; each round removes a label
 
@@ -69,10 +47,10 @@ def flattened(nodes: list[Node], label: Callable[[], str], jumping: bool = False
     def flatten(nodes: list[Node], leave: str, again: str) -> list[Node]:
         result: list[Node] = []
         for node in nodes:
-            if isinstance(node, Break) and leave:
-                result.append(Jump(node.line, leave, comment=node.comment))
-            elif isinstance(node, Continue) and again:
-                result.append(Jump(node.line, again, comment=node.comment))
+            if isinstance(node, st.Break) and leave:
+                result.append(st.Jump(node.line, leave, comment=node.comment))
+            elif isinstance(node, st.Continue) and again:
+                result.append(st.Jump(node.line, again, comment=node.comment))
             elif not isinstance(node, Block) or (jumping and is_plain(node)):
                 result.append(node)
             elif jumping or _is_entered(node, top) or (leave and leaves(node)):
@@ -97,40 +75,43 @@ def _opened(
 ) -> list[Node]:
     head, closer = block.opener, block.closer
     match head:
-        case If() | Switch():
+        case st.If() | st.Switch():
             return _opened_branches(block, label, flatten, leave, again)
-        case While():
+        case st.While():
             start, end = label(), label()
-            test: list[Node] = [Jump(head.line, end, negated(head.condition), head.comment)]
+            test: list[Node] = [st.Jump(head.line, end, negated(head.condition), head.comment)]
             if head.condition == SignalState(True):
                 test = []
             inside = flatten(block.branches[0][1], end, start)
             return [
-                Label(head.line, start),
+                st.Label(head.line, start),
                 *test,
                 *inside,
-                Jump(closer.line, start),
-                Label(closer.line, end),
+                st.Jump(closer.line, start),
+                st.Label(closer.line, end),
             ]
-        case Repeat():
-            assert isinstance(closer, Until)
+        case st.Repeat():
+            assert isinstance(closer, st.Until)
             start, test_at, end = label(), label(), label()
             inside = flatten(block.branches[0][1], end, test_at)
-            back = Jump(closer.line, start, negated(closer.condition), closer.comment)
+            back = st.Jump(closer.line, start, negated(closer.condition), closer.comment)
             return [
-                Label(head.line, start),
+                st.Label(head.line, start),
                 *inside,
-                Label(closer.line, test_at),
+                st.Label(closer.line, test_at),
                 back,
-                Label(closer.line, end),
+                st.Label(closer.line, end),
             ]
         case _:
-            assert isinstance(head, For)
+            assert isinstance(head, st.For)
             return _opened_for(block, head, label, flatten)
 
 
 def _opened_for(
-    block: Block, head: For, label: Callable[[], str], flatten: Callable[[list[Node], str, str], list[Node]]
+    block: Block,
+    head: st.For,
+    label: Callable[[], str],
+    flatten: Callable[[list[Node], str, str], list[Node]],
 ) -> list[Node]:
     from olp.ir.expressions import Binary
 
@@ -139,14 +120,14 @@ def _opened_for(
     beyond = Compare(">" if not isinstance(step, Number) or step.value > 0 else "<", head.variable, head.stop)
     line = block.closer.line
     return [
-        Assign(head.line, head.variable, head.start, head.comment),
-        Label(head.line, start),
-        Jump(head.line, end, beyond),
+        st.Assign(head.line, head.variable, head.start, head.comment),
+        st.Label(head.line, start),
+        st.Jump(head.line, end, beyond),
         *flatten(block.branches[0][1], end, count_at),
-        Label(line, count_at),
-        Assign(line, head.variable, Binary("+", head.variable, step)),
-        Jump(line, start),
-        Label(line, end),
+        st.Label(line, count_at),
+        st.Assign(line, head.variable, Binary("+", head.variable, step)),
+        st.Jump(line, start),
+        st.Label(line, end),
     ]
 
 
@@ -159,28 +140,28 @@ def _opened_branches(
 ) -> list[Node]:
     end = label()
     result: list[Node] = []
-    value = block.opener.value if isinstance(block.opener, Switch) else None
-    rows = block.branches[1:] if isinstance(block.opener, Switch) else block.branches
+    value = block.opener.value if isinstance(block.opener, st.Switch) else None
+    rows = block.branches[1:] if isinstance(block.opener, st.Switch) else block.branches
     # The branch without a condition is tried last, wherever it stands.
     rows = [row for row in rows if not _is_else(row[0])] + [row for row in rows if _is_else(row[0])]
     for marker, inside in rows:
         following = label()
         condition = _condition(marker, value)
         if condition is not None:
-            result.append(Jump(marker.line, following, negated(condition), getattr(marker, "comment", "")))
+            result.append(st.Jump(marker.line, following, negated(condition), getattr(marker, "comment", "")))
         result += flatten(inside, leave, again)
-        result += [Jump(marker.line, end), Label(marker.line, following)]
-    return [*result, Label(block.closer.line, end)]
+        result += [st.Jump(marker.line, end), st.Label(marker.line, following)]
+    return [*result, st.Label(block.closer.line, end)]
 
 
-def _is_else(marker: Statement) -> bool:
-    return not isinstance(marker, (If, ElseIf, Case))
+def _is_else(marker: st.Statement) -> bool:
+    return not isinstance(marker, (st.If, st.ElseIf, st.Case))
 
 
-def _condition(marker: Statement, value: Expression | None) -> Expression | None:
-    if isinstance(marker, (If, ElseIf)):
+def _condition(marker: st.Statement, value: Expression | None) -> Expression | None:
+    if isinstance(marker, (st.If, st.ElseIf)):
         return marker.condition
-    if isinstance(marker, Case) and value is not None:
+    if isinstance(marker, st.Case) and value is not None:
         from olp.ir.expressions import Logic
 
         tests = [Compare("=", value, one) for one in marker.values]
@@ -209,7 +190,7 @@ def _without_labels(nodes: list[Node], used: set[str | Expression]) -> list[Node
     for node in nodes:
         if isinstance(node, Block):
             node = Block([(m, _without_labels(inside, used)) for m, inside in node.branches], node.closer)
-        elif isinstance(node, Label) and node.name not in used:
+        elif isinstance(node, st.Label) and node.name not in used:
             continue
         kept.append(node)
     return kept
@@ -226,7 +207,7 @@ def _one_pattern(nodes: list[Node], everything: list[Node]) -> list[Node] | None
                     branches[branch] = (marker, changed)
                     return [*nodes[:at], Block(branches, node.closer), *nodes[at + 1 :]]
     for at, node in enumerate(nodes):
-        if isinstance(node, Label):
+        if isinstance(node, st.Label):
             jumps = [jump for jump in jumps_in(everything) if jump.target == node.name]
             changed = _branch(nodes, at, jumps, everything) or _loop(nodes, at, node, jumps, everything)
             if changed is not None:
@@ -234,7 +215,7 @@ def _one_pattern(nodes: list[Node], everything: list[Node]) -> list[Node] | None
     return None
 
 
-def _place(nodes: list[Node], jump: Jump) -> int:
+def _place(nodes: list[Node], jump: st.Jump) -> int:
     return next((at for at, node in enumerate(nodes) if node is jump), -1)
 
 
@@ -247,7 +228,7 @@ def _closed(inside: list[Node], everything: list[Node], own: set[str] = frozense
     return not any(jump.target in labels and id(jump) not in ids for jump in jumps_in(everything))
 
 
-def _branch(nodes: list[Node], at: int, jumps: list[Jump], everything: list[Node]) -> list[Node] | None:
+def _branch(nodes: list[Node], at: int, jumps: list[st.Jump], everything: list[Node]) -> list[Node] | None:
     """A jump forward over some statements: they run where its condition does not hold."""
     if len(jumps) != 1 or not 0 <= (start := _place(nodes, jumps[0])) < at:
         return None
@@ -257,34 +238,36 @@ def _branch(nodes: list[Node], at: int, jumps: list[Jump], everything: list[Node
         return _choice(nodes, start, at, jump, everything)
     if not inside:
         return [*nodes[:start], *nodes[at + 1 :]]
-    block = Block([(If(jump.line, condition, jump.comment), inside)], EndIf(getattr(label, "line", 0)))
+    block = Block([(st.If(jump.line, condition, jump.comment), inside)], st.EndIf(getattr(label, "line", 0)))
     return [*nodes[:start], block, *nodes[at + 1 :]]
 
 
-def _choice(nodes: list[Node], start: int, at: int, jump: Jump, everything: list[Node]) -> list[Node] | None:
+def _choice(
+    nodes: list[Node], start: int, at: int, jump: st.Jump, everything: list[Node]
+) -> list[Node] | None:
     """IF c GOTO a; …; GOTO b; a: …; b: is a branch with an ELSE."""
     out, end = nodes[at - 1], -1
-    if not isinstance(out, Jump) or out.condition is not None or jump.condition is None:
+    if not isinstance(out, st.Jump) or out.condition is not None or jump.condition is None:
         return None
     for place in range(at + 1, len(nodes)):
         label = nodes[place]
-        if isinstance(label, Label) and label.name == out.target:
+        if isinstance(label, st.Label) and label.name == out.target:
             end = place
     if end < 0:
         return None
     first, second = nodes[start + 1 : at - 1], nodes[at + 1 : end]
     if not _closed(first, everything) or not _closed(second, everything):
         return None
-    branches: list[tuple[Statement, list[Node]]] = [
-        (If(jump.line, negated(jump.condition), jump.comment), first),
-        (Else(getattr(nodes[at], "line", 0)), second),
+    branches: list[tuple[st.Statement, list[Node]]] = [
+        (st.If(jump.line, negated(jump.condition), jump.comment), first),
+        (st.Else(getattr(nodes[at], "line", 0)), second),
     ]
     # The label behind stays: other jumps may lead to it, and an unused one is taken away.
-    return [*nodes[:start], Block(branches, EndIf(out.line)), *nodes[end:]]
+    return [*nodes[:start], Block(branches, st.EndIf(out.line)), *nodes[end:]]
 
 
 def _loop(
-    nodes: list[Node], at: int, label: Label, jumps: list[Jump], everything: list[Node]
+    nodes: list[Node], at: int, label: st.Label, jumps: list[st.Jump], everything: list[Node]
 ) -> list[Node] | None:
     """A loop for a jump back to a label; jumps to its head and behind it continue and break it."""
     places = [_place(nodes, jump) for jump in jumps]
@@ -292,17 +275,21 @@ def _loop(
     if last <= at:
         return None
     back = nodes[last]
-    assert isinstance(back, Jump)
+    assert isinstance(back, st.Jump)
     inside = nodes[at + 1 : last]
     if len(jumps) == 1 and _closed(inside, everything) and back.condition is not None:
-        until = Until(back.line, negated(back.condition), back.comment)
+        until = st.Until(back.line, negated(back.condition), back.comment)
         if any(leaves(node) for node in inside):
             return None
-        return [*nodes[:at], Block([(Repeat(label.line, label.comment), inside)], until), *nodes[last + 1 :]]
+        return [
+            *nodes[:at],
+            Block([(st.Repeat(label.line, label.comment), inside)], until),
+            *nodes[last + 1 :],
+        ]
     if back.condition is not None or any(leaves(node) for node in inside):
         return None
     behind = nodes[last + 1] if last + 1 < len(nodes) else None
-    leave = behind.name if isinstance(behind, Label) else ""
+    leave = behind.name if isinstance(behind, st.Label) else ""
     if not _closed(inside, everything, {label.name, leave} - {""}):
         return None
     if any(id(jump) not in {id(j) for j in jumps_in(inside)} and jump is not back for jump in jumps):
@@ -311,7 +298,7 @@ def _loop(
     if body is None:
         return None
     block = Block(
-        [(While(label.line, SignalState(True), label.comment), body)], EndWhile(back.line, back.comment)
+        [(st.While(label.line, SignalState(True), label.comment), body)], st.EndWhile(back.line, back.comment)
     )
     return [*nodes[:at], block, *nodes[last + 1 :]]
 
@@ -320,18 +307,20 @@ def _with_exits(nodes: list[Node], again: str, leave: str) -> list[Node] | None:
     """Jumps to the loop's head and behind its end as Continue and Break; None within a loop of its own."""
     result: list[Node] = []
     for node in nodes:
-        if isinstance(node, Jump) and node.target in (again, leave):
+        if isinstance(node, st.Jump) and node.target in (again, leave):
             inner = (
-                Continue(node.line, node.comment) if node.target == again else Break(node.line, node.comment)
+                st.Continue(node.line, node.comment)
+                if node.target == again
+                else st.Break(node.line, node.comment)
             )
             if node.condition is None:
                 result.append(inner)
             else:
-                result.append(Block([(If(node.line, node.condition), [inner])], EndIf(node.line)))
+                result.append(Block([(st.If(node.line, node.condition), [inner])], st.EndIf(node.line)))
         elif isinstance(node, Block):
             if node.is_loop and any(jump.target in (again, leave) for jump in jumps_in([node])):
                 return None
-            branches: list[tuple[Statement, list[Node]]] = []
+            branches: list[tuple[st.Statement, list[Node]]] = []
             for marker, inside in node.branches:
                 changed = inside if node.is_loop else _with_exits(inside, again, leave)
                 if changed is None:
@@ -348,38 +337,43 @@ def _with_exits(nodes: list[Node], again: str, leave: str) -> list[Node] | None:
 
 def machine(nodes: list[Node], counter: Named) -> list[Node]:
     """Steps between labels and jumps, each chosen by a counter that says which one is next."""
-    head = [node for node in nodes if isinstance(node, (Begin, Declare))]
-    tail = [node for node in nodes if isinstance(node, End)]
-    rest = [node for node in nodes if not isinstance(node, (Begin, Declare, End))]
+    head = [node for node in nodes if isinstance(node, (st.Begin, st.Declare))]
+    tail = [node for node in nodes if isinstance(node, st.End)]
+    rest = [node for node in nodes if not isinstance(node, (st.Begin, st.Declare, st.End))]
     steps: list[list[Node]] = [[]]
     at: dict[str, int] = {}
-    jumps: dict[int, Jump] = {}
+    jumps: dict[int, st.Jump] = {}
     for node in rest:
-        if isinstance(node, Label):
+        if isinstance(node, st.Label):
             steps.append([])
             at.setdefault(node.name, len(steps) - 1)
-        elif isinstance(node, Jump):
+        elif isinstance(node, st.Jump):
             jumps[len(steps) - 1] = node
             steps.append([])
         else:
             steps[-1].append(node)
     line = getattr(rest[0], "line", 0) if rest and not isinstance(rest[0], Block) else 0
-    branches: list[tuple[Statement, list[Node]]] = [(Switch(line, counter), [])]
+    branches: list[tuple[st.Statement, list[Node]]] = [(st.Switch(line, counter), [])]
     for number, step in enumerate(steps):
         following = number + 1 if number + 1 < len(steps) else -1
         branches.append(
-            (Case(line, (Number(number),)), [*step, *_next(counter, jumps.get(number), following, at, line)])
+            (
+                st.Case(line, (Number(number),)),
+                [*step, *_next(counter, jumps.get(number), following, at, line)],
+            )
         )
-    choice = Block(branches, EndSwitch(line))
-    loop = Block([(While(line, Compare(">=", counter, Number(0))), [choice])], EndWhile(line))
-    return [*head, Assign(line, counter, Number(0)), loop, *tail]
+    choice = Block(branches, st.EndSwitch(line))
+    loop = Block([(st.While(line, Compare(">=", counter, Number(0))), [choice])], st.EndWhile(line))
+    return [*head, st.Assign(line, counter, Number(0)), loop, *tail]
 
 
-def _next(counter: Named, jump: Jump | None, following: int, at: dict[str, int], line: int) -> list[Node]:
-    onward: list[Node] = [Assign(line, counter, Number(following))]
+def _next(counter: Named, jump: st.Jump | None, following: int, at: dict[str, int], line: int) -> list[Node]:
+    onward: list[Node] = [st.Assign(line, counter, Number(following))]
     if jump is None:
         return onward
-    target: list[Node] = [Assign(jump.line, counter, Number(at.get(str(jump.target), -1)), jump.comment)]
+    target: list[Node] = [st.Assign(jump.line, counter, Number(at.get(str(jump.target), -1)), jump.comment)]
     if jump.condition is None:
         return target
-    return [Block([(If(jump.line, jump.condition), target), (Else(jump.line), onward)], EndIf(jump.line))]
+    return [
+        Block([(st.If(jump.line, jump.condition), target), (st.Else(jump.line), onward)], st.EndIf(jump.line))
+    ]

@@ -6,41 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.expressions import (
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    Store,
-    SystemValue,
-    Text,
-    Unary,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Clear,
-    Declare,
-    For,
-    Parameter,
-    Program,
-    ReadInput,
-    Routine,
-    Statement,
-    Update,
-)
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import conventions_of
 
@@ -55,11 +23,11 @@ class Symbol:
     name: str
     type: str
     scope: str = ""
-    value: Expression | None = None
-    sizes: tuple[Expression, ...] = ()
+    value: ex.Expression | None = None
+    sizes: tuple[ex.Expression, ...] = ()
     storage: str = "variable"
     assigned: int = 0
-    parameter: Parameter | None = None
+    parameter: st.Parameter | None = None
     declared: bool = True
 
     @property
@@ -73,8 +41,10 @@ class Symbols:
     """All names by (routine, name); routine "" holds the program's own."""
 
     table: dict[tuple[str, str], Symbol] = field(default_factory=dict)
-    routines: dict[str, Routine] = field(default_factory=dict)
-    declared: dict[str, Declare] = field(default_factory=dict)  # of the whole program; not asked for so far
+    routines: dict[str, st.Routine] = field(default_factory=dict)
+    declared: dict[str, st.Declare] = field(
+        default_factory=dict
+    )  # of the whole program; not asked for so far
     values_alone: bool = False  # no routine can change what it is handed
     results: Mapping[str, str] = field(default_factory=dict)  # see Conventions.result_types
 
@@ -98,17 +68,17 @@ class Symbols:
         found = self.table[("", name)] = Symbol(s.name, s.type, "", s.value, s.sizes, s.storage)
         return found
 
-    def fixed_position(self, routine: str, expression: Expression | None) -> PositionLiteral | None:
+    def fixed_position(self, routine: str, expression: ex.Expression | None) -> ex.PositionLiteral | None:
         """The same, of a position."""
         value = self.fixed_value(routine, expression)
-        return value if isinstance(value, PositionLiteral) else None
+        return value if isinstance(value, ex.PositionLiteral) else None
 
-    def fixed_value(self, routine: str, expression: Expression | None) -> Expression | None:
+    def fixed_value(self, routine: str, expression: ex.Expression | None) -> ex.Expression | None:
         """The literal that an expression always has: its own, or that of a name that nothing changes."""
         for _ in range(20):  # a name may stand for a name
-            if type(expression) is Item:
+            if type(expression) is ex.Item:
                 return self._element(routine, expression)
-            if type(expression) is not Named:
+            if type(expression) is not ex.Named:
                 break
             name = expression.name
             declared = self.declared.get(name)
@@ -121,11 +91,11 @@ class Symbols:
             expression = symbol.value
         return expression if isinstance(expression, LITERALS) else None
 
-    def _element(self, routine: str, e: Item) -> Expression | None:
+    def _element(self, routine: str, e: ex.Item) -> ex.Expression | None:
         """The literal that an element of a constant array has."""
         array = self.fixed_value(routine, e.base)
         index = e.indices[0] if len(e.indices) == 1 else None
-        if not isinstance(array, RecordLiteral) or not isinstance(index, Number):
+        if not isinstance(array, ex.RecordLiteral) or not isinstance(index, ex.Number):
             return None
         at = int(index.value) - 1
         if not 0 <= at < len(array.members) or array.members[at][0]:
@@ -138,10 +108,10 @@ class Symbols:
         return iter(self.table.values())
 
 
-LITERALS = (Number, Text, SignalState, PositionLiteral, RecordLiteral)
+LITERALS = (ex.Number, ex.Text, ex.SignalState, ex.PositionLiteral, ex.RecordLiteral)
 
 
-def symbols_of(program: Program) -> Symbols:
+def symbols_of(program: st.Program) -> Symbols:
     """The names of `program`. Names that are used and nowhere declared come into being where they are assigned."""
     found = Symbols({}, {routine.name: routine for routine in program.routines})
     known = conventions_of(program.vendor)
@@ -162,8 +132,8 @@ def symbols_of(program: Program) -> Symbols:
             )
         for declare in routine.data:
             _declare(found, routine.name, declare)
-        for statement in routine.body if Declare in set(map(type, routine.body)) else ():
-            if isinstance(statement, Declare):
+        for statement in routine.body if st.Declare in set(map(type, routine.body)) else ():
+            if isinstance(statement, st.Declare):
                 _declare(found, routine.name, statement)
     by_reference = any(p.by_reference for routine in program.routines for p in routine.parameters)
     for routine in program.routines:
@@ -177,7 +147,7 @@ def symbols_of(program: Program) -> Symbols:
     return found
 
 
-def _declare(found: Symbols, scope: str, s: Declare) -> None:
+def _declare(found: Symbols, scope: str, s: st.Declare) -> None:
     scope = "" if s.shared else scope
     if not scope and s.name in found.declared:
         found._asked_for(s.name)
@@ -190,38 +160,45 @@ def _declare(found: Symbols, scope: str, s: Declare) -> None:
         known.assigned += 1
 
 
-_CHANGES = frozenset({Assign, Update, Clear, ReadInput, For, Call})
+_CHANGES = frozenset({st.Assign, st.Update, st.Clear, st.ReadInput, st.For, st.Call})
 
 
-def base_of(target: Expression | None) -> Named | None:
+def base_of(target: ex.Expression | None) -> ex.Named | None:
     """The name whose value an assignment to `target` changes."""
-    while isinstance(target, (Item, Member)):
+    while isinstance(target, (ex.Item, ex.Member)):
         target = target.base
-    return target if type(target) is Named else None
+    return target if type(target) is ex.Named else None
 
 
-def _note_changes(found: Symbols, routine: Routine, s: Statement) -> None:
+def _note_changes(found: Symbols, routine: st.Routine, s: st.Statement) -> None:
     match s:
-        case Assign(target=target) | Update(target=target) | Clear(target=target) | ReadInput(target=target):
+        case (
+            st.Assign(target=target)
+            | st.Update(target=target)
+            | st.Clear(target=target)
+            | st.ReadInput(target=target)
+        ):
             value = getattr(s, "value", None)
             _changed(found, routine, target, value)
-            if type(value) is CallValue and value.routine not in found.routines:
+            if type(value) is ex.CallValue and value.routine not in found.routines:
                 _note_unknown(found, routine, value.arguments)
-        case For(variable=variable):
-            _changed(found, routine, variable, Number(0))
-        case Call():
+        case st.For(variable=variable):
+            _changed(found, routine, variable, ex.Number(0))
+        case st.Call():
             _changed(found, routine, s.result, None)
             _note_arguments(found, routine, s.routine, s.arguments)
 
 
-def _note_called(found: Symbols, routine: Routine, s: Statement) -> None:
+def _note_called(found: Symbols, routine: st.Routine, s: st.Statement) -> None:
     """Variables that a function within an expression changes."""
     for expression in expressions_of(s):
-        if type(expression) is CallValue:
+        if type(expression) is ex.CallValue:
             _note_arguments(found, routine, expression.routine, expression.arguments)
 
 
-def _note_arguments(found: Symbols, caller: Routine, name: str, arguments: tuple[Expression, ...]) -> None:
+def _note_arguments(
+    found: Symbols, caller: st.Routine, name: str, arguments: tuple[ex.Expression, ...]
+) -> None:
     called = found.routines.get(name)
     if called is None:
         _note_unknown(found, caller, arguments)
@@ -229,7 +206,7 @@ def _note_arguments(found: Symbols, caller: Routine, name: str, arguments: tuple
     by_name = {p.name: p for p in called.parameters}
     positional = iter([p for p in called.parameters if not p.optional and not p.switch])
     for argument in arguments:
-        if isinstance(argument, NamedArgument):
+        if isinstance(argument, ex.NamedArgument):
             parameter, value = by_name.get(argument.name), argument.value
         else:
             parameter, value = next(positional, None), argument
@@ -237,16 +214,18 @@ def _note_arguments(found: Symbols, caller: Routine, name: str, arguments: tuple
             _changed(found, caller, value, None)
 
 
-def _note_unknown(found: Symbols, caller: Routine, arguments: tuple[Expression, ...]) -> None:
+def _note_unknown(found: Symbols, caller: st.Routine, arguments: tuple[ex.Expression, ...]) -> None:
     """What a routine that is not at hand may change, where its language lets it."""
     for argument in () if found.values_alone else arguments:
-        name = base_of(argument.value if isinstance(argument, NamedArgument) else argument)
+        name = base_of(argument.value if isinstance(argument, ex.NamedArgument) else argument)
         symbol = found.find(caller.name, name.name) if name is not None else None
         if symbol is not None and symbol.storage != "constant":
             symbol.assigned += 1
 
 
-def _changed(found: Symbols, routine: Routine, target: Expression | None, value: Expression | None) -> None:
+def _changed(
+    found: Symbols, routine: st.Routine, target: ex.Expression | None, value: ex.Expression | None
+) -> None:
     name = base_of(target)
     if name is None:
         return
@@ -275,19 +254,19 @@ _WHOLE = (
     "size-of-array",
 )
 STORED: Final = {
-    Store.BYTE: "integer",
-    Store.INTEGER: "integer",
-    Store.DOUBLE: "integer",
-    Store.REAL: "real",
-    Store.STRING: "string",
-    Store.ROBOT: "position",
+    ex.Store.BYTE: "integer",
+    ex.Store.INTEGER: "integer",
+    ex.Store.DOUBLE: "integer",
+    ex.Store.REAL: "real",
+    ex.Store.STRING: "string",
+    ex.Store.ROBOT: "position",
 }
 _FLAGS = ("group", "analog", "register")
 
 
-def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
+def kind_of_value(found: Symbols, routine: str, e: ex.Expression | None) -> str:
     """The type of a value as `Declare.type` says it: integer, real, boolean, string, position, joints, or nothing."""
-    if type(e) is Named:  # nearly always
+    if type(e) is ex.Named:  # nearly always
         name = e.name
         declared = found.declared.get(name)
         if declared is not None and (routine, name) not in found.table:
@@ -295,41 +274,41 @@ def kind_of_value(found: Symbols, routine: str, e: Expression | None) -> str:
         symbol = found.find(routine, name)
         return symbol.type if symbol is not None and not symbol.sizes else ""
     match e:
-        case Number(value):
+        case ex.Number(value):
             return "integer" if isinstance(value, int) else "real"
-        case Text():
+        case ex.Text():
             return "string"
         case (
-            SignalState()
-            | Compare()
-            | Logic()
-            | Unary("not", _)
-            | SystemValue("manual-reduced" | "manual-full" | "timer-running" | "timed-out")
+            ex.SignalState()
+            | ex.Compare()
+            | ex.Logic()
+            | ex.Unary("not", _)
+            | ex.SystemValue("manual-reduced" | "manual-full" | "timer-running" | "timed-out")
         ):
             return "boolean"
-        case Function("same-text", _):
+        case ex.Function("same-text", _):
             return "boolean"
-        case SystemValue(name) if name in terminology.STATES:
+        case ex.SystemValue(name) if name in terminology.STATES:
             return "boolean"
-        case Signal(bus):
+        case ex.Signal(bus):
             return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"
-        case PositionLiteral(kind):
+        case ex.PositionLiteral(kind):
             return "joints" if kind == "joint" else "position"
-        case Item(base, _) if isinstance(base, Named):
+        case ex.Item(base, _) if isinstance(base, ex.Named):
             symbol = found.find(routine, base.name)
             return "" if symbol is None else symbol.type if symbol.sizes else "real"
-        case Member():
+        case ex.Member():
             return "real"
-        case Variable(store):
+        case ex.Variable(store):
             return STORED.get(store, "")
-        case CallValue(name):
+        case ex.CallValue(name):
             called = found.routines.get(name)
             return found.results.get(name.casefold(), "") if called is None else called.returns
         case _:
             return _computed_kind(found, routine, e)
 
 
-def _computed_kind(found: Symbols, routine: str, e: Expression | None) -> str:
+def _computed_kind(found: Symbols, routine: str, e: ex.Expression | None) -> str:
     operator = getattr(e, "operator", "")
     if operator:
         parts = [getattr(e, name) for name in ("left", "right", "operand") if hasattr(e, name)]

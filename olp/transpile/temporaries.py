@@ -9,56 +9,9 @@ from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, flat, negated, parse
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    Number,
-    Quantity,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unary,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Break,
-    Call,
-    Comment,
-    Declare,
-    Dwell,
-    Else,
-    ElseIf,
-    End,
-    EndIf,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Message,
-    Move,
-    Program,
-    PulseOutput,
-    Return,
-    Routine,
-    SetOutput,
-    Statement,
-    Switch,
-    Until,
-    Update,
-    Wait,
-    While,
-)
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
@@ -71,12 +24,12 @@ _READ: Final = {
     "current-pose": "position",
     "current-joints": "joints",
 }  # of which an element may be asked for
-_PLAIN_INDEX: Final = (Number, Text, Named, Variable)
+_PLAIN_INDEX: Final = (ex.Number, ex.Text, ex.Named, ex.Variable)
 _FLAG_WORDS: Final = ("group", "analog", "register")
 
 
-def _asks_reading(e: Expression) -> bool:
-    return isinstance(e, (Member, Item)) and type(e.base) is SystemValue and e.base.name in _READ
+def _asks_reading(e: ex.Expression) -> bool:
+    return isinstance(e, (ex.Member, ex.Item)) and type(e.base) is ex.SystemValue and e.base.name in _READ
 
 
 @dataclass(slots=True)
@@ -85,10 +38,10 @@ class Values:
 
     work: TranslationContext
     symbols: Symbols
-    declared: list[Declare] = field(default_factory=list)
+    declared: list[st.Declare] = field(default_factory=list)
     routine: str = ""
     scope: str = ""  # the routine, where a statement of it calls one that needs temporaries of its own
-    spare: dict[tuple[str, str], list[Named]] = field(
+    spare: dict[tuple[str, str], list[ex.Named]] = field(
         default_factory=dict
     )  # temporaries by scope and type, used anew by each statement
     used: dict[str, int] = field(default_factory=dict)
@@ -103,7 +56,7 @@ class Values:
         """Whether the target takes only comparisons joined from left to right."""
         return not self.work.limits.nested_logic
 
-    def temporary(self, kind: str) -> Named:
+    def temporary(self, kind: str) -> ex.Named:
         """A variable for one value within one statement, of the routine's own where that calls another."""
         at = self.used.get(kind, 0)
         self.used[kind] = at + 1
@@ -112,83 +65,85 @@ class Values:
             pool.append(self._made(kind))
         return pool[at]
 
-    def _made(self, kind: str) -> Named:
-        name = Named(self.work.helper(f"temp_{kind}"))
-        self.declared.append(Declare(0, name.name, kind, None, shared=True))
+    def _made(self, kind: str) -> ex.Named:
+        name = ex.Named(self.work.helper(f"temp_{kind}"))
+        self.declared.append(st.Declare(0, name.name, kind, None, shared=True))
         self.symbols.table[("", name.name)] = Symbol(name.name, kind, assigned=1)
         return name
 
-    def _as_flag(self, line: int, target: Expression, value: Expression, comment: str = "") -> list[Node]:
+    def _as_flag(
+        self, line: int, target: ex.Expression, value: ex.Expression, comment: str = ""
+    ) -> list[Node]:
         """A condition's value in a variable: 1 where it holds, else 0."""
-        if isinstance(value, SignalState):
-            return [Assign(line, target, Number(int(value.on)), comment)]
-        before: list[Statement] = []
+        if isinstance(value, ex.SignalState):
+            return [st.Assign(line, target, ex.Number(int(value.on)), comment)]
+        before: list[st.Statement] = []
         condition = self.condition(value, before)
         block = Block(
             [
-                (If(line, condition, comment), [Assign(line, target, Number(1))]),
-                (Else(line), [Assign(line, target, Number(0))]),
+                (st.If(line, condition, comment), [st.Assign(line, target, ex.Number(1))]),
+                (st.Else(line), [st.Assign(line, target, ex.Number(0))]),
             ],
-            EndIf(line),
+            st.EndIf(line),
         )
         return [*before, block]
 
     # --- values -----------------------------------------------------------------------------------------
 
-    def _is_position(self, e: Expression) -> bool:
+    def _is_position(self, e: ex.Expression) -> bool:
         return kind_of_value(self.symbols, self.routine, e) in ("position", "joints", "tool", "frame")
 
-    def _index(self, e: Expression, before: list[Statement]) -> Expression:
-        if isinstance(e, Item):
+    def _index(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        if isinstance(e, ex.Item):
             return replace(e, indices=tuple(self.value(i, before, alone=True) for i in e.indices))
         return e
 
     def value(
-        self, e: Expression, before: list[Statement], alone: bool = False, whole: bool = False
-    ) -> Expression:
+        self, e: ex.Expression, before: list[st.Statement], alone: bool = False, whole: bool = False
+    ) -> ex.Expression:
         """An expression that the target can write; `alone`: a single value, as most instructions take it."""
         if _asks_reading(e):
             e = self._read(e, before)
         e = self._in_order(e, before)
         match e:
-            case Number() | Text() | SignalState() | Named():
+            case ex.Number() | ex.Text() | ex.SignalState() | ex.Named():
                 return e
-            case CallValue():
+            case ex.CallValue():
                 return self._called(e, before)
-            case Function("text-of-value", (first, *_)) if self._is_state(first):
+            case ex.Function("text-of-value", (first, *_)) if self._is_state(first):
                 return self._state(first, before)
-            case Function() if not self._is_position(e):
+            case ex.Function() if not self._is_position(e):
                 if e.name == "text-of-value" and not self._is_lone(e):
                     self._tell_decimals(e)
                 function = self._function(e, before)
                 if not self.simple and not alone and not self._is_lone(e):
                     return function
                 return self._kept(function, kind_of_value(self.symbols, self.routine, e), before)
-            case Binary("div" | "mod" as word, left, right) if self.simple:
+            case ex.Binary("div" | "mod" as word, left, right) if self.simple:
                 made = self._divided(word, left, right, before)
-                return self._kept(made, "integer", before) if alone and type(made) is Binary else made
-            case Binary(operator, left, right):
+                return self._kept(made, "integer", before) if alone and type(made) is ex.Binary else made
+            case ex.Binary(operator, left, right):
                 left, right = self.value(left, before), self.value(right, before)
                 if operator == "/" and self.simple:
                     left, right = self._exact_quotient(left, right, before)
-                new: Expression = Binary(operator, left, right)
-            case Unary("-", operand):
+                new: ex.Expression = ex.Binary(operator, left, right)
+            case ex.Unary("-", operand):
                 inner = self.value(operand, before)
                 new = (
-                    Binary("-", Number(0), inner)
-                    if self.simple and not isinstance(inner, Number)
-                    else Unary("-", inner)
+                    ex.Binary("-", ex.Number(0), inner)
+                    if self.simple and not isinstance(inner, ex.Number)
+                    else ex.Unary("-", inner)
                 )
-            case Item(indices=indices):
+            case ex.Item(indices=indices):
                 return replace(e, indices=tuple(self.value(i, before, alone=True) for i in indices))
-            case Member(name=name) if self.simple:
+            case ex.Member(name=name) if self.simple:
                 # The controller counts elements in 0.001 mm and 0.0001 deg.
                 count = 1000 if name in "xyz" else 10_000
                 target = self.temporary("integer")
-                before.append(Assign(0, target, Binary("*", e, Number(count))))
-                return Binary("/", target, Number(float(count)))
-            case SystemValue() | Signal() | Member():
-                e = self._signal(e, before) if isinstance(e, Signal) else e
+                before.append(st.Assign(0, target, ex.Binary("*", e, ex.Number(count))))
+                return ex.Binary("/", target, ex.Number(float(count)))
+            case ex.SystemValue() | ex.Signal() | ex.Member():
+                e = self._signal(e, before) if isinstance(e, ex.Signal) else e
                 return (
                     e
                     if not alone
@@ -204,76 +159,81 @@ class Values:
         kind = kind_of_value(self.symbols, self.routine, e)
         return self._kept(new, "integer" if kind == "integer" or whole else "real", before) if alone else new
 
-    def _read(self, e: Expression, before: list[Statement]) -> Expression:
+    def _read(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """An element of where the arm stands: of a position that is read before."""
-        assert isinstance(e, (Member, Item))
-        assert isinstance(e.base, SystemValue)
+        assert isinstance(e, (ex.Member, ex.Item))
+        assert isinstance(e.base, ex.SystemValue)
         place = self.temporary(_READ[e.base.name])
-        before.append(Assign(self.line, place, e.base))
+        before.append(st.Assign(self.line, place, e.base))
         return replace(e, base=place)
 
-    def _is_state(self, e: Expression) -> bool:
+    def _is_state(self, e: ex.Expression) -> bool:
         return kind_of_value(self.symbols, self.routine, e) == "boolean"
 
-    def _state(self, e: Expression, before: list[Statement]) -> Named:
+    def _state(self, e: ex.Expression, before: list[st.Statement]) -> ex.Named:
         """A condition's text in a variable."""
         condition, target = self.condition(e, before), self.temporary("string")
-        on, off = Assign(self.line, target, Text("TRUE")), Assign(self.line, target, Text("FALSE"))
-        before += [If(self.line, condition), on, Else(self.line), off, EndIf(self.line)]
+        on, off = (
+            st.Assign(self.line, target, ex.Text("TRUE")),
+            st.Assign(self.line, target, ex.Text("FALSE")),
+        )
+        before += [st.If(self.line, condition), on, st.Else(self.line), off, st.EndIf(self.line)]
         return target
 
-    def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
+    def _kept(self, e: ex.Expression, kind: str, before: list[st.Statement]) -> ex.Named:
         known = ("integer", "real", "string", *_READ.values())
         target = self.temporary(kind if kind in known else "integer")
-        before.append(Assign(before[-1].line if before else 0, target, e))
+        before.append(st.Assign(before[-1].line if before else 0, target, e))
         return target
 
     def _exact_quotient(
-        self, left: Expression, right: Expression, before: list[Statement]
-    ) -> tuple[Expression, Expression]:
+        self, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
+    ) -> tuple[ex.Expression, ex.Expression]:
         """Both sides of a division, one of them no whole number: the quotient of two may be whole."""
         kinds = [kind_of_value(self.symbols, self.routine, e) for e in (left, right)]
         if "real" in kinds:
             return left, right
-        if isinstance(right, Number):
-            return left, Number(float(right.value))
-        if isinstance(left, Number):
-            return Number(float(left.value)), right
+        if isinstance(right, ex.Number):
+            return left, ex.Number(float(right.value))
+        if isinstance(left, ex.Number):
+            return ex.Number(float(left.value)), right
         return self._kept(left, "real", before), right
 
-    def _divided(self, word: str, left: Expression, right: Expression, before: list[Statement]) -> Expression:
+    def _divided(
+        self, word: str, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
+    ) -> ex.Expression:
         first, second = self.value(left, before, alone=True), self.value(right, before, alone=True)
         quotient = self.temporary("integer")
-        before += [Assign(0, quotient, first), Update(0, "/", quotient, second)]
+        before += [st.Assign(0, quotient, first), st.Update(0, "/", quotient, second)]
         if word == "div":
             return quotient
-        return Binary("-", first, Binary("*", quotient, second))
+        return ex.Binary("-", first, ex.Binary("*", quotient, second))
 
     # --- texts ------------------------------------------------------------------------------------------
 
-    def _is_lone(self, e: Expression) -> bool:
+    def _is_lone(self, e: ex.Expression) -> bool:
         """Whether the target has this as the right side of an assignment only, of variables alone."""
-        return type(e) is Function and e.name in self.work.limits.lone_functions
+        return type(e) is ex.Function and e.name in self.work.limits.lone_functions
 
-    def _tell_decimals(self, e: Function) -> None:
+    def _tell_decimals(self, e: ex.Function) -> None:
         if kind_of_value(self.symbols, self.routine, e.arguments[0]) != "integer":
             says = f"{language_of(self.work.target)} decides with how many decimals a number is written as a text"
             self.work.lose(self.line, Fate.APPROXIMATED, "text", says)
 
-    def _register(self, e: Expression, before: list[Statement]) -> Expression:
+    def _register(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A value in a variable, literals too."""
         found = self.value(e, before, alone=True)
-        if isinstance(found, Text):
+        if isinstance(found, ex.Text):
             return self._kept(found, "string", before)
-        return self._kept(found, "real", before) if isinstance(found, Number) else found
+        return self._kept(found, "real", before) if isinstance(found, ex.Number) else found
 
-    def _lone(self, e: Function, before: list[Statement]) -> Expression:
+    def _lone(self, e: ex.Function, before: list[st.Statement]) -> ex.Expression:
         """A function of texts as the target writes it."""
         if e.name == "text-of-value":
             self._tell_decimals(e)
             return self._register(e.arguments[0], before)
         if e.name == "joined-text" and len(e.arguments) > 2:
-            e = Function(e.name, (Function(e.name, e.arguments[:-1]), e.arguments[-1]))
+            e = ex.Function(e.name, (ex.Function(e.name, e.arguments[:-1]), e.arguments[-1]))
         arguments = tuple(self._register(a, before) for a in e.arguments)
         if e.name == "match-in-text":
             return self._matched(arguments, e.arguments, before)
@@ -281,72 +241,75 @@ class Values:
             arguments = (*arguments, self._left_from(*arguments, before))
         return replace(e, arguments=arguments)
 
-    def _left_from(self, text: Expression, start: Expression, before: list[Statement]) -> Named:
+    def _left_from(self, text: ex.Expression, start: ex.Expression, before: list[st.Statement]) -> ex.Named:
         """How many characters a text has from its character `start` on."""
         count = self.temporary("integer")
         before += [
-            Assign(0, count, Function("length-of-text", (text,))),
-            Assign(0, count, Binary("-", count, start)),
-            Assign(0, count, Binary("+", count, Number(1))),
+            st.Assign(0, count, ex.Function("length-of-text", (text,))),
+            st.Assign(0, count, ex.Binary("-", count, start)),
+            st.Assign(0, count, ex.Binary("+", count, ex.Number(1))),
         ]
         return count
 
     def _matched(
-        self, values: tuple[Expression, ...], written: tuple[Expression, ...], before: list[Statement]
-    ) -> Named:
+        self,
+        values: tuple[ex.Expression, ...],
+        written: tuple[ex.Expression, ...],
+        before: list[st.Statement],
+    ) -> ex.Named:
         """Where a text stands in another from a character on; one more than the length where it does not."""
         text, start, pattern = values
-        wanted = written[2].value if isinstance(written[2], Text) else ""
+        wanted = written[2].value if isinstance(written[2], ex.Text) else ""
         if not wanted or any(letter.isalpha() for letter in wanted):
             says = (
                 "a search for letters, of which the controller may take capitals and small ones for the same"
             )
             self.work.lose(self.line, Fate.REFUSED, "statement", says)
         found = self.temporary("integer")
-        whole = written[1] == Number(1)
+        whole = written[1] == ex.Number(1)
         left = self._left_from(text, start, before)
         rest = text
         if not whole:
-            rest = self._kept(Function("part-of-text", (text, start, left)), "string", before)
+            rest = self._kept(ex.Function("part-of-text", (text, start, left)), "string", before)
         before += [
-            Assign(0, found, Function("position-in-text", (rest, pattern))),
-            If(0, Compare("=", found, Number(0))),
-            Assign(0, found, Binary("+", left, Number(1))),
-            EndIf(0),
+            st.Assign(0, found, ex.Function("position-in-text", (rest, pattern))),
+            st.If(0, ex.Compare("=", found, ex.Number(0))),
+            st.Assign(0, found, ex.Binary("+", left, ex.Number(1))),
+            st.EndIf(0),
         ]
         if not whole:
             before += [
-                Assign(0, found, Binary("+", found, start)),
-                Assign(0, found, Binary("-", found, Number(1))),
+                st.Assign(0, found, ex.Binary("+", found, start)),
+                st.Assign(0, found, ex.Binary("-", found, ex.Number(1))),
             ]
         return found
 
     # --- functions and calls ----------------------------------------------------------------------------
 
-    def _function(self, e: Function, before: list[Statement]) -> Expression:
+    def _function(self, e: ex.Function, before: list[st.Statement]) -> ex.Expression:
         if self._is_lone(e):
             return self._lone(e, before)
         if self.simple and e.name == "round" and len(e.arguments) == 1:
             target = self.temporary("integer")
-            before.append(Assign(0, target, self.value(e.arguments[0], before)))
+            before.append(st.Assign(0, target, self.value(e.arguments[0], before)))
             return target
         if self.simple and e.name == "tan":
-            sine = self.value(Function("sin", e.arguments), before, alone=True)
-            cosine = self.value(Function("cos", e.arguments), before, alone=True)
-            return Binary("/", sine, cosine)
+            sine = self.value(ex.Function("sin", e.arguments), before, alone=True)
+            cosine = self.value(ex.Function("cos", e.arguments), before, alone=True)
+            return ex.Binary("/", sine, cosine)
         if self.simple and e.name == "abs" and len(e.arguments) == 1:
             return self._absolute(e.arguments[0], before)
         return replace(e, arguments=tuple(self.value(a, before, alone=True) for a in e.arguments))
 
-    def _absolute(self, e: Expression, before: list[Statement]) -> Expression:
+    def _absolute(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         kind = "integer" if kind_of_value(self.symbols, self.routine, e) == "integer" else "real"
         target = self.temporary(kind)
-        turned = Assign(0, target, Binary("-", Number(0), target))
-        negative: list[Statement] = [If(0, Compare("<", target, Number(0))), turned, EndIf(0)]
-        before += [Assign(0, target, self.value(e, before)), *negative]
+        turned = st.Assign(0, target, ex.Binary("-", ex.Number(0), target))
+        negative: list[st.Statement] = [st.If(0, ex.Compare("<", target, ex.Number(0))), turned, st.EndIf(0)]
+        before += [st.Assign(0, target, self.value(e, before)), *negative]
         return target
 
-    def _called(self, e: CallValue, before: list[Statement], wanted: str = "real") -> Expression:
+    def _called(self, e: ex.CallValue, before: list[st.Statement], wanted: str = "real") -> ex.Expression:
         """A routine's value: called before the statement. `wanted`: its type where no file tells it."""
         kind = kind_of_value(self.symbols, self.routine, e)
         handed = self.work.handed.get(e.routine.casefold())
@@ -354,220 +317,224 @@ class Values:
             kind = kind_of_value(self.symbols, self.routine, handed.result)
         target = self.temporary(kind or wanted)
         arguments = tuple(self.value(a, before) for a in self._each_in_order(e.arguments, before))
-        before.append(Call(0, e.routine, arguments, result=target))
+        before.append(st.Call(0, e.routine, arguments, result=target))
         return target
 
     # --- order of evaluation ----------------------------------------------------------------------------
 
-    def _is_loud(self, e: Expression) -> bool:
+    def _is_loud(self, e: ex.Expression) -> bool:
         """Whether a routine is called in it that changes more than its own variables."""
-        return any(type(x) is CallValue and x.routine.casefold() not in self.quiet for x in expressions_of(e))
+        return any(
+            type(x) is ex.CallValue and x.routine.casefold() not in self.quiet for x in expressions_of(e)
+        )
 
-    def _in_order(self, e: Expression, before: list[Statement], later: bool = False) -> Expression:
+    def _in_order(self, e: ex.Expression, before: list[st.Statement], later: bool = False) -> ex.Expression:
         """What stands left of a call that may change it, read before that call. `later`: a call follows `e`."""
         if not later and not self._is_loud(e):
             return e
         match e:
-            case CallValue():
+            case ex.CallValue():
                 return self._called(e, before) if later else e
-            case Compare(operator, left, right) if later and is_condition(left):
-                return Compare("<>", self._flag_variable(e, before), Number(0))
-            case Binary(operator, left, right) | Compare(operator, left, right):
+            case ex.Compare(operator, left, right) if later and is_condition(left):
+                return ex.Compare("<>", self._flag_variable(e, before), ex.Number(0))
+            case ex.Binary(operator, left, right) | ex.Compare(operator, left, right):
                 left, right = self._each_in_order((left, right), before, later)
                 return replace(e, left=left, right=right)
-            case Logic(first, rest):
+            case ex.Logic(first, rest):
                 parts = self._each_in_order((first, *(part for _, part in rest)), before, later)
                 words = (word for word, _ in rest)
-                return Logic(parts[0], tuple(zip(words, parts[1:], strict=True)))
-            case Unary(operator, operand):
-                return Unary(operator, self._in_order(operand, before, later))
-            case Function():
+                return ex.Logic(parts[0], tuple(zip(words, parts[1:], strict=True)))
+            case ex.Unary(operator, operand):
+                return ex.Unary(operator, self._in_order(operand, before, later))
+            case ex.Function():
                 return replace(e, arguments=self._each_in_order(e.arguments, before, later))
-            case Signal() if later:
+            case ex.Signal() if later:
                 if is_condition(e):
-                    return Compare("<>", self._flag_variable(e, before), Number(0))
+                    return ex.Compare("<>", self._flag_variable(e, before), ex.Number(0))
                 return self._kept(e, "integer", before)
-            case Named() | Item() | Member() if later and self._may_change(e):
+            case ex.Named() | ex.Item() | ex.Member() if later and self._may_change(e):
                 kind = kind_of_value(self.symbols, self.routine, e)
                 return e if kind in ("tool", "frame") else self._kept(e, kind or "real", before)
             case _:
                 return e
 
     def _each_in_order(
-        self, parts: tuple[Expression, ...], before: list[Statement], later: bool = False
-    ) -> tuple[Expression, ...]:
+        self, parts: tuple[ex.Expression, ...], before: list[st.Statement], later: bool = False
+    ) -> tuple[ex.Expression, ...]:
         return tuple(
             self._in_order(part, before, later or any(map(self._is_loud, parts[at:])))
             for at, part in enumerate(parts, 1)
         )
 
-    def _may_change(self, e: Expression) -> bool:
+    def _may_change(self, e: ex.Expression) -> bool:
         """Whether a routine that is called may change a variable, or what it is a part of."""
         name = base_of(e)
         return name is None or bool(self.changes.get(name.name.casefold(), frozenset()) - {self.routine})
 
     # --- conditions -------------------------------------------------------------------------------------
 
-    def condition(self, e: Expression, before: list[Statement]) -> Expression:
+    def condition(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A condition that the target can write."""
         e = self._with_indices(self._in_order(self._called_once(e, before), before), before)
         if not self.simple:
             return mapped(self._with_values(e, before), self._plain_flag)
         plain = self._comparison(e, before)
-        if isinstance(plain, Compare):
+        if isinstance(plain, ex.Compare):
             return plain
-        assert isinstance(plain, Logic)
+        assert isinstance(plain, ex.Logic)
         parts = self._left_to_right(plain)
-        if isinstance(parts, Logic):
+        if isinstance(parts, ex.Logic):
             if _grouped(parts) is parts:
                 return parts
             if [word for word, _ in parts.rest] == ["or", "and"]:  # (a OR b) AND c, for either way to read it
                 (_, second), both = parts.rest
-                return Logic(parts.first, (both, ("or", second), both))
+                return ex.Logic(parts.first, (both, ("or", second), both))
         # No order of writing says it, whichever of AND and OR comes first: each part in parentheses becomes a flag.
         plain = _grouped(plain)
         rest = tuple((word, self._flag(part, before)) for word, part in plain.rest)
-        return Logic(self._flag(plain.first, before), rest)
+        return ex.Logic(self._flag(plain.first, before), rest)
 
-    def _called_once(self, e: Expression, before: list[Statement]) -> Expression:
+    def _called_once(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A condition in which an exclusive OR, which the target lacks, makes no call twice."""
-        if not any(type(x) is Logic and joins_calls(x) for x in expressions_of(e)):
+        if not any(type(x) is ex.Logic and joins_calls(x) for x in expressions_of(e)):
             return e
-        return mapped(e, lambda x: self._unlike(x, before) if type(x) is Logic and joins_calls(x) else x)
+        return mapped(e, lambda x: self._unlike(x, before) if type(x) is ex.Logic and joins_calls(x) else x)
 
-    def _unlike(self, e: Logic, before: list[Statement]) -> Expression:
+    def _unlike(self, e: ex.Logic, before: list[st.Statement]) -> ex.Expression:
         found = e.first
         for operator, right in e.rest:
             if operator == "xor":
                 flags = self._flag_variable(found, before), self._flag_variable(right, before)
-                found = Compare("<>", *flags)
+                found = ex.Compare("<>", *flags)
             else:
-                found = Logic(found, ((operator, right),))
+                found = ex.Logic(found, ((operator, right),))
         return found
 
-    def _with_indices(self, e: Expression, before: list[Statement]) -> Expression:
+    def _with_indices(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """The signals of an expression by numbers that stand in a variable."""
-        if not any(type(x) is Signal and not isinstance(x.index, _PLAIN_INDEX) for x in expressions_of(e)):
+        if not any(type(x) is ex.Signal and not isinstance(x.index, _PLAIN_INDEX) for x in expressions_of(e)):
             return e
-        return mapped(e, lambda x: self._signal(x, before) if type(x) is Signal else x)
+        return mapped(e, lambda x: self._signal(x, before) if type(x) is ex.Signal else x)
 
-    def _signal(self, e: Signal, before: list[Statement]) -> Signal:
+    def _signal(self, e: ex.Signal, before: list[st.Statement]) -> ex.Signal:
         if isinstance(e.index, _PLAIN_INDEX):
             return e
         kept = self.value(e.index, before, alone=True)
-        if not isinstance(kept, Named):
+        if not isinstance(kept, ex.Named):
             kept = self._kept(kept, "integer", before)
         return replace(e, index=kept)
 
-    def _with_values(self, e: Expression, before: list[Statement]) -> Expression:
-        def change(x: Expression) -> Expression:
-            if isinstance(x, CallValue):
+    def _with_values(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        def change(x: ex.Expression) -> ex.Expression:
+            if isinstance(x, ex.CallValue):
                 return self._called(x, before)
             if _asks_reading(x):
                 return self._read(x, before)
             return self.value(x, before, alone=True) if self._is_lone(x) else x
 
-        if any(type(x) is CallValue or _asks_reading(x) or self._is_lone(x) for x in expressions_of(e)):
+        if any(type(x) is ex.CallValue or _asks_reading(x) or self._is_lone(x) for x in expressions_of(e)):
             return mapped(e, change)
         return e
 
-    def _plain_flag(self, e: Expression) -> Expression:
+    def _plain_flag(self, e: ex.Expression) -> ex.Expression:
         """A variable that holds 0 or 1, where a condition stands."""
-        if isinstance(e, Logic):
+        if isinstance(e, ex.Logic):
             rest = tuple((word, self._as_comparison(part)) for word, part in e.rest)
-            return Logic(self._as_comparison(e.first), rest)
-        if isinstance(e, Unary) and e.operator == "not":
-            return Unary("not", self._as_comparison(e.operand))
-        if isinstance(e, Compare) and isinstance(e.right, SignalState) and isinstance(e.left, Named):
-            return Compare(e.operator, e.left, Number(int(e.right.on)))
-        if isinstance(e, Compare) and is_condition(e.left) is not is_condition(e.right):
+            return ex.Logic(self._as_comparison(e.first), rest)
+        if isinstance(e, ex.Unary) and e.operator == "not":
+            return ex.Unary("not", self._as_comparison(e.operand))
+        if isinstance(e, ex.Compare) and isinstance(e.right, ex.SignalState) and isinstance(e.left, ex.Named):
+            return ex.Compare(e.operator, e.left, ex.Number(int(e.right.on)))
+        if isinstance(e, ex.Compare) and is_condition(e.left) is not is_condition(e.right):
             # A state is compared with a state, and not with the number that stands for one.
             left, right = (
                 one if is_condition(one) else self._as_comparison(one) for one in (e.left, e.right)
             )
-            return Compare(e.operator, left, right)
+            return ex.Compare(e.operator, left, right)
         return e
 
-    def _as_comparison(self, e: Expression) -> Expression:
-        return Compare("<>", e, Number(0)) if isinstance(e, (Named, Item)) else e
+    def _as_comparison(self, e: ex.Expression) -> ex.Expression:
+        return ex.Compare("<>", e, ex.Number(0)) if isinstance(e, (ex.Named, ex.Item)) else e
 
-    def _comparison(self, e: Expression, before: list[Statement]) -> Expression:
+    def _comparison(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         match e:
-            case SignalState(on):
-                return Compare("=", Number(1), Number(1 if on else 0))
-            case Signal():
-                return Compare("=", e, SignalState(True))
-            case Unary("not", operand):
+            case ex.SignalState(on):
+                return ex.Compare("=", ex.Number(1), ex.Number(1 if on else 0))
+            case ex.Signal():
+                return ex.Compare("=", e, ex.SignalState(True))
+            case ex.Unary("not", operand):
                 turned = negated(operand)
-                if isinstance(turned, Unary):
+                if isinstance(turned, ex.Unary):
                     inner = self._comparison(operand, before)
                     return self._comparison(negated(inner), before)
                 return self._comparison(turned, before)
-            case Compare(operator, left, right):
+            case ex.Compare(operator, left, right):
                 return self._compare(operator, left, right, before)
-            case Logic(first, rest):
-                return Logic(
+            case ex.Logic(first, rest):
+                return ex.Logic(
                     self._comparison(first, before),
                     tuple((word, self._comparison(part, before)) for word, part in rest),
                 )
             case _:
-                return Compare("<>", self.value(e, before, alone=True), Number(0))
+                return ex.Compare("<>", self.value(e, before, alone=True), ex.Number(0))
 
     def _compare(
-        self, operator: str, left: Expression, right: Expression, before: list[Statement]
-    ) -> Expression:
-        if isinstance(right, SignalState) and not isinstance(left, Signal):
-            if isinstance(left, (Named, Item)):
-                return Compare(operator, left, Number(int(right.on)))
+        self, operator: str, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
+    ) -> ex.Expression:
+        if isinstance(right, ex.SignalState) and not isinstance(left, ex.Signal):
+            if isinstance(left, (ex.Named, ex.Item)):
+                return ex.Compare(operator, left, ex.Number(int(right.on)))
             inner = left if right.on == (operator == "=") else negated(left)
             return self._comparison(inner, before)
-        if is_condition(left) and not isinstance(left, (Signal, Named)):
+        if is_condition(left) and not isinstance(left, (ex.Signal, ex.Named)):
             left = self._flag_variable(left, before)
             right = self._flag_variable(right, before) if is_condition(right) else right
-        return Compare(operator, self._side(left, before), self._side(right, before))
+        return ex.Compare(operator, self._side(left, before), self._side(right, before))
 
-    def _side(self, e: Expression, before: list[Statement]) -> Expression:
-        if isinstance(e, (Signal, SignalState)):
+    def _side(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        if isinstance(e, (ex.Signal, ex.SignalState)):
             return e
         # Jobs seen compare one value with another: what is computed stands in a variable.
         return self.value(e, before, alone=True)
 
-    def _flag_variable(self, e: Expression, before: list[Statement]) -> Expression:
+    def _flag_variable(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         target = self.temporary("integer")
         before.extend(flat(self._as_flag(0, target, e)))
         return target
 
-    def _flag(self, e: Expression, before: list[Statement]) -> Expression:
-        return e if isinstance(e, Compare) else Compare("=", self._flag_variable(e, before), Number(1))
+    def _flag(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        return (
+            e if isinstance(e, ex.Compare) else ex.Compare("=", self._flag_variable(e, before), ex.Number(1))
+        )
 
-    def _left_to_right(self, e: Logic) -> Expression | None:
+    def _left_to_right(self, e: ex.Logic) -> ex.Expression | None:
         """The condition without parentheses: only its first part may be joined itself, and parts may change places."""
         first, rest = e.first, list(e.rest)
-        if isinstance(first, Logic):
+        if isinstance(first, ex.Logic):
             inner = self._left_to_right(first)
-            if not isinstance(inner, Logic):
+            if not isinstance(inner, ex.Logic):
                 return None
             first, rest = inner.first, [*inner.rest, *rest]
-        joined = [part for _, part in rest if isinstance(part, Logic)]
+        joined = [part for _, part in rest if isinstance(part, ex.Logic)]
         if not joined:
-            return Logic(first, tuple(rest)) if not isinstance(first, Logic) else None
-        if len(rest) == 1 and isinstance(first, Compare):
+            return ex.Logic(first, tuple(rest)) if not isinstance(first, ex.Logic) else None
+        if len(rest) == 1 and isinstance(first, ex.Compare):
             word, part = rest[0]
-            assert isinstance(part, Logic)
+            assert isinstance(part, ex.Logic)
             inner = self._left_to_right(part)
-            if isinstance(inner, Logic):
-                return Logic(inner.first, (*inner.rest, (word, first)))
+            if isinstance(inner, ex.Logic):
+                return ex.Logic(inner.first, (*inner.rest, (word, first)))
         return None
 
 
-def _grouped(e: Logic) -> Logic:
+def _grouped(e: ex.Logic) -> ex.Logic:
     """Parts that are joined from left to right with what stands before an AND behind an OR in parentheses; the same
     object where there is none.
     """
     words = [word for word, _ in e.rest]
     for at in range(len(words) - 1, 0, -1):
         if words[at] == "and" and words[at - 1] == "or":
-            return Logic(_grouped(Logic(e.first, e.rest[:at])), e.rest[at:])
+            return ex.Logic(_grouped(ex.Logic(e.first, e.rest[:at])), e.rest[at:])
     return e
 
 
@@ -575,28 +542,39 @@ def is_number(bus: str) -> bool:
     return any(word in bus for word in _FLAG_WORDS)
 
 
-def is_condition(e: Expression) -> bool:
+def is_condition(e: ex.Expression) -> bool:
     match e:
-        case SignalState() | Compare() | Logic() | Unary("not", _):
+        case ex.SignalState() | ex.Compare() | ex.Logic() | ex.Unary("not", _):
             return True
-        case Signal(bus):
+        case ex.Signal(bus):
             return not is_number(bus)
         case _:
             return False
 
 
-def joins_calls(e: Logic) -> bool:
+def joins_calls(e: ex.Logic) -> bool:
     """Whether an exclusive OR joins what a routine computes."""
     xor = any(operator == "xor" for operator, _ in e.rest)
-    return xor and any(type(x) is CallValue for x in expressions_of(e))
+    return xor and any(type(x) is ex.CallValue for x in expressions_of(e))
 
 
 # --- Conditions that stop early ---
 
-_QUIET: Final = (Assign, Begin, Comment, Declare, Else, ElseIf, End, EndIf, If, Return)
+_QUIET: Final = (
+    st.Assign,
+    st.Begin,
+    st.Comment,
+    st.Declare,
+    st.Else,
+    st.ElseIf,
+    st.End,
+    st.EndIf,
+    st.If,
+    st.Return,
+)
 
 
-def decided_early(program: Program, work: TranslationContext) -> Program:
+def decided_early(program: st.Program, work: TranslationContext) -> st.Program:
     """Tells where the target may call a routine that the source does not: behind AND or OR, which decide before it."""
     if not work.conventions.stops_early or work.target_conventions.stops_early:
         return program
@@ -612,18 +590,18 @@ def decided_early(program: Program, work: TranslationContext) -> Program:
     return program
 
 
-def _called_behind(s: Statement, quiet: Set[str]) -> Iterator[str]:
+def _called_behind(s: st.Statement, quiet: Set[str]) -> Iterator[str]:
     """The routines that a condition of a statement calls right of an AND or an OR, but those that change nothing."""
-    parts = [part for e in expressions_of(s) if type(e) is Logic for _, part in e.rest]
-    called = {x.routine for part in parts for x in expressions_of(part) if type(x) is CallValue}
+    parts = [part for e in expressions_of(s) if type(e) is ex.Logic for _, part in e.rest]
+    called = {x.routine for part in parts for x in expressions_of(part) if type(x) is ex.CallValue}
     yield from sorted(name for name in called if name.casefold() not in quiet)
 
 
-def _quiet_of(program: Program) -> Set[str]:
+def _quiet_of(program: st.Program) -> Set[str]:
     return {routine.name.casefold() for routine in program.routines if _changes_nothing(routine)}
 
 
-def _changes_of(program: Program) -> Mapping[str, frozenset[str]]:
+def _changes_of(program: st.Program) -> Mapping[str, frozenset[str]]:
     """Which routines change a variable, by its name, case folded."""
     found: dict[str, set[str]] = {}
     for routine in program.routines:
@@ -635,16 +613,16 @@ def _changes_of(program: Program) -> Mapping[str, frozenset[str]]:
     return {name: frozenset(routines) for name, routines in found.items()}
 
 
-def _changes_nothing(routine: Routine) -> bool:
+def _changes_nothing(routine: st.Routine) -> bool:
     """Whether a routine computes a value from what it is given, and sets nothing but its own variables."""
-    own = {d.name.casefold() for d in routine.body if isinstance(d, Declare)}
+    own = {d.name.casefold() for d in routine.body if isinstance(d, st.Declare)}
     own |= {p.name.casefold() for p in routine.parameters if not p.by_reference}
     for s in routine.body:
-        if not isinstance(s, _QUIET) or any(type(e) is CallValue for e in expressions_of(s)):
+        if not isinstance(s, _QUIET) or any(type(e) is ex.CallValue for e in expressions_of(s)):
             return False
-        if isinstance(s, Assign):
+        if isinstance(s, st.Assign):
             base = base_of(s.target)
-            if not isinstance(base, Named) or base.name.casefold() not in own:
+            if not isinstance(base, ex.Named) or base.name.casefold() not in own:
                 return False
     return True
 
@@ -656,10 +634,10 @@ def _calls(node: Node) -> bool:
     """Whether a statement, or a statement of a block that is none of those in it, computes by calling a routine."""
     if isinstance(node, Block):
         return any(map(_calls, (*(marker for marker, _ in node.branches), node.closer)))
-    return any(type(e) is CallValue for e in expressions_of(node))
+    return any(type(e) is ex.CallValue for e in expressions_of(node))
 
 
-def hoist(program: Program, work: TranslationContext) -> Program:
+def hoist(program: st.Program, work: TranslationContext) -> st.Program:
     """For languages with registers: expressions that they can write, all else computed into variables beforehand."""
     own = _Hoist(work, symbols_of(program), changes=_changes_of(program), quiet=_quiet_of(program))
     routines = tuple(own.routine_of(routine) for routine in program.routines)
@@ -670,7 +648,7 @@ def hoist(program: Program, work: TranslationContext) -> Program:
 class _Hoist(Values):
     """Statements, each behind what computes for it."""
 
-    def routine_of(self, routine: Routine) -> Routine:
+    def routine_of(self, routine: st.Routine) -> st.Routine:
         self.routine = routine.name
         nodes = parse(routine.body)
         if nodes is None:
@@ -700,25 +678,27 @@ class _Hoist(Values):
 
     def _block(self, block: Block) -> list[Node]:
         head = block.opener
-        if isinstance(head, If):
+        if isinstance(head, st.If):
             return self._if(block)
         inside = [(marker, self.nodes(rows)) for marker, rows in block.branches]
         self._begin(block)
-        before: list[Statement] = []
-        if isinstance(head, While):
+        before: list[st.Statement] = []
+        if isinstance(head, st.While):
             condition = self.condition(head.condition, before)
             if not before:
                 return [Block([(replace(head, condition=condition), inside[0][1])], block.closer)]
-            leave = Block([(If(head.line, negated(condition)), [Break(head.line)])], EndIf(head.line))
-            endless = While(head.line, SignalState(True), head.comment)
-            return [Block([(endless, [*before, leave, *inside[0][1]])], EndWhile(block.closer.line))]
-        if isinstance(block.closer, Until):
+            leave = Block(
+                [(st.If(head.line, negated(condition)), [st.Break(head.line)])], st.EndIf(head.line)
+            )
+            endless = st.While(head.line, ex.SignalState(True), head.comment)
+            return [Block([(endless, [*before, leave, *inside[0][1]])], st.EndWhile(block.closer.line))]
+        if isinstance(block.closer, st.Until):
             condition = self.condition(block.closer.condition, before)
             return [Block([(head, [*inside[0][1], *before])], replace(block.closer, condition=condition))]
-        if isinstance(head, Switch):
+        if isinstance(head, st.Switch):
             value = self.value(head.value, before, alone=True)
             return [*before, Block([(replace(head, value=value), []), *inside[1:]], block.closer)]
-        if isinstance(head, For):
+        if isinstance(head, st.For):
             parts = (head.start, head.stop, *(() if head.step is None else (head.step,)))
             values = [self.value(e, before, alone=True) for e in self._each_in_order(parts, before)]
             # The controller looks at the bound again in each round, when the temporaries hold other values.
@@ -729,108 +709,108 @@ class _Hoist(Values):
             return [*before, Block([(head, inside[0][1])], block.closer)]
         return [Block(inside, block.closer)]
 
-    def _lasting(self, e: Expression, before: list[Statement]) -> Expression:
+    def _lasting(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A temporary as a variable that no other statement uses."""
         if not any(e in pool for pool in self.spare.values()):
             return e
         kind = kind_of_value(self.symbols, self.routine, e)
         target = self._made(kind)
-        before.append(Assign(self.line, target, e))
+        before.append(st.Assign(self.line, target, e))
         return target
 
     def _if(self, block: Block) -> list[Node]:
         head = block.opener
-        assert isinstance(head, If)
-        before: list[Statement] = []
+        assert isinstance(head, st.If)
+        before: list[st.Statement] = []
         condition = self.condition(head.condition, before)
-        branches: list[tuple[Statement, list[Node]]] = [
+        branches: list[tuple[st.Statement, list[Node]]] = [
             (replace(head, condition=condition), self.nodes(block.branches[0][1]))
         ]
         for at, (marker, rows) in enumerate(block.branches[1:], 1):
-            if isinstance(marker, ElseIf):
+            if isinstance(marker, st.ElseIf):
                 self._begin(marker)
-                needed: list[Statement] = []
+                needed: list[st.Statement] = []
                 condition = self.condition(marker.condition, needed)
                 if needed:
                     # What the condition needs is computed only where the ones before did not hold.
                     inner = Block(
-                        [(If(marker.line, marker.condition), rows), *block.branches[at + 1 :]],
-                        EndIf(marker.line),
+                        [(st.If(marker.line, marker.condition), rows), *block.branches[at + 1 :]],
+                        st.EndIf(marker.line),
                     )
-                    branches.append((Else(marker.line, marker.comment), self.nodes([inner])))
+                    branches.append((st.Else(marker.line, marker.comment), self.nodes([inner])))
                     return [*before, Block(branches, block.closer)]
                 branches.append((replace(marker, condition=condition), self.nodes(rows)))
             else:
                 branches.append((marker, self.nodes(rows)))
         return [*before, Block(branches, block.closer)]
 
-    def _statement(self, s: Statement) -> list[Node]:
-        before: list[Statement] = []
-        if isinstance(s, (SetOutput, PulseOutput)) and not isinstance(s.signal.index, _PLAIN_INDEX):
+    def _statement(self, s: st.Statement) -> list[Node]:
+        before: list[st.Statement] = []
+        if isinstance(s, (st.SetOutput, st.PulseOutput)) and not isinstance(s.signal.index, _PLAIN_INDEX):
             s = replace(s, signal=self._signal(s.signal, before))
             return [*before, *self._statement(s)]
         match s:
-            case Assign():
+            case st.Assign():
                 return [*before, *self._assign(s)]
-            case SetOutput():
+            case st.SetOutput():
                 return self._output(s)
-            case Wait() | Jump() if s.condition is not None:
+            case st.Wait() | st.Jump() if s.condition is not None:
                 asked = self._with_indices(s.condition, before)
-                needed: list[Statement] = []
+                needed: list[st.Statement] = []
                 condition = self.condition(asked, needed)
-                if needed and isinstance(s, Wait):
+                if needed and isinstance(s, st.Wait):
                     return self._polled(s)
                 return [*before, *needed, replace(s, condition=condition)]
-            case Dwell() | Move():
+            case st.Dwell() | st.Move():
                 new = self._quantities(s, before)
-                if isinstance(new, Move):
+                if isinstance(new, st.Move):
                     new = self._move(new, before)
                 return [*before, new]
-            case Call():
+            case st.Call():
                 given = self._each_in_order(s.arguments, before)
                 arguments = tuple(self.value(a, before, alone=True) for a in given)
                 return [*before, replace(s, arguments=arguments)]
-            case Update(operand=operand) if operand is not None and self._has_lone(operand):
+            case st.Update(operand=operand) if operand is not None and self._has_lone(operand):
                 value = self.value(operand, before, alone=True)
                 return [*before, replace(s, operand=value)]
-            case Return(value=value) if value is not None and self._has_lone(value):
+            case st.Return(value=value) if value is not None and self._has_lone(value):
                 if is_condition(value):
-                    found: Expression = self._flag_variable(self.condition(value, before), before)
+                    found: ex.Expression = self._flag_variable(self.condition(value, before), before)
                 else:
                     found = self.value(value, before)
                 return [*before, replace(s, value=found)]
-            case Message():
+            case st.Message():
                 text = self.value(s.text, before, alone=True)  # first: it adds to what stands before
                 return [*before, replace(s, text=text)]
             case _:
                 return [s]
 
-    def _has_lone(self, e: Expression) -> bool:
+    def _has_lone(self, e: ex.Expression) -> bool:
         return any(self._is_lone(x) for x in expressions_of(e))
 
-    def _move(self, s: Move, before: list[Statement]) -> Move:
+    def _move(self, s: st.Move, before: list[st.Statement]) -> st.Move:
         targets = tuple(self._target(t, before) for t in s.targets)
         via = None if s.via is None else self._target(s.via, before)
         if targets == s.targets and via == s.via:
             return s
         return replace(s, targets=targets, via=via)
 
-    def _target(self, e: Expression, before: list[Statement]) -> Expression:
+    def _target(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """Where a move goes: a position that is put together from numbers is put into a register first."""
         found = self._position(e, before)
-        if not isinstance(found, Function) or found.name != "pose-angles":
+        if not isinstance(found, ex.Function) or found.name != "pose-angles":
             return found
         place = self.temporary("position")
-        before.append(Assign(self.line, place, found))
+        before.append(st.Assign(self.line, place, found))
         return place
 
-    def _position(self, e: Expression, before: list[Statement]) -> Expression:
+    def _position(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A computed position whose numbers the target can write."""
-        if isinstance(e, CallValue):
+        if isinstance(e, ex.CallValue):
             return self._called(e, before, "position")
-        if not isinstance(e, (Function, Item)):
+        if not isinstance(e, (ex.Function, ex.Item)):
             return e
-        if isinstance(e, Item):
+        if isinstance(e, ex.Item):
             return self._index(e, before)
         arguments = tuple(
             self._position(a, before) if self._is_position(a) else self.value(a, before)
@@ -838,78 +818,83 @@ class _Hoist(Values):
         )
         return replace(e, arguments=arguments)
 
-    def _polled(self, s: Wait) -> list[Node]:
+    def _polled(self, s: st.Wait) -> list[Node]:
         """A wait whose condition has to be computed anew each time."""
-        before: list[Statement] = []
+        before: list[st.Statement] = []
         self.used.clear()
         condition = self.condition(s.condition, before)
-        leave = Block([(If(s.line, condition), [Break(s.line)])], EndIf(s.line))
-        head = While(s.line, SignalState(True), s.comment)
-        return [Block([(head, [*before, leave])], EndWhile(s.line))]
+        leave = Block([(st.If(s.line, condition), [st.Break(s.line)])], st.EndIf(s.line))
+        head = st.While(s.line, ex.SignalState(True), s.comment)
+        return [Block([(head, [*before, leave])], st.EndWhile(s.line))]
 
-    def _assign(self, s: Assign) -> list[Node]:
-        before: list[Statement] = []
+    def _assign(self, s: st.Assign) -> list[Node]:
+        before: list[st.Statement] = []
         target = (
             mapped(s.target, lambda e: self._index(e, before))
-            if isinstance(s.target, (Item, Member))
+            if isinstance(s.target, (ex.Item, ex.Member))
             else s.target
         )
         kind = kind_of_value(self.symbols, self.routine, target)
         value = s.value
-        if is_condition(value) and not (isinstance(value, Signal) and not self.simple):
-            if isinstance(value, Named):
+        if is_condition(value) and not (isinstance(value, ex.Signal) and not self.simple):
+            if isinstance(value, ex.Named):
                 return [*before, replace(s, target=target)]
             return [*before, *self._as_flag(s.line, target, value, s.comment)]
-        if isinstance(value, Function) and not self._is_position(value):
+        if isinstance(value, ex.Function) and not self._is_position(value):
             value = self._function(
                 replace(value, arguments=self._each_in_order(value.arguments, before)), before
             )
         elif self._is_position(value):
             value = self._position(value, before)
-        elif isinstance(value, CallValue):
+        elif isinstance(value, ex.CallValue):
             value = self._called(value, before, kind or "real")
         else:
             value = self.value(value, before, whole=kind == "integer")
         return [*before, replace(s, target=target, value=value)]
 
-    def _output(self, s: SetOutput) -> list[Node]:
-        before: list[Statement] = []
+    def _output(self, s: st.SetOutput) -> list[Node]:
+        before: list[st.Statement] = []
         if (
             is_condition(s.value)
-            and not isinstance(s.value, (SignalState, Named))
+            and not isinstance(s.value, (ex.SignalState, ex.Named))
             and not is_number(s.signal.bus)
         ):
             if not self.simple:
-                if any(type(x) is CallValue for x in expressions_of(s.value)):
+                if any(type(x) is ex.CallValue for x in expressions_of(s.value)):
                     value = self.condition(s.value, before)
                 else:
                     value = self._with_indices(s.value, before)
                 return [*before, s if value is s.value else replace(s, value=value)]
             condition = self.condition(s.value, before)
-            on: list[Node] = [replace(s, value=SignalState(True))]
-            off: list[Node] = [replace(s, value=SignalState(False), comment="")]
-            return [*before, Block([(If(s.line, condition), on), (Else(s.line), off)], EndIf(s.line))]
+            on: list[Node] = [replace(s, value=ex.SignalState(True))]
+            off: list[Node] = [replace(s, value=ex.SignalState(False), comment="")]
+            return [
+                *before,
+                Block([(st.If(s.line, condition), on), (st.Else(s.line), off)], st.EndIf(s.line)),
+            ]
         value = self.value(s.value, before, alone=True)  # first: it adds to what stands before
         return [*before, replace(s, value=value)]
 
-    def _quantities(self, s: Any, before: list[Statement]) -> Any:
+    def _quantities(self, s: Any, before: list[st.Statement]) -> Any:
         """Computed speeds, times and blends in variables, in the unit that a number of the target has there."""
 
         scales = self.work.limits.variable_scales
         kind = "integer" if scales else "real"
 
         def change(node: Any, name: str) -> Any:
-            if type(node) is not Quantity or isinstance(node.written, Number):
+            if type(node) is not ex.Quantity or isinstance(node.written, ex.Number):
                 return node
             finer = name in ("speed", "duration")
             scale = scales.get(round(node.scale, 12), node.scale) if finer else node.scale
-            if not scales and isinstance(node.written, Named):
+            if not scales and isinstance(node.written, ex.Named):
                 return node
             factor = node.scale / scale
-            value = node.written if abs(factor - 1) < 1e-12 else Binary("*", node.written, Number(factor))
+            value = (
+                node.written if abs(factor - 1) < 1e-12 else ex.Binary("*", node.written, ex.Number(factor))
+            )
             target = self.temporary(kind)
-            before.extend(flat(self._assign(Assign(s.line, target, value))))
-            return Quantity(target, scale)
+            before.extend(flat(self._assign(st.Assign(s.line, target, value))))
+            return ex.Quantity(target, scale)
 
         changes: dict[str, Any] = {}
         for name in ("duration", "acceleration", "deceleration", "turn"):
@@ -930,7 +915,7 @@ class _Hoist(Values):
 # --- Texts ---
 
 
-def texts_by_statement(program: Program, work: TranslationContext) -> Program:
+def texts_by_statement(program: st.Program, work: TranslationContext) -> st.Program:
     """For KRL: texts that are put together within a statement are put together before it, in variables."""
     if not work.limits.texts_by_statement:
         return program
@@ -952,11 +937,11 @@ def texts_by_statement(program: Program, work: TranslationContext) -> Program:
 _PUT_TOGETHER: Final = frozenset({"joined-text", "text-of-value", "part-of-text", "match-in-text"})
 
 
-def _is_put_together(e: Expression) -> bool:
-    return type(e) is Function and e.name in _PUT_TOGETHER
+def _is_put_together(e: ex.Expression) -> bool:
+    return type(e) is ex.Function and e.name in _PUT_TOGETHER
 
 
-def _has_text(s: Statement) -> bool:
+def _has_text(s: st.Statement) -> bool:
     return not calls_nothing(s) and any(map(_is_put_together, expressions_of(s)))
 
 
@@ -964,25 +949,25 @@ def _has_text(s: Statement) -> bool:
 class _Texts(Values):
     """Texts in variables. `made`: what the statement's variables hold, for a text that takes them up as its parts."""
 
-    made: dict[Named, Assign] = field(default_factory=dict)
+    made: dict[ex.Named, st.Assign] = field(default_factory=dict)
 
-    def lowered(self, e: Any, before: list[Statement]) -> Any:
+    def lowered(self, e: Any, before: list[st.Statement]) -> Any:
         """An expression, or a statement, whose texts are variables."""
-        return mapped(e, lambda x: self._text(x, before) if type(x) is Function else x)
+        return mapped(e, lambda x: self._text(x, before) if type(x) is ex.Function else x)
 
-    def whole(self, e: Expression, before: list[Statement]) -> Expression:
+    def whole(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A text that a statement of its own puts together."""
         return self._taken(self.lowered(e, before), before)
 
-    def _taken(self, e: Expression, before: list[Statement]) -> Expression:
+    def _taken(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """What a variable of this statement holds, which nothing else needs then."""
-        row = self.made.pop(e, None) if isinstance(e, Named) else None
+        row = self.made.pop(e, None) if isinstance(e, ex.Named) else None
         if row is None:
             return e
         before.remove(row)
         return row.value
 
-    def _text(self, e: Function, before: list[Statement]) -> Expression:
+    def _text(self, e: ex.Function, before: list[st.Statement]) -> ex.Expression:
         if e.name not in _PUT_TOGETHER:
             return e
         if e.name == "match-in-text":
@@ -994,34 +979,34 @@ class _Texts(Values):
             says = f"{language_of(self.work.target)} writes a number with up to six digits as a text"
             self.work.lose(self.line, Fate.APPROXIMATED, "text", says)
         if e.name == "joined-text":
-            e = Function(e.name, tuple(self._taken(one, before) for one in e.arguments))
-        elif e.name == "part-of-text" and not isinstance(first, Named):
-            e = Function(e.name, (self._kept(first, "string", before), *more))
+            e = ex.Function(e.name, tuple(self._taken(one, before) for one in e.arguments))
+        elif e.name == "part-of-text" and not isinstance(first, ex.Named):
+            e = ex.Function(e.name, (self._kept(first, "string", before), *more))
         return self._kept(e, "string", before)
 
-    def _kept(self, e: Expression, kind: str, before: list[Statement]) -> Named:
+    def _kept(self, e: ex.Expression, kind: str, before: list[st.Statement]) -> ex.Named:
         target = self.temporary(kind)
-        row = Assign(self.line, target, e)
+        row = st.Assign(self.line, target, e)
         before.append(row)
         self.made[target] = row
         return target
 
-    def condition(self, e: Expression, before: list[Statement]) -> Expression:
+    def condition(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         return e
 
-    def _place(self, e: Function, before: list[Statement]) -> Named:
+    def _place(self, e: ex.Function, before: list[st.Statement]) -> ex.Named:
         """One more than the length of the text where the target says 0."""
         text, start, pattern = e.arguments
-        text = text if isinstance(text, (Named, Text)) else self._kept(text, "string", before)
-        if not isinstance(start, Number):
+        text = text if isinstance(text, (ex.Named, ex.Text)) else self._kept(text, "string", before)
+        if not isinstance(start, ex.Number):
             start = self._kept(start, "integer", before)
         found = self.temporary("integer")
-        behind = Binary("+", Function("length-of-text", (text,)), Number(1))
+        behind = ex.Binary("+", ex.Function("length-of-text", (text,)), ex.Number(1))
         before += [
-            Assign(self.line, found, Function("find-in-text", (text, start, pattern))),
-            If(self.line, Compare("=", found, Number(0))),
-            Assign(self.line, found, behind),
-            EndIf(self.line),
+            st.Assign(self.line, found, ex.Function("find-in-text", (text, start, pattern))),
+            st.If(self.line, ex.Compare("=", found, ex.Number(0))),
+            st.Assign(self.line, found, behind),
+            st.EndIf(self.line),
         ]
         return found
 
@@ -1043,24 +1028,24 @@ class _TextHoist(_Hoist):
         return texts
 
     def value(
-        self, e: Expression, before: list[Statement], alone: bool = False, whole: bool = False
-    ) -> Expression:
-        found: Expression = self._begun().lowered(e, before)
+        self, e: ex.Expression, before: list[st.Statement], alone: bool = False, whole: bool = False
+    ) -> ex.Expression:
+        found: ex.Expression = self._begun().lowered(e, before)
         return found
 
-    def condition(self, e: Expression, before: list[Statement]) -> Expression:
+    def condition(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         return self.value(e, before)
 
-    def _statement(self, s: Statement) -> list[Node]:
+    def _statement(self, s: st.Statement) -> list[Node]:
         if not _has_text(s):
             return [s]
-        if isinstance(s, Wait):
+        if isinstance(s, st.Wait):
             return self._polled(s)
-        texts, before = self._begun(), list[Statement]()
+        texts, before = self._begun(), list[st.Statement]()
         new: Any
-        if isinstance(s, Message):
+        if isinstance(s, st.Message):
             new = replace(s, text=texts.whole(s.text, before))
-        elif isinstance(s, Assign) and kind_of_value(self.symbols, self.routine, s.value) == "string":
+        elif isinstance(s, st.Assign) and kind_of_value(self.symbols, self.routine, s.value) == "string":
             new = replace(s, value=texts.whole(s.value, before))
         else:
             new = texts.lowered(s, before)
@@ -1070,7 +1055,7 @@ class _TextHoist(_Hoist):
 def _is_written_out(s: Any) -> bool:
     """Whether a move's speed and blend are numbers."""
     measured = [q.value for q in (s.speed, s.blend) if q is not None and q.value is not None]
-    return all(type(value.written) is Number for value in measured)
+    return all(type(value.written) is ex.Number for value in measured)
 
 
 def _stamped(nodes: list[Node], line: int) -> list[Node]:

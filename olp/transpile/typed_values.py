@@ -11,41 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Logic,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unary,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Declare,
-    Else,
-    EndIf,
-    If,
-    Message,
-    Move,
-    PathTrigger,
-    Program,
-    Return,
-    Routine,
-    SetOutput,
-    Statement,
-)
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, sets_numbers
 from olp.languages.limits import ValueTypes
 from olp.transpile.context import Fate, TranslationContext
@@ -54,12 +22,14 @@ from olp.transpile.symbols import Symbols, kind_of_value
 
 _NUMBERS: Final = frozenset({"integer", "real"})
 _PLACES: Final = frozenset({"position", "joints"})
-_LITERALS: Final = frozenset({Number, Text, SignalState, PositionLiteral, RecordLiteral, Unary, Binary})
+_LITERALS: Final = frozenset(
+    {ex.Number, ex.Text, ex.SignalState, ex.PositionLiteral, ex.RecordLiteral, ex.Unary, ex.Binary}
+)
 _MODULE_DATA: Final = frozenset({"tool", "frame"})
-_NOTHING: Final = PositionLiteral("pose", (0.0,) * 6)
+_NOTHING: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
-def typed_values(program: Program, work: TranslationContext) -> Program:
+def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
     """For a typed target: every value as what takes it wants it."""
     types = work.limits.value_types
     if types is None:
@@ -69,7 +39,7 @@ def typed_values(program: Program, work: TranslationContext) -> Program:
     own = _Typing(types, work.symbols(program), work)
     routines = []
     for routine in program.routines:
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
             rows += [s] if calls_nothing(s) or sets_numbers(s) else own.statement(routine.name, s)
         routines.append(with_rows(routine, rows))
@@ -84,37 +54,37 @@ class _Typing:
     types: ValueTypes
     symbols: Symbols
     work: TranslationContext
-    unused: dict[str, Declare] = field(default_factory=dict)
+    unused: dict[str, st.Declare] = field(default_factory=dict)
 
-    def statement(self, routine: str, s: Statement) -> list[Statement]:
-        if not isinstance(s, (Move, Declare)):
+    def statement(self, routine: str, s: st.Statement) -> list[st.Statement]:
+        if not isinstance(s, (st.Move, st.Declare)):
             s = mapped(s, lambda e: self._handed(routine, self._compared(routine, e)))
-        if isinstance(s, Declare):
+        if isinstance(s, st.Declare):
             return self._begun(routine, s)
-        if isinstance(s, Assign):
+        if isinstance(s, st.Assign):
             return self._assigned(routine, s, self._kind(routine, s.target))
-        if isinstance(s, Return) and s.value is not None:
+        if isinstance(s, st.Return) and s.value is not None:
             own = self.symbols.routines.get(routine)
             return self._assigned(routine, s, "" if own is None else own.returns)
-        if isinstance(s, Call):
+        if isinstance(s, st.Call):
             return [self._called(routine, s)]
-        if isinstance(s, Move) and s.triggers and self.types.signals_are_states:
+        if isinstance(s, st.Move) and s.triggers and self.types.signals_are_states:
             return [replace(s, triggers=tuple(self._trigger(routine, one) for one in s.triggers))]
-        if isinstance(s, SetOutput) and _is_digital(s.signal) and self.types.signals_are_states:
+        if isinstance(s, st.SetOutput) and _is_digital(s.signal) and self.types.signals_are_states:
             return [replace(s, value=self._as_state(routine, s.value))]
         return [s]
 
-    def _trigger(self, routine: str, one: PathTrigger) -> PathTrigger:
+    def _trigger(self, routine: str, one: st.PathTrigger) -> st.PathTrigger:
         return one._replace(value=self._as_state(routine, one.value)) if _is_digital(one.signal) else one
 
-    def _begun(self, routine: str, s: Declare) -> list[Statement]:
+    def _begun(self, routine: str, s: st.Declare) -> list[st.Statement]:
         """A variable that begins with what is computed is set where it was declared."""
         if s.value is None or s.storage != "variable" or _is_written(s.value):
             return [s]
-        begins = Assign(s.line, Named(s.name), s.value, s.comment)
+        begins = st.Assign(s.line, ex.Named(s.name), s.value, s.comment)
         return [replace(s, value=None, comment=""), *self.statement(routine, begins)]
 
-    def _called(self, routine: str, s: Call) -> Call:
+    def _called(self, routine: str, s: st.Call) -> st.Call:
         """A call whose arguments are of the types that are asked for, and whose result goes somewhere."""
         arguments = tuple(self._argument(routine, one) for one in s.arguments)
         called = self.symbols.routines.get(s.routine) if self.types.results_are_used else None
@@ -122,58 +92,62 @@ class _Typing:
             return replace(s, arguments=arguments)
         kind = called.returns
         if kind not in self.unused:
-            self.unused[kind] = Declare(0, self.work.helper(f"unused_{kind}"), kind, shared=True)
-        return replace(s, arguments=arguments, result=Named(self.unused[kind].name))
+            self.unused[kind] = st.Declare(0, self.work.helper(f"unused_{kind}"), kind, shared=True)
+        return replace(s, arguments=arguments, result=ex.Named(self.unused[kind].name))
 
-    def _handed(self, routine: str, e: Expression) -> Expression:
-        if type(e) is not CallValue or not e.arguments:
+    def _handed(self, routine: str, e: ex.Expression) -> ex.Expression:
+        if type(e) is not ex.CallValue or not e.arguments:
             return e
         return replace(e, arguments=tuple(self._argument(routine, one) for one in e.arguments))
 
-    def _argument(self, routine: str, e: Expression) -> Expression:
-        return Compare("=", e, SignalState(True)) if self._kind(routine, e) == "signal" else e
+    def _argument(self, routine: str, e: ex.Expression) -> ex.Expression:
+        return ex.Compare("=", e, ex.SignalState(True)) if self._kind(routine, e) == "signal" else e
 
-    def _assigned(self, routine: str, s: Assign | Return, wanted: str) -> list[Statement]:
+    def _assigned(self, routine: str, s: st.Assign | st.Return, wanted: str) -> list[st.Statement]:
         """A statement whose value is of the type `wanted`."""
         given = self._kind(routine, s.value)
         if wanted == given or not wanted or not given or s.value is None:
             return [s]
         if wanted == "boolean" and given == "signal":
-            return [replace(s, value=Compare("=", s.value, SignalState(True)))]
+            return [replace(s, value=ex.Compare("=", s.value, ex.SignalState(True)))]
         if wanted == "boolean" and given in _NUMBERS:
             return [replace(s, value=_not_zero(s.value))]
         if wanted in _NUMBERS and given == "boolean":
-            test = s.value if not isinstance(s.value, Signal) else Compare("=", s.value, SignalState(True))
-            on, off = (replace(s, value=Number(n), comment="") for n in (1, 0))
-            return [If(s.line, test, s.comment), on, Else(s.line), off, EndIf(s.line)]
+            test = (
+                s.value
+                if not isinstance(s.value, ex.Signal)
+                else ex.Compare("=", s.value, ex.SignalState(True))
+            )
+            on, off = (replace(s, value=ex.Number(n), comment="") for n in (1, 0))
+            return [st.If(s.line, test, s.comment), on, st.Else(s.line), off, st.EndIf(s.line)]
         if {wanted, given} == _PLACES:
             says = "joint values and a pose in one variable: the target has a type for each"
             self.work.lose(s, Fate.REFUSED, "statement", says)
         return [s]
 
-    def _kind(self, routine: str, e: Expression | None) -> str:
+    def _kind(self, routine: str, e: ex.Expression | None) -> str:
         """As `kind_of_value`; "signal" for the state of one where that is a number and still no plain one."""
-        if isinstance(e, Signal) and _is_digital(e) and not self.types.signals_are_states:
+        if isinstance(e, ex.Signal) and _is_digital(e) and not self.types.signals_are_states:
             return "signal"
         return kind_of_value(self.symbols, routine, e)
 
-    def _as_state(self, routine: str, e: Expression) -> Expression:
-        if isinstance(e, Number):
-            return SignalState(e.value != 0)
+    def _as_state(self, routine: str, e: ex.Expression) -> ex.Expression:
+        if isinstance(e, ex.Number):
+            return ex.SignalState(e.value != 0)
         return _not_zero(e) if kind_of_value(self.symbols, routine, e) in _NUMBERS else e
 
-    def _compared(self, routine: str, e: Expression) -> Expression:
+    def _compared(self, routine: str, e: ex.Expression) -> ex.Expression:
         """Both sides of a comparison as one type."""
-        if not isinstance(e, Compare) or e.operator not in ("=", "<>"):
+        if not isinstance(e, ex.Compare) or e.operator not in ("=", "<>"):
             return e
         kinds = self._kind(routine, e.left), self._kind(routine, e.right)
         if (
             set(kinds) == {"signal", "boolean"}
-            and not isinstance(e.left, SignalState)
-            and not isinstance(e.right, SignalState)
+            and not isinstance(e.left, ex.SignalState)
+            and not isinstance(e.right, ex.SignalState)
         ):
             left, right = (
-                Compare("=", side, SignalState(True)) if kind == "signal" else side
+                ex.Compare("=", side, ex.SignalState(True)) if kind == "signal" else side
                 for side, kind in zip((e.left, e.right), kinds, strict=True)
             )
             return replace(e, left=left, right=right)
@@ -183,32 +157,36 @@ class _Typing:
         return e
 
 
-def _is_digital(e: Signal) -> bool:
+def _is_digital(e: ex.Signal) -> bool:
     return not any(word in e.bus for word in ("group", "analog", "register"))
 
 
-def _not_zero(e: Expression) -> Expression:
-    return Compare("<>", e, Number(0))
+def _not_zero(e: ex.Expression) -> ex.Expression:
+    return ex.Compare("<>", e, ex.Number(0))
 
 
-def _is_written(value: Expression | None) -> bool:
+def _is_written(value: ex.Expression | None) -> bool:
     """Whether a value stands in the text as it is, and is not computed."""
     return value is not None and all(type(e) in _LITERALS for e in expressions_of(value))
 
 
-def _systems_in_the_module(program: Program, work: TranslationContext) -> Program:
+def _systems_in_the_module(program: st.Program, work: TranslationContext) -> st.Program:
     """Tools and frames that a routine declares, declared for the whole program under names of their own."""
-    data: list[Declare] = []
-    routines: list[Routine] = []
+    data: list[st.Declare] = []
+    routines: list[st.Routine] = []
     taken = {declare.name.casefold() for declare in program.data}
     for routine in program.routines:
         chosen = {
-            e.name for s in routine.body if type(s) is Move for e in (s.tool, s.frame) if type(e) is Named
+            e.name
+            for s in routine.body
+            if type(s) is st.Move
+            for e in (s.tool, s.frame)
+            if type(e) is ex.Named
         }
         moved = [
             s
             for s in routine.body
-            if isinstance(s, Declare) and (s.type in _MODULE_DATA or (s.name in chosen and not s.sizes))
+            if isinstance(s, st.Declare) and (s.type in _MODULE_DATA or (s.name in chosen and not s.sizes))
         ]
         if not moved:
             routines.append(routine)
@@ -224,33 +202,35 @@ def _systems_in_the_module(program: Program, work: TranslationContext) -> Progra
             data.append(replace(declare, line=0, name=new, value=value, storage="persistent", shared=True))
         gone = set(map(id, moved))
 
-        def change(e: Expression, names: dict[str, str] = names) -> Expression:
-            return Named(names[e.name]) if type(e) is Named and names.get(e.name, e.name) != e.name else e
+        def change(e: ex.Expression, names: dict[str, str] = names) -> ex.Expression:
+            return (
+                ex.Named(names[e.name]) if type(e) is ex.Named and names.get(e.name, e.name) != e.name else e
+            )
 
         changed = {name for s in routine.body for name in changed_by(s)}
-        rows: list[Statement] = []
+        rows: list[st.Statement] = []
         for s in routine.body:
             if id(s) not in gone:
                 rows.append(mapped(s, change))
             elif (
-                isinstance(s, Declare)
+                isinstance(s, st.Declare)
                 and s.value is not None
                 and (s.name in changed or not _is_written(s.value))
             ):
-                rows.append(Assign(s.line, Named(names[s.name]), s.value))  # what each call begins with
+                rows.append(st.Assign(s.line, ex.Named(names[s.name]), s.value))  # what each call begins with
         routines.append(replace(routine, body=tuple(rows)))
     return replace(program, routines=tuple(routines), data=(*program.data, *data)) if data else program
 
 
 def whole_decimals(e: Any) -> Any:
     """A number rounded to decimals, where the target's function rounds to whole numbers."""
-    if not isinstance(e, Function) or e.name not in ("round", "trunc") or len(e.arguments) != 2:
+    if not isinstance(e, ex.Function) or e.name not in ("round", "trunc") or len(e.arguments) != 2:
         return e
     number, decimals = e.arguments
-    if not isinstance(decimals, Number):
+    if not isinstance(decimals, ex.Number):
         return e
-    scale = Number(10 ** int(decimals.value))
-    return Binary("/", Function(e.name, (Binary("*", number, scale),)), scale)
+    scale = ex.Number(10 ** int(decimals.value))
+    return ex.Binary("/", ex.Function(e.name, (ex.Binary("*", number, scale),)), scale)
 
 
 # --- Enumerations ---
@@ -258,7 +238,7 @@ def whole_decimals(e: Any) -> Any:
 
 _LARGEST_POWER: Final = 4  # that is written as a product
 _LARGEST_EXPONENT: Final = 50  # of constants that are computed here
-_MANUAL: Final = (SystemValue("manual-reduced"), SystemValue("manual-full"))
+_MANUAL: Final = (ex.SystemValue("manual-reduced"), ex.SystemValue("manual-full"))
 _STATES_ARE_TOLD: Final = "see that these signals tell what the program asks of the controller"
 _AUTOMATIC: Final = (
     "automatic mode is asked for, whether a cell's controller started the program or an operator"
@@ -269,10 +249,10 @@ _TOLD_BY_SIGNAL: Final = (
 )
 
 
-def enumerations(program: Program, work: TranslationContext) -> Program:
+def enumerations(program: st.Program, work: TranslationContext) -> st.Program:
     """Variables of an enumeration as whole numbers, its constants counted from 1 as KRL counts them."""
     declared = [
-        d for d in _all_data(program) if d.type == "enumeration" and isinstance(d.value, RecordLiteral)
+        d for d in _all_data(program) if d.type == "enumeration" and isinstance(d.value, ex.RecordLiteral)
     ]
     if not declared or program.vendor == work.target:
         return program
@@ -280,20 +260,22 @@ def enumerations(program: Program, work: TranslationContext) -> Program:
     places: dict[str, set[int]] = {}
     for d in declared:
         for place, (_, word) in enumerate(d.value.members, 1):  # type: ignore[union-attr]
-            if isinstance(word, Text):
+            if isinstance(word, ex.Text):
                 places.setdefault(word.value.casefold(), set()).add(place)
     known = {word: min(found) for word, found in places.items() if len(found) == 1}
-    used = {e.value.casefold() for s in program.statements() for e in expressions_of(s) if type(e) is Text}
+    used = {e.value.casefold() for s in program.statements() for e in expressions_of(s) if type(e) is ex.Text}
     for d in declared:
-        words = [e.value for _, e in d.value.members if isinstance(e, Text)]  # type: ignore[union-attr]
+        words = [e.value for _, e in d.value.members if isinstance(e, ex.Text)]  # type: ignore[union-attr]
         if not used.isdisjoint(word.casefold() for word in words):
             shown = ", ".join(f"{word[1:]} {place}" for place, word in enumerate(words, 1))
             work.note_once(f"{d.name} is a whole number there: {shown}")
 
-    def change(e: Expression) -> Expression:
-        return Number(known[e.value.casefold()]) if type(e) is Text and e.value.casefold() in known else e
+    def change(e: ex.Expression) -> ex.Expression:
+        return (
+            ex.Number(known[e.value.casefold()]) if type(e) is ex.Text and e.value.casefold() in known else e
+        )
 
-    def plain(d: Declare) -> Declare:
+    def plain(d: st.Declare) -> st.Declare:
         return replace(d, type="integer", native="") if d.type.casefold() in kinds else d
 
     routines = []
@@ -302,9 +284,9 @@ def enumerations(program: Program, work: TranslationContext) -> Program:
             replace(p, type="integer", native="") if p.type.casefold() in kinds else p for p in r.parameters
         )
         body = tuple(
-            plain(mapped(s, change)) if type(s) is Declare else mapped(s, change)
+            plain(mapped(s, change)) if type(s) is st.Declare else mapped(s, change)
             for s in r.body
-            if not (type(s) is Declare and s.type == "enumeration")
+            if not (type(s) is st.Declare and s.type == "enumeration")
         )
         returns = "integer" if r.returns.casefold() in kinds else r.returns
         data = tuple(plain(mapped(d, change)) for d in r.data if d.type != "enumeration")
@@ -313,25 +295,25 @@ def enumerations(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=tuple(routines), data=rows)
 
 
-def _all_data(program: Program) -> Iterator[Declare]:
+def _all_data(program: st.Program) -> Iterator[st.Declare]:
     yield from program.data
     for r in program.routines:
         yield from r.data
-        yield from (s for s in r.body if type(s) is Declare)
+        yield from (s for s in r.body if type(s) is st.Declare)
 
 
-def exclusive(program: Program, work: TranslationContext) -> Program:
+def exclusive(program: st.Program, work: TranslationContext) -> st.Program:
     """Just one of two conditions, which is no exclusive OR of bits; a difference where the target has no such word."""
     symbols = work.symbols(program)
 
-    def change(e: Expression, routine: str) -> Expression:
-        if type(e) is not Binary or e.operator != "xor":
+    def change(e: ex.Expression, routine: str) -> ex.Expression:
+        if type(e) is not ex.Binary or e.operator != "xor":
             return e
         if not all(kind_of_value(symbols, routine, one) == "boolean" for one in (e.left, e.right)):
             return e
         if work.limits.has_exclusive_or:
-            return Logic(e.left, (("xor", e.right),))
-        return Compare("<>", e.left, e.right)
+            return ex.Logic(e.left, (("xor", e.right),))
+        return ex.Compare("<>", e.left, e.right)
 
     routines = [
         changed_rare(r, work.look(r), lambda s, name=r.name: mapped(s, lambda e: change(e, name)))  # type: ignore[misc]
@@ -348,27 +330,27 @@ AS_TEXT: Final = "text-of-value"
 _NO_TEXTS: Final = _NUMBERS | _PLACES | {"boolean"}
 
 
-def shown_values(program: Program, work: TranslationContext) -> Program:
+def shown_values(program: st.Program, work: TranslationContext) -> st.Program:
     """Numbers, states and positions that are shown, or parts of a text, as texts; texts of texts as these."""
     adds = work.conventions.sums_of_texts
     if not any(_shows_values(s, adds) for r in program.routines for _, s in work.look(r).rare):
         return program
     symbols = work.symbols(program)
 
-    def parts(e: Expression) -> tuple[Expression, ...]:
-        return e.arguments if type(e) is Function and e.name == _JOINED else (e,)
+    def parts(e: ex.Expression) -> tuple[ex.Expression, ...]:
+        return e.arguments if type(e) is ex.Function and e.name == _JOINED else (e,)
 
-    def shown(e: Expression, routine: str) -> Expression:
-        if type(e) is Member or kind_of_value(symbols, routine, e) not in _NO_TEXTS:
+    def shown(e: ex.Expression, routine: str) -> ex.Expression:
+        if type(e) is ex.Member or kind_of_value(symbols, routine, e) not in _NO_TEXTS:
             return e
-        return Function(AS_TEXT, (_as_state(e, symbols, routine),))
+        return ex.Function(AS_TEXT, (_as_state(e, symbols, routine),))
 
-    def change(e: Expression, routine: str) -> Expression:
-        if type(e) is Binary and adds and e.operator == "+":
+    def change(e: ex.Expression, routine: str) -> ex.Expression:
+        if type(e) is ex.Binary and adds and e.operator == "+":
             if "string" not in (kind_of_value(symbols, routine, one) for one in (e.left, e.right)):
                 return e
-            e = Function(_JOINED, (*parts(e.left), *parts(e.right)))
-        if type(e) is not Function or not e.arguments:
+            e = ex.Function(_JOINED, (*parts(e.left), *parts(e.right)))
+        if type(e) is not ex.Function or not e.arguments:
             return e
         if e.name == _JOINED:
             return replace(e, arguments=tuple(shown(one, routine) for one in e.arguments))
@@ -379,11 +361,11 @@ def shown_values(program: Program, work: TranslationContext) -> Program:
             return replace(e, arguments=(_as_state(first, symbols, routine), *more))
         return e
 
-    def row(s: Statement, routine: str) -> Statement:
+    def row(s: st.Statement, routine: str) -> st.Statement:
         if not _shows_values(s, adds):
             return s
         s = mapped(s, lambda e: change(e, routine))
-        return replace(s, text=shown(s.text, routine)) if type(s) is Message else s
+        return replace(s, text=shown(s.text, routine)) if type(s) is st.Message else s
 
     routines = [
         changed_rare(r, work.look(r), lambda s, name=r.name: row(s, name))  # type: ignore[misc]
@@ -392,43 +374,45 @@ def shown_values(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def _shows_values(s: Statement, adds: bool) -> bool:
+def _shows_values(s: st.Statement, adds: bool) -> bool:
     if calls_nothing(s):
         return False
-    if type(s) is Message and type(s.text) is not Text:
+    if type(s) is st.Message and type(s.text) is not ex.Text:
         return True
-    if adds and any(type(e) is Binary and e.operator == "+" for e in expressions_of(s)):
+    if adds and any(type(e) is ex.Binary and e.operator == "+" for e in expressions_of(s)):
         return True
-    return any(type(e) is Function and e.name in (_JOINED, AS_TEXT) for e in expressions_of(s))
+    return any(type(e) is ex.Function and e.name in (_JOINED, AS_TEXT) for e in expressions_of(s))
 
 
-def _as_state(e: Expression, symbols: Symbols, routine: str) -> Expression:
+def _as_state(e: ex.Expression, symbols: Symbols, routine: str) -> ex.Expression:
     """A signal that is on or off as a condition, any other value as it is."""
-    if type(e) is Signal and kind_of_value(symbols, routine, e) == "boolean":
-        return Compare("=", e, SignalState(True))
+    if type(e) is ex.Signal and kind_of_value(symbols, routine, e) == "boolean":
+        return ex.Compare("=", e, ex.SignalState(True))
     return e
 
 
-def powers(program: Program, work: TranslationContext) -> Program:
+def powers(program: st.Program, work: TranslationContext) -> st.Program:
     """Small whole powers as products, those of constants as numbers, where the target has no function for them."""
     if work.limits.has_power:
         return program
     symbols = work.symbols(program)
 
-    def change(e: Expression, routine: str) -> Expression:
-        if type(e) is not Function or e.name != "power" or len(e.arguments) != 2:
+    def change(e: ex.Expression, routine: str) -> ex.Expression:
+        if type(e) is not ex.Function or e.name != "power" or len(e.arguments) != 2:
             return e
         known = tuple(symbols.fixed_value(routine, one) or one for one in e.arguments)
         match known:
-            case (Number(number), Number(exponent)) if number > 0 and abs(exponent) <= _LARGEST_EXPONENT:
-                return Number(number**exponent)
-            case (_, Number(exponent)) if _is_cheap(base := e.arguments[0]):
+            case (ex.Number(number), ex.Number(exponent)) if (
+                number > 0 and abs(exponent) <= _LARGEST_EXPONENT
+            ):
+                return ex.Number(number**exponent)
+            case (_, ex.Number(exponent)) if _is_cheap(base := e.arguments[0]):
                 if exponent == 0.5:
-                    return Function("sqrt", (base,))
+                    return ex.Function("sqrt", (base,))
                 if float(exponent).is_integer() and 1 <= exponent <= _LARGEST_POWER:
                     product = base
                     for _ in range(int(exponent) - 1):
-                        product = Binary("*", product, base)
+                        product = ex.Binary("*", product, base)
                     return product
         return e
 
@@ -439,26 +423,28 @@ def powers(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def states(program: Program, work: TranslationContext) -> Program:
+def states(program: st.Program, work: TranslationContext) -> st.Program:
     """What only the controller knows of itself, from the signals that tell it, where the target has such."""
 
-    def change(s: Statement) -> Statement:
-        asked = {e.name for e in expressions_of(s) if type(e) is SystemValue and e.name in terminology.STATES}
+    def change(s: st.Statement) -> st.Statement:
+        asked = {
+            e.name for e in expressions_of(s) if type(e) is ex.SystemValue and e.name in terminology.STATES
+        }
         if not asked:
             return s
-        known: dict[Expression, Expression] = {}
+        known: dict[ex.Expression, ex.Expression] = {}
         for name in sorted(asked):
             told = work.limits.state_signals.get(name)
             if name == "automatic":
                 work.lose(s, Fate.APPROXIMATED, "condition", _AUTOMATIC)
-                known[SystemValue(name)] = Unary("not", Logic(_MANUAL[0], (("or", _MANUAL[1]),)))
+                known[ex.SystemValue(name)] = ex.Unary("not", ex.Logic(_MANUAL[0], (("or", _MANUAL[1]),)))
             elif told is not None:
                 bus, index, asks = told
                 says = f"{terminology.STATES[name]} is asked of a signal that the controller or the cell sets"
                 work.lose(s, Fate.APPROXIMATED, "condition", says)
                 work.ask(_STATES_ARE_TOLD, asks)
-                known[SystemValue(name)] = Signal(
-                    bus, Number(index) if isinstance(index, int) else Text(index)
+                known[ex.SystemValue(name)] = ex.Signal(
+                    bus, ex.Number(index) if isinstance(index, int) else ex.Text(index)
                 )
         return mapped(s, lambda e: known.get(e, e)) if known else s
 
@@ -466,22 +452,22 @@ def states(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def manual_modes(program: Program, work: TranslationContext) -> Program:
+def manual_modes(program: st.Program, work: TranslationContext) -> st.Program:
     """Whether the mode is manual, at whatever speed, from the signal that tells it, where the target has such."""
     told = work.limits.manual_signal
     if told is None:
         return program
-    signal = Signal(told[0], Number(told[1]))
+    signal = ex.Signal(told[0], ex.Number(told[1]))
 
-    def both(e: Expression) -> Expression:
+    def both(e: ex.Expression) -> ex.Expression:
         parts = _either(e)
-        if type(e) is not Logic or not all(mode in parts for mode in _MANUAL):
+        if type(e) is not ex.Logic or not all(mode in parts for mode in _MANUAL):
             return e
         work.note_once(_TOLD_BY_SIGNAL)
         others = [part for part in parts if part not in _MANUAL]
-        return Logic(signal, tuple(("or", part) for part in others)) if others else signal
+        return ex.Logic(signal, tuple(("or", part) for part in others)) if others else signal
 
-    def change(s: Statement) -> Statement:
+    def change(s: st.Statement) -> st.Statement:
         s = mapped(s, both)
         if not any(e in _MANUAL for e in expressions_of(s)):
             return s
@@ -494,13 +480,13 @@ def manual_modes(program: Program, work: TranslationContext) -> Program:
     return with_routines(program, routines)
 
 
-def _either(e: Expression) -> list[Expression]:
+def _either(e: ex.Expression) -> list[ex.Expression]:
     """The conditions of which one is enough."""
-    if type(e) is not Logic or any(word != "or" for word, _ in e.rest):
+    if type(e) is not ex.Logic or any(word != "or" for word, _ in e.rest):
         return [e]
     return [inner for part in (e.first, *(part for _, part in e.rest)) for inner in _either(part)]
 
 
-def _is_cheap(e: Expression) -> bool:
+def _is_cheap(e: ex.Expression) -> bool:
     """Whether a value may be computed more than once: nothing is called, and no signal is read."""
-    return not any(isinstance(one, (CallValue, Signal, SystemValue)) for one in expressions_of(e))
+    return not any(isinstance(one, (ex.CallValue, ex.Signal, ex.SystemValue)) for one in expressions_of(e))

@@ -7,20 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from olp.ir import program as st
 from olp.ir.expressions import Expression, FrameRef, Number, PositionLiteral, Quantity, SignalState
-from olp.ir.program import (
-    Begin,
-    Dwell,
-    End,
-    Message,
-    Move,
-    Path,
-    Program,
-    PulseOutput,
-    SetOutput,
-    Statement,
-    Wait,
-)
 from olp.robots.geometry import Pose, rotation_from_quaternion, slerp
 from olp.robots.kinematics.configuration import forward
 from olp.runtime.paths import point_on_arc
@@ -32,7 +20,7 @@ _BASE = FrameRef("base")
 _DIGITS = 8  # of a tool [m, rad]: one tool is one value at all its positions
 
 
-def executed(program: Program, work: TranslationContext) -> Program:
+def executed(program: st.Program, work: TranslationContext) -> st.Program:
     """The plan of the source as one routine: every position in the base, or in joint values where no robot is known.
 
     The tool of a move is what stands between the flange, where the robot's axes put it, and the position.
@@ -41,45 +29,45 @@ def executed(program: Program, work: TranslationContext) -> Program:
     if plan is None or not program.routines:
         work.lose(0, Fate.REFUSED, "statement", "the program cannot be run")
         return program
-    by_line: dict[int, list[Statement]] = {}
+    by_line: dict[int, list[st.Statement]] = {}
     for s in program.statements():
         by_line.setdefault(s.line, []).append(s)
-    rows: list[Statement] = [Begin(0)]
+    rows: list[st.Statement] = [st.Begin(0)]
     for step in range(len(plan)):
         if plan.source[step] == 0:
             rows += _step(plan, step, by_line.get(int(plan.line[step]), []), work)
     name = program.main or program.routines[0].name
     main = next(r for r in program.routines if r.name == name)
-    only = replace(main, body=(*rows, End(0)), parameters=(), returns="")
+    only = replace(main, body=(*rows, st.End(0)), parameters=(), returns="")
     return replace(program, routines=(only,), main=name)
 
 
-def _step(plan: Plan, step: int, written: list[Statement], work: TranslationContext) -> list[Statement]:
+def _step(plan: Plan, step: int, written: list[st.Statement], work: TranslationContext) -> list[st.Statement]:
     kind = StepKind(int(plan.kind[step]))
     line = int(plan.line[step])
     if kind is StepKind.MOVE:
-        move = next((s for s in written if isinstance(s, Move)), None)
+        move = next((s for s in written if isinstance(s, st.Move)), None)
         return [] if move is None else _move(plan, step, move, work)
     if kind is StepKind.WAIT:
-        wait = next((s for s in written if isinstance(s, Wait)), None)
+        wait = next((s for s in written if isinstance(s, st.Wait)), None)
         seconds = float(plan.durations[int(plan.row[step])])
-        return [wait] if wait is not None else [Dwell(line, Quantity(Number(seconds), 1.0))]
+        return [wait] if wait is not None else [st.Dwell(line, Quantity(Number(seconds), 1.0))]
     for s in written:
-        if isinstance(s, SetOutput):
+        if isinstance(s, st.SetOutput):
             if not isinstance(s.value, (SignalState, Number)):
                 work.lose(s, Fate.REFUSED, "statement", "an output that takes a computed value")
             return [s]
-        if isinstance(s, (PulseOutput, Message)):
+        if isinstance(s, (st.PulseOutput, st.Message)):
             return [s]
     return []
 
 
-def _move(plan: Plan, step: int, s: Move, work: TranslationContext) -> list[Statement]:
+def _move(plan: Plan, step: int, s: st.Move, work: TranslationContext) -> list[st.Statement]:
     row = int(plan.row[step])
     at = int(plan.moves.target[row])
-    if row and s.path is not Path.JOINT and plan.moves.length[row] == 0.0 and plan.moves.angle[row] == 0.0:
+    if row and s.path is not st.Path.JOINT and plan.moves.length[row] == 0.0 and plan.moves.angle[row] == 0.0:
         return []  # the point that an arc begins at: the arm is there
-    target = _literal(plan, at, s.path is Path.JOINT)
+    target = _literal(plan, at, s.path is st.Path.JOINT)
     if target is None:
         work.need_robot(s, "where a move leads is known by its robot only")
         return [s]
@@ -104,7 +92,7 @@ def _arc(plan: Plan, row: int) -> dict[str, Any]:
     The plan's own third point of an arc lies beyond its target.
     """
     if plan.moves.via[row] < 0:
-        return {"via": None, "arc": None, "path": Path.LINEAR}
+        return {"via": None, "arc": None, "path": st.Path.LINEAR}
     rows = np.array([row])
     start, target, third = (getattr(plan.moves, name)[rows] for name in ("start", "target", "via"))
     where = plan.positions.position

@@ -20,20 +20,8 @@ from olp.checks.lint.zones import freed, larger
 from olp.core.diagnostic import OlpError
 from olp.core.source import Source
 from olp.core.units import deg, mm
+from olp.ir import program as st
 from olp.ir.expressions import Expression, Member, Named, Number, Quantity, RecordLiteral, Variable
-from olp.ir.program import Path as MovePath
-from olp.ir.program import Program, Statement, like
-from olp.ir.statements import (
-    AccelerationUnit,
-    Assign,
-    Call,
-    Declare,
-    Move,
-    SetAcceleration,
-    SetSpeed,
-    Speed,
-    SpeedUnit,
-)
 from olp.languages.literals import SpokenSpeed, Token, language, replaced, shortest, speeds, text_of
 from olp.languages.merging import split_arguments
 from olp.languages.vendor import find_vendor
@@ -51,14 +39,14 @@ KEPT = re.compile(r"\bolp:\s*keep\b", re.IGNORECASE)
 _FASTER = (1.2, 1.5, 2.0)
 _JOINT_SPEEDS = (0.25, 0.5, 1.0)  # of a straight move that becomes a joint move, as a share of rated speed
 _SPEED_UNITS = {
-    SpeedUnit.FRACTION: (0.01, "%"),
-    SpeedUnit.TRAVEL: (mm, "mm/s"),
-    SpeedUnit.AXIS: (deg, "deg/s"),
+    st.SpeedUnit.FRACTION: (0.01, "%"),
+    st.SpeedUnit.TRAVEL: (mm, "mm/s"),
+    st.SpeedUnit.AXIS: (deg, "deg/s"),
 }
 _RATE_UNITS = {
-    AccelerationUnit.FRACTION: (0.01, "%"),
-    AccelerationUnit.TRAVEL: (mm, "mm/s²"),
-    AccelerationUnit.AXIS: (1.0, "rad/s²"),
+    st.AccelerationUnit.FRACTION: (0.01, "%"),
+    st.AccelerationUnit.TRAVEL: (mm, "mm/s²"),
+    st.AccelerationUnit.AXIS: (1.0, "rad/s²"),
 }
 _DIGITS = 2  # of a new speed: nobody writes 117.3
 
@@ -115,11 +103,11 @@ class Allowed:
 class Applied(NamedTuple):
     """The program with edits, and the changed texts of called programs."""
 
-    program: Program
+    program: st.Program
     others: tuple[Source, ...] = ()
 
 
-def called_programs(program: Program, timing: Timing) -> dict[str, Program]:
+def called_programs(program: st.Program, timing: Timing) -> dict[str, st.Program]:
     """Programs of other files that run and can be edited, by their paths."""
     found = {}
     for number in np.unique(timing.plan.source).tolist():
@@ -134,7 +122,7 @@ def called_programs(program: Program, timing: Timing) -> dict[str, Program]:
     return found
 
 
-def choices(program: Program, timing: Timing, allowed: Allowed) -> list[Choice]:
+def choices(program: st.Program, timing: Timing, allowed: Allowed) -> list[Choice]:
     """All edits that may be made, by place, the smaller ones first. Raises OlpError (O001) for other languages."""
     found = list(_choices_of(program, "", timing, allowed))
     if allowed.called:
@@ -143,7 +131,7 @@ def choices(program: Program, timing: Timing, allowed: Allowed) -> list[Choice]:
     return found
 
 
-def _choices_of(program: Program, path: str, timing: Timing, allowed: Allowed) -> Iterator[Choice]:
+def _choices_of(program: st.Program, path: str, timing: Timing, allowed: Allowed) -> Iterator[Choice]:
     """The edits that may be made in one file."""
     kept = kept_lines(program) | (frozenset() if path else allowed.kept)
     plan = timing.plan
@@ -165,7 +153,7 @@ def source_of(timing: Timing, path: str) -> int:
     return 0 if not path else paths.index(path) if path in paths else -1
 
 
-def kept_lines(program: Program) -> frozenset[int]:
+def kept_lines(program: st.Program) -> frozenset[int]:
     """Lines that must not change: those with `olp: keep`, and those below a comment with it."""
     found: set[int] = set()
     prefix = find_vendor(program.vendor).comment_prefix.strip()
@@ -177,21 +165,21 @@ def kept_lines(program: Program) -> frozenset[int]:
     return frozenset(found)
 
 
-def top_speed(program: Program, timing: Timing, allowed: Allowed) -> float:
+def top_speed(program: st.Program, timing: Timing, allowed: Allowed) -> float:
     """Highest speed [m/s] that a line may get: the allowed one, else the highest that is written or that a move of
     the run has.
     """
     if allowed.speed is not None:
         return allowed.speed
-    written = [_si(one.speed.value) for one in speeds(program) if one.speed.unit is SpeedUnit.TRAVEL]
+    written = [_si(one.speed.value) for one in speeds(program) if one.speed.unit is st.SpeedUnit.TRAVEL]
     travel = timing.plan.moves.travel
     return max([*written, *travel[np.isfinite(travel)].tolist()], default=0.0)
 
 
-def _highest(spoken: Sequence[SpokenSpeed], most: float) -> dict[SpeedUnit, float]:
+def _highest(spoken: Sequence[SpokenSpeed], most: float) -> dict[st.SpeedUnit, float]:
     """Highest value of a speed by its unit; `most` [m/s] of the tool."""
-    axis = max((_si(one.speed.value) for one in spoken if one.speed.unit is SpeedUnit.AXIS), default=0.0)
-    return {SpeedUnit.FRACTION: 1.0, SpeedUnit.TRAVEL: most, SpeedUnit.AXIS: axis}
+    axis = max((_si(one.speed.value) for one in spoken if one.speed.unit is st.SpeedUnit.AXIS), default=0.0)
+    return {st.SpeedUnit.FRACTION: 1.0, st.SpeedUnit.TRAVEL: most, st.SpeedUnit.AXIS: axis}
 
 
 def _speeds(
@@ -212,14 +200,14 @@ def _speeds(
             if texts:
                 effort = value / _si(one.speed.value) - 1.0
                 place = ("speed", one.written, path)
-                new, turns = tuple(texts.items()), one.speed.unit is not SpeedUnit.TRAVEL
+                new, turns = tuple(texts.items()), one.speed.unit is not st.SpeedUnit.TRAVEL
                 yield Choice(
                     "speed", one.line, place, says, effort, new, path=path, modal=modal, by_axes=turns
                 )
 
 
 def _values(
-    program: Program, path: str, highest: Mapping[SpeedUnit, float], kept: frozenset[int], beside: bool
+    program: st.Program, path: str, highest: Mapping[st.SpeedUnit, float], kept: frozenset[int], beside: bool
 ) -> Iterator[Choice]:
     """Edits of variables and records that hold speeds; `beside`: also of those in other files' data lists."""
     for one in spoken_values(program):
@@ -242,7 +230,7 @@ def _values(
                     ((one.token, text),),
                     path=where,
                     modal=True,
-                    by_axes=one.unit is not SpeedUnit.TRAVEL,
+                    by_axes=one.unit is not st.SpeedUnit.TRAVEL,
                 )
 
 
@@ -275,18 +263,18 @@ class SpokenAcceleration(NamedTuple):
     """An acceleration that is a number on `line`; `modal`: of a setting, else of the move on this line."""
 
     line: int
-    unit: AccelerationUnit
+    unit: st.AccelerationUnit
     value: Quantity
     token: Token
     modal: bool
 
 
-def accelerations(program: Program) -> Iterator[SpokenAcceleration]:
+def accelerations(program: st.Program) -> Iterator[SpokenAcceleration]:
     """All accelerations that are written as numbers. Raises OlpError (O001)."""
     written = language(program).accelerations
     told: set[Token] = set()
     for one in program.statements():
-        if not isinstance(one, Move | SetAcceleration):
+        if not isinstance(one, st.Move | st.SetAcceleration):
             continue
         known = _rates(one)
         for token in written(program.source, one.line) if known else ():
@@ -298,33 +286,37 @@ def accelerations(program: Program) -> Iterator[SpokenAcceleration]:
                     and np.isclose(number * value.scale, value.literal)
                 ):
                     told.add(token)
-                    yield SpokenAcceleration(one.line, unit, value, token, isinstance(one, SetAcceleration))
+                    yield SpokenAcceleration(
+                        one.line, unit, value, token, isinstance(one, st.SetAcceleration)
+                    )
 
 
-def _rates(one: Move | SetAcceleration) -> list[tuple[AccelerationUnit, Quantity]]:
-    if isinstance(one, SetAcceleration):
+def _rates(one: st.Move | st.SetAcceleration) -> list[tuple[st.AccelerationUnit, Quantity]]:
+    if isinstance(one, st.SetAcceleration):
         return [(rate.unit, rate.value) for rate in one.rates]
     shares = (value for value in (one.acceleration, one.deceleration) if value is not None)
-    found = [(AccelerationUnit.FRACTION, value) for value in shares]
+    found = [(st.AccelerationUnit.FRACTION, value) for value in shares]
     return found if one.rate is None else [*found, (one.rate.unit, one.rate.value)]
 
 
-def _accelerations(program: Program, path: str, allowed: Allowed, kept: frozenset[int]) -> Iterator[Choice]:
+def _accelerations(
+    program: st.Program, path: str, allowed: Allowed, kept: frozenset[int]
+) -> Iterator[Choice]:
     spoken = list(accelerations(program))
     highest = {
         unit: max((_si(one.value) for one in spoken if one.unit is unit), default=0.0)
-        for unit in AccelerationUnit
+        for unit in st.AccelerationUnit
     }
-    highest[AccelerationUnit.FRACTION] = 1.0
+    highest[st.AccelerationUnit.FRACTION] = 1.0
     if allowed.acceleration is not None:
-        highest[AccelerationUnit.TRAVEL] = allowed.acceleration
+        highest[st.AccelerationUnit.TRAVEL] = allowed.acceleration
     for one in spoken:
         if one.line in kept:
             continue
         place = ("acceleration", one.line, path, one.token.start)
         old = text_of(program.source, one.token)
         for value, number, says in _levels(one.value, *_RATE_UNITS[one.unit], highest[one.unit]):
-            decimals = 0 if one.unit is AccelerationUnit.FRACTION else max(3, len(old.partition(".")[2]))
+            decimals = 0 if one.unit is st.AccelerationUnit.FRACTION else max(3, len(old.partition(".")[2]))
             texts = ((one.token, shortest(number, decimals)),)
             effort = value / _si(one.value) - 1.0
             yield Choice(
@@ -342,7 +334,7 @@ def _accelerations(program: Program, path: str, allowed: Allowed, kept: frozense
 # --- Zones and paths ---
 
 
-def _zones(program: Program, path: str, timing: Timing, kept: frozenset[int]) -> Iterator[Choice]:
+def _zones(program: st.Program, path: str, timing: Timing, kept: frozenset[int]) -> Iterator[Choice]:
     """Larger zones for corners; for an exact stop only where no action needs the stop."""
     plan, source = timing.plan, source_of(timing, path)
     stops = set() if path else {found.line for found in ExactStop().find(LintCase(program, timing))}
@@ -356,10 +348,10 @@ def _zones(program: Program, path: str, timing: Timing, kept: frozenset[int]) ->
             yield Choice("zone", int(line), place, text.says, 0.1 * (number + 1), zone=number, path=path)
 
 
-def _free(program: Program, lines: frozenset[int]) -> Iterator[Choice]:
+def _free(program: st.Program, lines: frozenset[int]) -> Iterator[Choice]:
     """Straight moves of these lines as joint moves. They exclude another speed of the line."""
     straight = {
-        one.line for one in program.statements() if isinstance(one, Move) and one.path is MovePath.LINEAR
+        one.line for one in program.statements() if isinstance(one, st.Move) and one.path is st.Path.LINEAR
     }
     for line in sorted(lines & straight):
         for share in _JOINT_SPEEDS:
@@ -371,7 +363,9 @@ def _free(program: Program, lines: frozenset[int]) -> Iterator[Choice]:
 # --- The edited text ---
 
 
-def apply(program: Program, chosen: Sequence[Choice], called: Mapping[str, Program] | None = None) -> Applied:
+def apply(
+    program: st.Program, chosen: Sequence[Choice], called: Mapping[str, st.Program] | None = None
+) -> Applied:
     """The program with these edits, and those of `called` that change. Raises OlpError if the result cannot be read."""
     others = []
     for path, other in (called or {}).items():
@@ -388,12 +382,12 @@ def apply(program: Program, chosen: Sequence[Choice], called: Mapping[str, Progr
     return Applied(reread(program, _text_with(program, mine), lists), tuple(others))
 
 
-def reread(program: Program, source: Source, lists: tuple[Source, ...] | None = None) -> Program:
+def reread(program: st.Program, source: Source, lists: tuple[Source, ...] | None = None) -> st.Program:
     """The program with another text of its file and of the data `lists`. Raises OlpError if it cannot be read."""
     again = getattr(language(program), "reread", None)
     beside = program.companions if lists is None else lists
     new = again(source, beside) if again else find_vendor(program.vendor).read(source)
-    return like(new, program)
+    return st.like(new, program)
 
 
 def _with_numbers(source: Source, chosen: Sequence[Choice]) -> Source:
@@ -402,7 +396,7 @@ def _with_numbers(source: Source, chosen: Sequence[Choice]) -> Source:
     )
 
 
-def _text_with(program: Program, chosen: Sequence[Choice]) -> Source:
+def _text_with(program: st.Program, chosen: Sequence[Choice]) -> Source:
     source = replaced(program.source, {token: text for one in chosen for token, text in one.texts})
     lines: dict[int, tuple[str, ...]] = {}
     for one in chosen:
@@ -456,7 +450,7 @@ class SpokenValue(NamedTuple):
     what: str
     source: Source
     token: Token
-    unit: SpeedUnit
+    unit: st.SpeedUnit
     value: Quantity
 
     @property
@@ -473,9 +467,9 @@ class _SpeedSource(NamedTuple):
     member: str = ""
 
 
-def spoken_values(program: Program) -> Iterator[SpokenValue]:
+def spoken_values(program: st.Program) -> Iterator[SpokenValue]:
     """Numbers of which speeds are made, in the program's file and in the data lists read with it."""
-    means: dict[_SpeedSource, set[tuple[SpeedUnit, float]]] = {}
+    means: dict[_SpeedSource, set[tuple[st.SpeedUnit, float]]] = {}
     records = {one.name: one.value for one in program.data if isinstance(one.value, RecordLiteral)}
     for one in program.statements():
         for speed in _speeds_of(one):
@@ -494,13 +488,13 @@ def spoken_values(program: Program) -> Iterator[SpokenValue]:
             yield SpokenValue(what, source, token, unit, Quantity(Number(number), scale))
 
 
-def _speeds_of(one: Statement) -> tuple[Speed, ...]:
-    if isinstance(one, SetSpeed):
+def _speeds_of(one: st.Statement) -> tuple[st.Speed, ...]:
+    if isinstance(one, st.SetSpeed):
         return one.speeds
-    return (one.speed,) if isinstance(one, Move) and one.speed is not None else ()
+    return (one.speed,) if isinstance(one, st.Move) and one.speed is not None else ()
 
 
-def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | None:
+def _said(speed: st.Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | None:
     """The variable or record member that holds a speed; None where the move itself holds it or it cannot be
     followed.
     """
@@ -517,13 +511,13 @@ def _said(speed: Speed, records: dict[str, RecordLiteral]) -> _SpeedSource | Non
     return None
 
 
-def _mentioned(program: Program) -> Iterator[Expression]:
+def _mentioned(program: st.Program) -> Iterator[Expression]:
     """Expressions used outside of speeds and outside of assignments of numbers."""
     for one in program.statements():
-        if isinstance(one, Assign) and isinstance(one.value, Number):
+        if isinstance(one, st.Assign) and isinstance(one.value, Number):
             continue
-        if not isinstance(one, SetSpeed | Declare):
-            yield from _within(one, "speed" if isinstance(one, Move) else "")
+        if not isinstance(one, st.SetSpeed | st.Declare):
+            yield from _within(one, "speed" if isinstance(one, st.Move) else "")
 
 
 def _within(it: object, but: str = "") -> Iterator[Expression]:
@@ -541,13 +535,13 @@ def _within(it: object, but: str = "") -> Iterator[Expression]:
 # --- Where they stand ---
 
 
-def _written(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
+def _written(program: st.Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
     for one in (*program.data, *program.statements()):
-        if isinstance(one, Declare):
+        if isinstance(one, st.Declare):
             mine = Named(one.name) == said.thing
         else:
-            mine = isinstance(one, Assign) and not said.member and one.target == said.thing
-        value = one.value if mine and isinstance(one, Assign | Declare) else None
+            mine = isinstance(one, st.Assign) and not said.member and one.target == said.thing
+        value = one.value if mine and isinstance(one, st.Assign | st.Declare) else None
         if isinstance(value, RecordLiteral) and said.member:
             value = dict(value.members).get(said.member)
         if isinstance(value, Number):
@@ -557,7 +551,7 @@ def _written(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Tok
                     yield source, token
 
 
-def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
+def _given(program: st.Program, said: _SpeedSource) -> Iterator[tuple[Source, Token]]:
     """Numbers that calls in the program pass for the parameter of this name."""
     if said.member or not isinstance(said.thing, Named):
         return
@@ -567,8 +561,8 @@ def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token
         if any(parameter.name == said.thing.name for parameter in one.parameters)
     }
     for one in program.statements() if taking else ():
-        parameters = taking.get(one.routine.casefold()) if isinstance(one, Call) else None
-        if parameters is None or not isinstance(one, Call):
+        parameters = taking.get(one.routine.casefold()) if isinstance(one, st.Call) else None
+        if parameters is None or not isinstance(one, st.Call):
             continue
         plain = not any(parameter.optional or parameter.switch for parameter in parameters)
         at = next(at for at, parameter in enumerate(parameters) if parameter.name == said.thing.name)
@@ -578,7 +572,7 @@ def _given(program: Program, said: _SpeedSource) -> Iterator[tuple[Source, Token
             yield program.source, token
 
 
-def _argument(program: Program, call: Call, at: int) -> Token | None:
+def _argument(program: st.Program, call: st.Call, at: int) -> Token | None:
     """Position of a call's argument that is a plain number; None if uncertain."""
     text = program.source.line(call.line)
     mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
@@ -596,7 +590,7 @@ def _argument(program: Program, call: Call, at: int) -> Token | None:
     return Token(call.line, start + number.start(1), start + number.end(1)) if number else None
 
 
-def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tuple[Source, int]]:
+def _rows(program: st.Program, one: st.Statement, said: _SpeedSource) -> Iterator[tuple[Source, int]]:
     """The line that assigns the value; in a data list beside the program only if a single line does."""
     if one.line > 0:
         yield program.source, one.line
@@ -613,7 +607,7 @@ def _rows(program: Program, one: Statement, said: _SpeedSource) -> Iterator[tupl
         yield found[0]
 
 
-def _number(program: Program, text: str, line: int, member: str, value: float) -> Token | None:
+def _number(program: st.Program, text: str, line: int, member: str, value: float) -> Token | None:
     """Position of the number in the text; None if uncertain."""
     mark = find_vendor(program.vendor).trailing_comment_prefix.strip()
     code = text.partition(mark)[0] if mark else text

@@ -16,25 +16,9 @@ from olp.core.files import temporary_cell, write_output
 from olp.core.source import decode
 from olp.core.units import mm, percent
 from olp.identification.diagnosis.result import NextExperiment, NextMove
+from olp.ir import program as st
 from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointTable, written_poses
-from olp.ir.program import (
-    Begin,
-    Blend,
-    BlendKind,
-    Comment,
-    ControlGroup,
-    Dwell,
-    End,
-    Move,
-    Path,
-    Pause,
-    Program,
-    Routine,
-    Speed,
-    SpeedUnit,
-    Statement,
-)
 from olp.languages.vendor import find_vendor, maker_of, probe_language, vendor_names
 
 if TYPE_CHECKING:
@@ -115,7 +99,7 @@ class _Writer:
     """The body and the points of the job, in the order of running."""
 
     def __init__(self, zones: tuple[float, ...]) -> None:
-        self.body: list[Statement] = [Begin(0)]
+        self.body: list[st.Statement] = [st.Begin(0)]
         self.places: list[tuple[float, float, float]] = []
         self.begins: list[
             int
@@ -126,25 +110,25 @@ class _Writer:
     def go(
         self, place: tuple[float, float, float], speed: float, blend: float = 0.0, begin: bool = False
     ) -> None:
-        pace = Speed(SpeedUnit.TRAVEL, Quantity(Number(round(speed / mm, 1)), mm))
-        path = Path.LINEAR
+        pace = st.Speed(st.SpeedUnit.TRAVEL, Quantity(Number(round(speed / mm, 1)), mm))
+        path = st.Path.LINEAR
         if self.at is None:
-            path, pace = Path.JOINT, Speed(SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))
-        level = Blend(BlendKind.LEVEL, Quantity(Number(self._level(blend)), 1.0))
-        self.body.append(Move(0, path, (Taught(Store.ROBOT, len(self.places)),), pace, level))
+            path, pace = st.Path.JOINT, st.Speed(st.SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))
+        level = st.Blend(st.BlendKind.LEVEL, Quantity(Number(self._level(blend)), 1.0))
+        self.body.append(st.Move(0, path, (Taught(Store.ROBOT, len(self.places)),), pace, level))
         self.begins.append(len(self.places) if begin else self.begins[-1])
         self.places.append(place)
         self.at = place
 
     def say(self, text: str) -> None:
-        self.body.append(Comment(0, text[:_MOST_TEXT]))
+        self.body.append(st.Comment(0, text[:_MOST_TEXT]))
 
     def rest(self) -> None:
-        self.body.append(Dwell(0, Quantity(Number(_REST), 1.0)))
+        self.body.append(st.Dwell(0, Quantity(Number(_REST), 1.0)))
 
     def wait_for(self, what: str) -> None:
         self.say(what)
-        self.body.append(Pause(0))
+        self.body.append(st.Pause(0))
 
     def _level(self, blend: float) -> int:
         """The position level whose zone is nearest to a rounding [m]; 0 stops."""
@@ -153,7 +137,7 @@ class _Writer:
         return 1 + int(np.argmin(np.abs(np.array(self.zones) - blend)))
 
 
-def _program(experiment: NextExperiment, recording: Recording, tool: int, name: str) -> Program:
+def _program(experiment: NextExperiment, recording: Recording, tool: int, name: str) -> st.Program:
     writer = _Writer(_zones(recording.robot))
     writer.say("moves that separate rivals")
     setting: tuple[float | None, bool] | None = None
@@ -168,12 +152,12 @@ def _program(experiment: NextExperiment, recording: Recording, tool: int, name: 
     for timer in experiment.timers:
         writer.say(f"measured: timer of {timer.duration:g} s")
         for _ in range(timer.times):
-            writer.body.append(Dwell(0, Quantity(Number(timer.duration), 1.0)))
-    writer.body.append(End(0))
+            writer.body.append(st.Dwell(0, Quantity(Number(timer.duration), 1.0)))
+    writer.body.append(st.End(0))
     points = _points(writer, recording, tool)
-    group = (ControlGroup(("RB1",)),)
-    routine = Routine(name, 1, tuple(writer.body), points, group, comment="OLP DIAGNOSE")
-    return Program(probe_language(), decode(b""), (routine,))
+    group = (st.ControlGroup(("RB1",)),)
+    routine = st.Routine(name, 1, tuple(writer.body), points, group, comment="OLP DIAGNOSE")
+    return st.Program(probe_language(), decode(b""), (routine,))
 
 
 def _run(writer: _Writer, number: int, chain: list[NextMove]) -> None:

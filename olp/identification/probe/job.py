@@ -20,24 +20,9 @@ from olp.identification.probe.experiment import Experiment
 from olp.identification.recording.moves import LINEAR, RecordedMoves
 from olp.identification.recording.settings import RecordingSettings
 from olp.identification.recording.writer import write_recording
+from olp.ir import program as st
 from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointTable, written_poses
-from olp.ir.program import (
-    Begin,
-    Blend,
-    BlendKind,
-    Comment,
-    ControlGroup,
-    Dwell,
-    End,
-    Move,
-    Path,
-    Program,
-    Routine,
-    Speed,
-    SpeedUnit,
-    Statement,
-)
 from olp.languages.vendor import probe_language
 from olp.robots.geometry import Pose
 from olp.transpile.convert import export
@@ -51,7 +36,7 @@ _FIRST = 5.0
 REST = 0.5
 # [m] A controller's own points are written to a thousandth of a millimetre.
 _SAME = 0.02 * mm
-_STOP = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))
+_STOP = st.Blend(st.BlendKind.LEVEL, Quantity(Number(0), 1.0))
 
 
 class Proved(NamedTuple):
@@ -69,34 +54,36 @@ def proved_job(experiment: Experiment, date: str | None = None) -> Proved:
     return Proved(data, *_prove(experiment, data))
 
 
-def _program(experiment: Experiment) -> Program:
+def _program(experiment: Experiment) -> st.Program:
     used = [int(experiment.starts[0])]
-    body: list[Statement] = [Begin(0)]
-    body.append(Comment(0, "to the first point from anywhere"))
-    body.append(_move(Path.JOINT, 0, Speed(SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))))
+    body: list[st.Statement] = [st.Begin(0)]
+    body.append(st.Comment(0, "to the first point from anywhere"))
+    body.append(_move(st.Path.JOINT, 0, st.Speed(st.SpeedUnit.FRACTION, Quantity(Number(_FIRST), percent))))
     pace = Number(round(experiment.wanted.speed / mm, 1))
-    speed = Speed(SpeedUnit.TRAVEL, Quantity(pace, mm))
-    rest = Dwell(0, Quantity(Number(REST), 1.0))
+    speed = st.Speed(st.SpeedUnit.TRAVEL, Quantity(pace, mm))
+    rest = st.Dwell(0, Quantity(Number(REST), 1.0))
 
     def go(point: int) -> None:
-        body.append(_move(Path.LINEAR, len(used), speed))
+        body.append(_move(st.Path.LINEAR, len(used), speed))
         used.append(point)
 
     for number, (end, before) in enumerate(zip(experiment.ends.tolist(), experiment.before, strict=True)):
         for point in before:
             go(point)
-        body.append(Comment(0, f"measured: move {experiment.first + number}"))
+        body.append(st.Comment(0, f"measured: move {experiment.first + number}"))
         body.append(rest)
         go(end)
         body.append(rest)
-    body.append(End(0))
+    body.append(st.End(0))
     points = _points(experiment, np.array(used, dtype=np.int64))
-    routine = Routine(NAME, 1, tuple(body), points, (ControlGroup(("RB1",)),), comment="SIGNATURE PROBE")
-    return Program(probe_language(), decode(b""), (routine,))
+    routine = st.Routine(
+        NAME, 1, tuple(body), points, (st.ControlGroup(("RB1",)),), comment="SIGNATURE PROBE"
+    )
+    return st.Program(probe_language(), decode(b""), (routine,))
 
 
-def _move(path: Path, number: int, speed: Speed) -> Move:
-    return Move(0, path, (Taught(Store.ROBOT, number),), speed, _STOP)
+def _move(path: st.Path, number: int, speed: st.Speed) -> st.Move:
+    return st.Move(0, path, (Taught(Store.ROBOT, number),), speed, _STOP)
 
 
 def _points(experiment: Experiment, used: NDArray[np.int64]) -> PointTable:
@@ -136,13 +123,13 @@ def _prove(experiment: Experiment, data: bytes) -> tuple[tuple[int, ...], float]
     return lines, duration
 
 
-def _measured(program: Program) -> tuple[int, ...]:
+def _measured(program: st.Program) -> tuple[int, ...]:
     """The line of the first straight move behind each comment that announces one."""
     found, waiting = [], False
     for statement in program.statements():
-        if isinstance(statement, Comment) and statement.text.startswith("measured"):
+        if isinstance(statement, st.Comment) and statement.text.startswith("measured"):
             waiting = True
-        elif waiting and isinstance(statement, Move):
+        elif waiting and isinstance(statement, st.Move):
             found.append(statement.line)
             waiting = False
     return tuple(found)

@@ -8,31 +8,23 @@ from itertools import dropwhile, takewhile
 
 from olp.checks.guard.budget import budgets_for, label_name
 from olp.checks.lint.rule import LintCase, Rule, Suggestion, routines
-from olp.ir.program import (
-    Call,
-    Comment,
-    Default,
-    Else,
-    ElseIf,
-    End,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    Jump,
-    Label,
-    Next,
-    Program,
-    Return,
-    Statement,
-    Until,
-)
-from olp.ir.program import (
-    Case as CaseMarker,
-)
+from olp.ir import program as st
 from olp.reports.outcome.model import Level, OutcomeFinding
 
 # Control arrives at these from elsewhere.
-_ARRIVALS = (Label, Else, ElseIf, EndIf, EndWhile, EndSwitch, CaseMarker, Default, Next, Until, End)
+_ARRIVALS = (
+    st.Label,
+    st.Else,
+    st.ElseIf,
+    st.EndIf,
+    st.EndWhile,
+    st.EndSwitch,
+    st.Case,
+    st.Default,
+    st.Next,
+    st.Until,
+    st.End,
+)
 
 
 class UnreachableCode(Rule):
@@ -52,7 +44,7 @@ class UnreachableCode(Rule):
             for statement in routine.body:
                 if isinstance(statement, _ARRIVALS):
                     dead = told = False
-                if dead and not told and not isinstance(statement, Comment):
+                if dead and not told and not isinstance(statement, st.Comment):
                     told = True
                     yield self.finding(
                         case, statement.line, "nothing leads here: these statements never run", "remove them"
@@ -60,7 +52,7 @@ class UnreachableCode(Rule):
                 if _leaves(statement):
                     dead = True
 
-    def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
+    def suggest(self, program: st.Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         for routine in program.routines:
             dead = [
                 s.line
@@ -74,10 +66,10 @@ class UnreachableCode(Rule):
                 return
 
 
-def _leaves(statement: Statement) -> bool:
-    if isinstance(statement, (Jump, Return)):
+def _leaves(statement: st.Statement) -> bool:
+    if isinstance(statement, (st.Jump, st.Return)):
         return statement.condition is None
-    return isinstance(statement, Call) and statement.jump and statement.condition is None
+    return isinstance(statement, st.Call) and statement.jump and statement.condition is None
 
 
 class UnusedLabel(Rule):
@@ -97,12 +89,12 @@ class UnusedLabel(Rule):
     def find(self, case: LintCase) -> Iterator[OutcomeFinding]:
         marks = _budget_labels(case.path)
         for routine in routines(case):
-            if any(isinstance(s, Jump) and not isinstance(s.target, str) for s in routine.body):
+            if any(isinstance(s, st.Jump) and not isinstance(s.target, str) for s in routine.body):
                 continue  # a computed jump may lead anywhere
-            wanted = {s.target for s in routine.body if isinstance(s, Jump)}
-            texts = " ".join(case.text(s.line) for s in routine.body if not isinstance(s, Label))
+            wanted = {s.target for s in routine.body if isinstance(s, st.Jump)}
+            texts = " ".join(case.text(s.line) for s in routine.body if not isinstance(s, st.Label))
             for s in routine.body:
-                if not isinstance(s, Label) or s.name in wanted or s.name.casefold() in marks:
+                if not isinstance(s, st.Label) or s.name in wanted or s.name.casefold() in marks:
                     continue
                 if re.search(rf"(?<!\w){re.escape(_written(case, s))}(?!\w)", texts) is None:
                     # A line that holds more than the label, or is numbered, is left to people.
@@ -113,7 +105,7 @@ class UnusedLabel(Rule):
                     )
 
 
-def _written(case: LintCase, label: Label) -> str:
+def _written(case: LintCase, label: st.Label) -> str:
     """The label with the sign that the language puts before it: *NEXT, LBL[7."""
     text = case.text(label.line)
     at = text.find(label.name)

@@ -13,56 +13,9 @@ from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import shelf
 from olp.core.source import Source
 from olp.core.units import mm, percent
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Expression,
-    Function,
-    Item,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    RecordLiteral,
-    Signal,
-    SystemValue,
-    Text,
-    Unary,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Assign,
-    Blend,
-    BlendKind,
-    Call,
-    Comment,
-    Declare,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    Label,
-    LineKind,
-    Move,
-    Next,
-    Parameter,
-    Path,
-    Process,
-    Program,
-    PulseOutput,
-    Repeat,
-    Routine,
-    SetAcceleration,
-    SetBlend,
-    SetOutput,
-    SpeedUnit,
-    StartTask,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
 from olp.ir.transformer import expressions_of, mapped
 from olp.languages.findings import Findings
 from olp.languages.lark_host import BrokenLineError, changed
@@ -107,18 +60,18 @@ _KNOWN: Final = words(
     "IF ELSE ELSEIF END WHILE DO UNTIL FOR CASE SCASE VALUE SVALUE ANY RETURN SIGNAL SWAIT WAIT POINT TOOL BASE"
 )
 _MOVES: Final = words("C1MOVE DRAW TDRAW DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
-_UNTAUGHT: Final = PositionLiteral("pose", (float("nan"),) * 6)
+_UNTAUGHT: Final = ex.PositionLiteral("pose", (float("nan"),) * 6)
 _MOST_ELEMENTS: Final = 5000  # per index of an array
 _DEEP: Final = 4  # variables that are set to variables
 _MOST_ROOM: Final = 500_000  # elements of all arrays together
-_FIRST_ACCURACY: Final = Blend(BlendKind.RADIUS, Quantity(Number(1), mm))
-_FULL: Final = Quantity(Number(100), percent)  # the braking of moves without DECEL
-_STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+_FIRST_ACCURACY: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(1), mm))
+_FULL: Final = ex.Quantity(ex.Number(100), percent)  # the braking of moves without DECEL
+_STOP: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm))
 _NUMERIC: Final = words("sqrt abs sin cos tan atan2 trunc min max length-of-text value-of-text pose-distance")
 _SIZES: Final = {1: 1000, 2: 100}  # of an array that only the program fills, by its number of indices
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """The programs and the data of a file. Never raises on bad text."""
     findings = Findings(source)
     if not is_readable(findings, _CODES, _MARK, "AS"):
@@ -131,16 +84,16 @@ class _AsFile:
         self.findings, self.kinds = findings, findings.kinds
         self.rules = AsRules()
         self.parser = LineParser(findings, "as", self.rules, _CODES, _KNOWN, _MOVES)
-        self.data: dict[str, Declare] = {}
+        self.data: dict[str, st.Declare] = {}
         self.room = _MOST_ROOM
-        self.elements: dict[str, dict[tuple[int, ...], Expression]] = {}
+        self.elements: dict[str, dict[tuple[int, ...], ex.Expression]] = {}
         self._values = shelf("as rows")
         self.levels = LEVELS | _levels(findings.source.lines)
 
-    def read(self) -> Program:
+    def read(self) -> st.Program:
         source = self.findings.source
         lines, number = source.lines, 1
-        routines: list[Routine] = []
+        routines: list[st.Routine] = []
         while number <= len(lines):
             text = lines[number - 1].strip()
             head = _HEAD.match(text)
@@ -151,7 +104,7 @@ class _AsFile:
             elif word in _TABLES:
                 number = self._table(word, number)
             else:
-                self.kinds[number - 1] = LineKind.RECORD if text else LineKind.BLANK
+                self.kinds[number - 1] = st.LineKind.RECORD if text else st.LineKind.BLANK
                 number += 1
         self._close_arrays()
         routines = _SignalNumbers(self.findings, routines, self.data).known()
@@ -162,7 +115,7 @@ class _AsFile:
         if main:
             at = next(i for i, one in enumerate(routines) if one.name == main)
             routines[at] = self._with_defaults(routines[at])
-        return Program(
+        return st.Program(
             "as",
             source,
             tuple(routines),
@@ -177,16 +130,16 @@ class _AsFile:
     def _table(self, word: str, number: int) -> int:
         """The rows of .TRANS, .JOINTS, .REALS or .STRINGS; the number of the line behind it."""
         lines = self.findings.source.lines
-        self.kinds[number - 1] = LineKind.RECORD
+        self.kinds[number - 1] = st.LineKind.RECORD
         number += 1
         while number <= len(lines):
             text = lines[number - 1].strip()
             if text.upper().startswith(".END"):
-                self.kinds[number - 1] = LineKind.RECORD
+                self.kinds[number - 1] = st.LineKind.RECORD
                 return number + 1
             if text.startswith(".") and not text.startswith(".*"):
                 break
-            self.kinds[number - 1] = LineKind.POINT if text else LineKind.BLANK
+            self.kinds[number - 1] = st.LineKind.POINT if text else st.LineKind.BLANK
             if text and not text.startswith((".*", ";")):
                 self._row(word, text, number)
             number += 1
@@ -203,7 +156,7 @@ class _AsFile:
             return
         name, type_ = self.rules.spelled(match[1]), _TYPES[word]
         if match[2] is None:
-            self.data[name.casefold()] = Declare(number, name, type_, value, shared=True)
+            self.data[name.casefold()] = st.Declare(number, name, type_, value, shared=True)
             return
         index = tuple(int(part) for part in match[2].split(",") if part.strip())
         if not index or max(index) > _MOST_ELEMENTS:
@@ -212,9 +165,9 @@ class _AsFile:
             return
         self.elements.setdefault(name, {})[index] = value
 
-    def _value(self, word: str, text: str) -> Expression | None:
+    def _value(self, word: str, text: str) -> ex.Expression | None:
         """What the columns of a row say; where somebody remembers, worked out once."""
-        found: Expression | None = None if self._values is None else self._values.get((word, text))
+        found: ex.Expression | None = None if self._values is None else self._values.get((word, text))
         if found is None:
             found = _value(word, text)
             if self._values is not None and found is not None:
@@ -228,7 +181,7 @@ class _AsFile:
             kept = {index: value for index, value in elements.items() if len(index) == width}
             first = next(iter(kept.values()))
             type_, missing = _gap(first)
-            sizes = tuple(Number(max(index[at] for index in kept) + 1) for at in range(width))
+            sizes = tuple(ex.Number(max(index[at] for index in kept) + 1) for at in range(width))
             if not self._takes(sizes):
                 message, help = (
                     f"{name} makes the arrays too large",
@@ -236,27 +189,27 @@ class _AsFile:
                 )
                 self.findings.once(Severity.ERROR, "P586", "room", message, Span(0), help)
                 continue
-            self.data[name.casefold()] = Declare(
+            self.data[name.casefold()] = st.Declare(
                 0, name, type_, array(type_, kept, missing), sizes, shared=True
             )
 
-    def _takes(self, sizes: tuple[Number, ...]) -> bool:
+    def _takes(self, sizes: tuple[ex.Number, ...]) -> bool:
         """Whether there is room for one more array of these sizes."""
         self.room -= math.prod(int(size.value) for size in sizes)
         return self.room >= 0
 
     # --- programs ---------------------------------------------------------------------------------------
 
-    def _routine(self, head: re.Match[str], number: int) -> tuple[Routine, int]:
+    def _routine(self, head: re.Match[str], number: int) -> tuple[st.Routine, int]:
         lines, start = self.findings.source.lines, number
-        self.kinds[number - 1] = LineKind.RECORD
+        self.kinds[number - 1] = st.LineKind.RECORD
         body = _AsBody(self.findings, self.parser, self.levels)
         number += 1
         closed = False
         while number <= len(lines) and not closed:
             text = lines[number - 1].strip()
             if text.upper().startswith(".END"):
-                self.kinds[number - 1], closed = LineKind.RECORD, True
+                self.kinds[number - 1], closed = st.LineKind.RECORD, True
             elif text.startswith(".") and (_HEAD.match(text) or text.upper().startswith(_TABLES)):
                 break
             else:
@@ -271,64 +224,74 @@ class _AsFile:
         check_blocks(self.findings, statements, "P583")
         parameters = tuple(_parameters(head[2] or "", self.rules))
         name = self.rules.spelled(head[1])
-        routine = Routine(
+        routine = st.Routine(
             name, start, tuple(statements), PointTable(), parameters=parameters, last_line=number - 1
         )
         return routine, number
 
-    def _with_arrays(self, routine: Routine, indexed: Mapping[str, tuple[Number, ...]]) -> Routine:
+    def _with_arrays(self, routine: st.Routine, indexed: Mapping[str, tuple[ex.Number, ...]]) -> st.Routine:
         """Variables come into being when they are given a value: those of the program (.name) here, others for all."""
-        own: dict[str, Declare] = {}
+        own: dict[str, st.Declare] = {}
         given = {p.name.casefold() for p in routine.parameters}
         for one in routine.body:
-            target = one.target if isinstance(one, Assign) else one.variable if isinstance(one, For) else None
-            base = target.base if isinstance(target, Item) else target
-            if not isinstance(base, Named) or base.name.casefold() in given:
+            target = (
+                one.target
+                if isinstance(one, st.Assign)
+                else one.variable
+                if isinstance(one, st.For)
+                else None
+            )
+            base = target.base if isinstance(target, ex.Item) else target
+            if not isinstance(base, ex.Named) or base.name.casefold() in given:
                 continue
-            count = len(target.indices) if isinstance(target, Item) else 0
-            sizes = indexed.get(base.name.casefold(), (Number(_SIZES.get(count, 20)),) * count)
+            count = len(target.indices) if isinstance(target, ex.Item) else 0
+            sizes = indexed.get(base.name.casefold(), (ex.Number(_SIZES.get(count, 20)),) * count)
             if base.name.casefold() not in self.data.keys() | own.keys() and not self._takes(sizes):
-                sizes = (Number(1),) * count
+                sizes = (ex.Number(1),) * count
             local = "." in base.name[:2]
             place = own if local else self.data
-            type_ = self._type(one.value) if isinstance(one, Assign) else _counter(one)
+            type_ = self._type(one.value) if isinstance(one, st.Assign) else _counter(one)
             if base.name.startswith("$"):
                 type_ = "string"
             line = routine.line if local else 0
-            place.setdefault(base.name.casefold(), Declare(line, base.name, type_, None, sizes))
+            place.setdefault(base.name.casefold(), st.Declare(line, base.name, type_, None, sizes))
         return replace(routine, body=(*own.values(), *routine.body)) if own else routine
 
-    def _type(self, value: Expression) -> str:
+    def _type(self, value: ex.Expression) -> str:
         """Of a variable that gets this value."""
-        base = value.base if isinstance(value, Item) else value
-        if isinstance(base, Named):
+        base = value.base if isinstance(value, ex.Item) else value
+        if isinstance(base, ex.Named):
             known = self.data.get(base.name.casefold())
             return known.type if known else "variable"
-        if isinstance(value, PositionLiteral):
+        if isinstance(value, ex.PositionLiteral):
             return "position" if value.kind == "pose" else "joints"
-        if isinstance(value, Function) and value.name.startswith(("pose-", "forward")):
+        if isinstance(value, ex.Function) and value.name.startswith(("pose-", "forward")):
             return "position"
-        if isinstance(value, SystemValue) and value.name.startswith("current-"):
+        if isinstance(value, ex.SystemValue) and value.name.startswith("current-"):
             return "position" if value.name == "current-pose" else "joints"
-        numeric = isinstance(value, Function) and value.name in _NUMERIC
-        numeric = numeric or (isinstance(value, Signal) and value.bus.endswith("-group"))
-        numeric = numeric or (isinstance(value, SystemValue) and value.name == "timer")
-        return "real" if numeric or isinstance(value, (Number, Binary, Unary)) else "variable"
+        numeric = isinstance(value, ex.Function) and value.name in _NUMERIC
+        numeric = numeric or (isinstance(value, ex.Signal) and value.bus.endswith("-group"))
+        numeric = numeric or (isinstance(value, ex.SystemValue) and value.name == "timer")
+        return "real" if numeric or isinstance(value, (ex.Number, ex.Binary, ex.Unary)) else "variable"
 
-    def _declare_groups(self, routines: list[Routine]) -> None:
+    def _declare_groups(self, routines: list[st.Routine]) -> None:
         """The signals that BITS names, as groups of the program."""
         for e in (e for r in routines for s in r.body for e in expressions_of(s)):
-            if not isinstance(e, Signal) or not e.bus.endswith("-group") or not isinstance(e.index, Text):
+            if (
+                not isinstance(e, ex.Signal)
+                or not e.bus.endswith("-group")
+                or not isinstance(e.index, ex.Text)
+            ):
                 continue
             bus = e.bus.removesuffix("-group")
-            first, last = (Signal(bus, Number(int(part))) for part in e.index.value.split("_")[-2:])
-            signals = RecordLiteral("SIGNAL", (("", first), ("", last)))
+            first, last = (ex.Signal(bus, ex.Number(int(part))) for part in e.index.value.split("_")[-2:])
+            signals = ex.RecordLiteral("SIGNAL", (("", first), ("", last)))
             name = e.index.value
-            self.data.setdefault(name.casefold(), Declare(0, name, "signal", signals, native="SIGNAL"))
+            self.data.setdefault(name.casefold(), st.Declare(0, name, "signal", signals, native="SIGNAL"))
 
-    def _with_defaults(self, routine: Routine) -> Routine:
+    def _with_defaults(self, routine: st.Routine) -> st.Routine:
         """What a controller holds before any instruction: corners of 1 mm."""
-        first = SetBlend(routine.line, (_FIRST_ACCURACY,))
+        first = st.SetBlend(routine.line, (_FIRST_ACCURACY,))
         return replace(routine, body=(first, *routine.body))
 
 
@@ -340,55 +303,57 @@ class _SignalNumbers:
     """
 
     findings: Findings
-    routines: list[Routine]
-    data: dict[str, Declare]
-    values: dict[tuple[str, str], list[Expression | None]] = field(default_factory=dict)
+    routines: list[st.Routine]
+    data: dict[str, st.Declare]
+    values: dict[tuple[str, str], list[ex.Expression | None]] = field(default_factory=dict)
 
-    def known(self) -> list[Routine]:
+    def known(self) -> list[st.Routine]:
         """The routines with each signal where it belongs; a condition on one of which nobody knows is not modelled."""
         if not any(
-            type(e) is Signal and _is_computed(e)
+            type(e) is ex.Signal and _is_computed(e)
             for r in self.routines
             for s in r.body
             for e in expressions_of(s)
         ):
             return self.routines
         for d in self.data.values():
-            held = [one for _, one in d.value.members] if isinstance(d.value, RecordLiteral) else [d.value]
+            held = [one for _, one in d.value.members] if isinstance(d.value, ex.RecordLiteral) else [d.value]
             self.values["", d.name.casefold()] = list(_leaves(held))
         for r in self.routines:
             for p in r.parameters:
                 self.values.setdefault((r.name, p.name.casefold()), []).append(None)
             for s in r.body:
-                target = s.target if isinstance(s, Assign) else s.variable if isinstance(s, For) else None
+                target = (
+                    s.target if isinstance(s, st.Assign) else s.variable if isinstance(s, st.For) else None
+                )
                 if target is not None:
-                    value = s.value if isinstance(s, Assign) else None
+                    value = s.value if isinstance(s, st.Assign) else None
                     self.values.setdefault(self._key(r, target), []).append(value)
         return [replace(r, body=tuple([self._statement(r, s) for s in r.body])) for r in self.routines]
 
-    def _key(self, r: Routine, e: Expression) -> tuple[str, str]:
-        base = e.base if isinstance(e, Item) else e
-        name = base.name.casefold() if isinstance(base, Named) else ""
+    def _key(self, r: st.Routine, e: ex.Expression) -> tuple[str, str]:
+        base = e.base if isinstance(e, ex.Item) else e
+        name = base.name.casefold() if isinstance(base, ex.Named) else ""
         own = "." in name[:2] or (r.name, name) in self.values
         return (r.name if own else ""), name
 
-    def _statement(self, r: Routine, s: Statement) -> Statement:
-        def change(e: Expression) -> Expression:
-            if type(e) is not Signal or not _is_computed(e):
+    def _statement(self, r: st.Routine, s: st.Statement) -> st.Statement:
+        def change(e: ex.Expression) -> ex.Expression:
+            if type(e) is not ex.Signal or not _is_computed(e):
                 return e
             buses = self._buses(r, e.index, 0)
             if len(buses) == 1 and None not in buses:
                 bus = next(iter(buses))
-                return Signal(str(bus), self._shifted(r, e.index, FIRST_OF[str(bus)]))
-            if isinstance(s, (SetOutput, PulseOutput)) and "in" not in buses:
+                return ex.Signal(str(bus), self._shifted(r, e.index, FIRST_OF[str(bus)]))
+            if isinstance(s, (st.SetOutput, st.PulseOutput)) and "in" not in buses:
                 self._tell(s.line, "is taken as an output")
                 return e
             self._tell(s.line, "is not modelled")
-            return CallValue("SIG", (e.index,))
+            return ex.CallValue("SIG", (e.index,))
 
-        if isinstance(s, (SetOutput, PulseOutput)):
+        if isinstance(s, (st.SetOutput, st.PulseOutput)):
             signal = mapped(s.signal, change)
-            return replace(s, signal=signal) if isinstance(signal, Signal) else s
+            return replace(s, signal=signal) if isinstance(signal, ex.Signal) else s
         return mapped(s, change)
 
     def _tell(self, line: int, what: str) -> None:
@@ -396,35 +361,35 @@ class _SignalNumbers:
         help = "write the number, or set the variable to it in this file"
         self.findings.once(Severity.WARNING, "P589", what, message, self.findings.whole_line(line), help)
 
-    def _buses(self, r: Routine, e: Expression | None, depth: int) -> set[str | None]:
+    def _buses(self, r: st.Routine, e: ex.Expression | None, depth: int) -> set[str | None]:
         """The kinds of signals that a number may be; None among them: nobody knows."""
-        if isinstance(e, Number):
+        if isinstance(e, ex.Number):
             return {bus_of(int(e.value))}
-        if isinstance(e, Binary) and e.operator == "+" and depth < _DEEP:
-            first = next((one for one in (e.left, e.right) if isinstance(one, Number)), None)
+        if isinstance(e, ex.Binary) and e.operator == "+" and depth < _DEEP:
+            first = next((one for one in (e.left, e.right) if isinstance(one, ex.Number)), None)
             if first is not None and first.value >= min(one for one in FIRST_OF.values() if one):
                 return {bus_of(int(first.value) + 1)}  # the first of them, and which one
-        if isinstance(e, (Named, Item)) and depth < _DEEP:
+        if isinstance(e, (ex.Named, ex.Item)) and depth < _DEEP:
             values = self.values.get(self._key(r, e), [None])
             return set().union(*(self._buses(r, one, depth + 1) for one in values)) if values else {None}
         return {None}
 
-    def _shifted(self, r: Routine, e: Expression, first: int) -> Expression:
+    def _shifted(self, r: st.Routine, e: ex.Expression, first: int) -> ex.Expression:
         """The number within its kind; written out where the variable has one value."""
-        if isinstance(e, Named):
-            values = {one.value for one in self.values.get(self._key(r, e), []) if isinstance(one, Number)}
-            if len(values) == 1 and all(isinstance(v, Number) for v in self.values[self._key(r, e)]):
-                return Number(int(values.pop()) - first)
-        return Binary("-", e, Number(first)) if first else e
+        if isinstance(e, ex.Named):
+            values = {one.value for one in self.values.get(self._key(r, e), []) if isinstance(one, ex.Number)}
+            if len(values) == 1 and all(isinstance(v, ex.Number) for v in self.values[self._key(r, e)]):
+                return ex.Number(int(values.pop()) - first)
+        return ex.Binary("-", e, ex.Number(first)) if first else e
 
 
-def _is_computed(e: Signal) -> bool:
-    return not isinstance(e.index, (Number, Text))
+def _is_computed(e: ex.Signal) -> bool:
+    return not isinstance(e.index, (ex.Number, ex.Text))
 
 
-def _leaves(values: Iterable[Expression | None]) -> Iterator[Expression | None]:
+def _leaves(values: Iterable[ex.Expression | None]) -> Iterator[ex.Expression | None]:
     for one in values:
-        if isinstance(one, RecordLiteral):
+        if isinstance(one, ex.RecordLiteral):
             yield from _leaves(inner for _, inner in one.members)
         elif one is not None:
             yield one
@@ -437,26 +402,26 @@ class _AsBody:
         self.levels = levels
         self.clamps: dict[str, str] = {}  # the state of each that a step has set
         self.findings, self.parser, self.kinds = findings, parser, findings.kinds
-        self.body: list[Statement] = []
+        self.body: list[st.Statement] = []
         self.open: list[type] = []
         self.next: dict[str, Any] = {}
         self.always: dict[str, Any] = {}  # what all moves take from here on
         self.passes = True  # CP
         self.rated = False  # behind ACCEL … ALWAYS
-        self.accuracy: tuple[Blend, ...] = (_FIRST_ACCURACY,)
-        self.via: tuple[Expression, int] | None = None
+        self.accuracy: tuple[st.Blend, ...] = (_FIRST_ACCURACY,)
+        self.via: tuple[ex.Expression, int] | None = None
 
     def line(self, text: str, number: int) -> None:
         code, comment = _parted(text)
         if not code:
-            self.kinds[number - 1] = LineKind.COMMENT if comment is not None else LineKind.BLANK
+            self.kinds[number - 1] = st.LineKind.COMMENT if comment is not None else st.LineKind.BLANK
             if comment is not None:
-                self.body.append(Comment(number, comment))
+                self.body.append(st.Comment(number, comment))
             return
-        self.kinds[number - 1] = LineKind.STATEMENT
+        self.kinds[number - 1] = st.LineKind.STATEMENT
         label = _LABEL.match(code)
         if label and not re.match(r"ANY\s*:", code, re.IGNORECASE):
-            self.body.append(Label(number, (label[1] or label[2]).casefold()))
+            self.body.append(st.Label(number, (label[1] or label[2]).casefold()))
             code = code[label.end() :]
             if not code:
                 return
@@ -469,7 +434,7 @@ class _AsBody:
     def _add(self, one: Any, number: int) -> None:
         if isinstance(one, NextMoveFields):
             (self.always if one.always else self.next).update(one.fields)
-        elif isinstance(one, (ContinuousPath, SetBlend)):
+        elif isinstance(one, (ContinuousPath, st.SetBlend)):
             self._pass(one, number)
         elif isinstance(one, PercentOfPath):
             self._tell_percent(number)
@@ -482,10 +447,10 @@ class _AsBody:
                 self.findings.error("P580", str(broken), self.findings.whole_line(number), broken.wanted)
         elif isinstance(one, BlockEnd):
             self._end(number)
-        elif isinstance(one, Move):
+        elif isinstance(one, st.Move):
             self.body.append(self._taken(one))
         else:
-            self.rated = self.rated or isinstance(one, SetAcceleration)
+            self.rated = self.rated or isinstance(one, st.SetAcceleration)
             self._block(one)
             self.body.append(one)
 
@@ -505,11 +470,11 @@ class _AsBody:
             self._arc(Arc(move.targets[0], step.arc), number, move)
         for clamp, state in step.clamps:
             if self.clamps.get(clamp, "OFF") != state:
-                self.body.append(Process(number, "CLAMP", ((clamp, Text(state)),)))
+                self.body.append(st.Process(number, "CLAMP", ((clamp, ex.Text(state)),)))
             self.clamps[clamp] = state
         self.body += step.at_end
 
-    def _pass(self, one: ContinuousPath | SetBlend, number: int) -> None:
+    def _pass(self, one: ContinuousPath | st.SetBlend, number: int) -> None:
         """The accuracy holds while moves pass their targets, and again when they do so again."""
         if isinstance(one, ContinuousPath):
             self.passes = one.on
@@ -517,9 +482,9 @@ class _AsBody:
             self.accuracy = one.blends
             if not self.passes:
                 return
-        self.body.append(SetBlend(number, self.accuracy if self.passes else (_STOP,)))
+        self.body.append(st.SetBlend(number, self.accuracy if self.passes else (_STOP,)))
 
-    def _taken(self, move: Move) -> Move:
+    def _taken(self, move: st.Move) -> st.Move:
         """The move with what SPEED, ACCURACY and ACCEL before it said."""
         fields, self.next = self.always | self.next, {}
         if self.rated or "acceleration" in fields:
@@ -527,13 +492,13 @@ class _AsBody:
         if not self.passes:
             fields.pop("blend", None)
         speeds = fields.pop("speeds", ())
-        wanted = SpeedUnit.FRACTION if move.path is Path.JOINT else SpeedUnit.TRAVEL
-        speed = next((s for s in speeds if s.unit in (wanted, SpeedUnit.TIME)), None)
+        wanted = st.SpeedUnit.FRACTION if move.path is st.Path.JOINT else st.SpeedUnit.TRAVEL
+        speed = next((s for s in speeds if s.unit in (wanted, st.SpeedUnit.TIME)), None)
         if speed is not None and speed.native:
             self._tell_percent(move.line)
         return changed(move, speed=speed, **fields)  # type: ignore[no-any-return]
 
-    def _arc(self, arc: Arc, number: int, taught: Move | None = None) -> None:
+    def _arc(self, arc: Arc, number: int, taught: st.Move | None = None) -> None:
         """`taught`: the move of a step that was taught, with speed and accuracy of its own."""
         span = self.findings.whole_line(number)
         if not arc.end:
@@ -550,35 +515,37 @@ class _AsBody:
             if taught is not None:
                 self.body.append(changed(taught, via=via))
                 return
-            blend = Blend(BlendKind.RADIUS)
-            self.body.append(self._taken(Move(number, Path.CIRCULAR, (arc.target,), blend=blend, via=via)))
+            blend = st.Blend(st.BlendKind.RADIUS)
+            self.body.append(
+                self._taken(st.Move(number, st.Path.CIRCULAR, (arc.target,), blend=blend, via=via))
+            )
 
-    def _block(self, one: Statement) -> None:
-        if isinstance(one, (If, While, For, Switch, Repeat)):
+    def _block(self, one: st.Statement) -> None:
+        if isinstance(one, (st.If, st.While, st.For, st.Switch, st.Repeat)):
             self.open.append(type(one))
-        elif isinstance(one, Until) and self.open[-1:] == [Repeat]:
+        elif isinstance(one, st.Until) and self.open[-1:] == [st.Repeat]:
             self.open.pop()
 
     def _end(self, number: int) -> None:
         """END closes the innermost block, whatever it is."""
-        if not self.open or self.open[-1] is Repeat:
+        if not self.open or self.open[-1] is st.Repeat:
             span = self.findings.whole_line(number)
             self.findings.warning("P583", "END without a block", span, "remove it, or open a block above")
             return
         opener = self.open.pop()
-        if opener is For:
-            self.body.append(Next(number, None))
-        elif opener is If:
-            self.body.append(EndIf(number))
+        if opener is st.For:
+            self.body.append(st.Next(number, None))
+        elif opener is st.If:
+            self.body.append(st.EndIf(number))
         else:
-            self.body.append(EndWhile(number) if opener is While else EndSwitch(number))
+            self.body.append(st.EndWhile(number) if opener is st.While else st.EndSwitch(number))
 
     def _tell_percent(self, number: int) -> None:
         message = "100 % of a path is taken as 1 m/s: no program says what its controller's full speed is"
         help = "write the speed of paths in MM/S, that of joint moves in percent"
         self.findings.once(Severity.INFO, "P588", "", message, self.findings.whole_line(number), help)
 
-    def finish(self) -> list[Statement]:
+    def finish(self) -> list[st.Statement]:
         if self.via is not None:
             span = self.findings.whole_line(self.via[1])
             self.findings.error("P587", "C1MOVE without C2MOVE", span, "C2MOVE with the arc's end behind it")
@@ -611,41 +578,41 @@ def _levels(lines: Sequence[str]) -> dict[str, tuple[float, ...]]:
     return found | {"saved": (1.0,)} if found else found
 
 
-def _counter(s: Statement) -> str:
+def _counter(s: st.Statement) -> str:
     """The type of what counts a loop: an integer, but where the loop counts fractions."""
-    counted = (s.start, s.step) if isinstance(s, For) else ()
-    fractions = [e for e in counted if isinstance(e, Number) and not float(e.value).is_integer()]
+    counted = (s.start, s.step) if isinstance(s, st.For) else ()
+    fractions = [e for e in counted if isinstance(e, ex.Number) and not float(e.value).is_integer()]
     return "real" if fractions else "integer"
 
 
-def _constant_sizes(routines: list[Routine]) -> dict[str, tuple[Number, ...]]:
+def _constant_sizes(routines: list[st.Routine]) -> dict[str, tuple[ex.Number, ...]]:
     """Of the arrays of which every index is written out, and which no program hands to another."""
     found: dict[str, tuple[int, ...] | None] = {}
     for s in (s for r in routines for s in r.body):
-        handed = s.arguments if isinstance(s, Call) else ()
-        found.update((e.name.casefold(), None) for e in handed if isinstance(e, Named))
+        handed = s.arguments if isinstance(s, st.Call) else ()
+        found.update((e.name.casefold(), None) for e in handed if isinstance(e, ex.Named))
         for e in expressions_of(s):
-            if not isinstance(e, Item) or not isinstance(e.base, Named):
+            if not isinstance(e, ex.Item) or not isinstance(e.base, ex.Named):
                 continue
-            name, at = e.base.name.casefold(), [i.value for i in e.indices if isinstance(i, Number)]
+            name, at = e.base.name.casefold(), [i.value for i in e.indices if isinstance(i, ex.Number)]
             known = found.get(name, (0,) * len(at))
             if known is None or len(at) != len(e.indices) or len(known) != len(at):
                 found[name] = None
             else:
                 found[name] = tuple(max(int(one), most) for one, most in zip(at, known, strict=True))
-    return {name: tuple(map(Number, sizes)) for name, sizes in found.items() if sizes and min(sizes) > 0}
+    return {name: tuple(map(ex.Number, sizes)) for name, sizes in found.items() if sizes and min(sizes) > 0}
 
 
-def _gap(element: Expression) -> tuple[str, Expression]:
+def _gap(element: ex.Expression) -> tuple[str, ex.Expression]:
     """The type of an array by one of its elements, and what stands where none was given."""
-    if isinstance(element, PositionLiteral):
+    if isinstance(element, ex.PositionLiteral):
         return ("position", _UNTAUGHT) if element.kind == "pose" else ("joints", _UNTAUGHT)
-    return ("string", Text("")) if isinstance(element, Text) else ("real", Number(0))
+    return ("string", ex.Text("")) if isinstance(element, ex.Text) else ("real", ex.Number(0))
 
 
-def _value(word: str, text: str) -> Expression | None:
+def _value(word: str, text: str) -> ex.Expression | None:
     if word == ".STRINGS":
-        return Text(text.strip().strip('"'))
+        return ex.Text(text.strip().strip('"'))
     words = text.split(";")[0].replace(",", " ").split()
     if not words or not all(_NUMBER.fullmatch(one) for one in words) or any(len(one) > 40 for one in words):
         return None
@@ -657,7 +624,7 @@ def _value(word: str, text: str) -> Expression | None:
     if word == ".JOINTS":
         return joints(numbers) if len(numbers) >= 3 else None
     return (
-        Number(int(numbers[0]) if words[0].lstrip("+-").isdigit() else numbers[0])
+        ex.Number(int(numbers[0]) if words[0].lstrip("+-").isdigit() else numbers[0])
         if len(words) == 1
         else None
     )
@@ -676,7 +643,7 @@ def _parted(text: str) -> tuple[str, str | None]:
     return text, None
 
 
-def _parameters(text: str, rules: AsRules) -> Iterator[Parameter]:
+def _parameters(text: str, rules: AsRules) -> Iterator[st.Parameter]:
     """What a program takes: `&` marks a place, `#` joint values, `$` a text; all others are numbers."""
     for part in re.split(r",(?![\s,]*\])", text):
         name, _, indices = part.partition("[")
@@ -687,7 +654,7 @@ def _parameters(text: str, rules: AsRules) -> Iterator[Parameter]:
         )
         name = name.replace("&", "")
         if name:
-            yield Parameter(
+            yield st.Parameter(
                 rules.spelled(name),
                 "" if indices else kind,
                 by_reference=True,
@@ -695,13 +662,13 @@ def _parameters(text: str, rules: AsRules) -> Iterator[Parameter]:
             )
 
 
-def _main(routines: list[Routine]) -> str:
+def _main(routines: list[st.Routine]) -> str:
     """The first program that no other one calls: a file does not say which of its programs runs."""
     called = {
         one.routine.casefold()
         for routine in routines
         for one in routine.body
-        if isinstance(one, (Call, StartTask))
+        if isinstance(one, (st.Call, st.StartTask))
     }
     free = [one.name for one in routines if one.name.casefold() not in called]
     return (free or [one.name for one in routines] or [""])[0]

@@ -8,65 +8,29 @@ from typing import Any, Final, NamedTuple
 from lark import Token
 
 from olp.core.units import deg, minute, mm, percent
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    Function,
-    Item,
-    Logic,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unary,
-)
-from olp.ir.program import (
-    Acceleration,
-    AccelerationUnit,
-    Assign,
-    Blend,
-    BlendKind,
-    Call,
-    Dwell,
-    For,
-    Jump,
-    Message,
-    Move,
-    Path,
-    Process,
-    PulseOutput,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOutput,
-    SetSpeed,
-    SetTool,
-    Speed,
-    SpeedUnit,
-    Switch,
-    Wait,
-)
-from olp.ir.program import Case as CaseOf
-from olp.ir.program import Default as DefaultOf
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import NotModelledError, constants, from_zero, zyz_pose
 from olp.languages.statement_rules import BlockRules
 from olp.languages.vendor import ENDS_CYCLE
 
 FULL_SPEED: Final = 1.0  # [m/s] that 100 % of a path stand for: no program says it
-MODAL: Final = Blend(BlendKind.RADIUS)
-_PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "H": Path.LINEAR, "X": Path.LINEAR, "C": Path.CIRCULAR}
+MODAL: Final = st.Blend(st.BlendKind.RADIUS)
+_PATHS: Final = {
+    "J": st.Path.JOINT,
+    "L": st.Path.LINEAR,
+    "H": st.Path.LINEAR,
+    "X": st.Path.LINEAR,
+    "C": st.Path.CIRCULAR,
+}
 _UNITS: Final = {"MM/S": mm, "MM/SEC": mm, "CM/MIN": 0.01 / minute, "MM/MIN": mm / minute}
 _FUNCTIONS: Final = {
     "SQRT": "sqrt", "ABS": "abs", "SIN": "sin", "COS": "cos", "TAN": "tan", "ATAN2": "atan2", "INT": "trunc",
     "MIN": "min", "MAX": "max", "$ENCODE": "text-of-value", "LEN": "length-of-text", "VAL": "value-of-text",
     "DISTANCE": "pose-distance",
 }  # fmt: skip
-_HERE: Final = SystemValue("current-pose")
+_HERE: Final = ex.SystemValue("current-pose")
 
 
 class BlockEnd(NamedTuple):
@@ -92,7 +56,7 @@ class ContinuousPath(NamedTuple):
 class Arc(NamedTuple):
     """C1MOVE (`end` False) or C2MOVE, whose pair makes one arc."""
 
-    target: Expression
+    target: ex.Expression
     end: bool
 
 
@@ -100,7 +64,7 @@ class BlockStep(NamedTuple):
     """A step as the pendant teaches it: a move and what is done at its end, with levels that the controller holds."""
 
     words: str
-    target: Expression
+    target: ex.Expression
 
 
 class PercentOfPath(NamedTuple):
@@ -112,82 +76,82 @@ class AsRules(BlockRules):
 
     settled_by: Hashable = True
 
-    def item(self, children: list[Any]) -> Expression:
-        return Item(Named(self.spelled(str(children[0]))), tuple(map(from_zero, children[1])))
+    def item(self, children: list[Any]) -> ex.Expression:
+        return ex.Item(ex.Named(self.spelled(str(children[0]))), tuple(map(from_zero, children[1])))
 
-    def name(self, children: list[Any]) -> Expression:
-        return Named(self.spelled(str(children[0]).replace("&", "")))
+    def name(self, children: list[Any]) -> ex.Expression:
+        return ex.Named(self.spelled(str(children[0]).replace("&", "")))
 
     # --- positions --------------------------------------------------------------------------------------
 
-    def slot(self, children: list[Any]) -> Expression:
-        return Number(0) if children[0] is None else children[0]
+    def slot(self, children: list[Any]) -> ex.Expression:
+        return ex.Number(0) if children[0] is None else children[0]
 
-    def trans(self, children: list[Expression]) -> Expression:
+    def trans(self, children: list[ex.Expression]) -> ex.Expression:
         if len(children) > 6:
             raise BrokenLineError(f"a transformation with {len(children)} values", wanted="x, y, z, o, a, t")
-        values = children + [Number(0)] * (6 - len(children))
+        values = children + [ex.Number(0)] * (6 - len(children))
         numbers = constants(values)
         if numbers is not None:
             return zyz_pose(numbers)
         x, y, z, o, a, t = values
-        zero = Number(0)
-        tilted = Function("pose-angles", (x, y, z, zero, a, o))  # Rz(o) Ry(a)
-        return Function("pose-product", (tilted, Function("pose-angles", (zero,) * 5 + (t,))))
+        zero = ex.Number(0)
+        tilted = ex.Function("pose-angles", (x, y, z, zero, a, o))  # Rz(o) Ry(a)
+        return ex.Function("pose-product", (tilted, ex.Function("pose-angles", (zero,) * 5 + (t,))))
 
-    def ppoint(self, children: list[Any]) -> Expression:
+    def ppoint(self, children: list[Any]) -> ex.Expression:
         return self.joints(children[0])
 
-    def frame(self, children: list[Expression]) -> Expression:
+    def frame(self, children: list[ex.Expression]) -> ex.Expression:
         raise NotModelledError(children)
 
-    def shift(self, children: list[Expression]) -> Expression:
-        return Function("pose-offset", (children[0], *_padded(children[1:], 3)))
+    def shift(self, children: list[ex.Expression]) -> ex.Expression:
+        return ex.Function("pose-offset", (children[0], *_padded(children[1:], 3)))
 
-    def here(self, _: list[Any]) -> Expression:
+    def here(self, _: list[Any]) -> ex.Expression:
         return _HERE
 
-    def here_joints(self, _: list[Any]) -> Expression:
-        return SystemValue("current-joints")
+    def here_joints(self, _: list[Any]) -> ex.Expression:
+        return ex.SystemValue("current-joints")
 
-    def null(self, _: list[Any]) -> Expression:
+    def null(self, _: list[Any]) -> ex.Expression:
         return zyz_pose((0.0,) * 6)
 
-    def inverse(self, children: list[Any]) -> Expression:
-        return Function("pose-inverse", (children[1],))
+    def inverse(self, children: list[Any]) -> ex.Expression:
+        return ex.Function("pose-inverse", (children[1],))
 
-    def compound(self, children: list[Any]) -> Expression:
+    def compound(self, children: list[Any]) -> ex.Expression:
         sign, *rest = children
-        value = rest[0] if sign is None else Function("pose-inverse", (rest[0],))
+        value = rest[0] if sign is None else ex.Function("pose-inverse", (rest[0],))
         for word, right in zip(rest[1::2], rest[2::2], strict=True):
-            right = Function("pose-inverse", (right,)) if word == "-" else right
-            value = Function("pose-product", (value, right))
+            right = ex.Function("pose-inverse", (right,)) if word == "-" else right
+            value = ex.Function("pose-product", (value, right))
         return value
 
     # --- values -----------------------------------------------------------------------------------------
 
-    def based(self, children: list[Token]) -> Number:
+    def based(self, children: list[Token]) -> ex.Number:
         text = str(children[0])
         try:
-            return Number(int(text[2:], 16 if text[1] in "Hh" else 2))
+            return ex.Number(int(text[2:], 16 if text[1] in "Hh" else 2))
         except ValueError:
             raise BrokenLineError(
                 f"{text} is no number", wanted="^H with hexadecimal digits, ^B with 0 and 1"
             ) from None
 
-    def function(self, children: list[Any]) -> Expression:
+    def function(self, children: list[Any]) -> ex.Expression:
         name, arguments = str(children[0]), tuple(children[1] or ())
         word = name.upper()
         if word == "SIG" and arguments:
             return _all_on(arguments)
         if word == "BITS" and len(arguments) == 2:
             group = _group(*arguments)
-            return CallValue(word, arguments) if group is None else group
-        if word == "TIMER" and len(arguments) == 1 and isinstance(arguments[0], Number):
-            return SystemValue("timer", int(arguments[0].value))
+            return ex.CallValue(word, arguments) if group is None else group
+        if word == "TIMER" and len(arguments) == 1 and isinstance(arguments[0], ex.Number):
+            return ex.SystemValue("timer", int(arguments[0].value))
         if word in _FUNCTIONS:
-            return Function(_FUNCTIONS[word], arguments)
-        return CallValue(self.spelled(name), arguments)
+            return ex.Function(_FUNCTIONS[word], arguments)
+        return ex.CallValue(self.spelled(name), arguments)
 
     # --- moves ------------------------------------------------------------------------------------------
 
@@ -196,40 +160,42 @@ class AsRules(BlockRules):
         if word[0] == "C":
             return Arc(target, word[1] == "2")
         other = () if clamp is None else (("clamp", clamp),)
-        return Move(0, _PATHS[word[0]], (target,), blend=MODAL, other=other)
+        return st.Move(0, _PATHS[word[0]], (target,), blend=MODAL, other=other)
 
-    def move_till(self, children: list[Any]) -> Move:
-        return Move(0, Path.LINEAR, (children[1],), blend=MODAL, until=children[2])
+    def move_till(self, children: list[Any]) -> st.Move:
+        return st.Move(0, st.Path.LINEAR, (children[1],), blend=MODAL, until=children[2])
 
-    def approach(self, children: list[Any]) -> Move:
+    def approach(self, children: list[Any]) -> st.Move:
         word, target, distance, _ = children
         return self._away(str(word), target, distance)
 
-    def depart(self, children: list[Any]) -> Move:
+    def depart(self, children: list[Any]) -> st.Move:
         return self._away(str(children[0]), _HERE, children[1])
 
-    def _away(self, word: str, start: Expression, distance: Expression) -> Move:
+    def _away(self, word: str, start: ex.Expression, distance: ex.Expression) -> st.Move:
         """`distance` [mm] back along the tool's z from `start`."""
-        back = Number(-distance.value) if isinstance(distance, Number) else Unary("-", distance)
-        zero = Number(0)
-        if isinstance(start, PositionLiteral) and start.kind == "joint":
-            start = Function("forward", (start,))
-        target = Function("pose-relative-tool", (start, zero, zero, back, zero, zero, zero))
-        return Move(0, _PATHS[word[0].upper()], (target,), blend=MODAL)
+        back = ex.Number(-distance.value) if isinstance(distance, ex.Number) else ex.Unary("-", distance)
+        zero = ex.Number(0)
+        if isinstance(start, ex.PositionLiteral) and start.kind == "joint":
+            start = ex.Function("forward", (start,))
+        target = ex.Function("pose-relative-tool", (start, zero, zero, back, zero, zero, zero))
+        return st.Move(0, _PATHS[word[0].upper()], (target,), blend=MODAL)
 
-    def draw(self, children: list[Any]) -> Move:
+    def draw(self, children: list[Any]) -> st.Move:
         *values, speed = _padded(children[1:], 7)
-        turned = any(value != Number(0) for value in values[3:])
-        if speed != Number(0) or (turned and str(children[0]).upper() == "DRAW"):
+        turned = any(value != ex.Number(0) for value in values[3:])
+        if speed != ex.Number(0) or (turned and str(children[0]).upper() == "DRAW"):
             raise NotModelledError(children)  # a turn about the axes of the base, or a speed of its own
         if str(children[0]).upper() == "DRAW":
-            return Move(0, Path.LINEAR, (Function("pose-offset", (_HERE, *values[:3])),), blend=MODAL)
-        return Move(0, Path.LINEAR, (Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL)
+            return st.Move(
+                0, st.Path.LINEAR, (ex.Function("pose-offset", (_HERE, *values[:3])),), blend=MODAL
+            )
+        return st.Move(0, st.Path.LINEAR, (ex.Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL)
 
-    def home(self, children: list[Any]) -> Move:
+    def home(self, children: list[Any]) -> st.Move:
         number = children[0]
-        second = isinstance(number, Number) and number.value == 2
-        return Move(0, Path.JOINT, (Named("#HOME2" if second else "#HOME"),), blend=MODAL)
+        second = isinstance(number, ex.Number) and number.value == 2
+        return st.Move(0, st.Path.JOINT, (ex.Named("#HOME2" if second else "#HOME"),), blend=MODAL)
 
     def block_step(self, children: list[Any]) -> BlockStep:
         return BlockStep(str(children[0]), children[1])
@@ -239,33 +205,33 @@ class AsRules(BlockRules):
     def speed(self, children: list[Any]) -> Any:
         value, unit, turn, _, always = children
         word = "%" if unit is None else str(unit).upper()
-        limit = None if turn is None else Quantity(turn, deg)
+        limit = None if turn is None else ex.Quantity(turn, deg)
         if word == "%":
-            speeds: tuple[Speed, ...] = (
-                Speed(SpeedUnit.FRACTION, Quantity(value, percent)),
-                Speed(SpeedUnit.TRAVEL, Quantity(value, percent * FULL_SPEED), "%"),
+            speeds: tuple[st.Speed, ...] = (
+                st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(value, percent)),
+                st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(value, percent * FULL_SPEED), "%"),
             )
         elif word == "S":
-            speeds = (Speed(SpeedUnit.TIME, Quantity(value, 1.0)),)
+            speeds = (st.Speed(st.SpeedUnit.TIME, ex.Quantity(value, 1.0)),)
         else:
             scale = _UNITS[word]
             speeds = (
-                Speed(SpeedUnit.TRAVEL, Quantity(value, scale)),
-                Speed(SpeedUnit.FRACTION, Quantity(value, scale / FULL_SPEED), word),
+                st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(value, scale)),
+                st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(value, scale / FULL_SPEED), word),
             )
         if always:
-            return [SetSpeed(0, speeds, turn=limit), *([PercentOfPath()] if word != "S" else [])]
+            return [st.SetSpeed(0, speeds, turn=limit), *([PercentOfPath()] if word != "S" else [])]
         return NextMoveFields((("speeds", speeds), ("turn", limit)))
 
     def accuracy(self, children: list[Any]) -> Any:
-        blend = Blend(BlendKind.RADIUS, Quantity(children[0], mm))
-        return SetBlend(0, (blend,)) if children[1] else NextMoveFields((("blend", blend),))
+        blend = st.Blend(st.BlendKind.RADIUS, ex.Quantity(children[0], mm))
+        return st.SetBlend(0, (blend,)) if children[1] else NextMoveFields((("blend", blend),))
 
     def rate(self, children: list[Any]) -> Any:
         word, value, _, always = children
-        share = Quantity(value, percent)
+        share = ex.Quantity(value, percent)
         if always and str(word).upper() == "ACCEL":
-            return SetAcceleration(0, (Acceleration(AccelerationUnit.FRACTION, share),))
+            return st.SetAcceleration(0, (st.Acceleration(st.AccelerationUnit.FRACTION, share),))
         part = "acceleration" if str(word).upper() == "ACCEL" else "deceleration"
         return NextMoveFields(((part, share),), bool(always))
 
@@ -275,127 +241,127 @@ class AsRules(BlockRules):
     def continuous(self, children: list[Any]) -> ContinuousPath:
         return ContinuousPath(str(children[0]).upper() == "ON")
 
-    def tool(self, children: list[Any]) -> SetTool:
-        return SetTool(0, children[0])
+    def tool(self, children: list[Any]) -> st.SetTool:
+        return st.SetTool(0, children[0])
 
-    def base(self, children: list[Any]) -> SetFrame:
-        return SetFrame(0, children[0])
+    def base(self, children: list[Any]) -> st.SetFrame:
+        return st.SetFrame(0, children[0])
 
     # --- everything else ----------------------------------------------------------------------------------
 
-    def break_(self, _: list[Any]) -> Dwell:
-        return Dwell(0, Quantity(Number(0), 1.0))
+    def break_(self, _: list[Any]) -> st.Dwell:
+        return st.Dwell(0, ex.Quantity(ex.Number(0), 1.0))
 
-    def dwell(self, children: list[Any]) -> Dwell:
-        return Dwell(0, Quantity(children[1], 1.0))
+    def dwell(self, children: list[Any]) -> st.Dwell:
+        return st.Dwell(0, ex.Quantity(children[1], 1.0))
 
-    def point(self, children: list[Any]) -> Assign:
-        return Assign(0, children[0], children[1])
+    def point(self, children: list[Any]) -> st.Assign:
+        return st.Assign(0, children[0], children[1])
 
     assign = point
 
-    def teach(self, children: list[Any]) -> Assign:
+    def teach(self, children: list[Any]) -> st.Assign:
         """A variable gets the place where the arm stands, in axis values where its name begins with #."""
-        base = children[0].base if isinstance(children[0], Item) else children[0]
-        joints = isinstance(base, Named) and base.name.startswith("#")
-        return Assign(0, children[0], SystemValue("current-joints") if joints else _HERE)
+        base = children[0].base if isinstance(children[0], ex.Item) else children[0]
+        joints = isinstance(base, ex.Named) and base.name.startswith("#")
+        return st.Assign(0, children[0], ex.SystemValue("current-joints") if joints else _HERE)
 
-    def set_timer(self, children: list[Any]) -> Assign:
+    def set_timer(self, children: list[Any]) -> st.Assign:
         number, value = children
-        if not isinstance(number, Number):
+        if not isinstance(number, ex.Number):
             raise NotModelledError(number)
-        return Assign(0, SystemValue("timer", int(number.value)), value)
+        return st.Assign(0, ex.SystemValue("timer", int(number.value)), value)
 
     def signed_numbers(self, children: list[Any]) -> list[Any]:
         return children
 
     def signal(self, children: list[Any]) -> list[Any]:
         pairs = map(_signal, children[0])
-        return [SetOutput(0, signal, SignalState(on)) for signal, on in pairs]
+        return [st.SetOutput(0, signal, ex.SignalState(on)) for signal, on in pairs]
 
-    def set_bits(self, children: list[Any]) -> SetOutput:
+    def set_bits(self, children: list[Any]) -> st.SetOutput:
         group = _group(children[0], children[1])
         if group is None or group.bus != "out-group":
             raise NotModelledError(children)
-        return SetOutput(0, group, children[2])
+        return st.SetOutput(0, group, children[2])
 
-    def pulse(self, children: list[Any]) -> PulseOutput:
-        time = Number(0.2) if children[1] is None else children[1]
+    def pulse(self, children: list[Any]) -> st.PulseOutput:
+        time = ex.Number(0.2) if children[1] is None else children[1]
         signal, on = _signal(children[0])
         if not on:
             raise BrokenLineError(
                 "a pulse of a signal that is off", wanted="a signal above 0, as in PULSE 7,0.5"
             )
-        return PulseOutput(0, signal, Quantity(time, 1.0))
+        return st.PulseOutput(0, signal, ex.Quantity(time, 1.0))
 
-    def wait_signals(self, children: list[Any]) -> Wait:
-        return Wait(0, _all_on(children[0]), spelling="SWAIT")
+    def wait_signals(self, children: list[Any]) -> st.Wait:
+        return st.Wait(0, _all_on(children[0]), spelling="SWAIT")
 
-    def halt(self, _: list[Any]) -> Process:
-        return Process(0, "HALT")
+    def halt(self, _: list[Any]) -> st.Process:
+        return st.Process(0, "HALT")
 
-    def stop(self, _: list[Any]) -> Process:
+    def stop(self, _: list[Any]) -> st.Process:
         """The cycle ends; the next one begins if any is left."""
-        return Process(0, ENDS_CYCLE)
+        return st.Process(0, ENDS_CYCLE)
 
     def name_only(self, children: list[Any]) -> str:
         return self.spelled(str(children[0]))
 
-    def call(self, children: list[Any]) -> Call:
-        return Call(0, children[0], tuple(children[1] or ()))
+    def call(self, children: list[Any]) -> st.Call:
+        return st.Call(0, children[0], tuple(children[1] or ()))
 
     def label(self, children: list[Any]) -> str:
         return str(children[0]).casefold()
 
-    def goto(self, children: list[Any]) -> Jump:
-        return Jump(0, children[0], children[1])
+    def goto(self, children: list[Any]) -> st.Jump:
+        return st.Jump(0, children[0], children[1])
 
-    def goto_if(self, children: list[Any]) -> Jump:
-        return Jump(0, children[1], children[0])
+    def goto_if(self, children: list[Any]) -> st.Jump:
+        return st.Jump(0, children[1], children[0])
 
-    def for_(self, children: list[Any]) -> For:
+    def for_(self, children: list[Any]) -> st.For:
         variable, start, stop, step = children
-        if not isinstance(variable, Named):
+        if not isinstance(variable, ex.Named):
             raise BrokenLineError("a loop that counts in an array", wanted="a variable, as in FOR i = 1 TO 3")
-        return For(0, variable, start, stop, step)
+        return st.For(0, variable, start, stop, step)
 
-    def case(self, children: list[Any]) -> Switch:
-        return Switch(0, children[0])
+    def case(self, children: list[Any]) -> st.Switch:
+        return st.Switch(0, children[0])
 
-    def value(self, children: list[Any]) -> CaseOf:
-        return CaseOf(0, tuple(children[0]))
+    def value(self, children: list[Any]) -> st.Case:
+        return st.Case(0, tuple(children[0]))
 
-    def any(self, _: list[Any]) -> DefaultOf:
-        return DefaultOf(0)
+    def any(self, _: list[Any]) -> st.Default:
+        return st.Default(0)
 
     def end(self, _: list[Any]) -> BlockEnd:
         return BlockEnd()
 
-    def printed(self, children: list[Any]) -> Expression:
-        texts = tuple(one if _is_text(one) else Function("text-of-value", (one,)) for one in children)
-        return texts[0] if len(texts) == 1 else Function("joined-text", texts)
+    def printed(self, children: list[Any]) -> ex.Expression:
+        texts = tuple(one if _is_text(one) else ex.Function("text-of-value", (one,)) for one in children)
+        return texts[0] if len(texts) == 1 else ex.Function("joined-text", texts)
 
-    def message(self, children: list[Any]) -> Message:
-        return Message(0, Text("") if children[1] is None else children[1])
+    def message(self, children: list[Any]) -> st.Message:
+        return st.Message(0, ex.Text("") if children[1] is None else children[1])
 
 
-def _padded(values: list[Expression], count: int) -> tuple[Expression, ...]:
+def _padded(values: list[ex.Expression], count: int) -> tuple[ex.Expression, ...]:
     if len(values) > count:
         raise BrokenLineError(f"{len(values)} values", wanted=f"at most {count}")
-    return (*values, *[Number(0)] * (count - len(values)))
+    return (*values, *[ex.Number(0)] * (count - len(values)))
 
 
-def _signal(number: Expression) -> tuple[Signal, bool]:
+def _signal(number: ex.Expression) -> tuple[ex.Signal, bool]:
     """The signal, and whether it is wanted on: 1 .. outputs, 1001 .. inputs, 2001 .. internal; -n means off."""
     on = True
-    if isinstance(number, Unary) and number.operator == "-":
+    if isinstance(number, ex.Unary) and number.operator == "-":
         number, on = number.operand, False
-    elif isinstance(number, Number) and number.value < 0:
-        number, on = Number(-number.value), False
-    if isinstance(number, Number):
+    elif isinstance(number, ex.Number) and number.value < 0:
+        number, on = ex.Number(-number.value), False
+    if isinstance(number, ex.Number):
         bus = bus_of(int(number.value))
-        return Signal(bus, Number(number.value - FIRST_OF[bus])), on
-    return Signal("out", number), on
+        return ex.Signal(bus, ex.Number(number.value - FIRST_OF[bus])), on
+    return ex.Signal("out", number), on
 
 
 FIRST_OF: Final = {"out": 0, "in": 1000, "flag": 2000}  # the number before the first signal of a kind
@@ -406,28 +372,28 @@ def bus_of(number: int) -> str:
     return "out" if number <= 1000 else "in" if number <= 2000 else "flag"
 
 
-def _group(first: Expression, count: Expression) -> Signal | None:
+def _group(first: ex.Expression, count: ex.Expression) -> ex.Signal | None:
     """The signals that BITS names, as a group of its own; None for internal ones and computed numbers."""
-    if not isinstance(first, Number) or not isinstance(count, Number):
+    if not isinstance(first, ex.Number) or not isinstance(count, ex.Number):
         return None
     start, last = int(first.value), int(first.value) + int(count.value) - 1
     bus = bus_of(start)
     if bus == "flag" or bus_of(last) != bus or not 1 <= start <= last < start + 32:
         return None
     here = FIRST_OF[bus]
-    return Signal(f"{bus}-group", Text(f"BITS_{bus.upper()}_{start - here}_{last - here}"))
+    return ex.Signal(f"{bus}-group", ex.Text(f"BITS_{bus.upper()}_{start - here}_{last - here}"))
 
 
-def _all_on(numbers: Any) -> Expression:
-    conditions: list[Expression] = [
-        signal if on else Unary("not", signal) for signal, on in map(_signal, numbers)
+def _all_on(numbers: Any) -> ex.Expression:
+    conditions: list[ex.Expression] = [
+        signal if on else ex.Unary("not", signal) for signal, on in map(_signal, numbers)
     ]
     if len(conditions) == 1:
         return conditions[0]
-    return Logic(conditions[0], tuple(("and", one) for one in conditions[1:]))
+    return ex.Logic(conditions[0], tuple(("and", one) for one in conditions[1:]))
 
 
-def _is_text(e: Expression) -> bool:
+def _is_text(e: ex.Expression) -> bool:
     """Whether a value is a text: the names of variables that hold one begin with $."""
-    base = e.base if isinstance(e, Item) else e
-    return isinstance(base, Text) or (isinstance(base, Named) and base.name.startswith("$"))
+    base = e.base if isinstance(e, ex.Item) else e
+    return isinstance(base, ex.Text) or (isinstance(base, ex.Named) and base.name.startswith("$"))

@@ -8,22 +8,7 @@ from typing import Any, NamedTuple
 
 from lark import Token, Transformer
 
-from olp.ir.expressions import (
-    Binary,
-    Compare,
-    Expression,
-    FrameRef,
-    Logic,
-    Number,
-    Quantity,
-    Signal,
-    SignalState,
-    Taught,
-    Text,
-    Unary,
-    Unknown,
-    Variable,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Speed
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.inform import values
@@ -59,46 +44,46 @@ class InformExpressionRules(Transformer[Token, Any]):
 
     def __init__(self) -> None:
         super().__init__()
-        self.aliases: Mapping[str, Variable] = {}
+        self.aliases: Mapping[str, ex.Variable] = {}
         self.remarks: list[InformRemark] = []
         self.named_any = False
 
-    def number(self, children: list[Token]) -> Number:
+    def number(self, children: list[Token]) -> ex.Number:
         return values.number(children[0])
 
-    def text(self, children: list[Token]) -> Text:
-        return Text(children[0][1:-1])
+    def text(self, children: list[Token]) -> ex.Text:
+        return ex.Text(children[0][1:-1])
 
-    def state(self, children: list[Token]) -> SignalState:
-        return SignalState(children[0] == "ON")
+    def state(self, children: list[Token]) -> ex.SignalState:
+        return ex.SignalState(children[0] == "ON")
 
-    def taught(self, children: list[Token]) -> Taught:
+    def taught(self, children: list[Token]) -> ex.Taught:
         return values.taught(children[0])
 
-    def variable(self, children: list[Token]) -> Variable:
+    def variable(self, children: list[Token]) -> ex.Variable:
         return values.variable(children[0])
 
-    def subscripted(self, children: list[Any]) -> Variable:
+    def subscripted(self, children: list[Any]) -> ex.Variable:
         word, index = children
         local = word[0] == "L"
-        return Variable(values.STORES[str(word[1:] if local else word)], index, local)
+        return ex.Variable(values.STORES[str(word[1:] if local else word)], index, local)
 
-    def named(self, children: list[Token]) -> Variable | Unknown:
+    def named(self, children: list[Token]) -> ex.Variable | ex.Unknown:
         self.named_any = True
         name = unmangle(str(children[0]))
         found = self.aliases.get(name)
         if found is not None:
             return found
         self.remarks.append(InformRemark("P041", name, children[0].column or 1))
-        return Unknown(name)
+        return ex.Unknown(name)
 
-    def index(self, children: list[Expression]) -> Expression:
+    def index(self, children: list[ex.Expression]) -> ex.Expression:
         return children[0]
 
-    def signal(self, children: list[Any]) -> Signal:
-        return Signal(_BUSES[children[0][:-1]], children[1])
+    def signal(self, children: list[Any]) -> ex.Signal:
+        return ex.Signal(_BUSES[children[0][:-1]], children[1])
 
-    def time(self, children: list[Any]) -> Quantity:
+    def time(self, children: list[Any]) -> ex.Quantity:
         return checked(values.quantity(children[1], values.TIME), children[0], "a time", least=0.0)
 
     def speed(self, children: list[Any]) -> Speed:
@@ -106,51 +91,51 @@ class InformExpressionRules(Transformer[Token, Any]):
         checked(spoken.value, children[0], "a speed", least=0.0)  # 0 occurs in second parts, which follow
         return spoken
 
-    def tool(self, children: list[Any]) -> FrameRef:
-        return FrameRef("tool", children[1])
+    def tool(self, children: list[Any]) -> ex.FrameRef:
+        return ex.FrameRef("tool", children[1])
 
-    def user(self, children: list[Any]) -> FrameRef:
-        return FrameRef("user", children[1])
+    def user(self, children: list[Any]) -> ex.FrameRef:
+        return ex.FrameRef("user", children[1])
 
-    def frame(self, children: list[Token]) -> FrameRef:
-        return FrameRef(_FRAMES[children[0]])
+    def frame(self, children: list[Token]) -> ex.FrameRef:
+        return ex.FrameRef(_FRAMES[children[0]])
 
-    def condition(self, children: list[Any]) -> Expression:
+    def condition(self, children: list[Any]) -> ex.Expression:
         if len(children) == 1:
-            first: Expression = children[0]
+            first: ex.Expression = children[0]
             return first
         rest = tuple((_JOINTS[children[i]], children[i + 1]) for i in range(1, len(children), 2))
-        return Logic(children[0], rest)
+        return ex.Logic(children[0], rest)
 
-    def comparison(self, children: list[Any]) -> Compare:
-        return Compare(str(children[1]), children[0], children[2])
+    def comparison(self, children: list[Any]) -> ex.Compare:
+        return ex.Compare(str(children[1]), children[0], children[2])
 
-    def binary(self, children: list[Any]) -> Binary:
-        return Binary(str(children[1]), children[0], children[2])
+    def binary(self, children: list[Any]) -> ex.Binary:
+        return ex.Binary(str(children[1]), children[0], children[2])
 
-    def glued(self, children: list[Any]) -> Binary:
+    def glued(self, children: list[Any]) -> ex.Binary:
         """`LI000 -1`: a sign without a blank behind it."""
         if children[1][0] not in "+-":
             raise BrokenLineError(
                 "two values without an operator between them", word=str(children[1]), wanted="+, -, * or /"
             )
         operator, number = children[1][0], children[1][1:]
-        return Binary(operator, children[0], values.number(number))
+        return ex.Binary(operator, children[0], values.number(number))
 
-    def negative(self, children: list[Any]) -> Unary | Number:
+    def negative(self, children: list[Any]) -> ex.Unary | ex.Number:
         operand = children[1]
-        if type(operand) is Number:
-            return Number(-operand.value)
-        return Unary("-", operand)
+        if type(operand) is ex.Number:
+            return ex.Number(-operand.value)
+        return ex.Unary("-", operand)
 
 
-def checked(quantity: Quantity, tag: str, what: str, least: float | None = None) -> Quantity:
+def checked(quantity: ex.Quantity, tag: str, what: str, least: float | None = None) -> ex.Quantity:
     """The quantity, whose literal must be above zero, or not below `least`. Raises BrokenLineError."""
     value = quantity.literal
     if value is None or value > 0 or (least is not None and value >= least):
         return quantity
     written = quantity.written
-    shown = written.value if isinstance(written, Number) else ""
+    shown = written.value if isinstance(written, ex.Number) else ""
     wanted = "one above 0" if least is None else "one of 0 or more"
     raise BrokenLineError(f"{what} of {shown}", word=str(tag), wanted=wanted)
 

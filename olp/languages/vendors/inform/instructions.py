@@ -14,33 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from olp.core import memory_limit
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import CacheShelf
+from olp.ir import program as st
 from olp.ir.expressions import Number, Position, Store, Taught, Unknown, Variable
-from olp.ir.program import (
-    Begin,
-    Blend,
-    BlendKind,
-    Case,
-    Comment,
-    Default,
-    Else,
-    ElseIf,
-    End,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    LineKind,
-    Move,
-    MovePart,
-    Next,
-    Opaque,
-    Path,
-    Speed,
-    Statement,
-    Switch,
-    While,
-)
 from olp.languages.findings import Findings
 from olp.languages.lark_host import (
     MOST_BROKEN,
@@ -72,7 +47,7 @@ MOVE_LINE: Final = re.compile(
     r"(?: *//(.*?))?\s*",
     re.ASCII,
 )
-_PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR}
+_PATHS: Final = {"J": st.Path.JOINT, "L": st.Path.LINEAR, "C": st.Path.CIRCULAR}
 
 
 class InformMoveLines:
@@ -80,11 +55,11 @@ class InformMoveLines:
 
     def __init__(self) -> None:
         self._targets: dict[str, tuple[Position, ...]] = {}
-        self._speeds: dict[str | None, Speed | None] = {None: None}
-        self._blends: dict[str | None, Blend | None] = {None: None}
-        self._parts: dict[str | None, tuple[MovePart, ...]] = {None: ()}
+        self._speeds: dict[str | None, st.Speed | None] = {None: None}
+        self._blends: dict[str | None, st.Blend | None] = {None: None}
+        self._parts: dict[str | None, tuple[st.MovePart, ...]] = {None: ()}
 
-    def read(self, line: str, number: int) -> Move | None:
+    def read(self, line: str, number: int) -> st.Move | None:
         """The move in `line`, or None when it is not plain."""
         match = MOVE_LINE.fullmatch(line)
         if match is None:
@@ -101,30 +76,30 @@ class InformMoveLines:
             speed, blend, parts = self._speed(spoken), self._blend(level), self._part(second)
         path = _PATHS[word[-1]]
         if word[0] == "S":
-            return Move(number, path, targets, speed, blend, parts, comment or "", coordinated=True)
-        return Move(number, path, targets, speed, blend, parts, comment or "")
+            return st.Move(number, path, targets, speed, blend, parts, comment or "", coordinated=True)
+        return st.Move(number, path, targets, speed, blend, parts, comment or "")
 
     def _find_targets(self, text: str) -> tuple[Position, ...]:
         found = tuple(_position(word) for word in text.split(" "))
         self._targets[text] = found
         return found
 
-    def _speed(self, text: str | None) -> Speed | None:
+    def _speed(self, text: str | None) -> st.Speed | None:
         if text not in self._speeds:
             self._speeds[text] = values.literal_speed(text)
         return self._speeds[text]
 
-    def _blend(self, text: str | None) -> Blend | None:
+    def _blend(self, text: str | None) -> st.Blend | None:
         if text not in self._blends:
             level = values.quantity(values.number(text), values.LEVEL)
-            self._blends[text] = Blend(BlendKind.LEVEL, level)
+            self._blends[text] = st.Blend(st.BlendKind.LEVEL, level)
         return self._blends[text]
 
-    def _part(self, text: str | None) -> tuple[MovePart, ...]:
+    def _part(self, text: str | None) -> tuple[st.MovePart, ...]:
         if text is not None and text not in self._parts:
             position, _, spoken = text.partition(" ")
             speed = self._speed(spoken) if spoken else None
-            self._parts[text] = (MovePart(Path.JOINT, (_position(position),), speed),)
+            self._parts[text] = (st.MovePart(st.Path.JOINT, (_position(position),), speed),)
         return self._parts[text]
 
 
@@ -135,8 +110,8 @@ class RememberedLines(InformMoveLines):
         super().__init__()
         self._shelf = shelf
 
-    def read(self, line: str, number: int) -> Move | None:
-        known: Move | None = self._shelf.get(line)
+    def read(self, line: str, number: int) -> st.Move | None:
+        known: st.Move | None = self._shelf.get(line)
         if known is not None and known.line == number:
             return known
         found = super().read(line, number) if known is None else _on_line(known, number)
@@ -145,10 +120,10 @@ class RememberedLines(InformMoveLines):
         return found
 
 
-def _on_line(it: Move, number: int) -> Move:
+def _on_line(it: st.Move, number: int) -> st.Move:
     """The same plain move on another line."""
     same = (it.path, it.targets, it.speed, it.blend, it.parts, it.comment)
-    return Move(number, *same, coordinated=it.coordinated)
+    return st.Move(number, *same, coordinated=it.coordinated)
 
 
 def move_lines() -> InformMoveLines:
@@ -181,9 +156,9 @@ _MOST_SUGGESTED = 50  # unknown words that are compared with all known ones
 _MOST_CACHED = 50_000
 
 # A statement's class and all its values but the line.
-_Template = tuple[Callable[..., Statement], tuple[Any, ...]]
+_Template = tuple[Callable[..., st.Statement], tuple[Any, ...]]
 # NOP and END stand in every job: a job of plain moves needs no grammar at all.
-_PRESET: Final[dict[str, _Template]] = {"NOP": (Begin, ("",)), "END": (End, ("",))}
+_PRESET: Final[dict[str, _Template]] = {"NOP": (st.Begin, ("",)), "END": (st.End, ("",))}
 _seen = dict(_PRESET)
 
 
@@ -199,25 +174,25 @@ class InformInstructionReader:
         self._manglers: dict[bool, Callable[[str], str]] = {}
         self._unknown: set[str] = set()
         self._broken = 0
-        self.markers: list[Statement] = []  # stand for broken lines that open or continue a block
+        self.markers: list[st.Statement] = []  # stand for broken lines that open or continue a block
 
-    def read(self, lines: Sequence[str], first: int) -> list[Statement]:
+    def read(self, lines: Sequence[str], first: int) -> list[st.Statement]:
         """The statements in `lines`, the first of which is line `first` of the file."""
-        body: list[Statement] = []
+        body: list[st.Statement] = []
         move, seen, own, kinds = self._moves.read, _seen, self._own, self._kinds
         for number, line in enumerate(lines, first):
-            statement: Statement | None = move(line, number)
+            statement: st.Statement | None = move(line, number)
             if statement is None:
                 template = own.get(line) or seen.get(line)
                 if template is None:
                     body.extend(self._read(line, number))
                     continue
                 statement = template[0](number, *template[1])
-            kinds[number - 1] = LineKind.STATEMENT
+            kinds[number - 1] = st.LineKind.STATEMENT
             body.append(statement)
         return body
 
-    def _read(self, line: str, number: int) -> tuple[Statement, ...]:
+    def _read(self, line: str, number: int) -> tuple[st.Statement, ...]:
         text = line.rstrip("\x1a \t")
         if not text.strip():
             return ()
@@ -257,22 +232,22 @@ class InformInstructionReader:
 
         return instruction_parser().words
 
-    def _comment(self, text: str, number: int) -> tuple[Statement, ...]:
+    def _comment(self, text: str, number: int) -> tuple[st.Statement, ...]:
         text = text.lstrip(" \t")
         if _RECORD.match(text):
             self._misplaced("P015", "a header record among the instructions", number)
             return ()
-        self._kinds[number - 1] = LineKind.COMMENT
-        return (Comment(number, text[1 if text[0] == "'" else 2 :]),)
+        self._kinds[number - 1] = st.LineKind.COMMENT
+        return (st.Comment(number, text[1 if text[0] == "'" else 2 :]),)
 
     def _misplaced(self, code: str, message: str, number: int) -> None:
         help = "move it above NOP; is the line /JOB of another job missing?"
         self._findings.error(code, message, self._findings.whole_line(number), help)
 
-    def _opaque(self, text: str, word: str, number: int) -> Opaque:
+    def _opaque(self, text: str, word: str, number: int) -> st.Opaque:
         from difflib import get_close_matches
 
-        self._kinds[number - 1] = LineKind.OPAQUE
+        self._kinds[number - 1] = st.LineKind.OPAQUE
         start = len(text) - len(text.lstrip()) + 1
         near: list[str] = []
         known = word in self._words()
@@ -285,13 +260,13 @@ class InformInstructionReader:
         # A word that looks like a misspelt instruction may well be a move.
         severity = Severity.WARNING if near or known else Severity.INFO
         self._findings.once(severity, "P021", word, message, span, help)
-        return Opaque(number, text.strip())
+        return st.Opaque(number, text.strip())
 
-    def _parse(self, text: str, line: str, number: int) -> tuple[Statement, ...]:
+    def _parse(self, text: str, line: str, number: int) -> tuple[st.Statement, ...]:
         from lark.exceptions import UnexpectedInput
 
         if self._broken >= MOST_BROKEN:
-            self._kinds[number - 1] = LineKind.ERROR
+            self._kinds[number - 1] = st.LineKind.ERROR
             give_up(self._findings, "P024", Span(number, 1, 2), "lines new to olp")
             return ()
         try:
@@ -304,7 +279,7 @@ class InformInstructionReader:
             problem = InformProblem(broken.message, column, column + len(broken.word), broken.wanted)
             self._report(problem, text, number)
             return ()
-        self._kinds[number - 1] = LineKind.STATEMENT
+        self._kinds[number - 1] = st.LineKind.STATEMENT
         templates = [(type(one), values_of(one)) for one in parsed.statements]
         if not parsed.remarks and len(templates) == 1:
             _remember(self._own if parsed.named else _seen, line, templates[0])
@@ -395,22 +370,22 @@ def _remember(cache: dict[str, _Template], line: str, template: _Template) -> No
 # They pair with the rest of the job's blocks, so that one broken IFTHEN is not told again as an ENDIF without IFTHEN.
 
 _UNKNOWN = Unknown("")
-MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
-    "IFTHEN": lambda line: If(line, _UNKNOWN),
-    "IFTHENEXP": lambda line: If(line, _UNKNOWN),
-    "ELSEIF": lambda line: ElseIf(line, _UNKNOWN),
-    "ELSEIFEXP": lambda line: ElseIf(line, _UNKNOWN),
-    "ELSE": lambda line: Else(line),
-    "ENDIF": lambda line: EndIf(line),
-    "WHILE": lambda line: While(line, _UNKNOWN),
-    "WHILEEXP": lambda line: While(line, _UNKNOWN),
-    "ENDWHILE": lambda line: EndWhile(line),
-    "FOR": lambda line: For(line, Variable(Store.BYTE, Number(0)), _UNKNOWN, _UNKNOWN),
-    "NEXT": lambda line: Next(line, None),
-    "SWITCH": lambda line: Switch(line, _UNKNOWN),
-    "CASE": lambda line: Case(line, ()),
-    "DEFAULT": lambda line: Default(line),
-    "ENDSWITCH": lambda line: EndSwitch(line),
+MARKERS: Final[dict[str, Callable[[int], st.Statement]]] = {
+    "IFTHEN": lambda line: st.If(line, _UNKNOWN),
+    "IFTHENEXP": lambda line: st.If(line, _UNKNOWN),
+    "ELSEIF": lambda line: st.ElseIf(line, _UNKNOWN),
+    "ELSEIFEXP": lambda line: st.ElseIf(line, _UNKNOWN),
+    "ELSE": lambda line: st.Else(line),
+    "ENDIF": lambda line: st.EndIf(line),
+    "WHILE": lambda line: st.While(line, _UNKNOWN),
+    "WHILEEXP": lambda line: st.While(line, _UNKNOWN),
+    "ENDWHILE": lambda line: st.EndWhile(line),
+    "FOR": lambda line: st.For(line, Variable(Store.BYTE, Number(0)), _UNKNOWN, _UNKNOWN),
+    "NEXT": lambda line: st.Next(line, None),
+    "SWITCH": lambda line: st.Switch(line, _UNKNOWN),
+    "CASE": lambda line: st.Case(line, ()),
+    "DEFAULT": lambda line: st.Default(line),
+    "ENDSWITCH": lambda line: st.EndSwitch(line),
 }
 
 

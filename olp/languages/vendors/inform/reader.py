@@ -11,42 +11,29 @@ from typing import Final
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
+from olp.ir import program as st
 from olp.ir.block_structure import pair
 from olp.ir.expressions import Element, FrameRef, Store, Taught, Variable
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Comment,
-    ControlGroup,
-    End,
-    Label,
-    LineKind,
-    Move,
-    Program,
-    Reference,
-    Routine,
-    Statement,
-)
 from olp.languages.findings import Findings
 from olp.languages.vendors.inform.instructions import InformInstructionReader, InformMoveLines, move_lines
 from olp.languages.vendors.inform.positions import KINDS, ROW, InformPositionReader
 from olp.languages.vendors.inform.values import STORES, number
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """The program in a text of one or more jobs. Never raises on bad text."""
     findings = Findings(source)
-    routines: tuple[Routine, ...] = ()
+    routines: tuple[st.Routine, ...] = ()
     if is_readable(findings):
         with no_garbage_collection():
             routines = tuple(_routines(findings))
         check_names(findings, routines)
         check_text(findings)
-    return Program("inform", source, routines, findings.result(), bytes(findings.kinds))
+    return st.Program("inform", source, routines, findings.result(), bytes(findings.kinds))
 
 
-def _routines(findings: Findings) -> Iterator[Routine]:
+def _routines(findings: Findings) -> Iterator[st.Routine]:
     lines = findings.source.lines
     starts = [number for number, line in enumerate(lines) if line[:4] == "/JOB" and line.strip() == "/JOB"]
     first = starts[0] if starts else len(lines)
@@ -66,15 +53,15 @@ def _before_job(findings: Findings, start: int, stop: int) -> bool:
     findings.error("P015", "a job begins with /JOB", findings.whole_line(start + 1), help)
     if not is_job:
         for number in range(start, stop):
-            findings.kinds[number] = LineKind.ERROR if lines[number].strip() else LineKind.BLANK
+            findings.kinds[number] = st.LineKind.ERROR if lines[number].strip() else st.LineKind.BLANK
     return is_job
 
 
-def _routine(findings: Findings, moves: InformMoveLines, start: int, stop: int) -> Routine:
+def _routine(findings: Findings, moves: InformMoveLines, start: int, stop: int) -> st.Routine:
     header = HeaderReader(findings, start, stop).read()
     instructions = InformInstructionReader(findings, moves, header.aliases)
     body = instructions.read(findings.source.lines[header.body : stop], header.body + 1)
-    routine = Routine(
+    routine = st.Routine(
         header.name,
         start + 1,
         tuple(body),
@@ -117,16 +104,18 @@ def is_readable(findings: Findings) -> bool:
 def _refuse(findings: Findings, code: str, message: str, help: str) -> bool:
     findings.error(code, message, Span(0), help=help)
     for at, line in enumerate(findings.source.lines):
-        findings.kinds[at] = LineKind.ERROR if line.strip() else LineKind.BLANK
+        findings.kinds[at] = st.LineKind.ERROR if line.strip() else st.LineKind.BLANK
     return False
 
 
-def check_routine(findings: Findings, header: Header, routine: Routine, markers: Sequence[Statement]) -> None:
+def check_routine(
+    findings: Findings, header: Header, routine: st.Routine, markers: Sequence[st.Statement]
+) -> None:
     """Everything that holds for one job. `markers`: stand for broken lines that open or continue a block."""
     if _is_complete(findings, header, routine):
         _check_npos(findings, header)
         _check_points(findings, header, routine)
-        flow = [one for one in routine.body if type(one) is not Move]
+        flow = [one for one in routine.body if type(one) is not st.Move]
         if markers:
             flow = sorted([*flow, *markers], key=lambda one: one.line)
         findings.extend(pair(flow).problems)
@@ -134,7 +123,7 @@ def check_routine(findings: Findings, header: Header, routine: Routine, markers:
     _check_widths(findings, routine)
 
 
-def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
+def _is_complete(findings: Findings, header: Header, routine: st.Routine) -> bool:
     last = findings.whole_line(routine.last_line)
     for section in ("NAME", "POS", "INST"):
         if section not in header.sections:
@@ -144,8 +133,8 @@ def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
             findings.error("P007", f"the job has no //{section}", span, help=hint)
             if cut:
                 return False
-    first = next((one for one in routine.body if type(one) is not Comment), None)
-    if type(first) is not Begin:
+    first = next((one for one in routine.body if type(one) is not st.Comment), None)
+    if type(first) is not st.Begin:
         span = findings.whole_line(first.line if first else routine.last_line)
         findings.error(
             "P008", "the instructions do not begin with NOP", span, help="add NOP before this line"
@@ -154,14 +143,14 @@ def _is_complete(findings: Findings, header: Header, routine: Routine) -> bool:
     return True
 
 
-def _check_end(findings: Findings, routine: Routine, last: Span) -> None:
-    ends = [one.line for one in routine.body if type(one) is End]
+def _check_end(findings: Findings, routine: st.Routine, last: Span) -> None:
+    ends = [one.line for one in routine.body if type(one) is st.End]
     if not ends:
         findings.error(
             "P009", "the job has no END", last, help="is the file cut off? add END as the last line"
         )
         return
-    after = next((one for one in routine.body if one.line > ends[0] and type(one) is not Comment), None)
+    after = next((one for one in routine.body if one.line > ends[0] and type(one) is not st.Comment), None)
     if after is not None:
         message = "an instruction behind END is never executed"
         span = findings.whole_line(after.line)
@@ -187,18 +176,18 @@ def _check_npos(findings: Findings, header: Header) -> None:
     )
 
 
-def _check_points(findings: Findings, header: Header, routine: Routine) -> None:
+def _check_points(findings: Findings, header: Header, routine: st.Routine) -> None:
     blocks = routine.points.blocks
     known = {store: blocks[store, True].rows if (store, True) in blocks else {} for store in _FAMILY}
     robot = known[Store.ROBOT]
     missing: list[tuple[int, Taught]] = []
     for statement in routine.body:
         targets: Iterable[object]
-        if type(statement) is Move or type(statement) is Reference:
+        if type(statement) is st.Move or type(statement) is st.Reference:
             targets = statement.targets
             if statement.parts:
                 targets = [*targets, *(t for part in statement.parts for t in part.targets)]
-        elif type(statement) is Assign:
+        elif type(statement) is st.Assign:
             value = statement.value
             targets = (value.variable if type(value) is Element else value,)
         else:
@@ -233,14 +222,14 @@ def _span_of(findings: Findings, line: int, family: str, number: int) -> Span:
     return findings.whole_line(line)
 
 
-def _check_lengths(findings: Findings, routine: Routine) -> None:
+def _check_lengths(findings: Findings, routine: st.Routine) -> None:
     """Labels and comments beyond what controllers show."""
     for statement in routine.body:
-        if type(statement) is Move:
+        if type(statement) is st.Move:
             text = statement.comment
-        elif type(statement) is Comment:
+        elif type(statement) is st.Comment:
             text = statement.text
-        elif type(statement) is Label and len(statement.name) > _LABEL_LENGTH:
+        elif type(statement) is st.Label and len(statement.name) > _LABEL_LENGTH:
             _too_long(findings, "P032", "label", statement.line, _LABEL_LENGTH, "older controllers refuse it")
             continue
         else:
@@ -254,7 +243,7 @@ def _too_long(findings: Findings, code: str, what: str, line: int, most: int, he
     findings.once(Severity.INFO, code, "", message, findings.whole_line(line), help)
 
 
-def _check_widths(findings: Findings, routine: Routine) -> None:
+def _check_widths(findings: Findings, routine: st.Routine) -> None:
     """Rows of one family have one width: another one is a row that lost or won a value."""
     import numpy as np
 
@@ -297,7 +286,7 @@ def _check_equal(findings: Findings, lines: list[int], widths: list[int]) -> Non
             findings.error("P012", message, span, help=f"expected {usual} numbers with commas")
 
 
-def check_names(findings: Findings, routines: Sequence[Routine]) -> None:
+def check_names(findings: Findings, routines: Sequence[st.Routine]) -> None:
     """Two jobs of one name: CALL can mean the first one only."""
     first: dict[str, int] = {}
     for routine in routines:
@@ -349,7 +338,7 @@ class Header:
     name: str = ""
     comment: str = ""
     points: PointTable = field(default_factory=PointTable)
-    groups: list[ControlGroup] = field(default_factory=list)
+    groups: list[st.ControlGroup] = field(default_factory=list)
     relative_to: FrameRef | None = None
     locals: dict[Store, int] = field(default_factory=dict)
     arguments: tuple[Store | None, ...] = ()
@@ -380,7 +369,7 @@ class HeaderReader:
             match = _RECORD.fullmatch(line)
             if match is not None and self._take(match[1], match[2], match[3] or ""):
                 if not self.findings.kinds[self.index]:
-                    self.findings.kinds[self.index] = LineKind.RECORD
+                    self.findings.kinds[self.index] = st.LineKind.RECORD
                 self.index += 1
             elif self._begins_body(line, match):
                 break
@@ -496,16 +485,16 @@ class HeaderReader:
         if wrong:
             self._error("P011", f"no control group '{wrong[0][:40]}'", "RB1, BS1 or ST1, with commas")
             return
-        self.header.groups.append(ControlGroup(tuple(mechanisms)))
+        self.header.groups.append(st.ControlGroup(tuple(mechanisms)))
 
     def _free_text(self, _: str) -> None:
         """///COMMENT announces rows of any text, one per argument, up to the next `//` record."""
         rows = []
         while self.index + 1 < self.stop and not self.lines[self.index + 1].startswith("//"):
-            self.findings.kinds[self.index] = self.findings.kinds[self.index] or LineKind.RECORD
+            self.findings.kinds[self.index] = self.findings.kinds[self.index] or st.LineKind.RECORD
             self.index += 1
             rows.append(self.lines[self.index])
-            self.findings.kinds[self.index] = LineKind.FREE_TEXT
+            self.findings.kinds[self.index] = st.LineKind.FREE_TEXT
         self.header.details["COMMENT"] = "\n".join(rows)
 
     def _positions_too_early(self, match: re.Match[str] | None, line: str) -> bool:
@@ -531,7 +520,7 @@ class HeaderReader:
         if self.section == "ALIAS" and match is None and self._symbol(line):
             pass
         elif line.lstrip().startswith("'"):
-            self.findings.kinds[self.index] = LineKind.COMMENT
+            self.findings.kinds[self.index] = st.LineKind.COMMENT
             message = "a comment in the header, which the controller refuses"
             self.findings.once(
                 Severity.WARNING, "P033", "header", message, self._span(), "move it behind NOP"
@@ -559,7 +548,7 @@ class HeaderReader:
             message = f"the name {name[:40]} stands twice in //ALIAS; the first one counts"
             self.findings.warning("P042", message, self._span(), help="give each variable its own name")
         self.header.aliases.setdefault(name, Variable(STORES[kind], index, bool(local), name))
-        self.findings.kinds[self.index] = LineKind.RECORD
+        self.findings.kinds[self.index] = st.LineKind.RECORD
         return True
 
     def _unknown(self, line: str, match: re.Match[str] | None) -> None:

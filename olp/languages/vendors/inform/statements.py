@@ -14,73 +14,8 @@ from typing import Any, Final, NamedTuple, cast
 from lark import Token
 
 from olp.core.units import mm, percent
-from olp.ir.expressions import (
-    Argument,
-    Element,
-    Expression,
-    FrameRef,
-    Function,
-    Number,
-    Position,
-    Quantity,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unknown,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Begin,
-    Blend,
-    BlendKind,
-    Call,
-    Case,
-    Clear,
-    Comment,
-    Default,
-    DefineFrame,
-    Disabled,
-    Dwell,
-    Else,
-    ElseIf,
-    End,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    ExternalTool,
-    For,
-    If,
-    Jump,
-    Label,
-    Message,
-    Move,
-    MovePart,
-    Next,
-    Path,
-    Pause,
-    Process,
-    PulseOutput,
-    ReadInput,
-    Reference,
-    Return,
-    Search,
-    SetOutput,
-    SetSpeed,
-    ShiftOff,
-    ShiftOn,
-    Speed,
-    SpeedUnit,
-    StartTask,
-    Statement,
-    Switch,
-    Synchronise,
-    Update,
-    Wait,
-    WaitTask,
-    While,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError, Grammar
 from olp.languages.vendors.inform import values
 from olp.languages.vendors.inform.expressions import InformExpressionRules, InformRemark, checked, unmangle
@@ -88,7 +23,7 @@ from olp.languages.vendors.inform.expressions import InformExpressionRules, Info
 # --- Moves ---
 # Lowers move lines: MOVx, IMOV, SMOVx, REFP with their tags and second parts.
 
-PATHS: Final = {"J": Path.JOINT, "L": Path.LINEAR, "C": Path.CIRCULAR, "S": Path.SPLINE}
+PATHS: Final = {"J": st.Path.JOINT, "L": st.Path.LINEAR, "C": st.Path.CIRCULAR, "S": st.Path.SPLINE}
 _SPEED_WORDS = {unit: f"{word}=" for word, (unit, _, _) in values.SPEEDS.items()}
 _FRAME_WORDS = {"base": "BF", "robot": "RF", "tool": "TF", "master-tool": "MTF", "user": "UF#"}
 _SENTENCES = {
@@ -103,10 +38,10 @@ _SENTENCES = {
     "end_of_arc": "FPT",
     "no_wait": "NWAIT",
 }
-_CONTINUOUS = Blend(BlendKind.CONTINUOUS)
+_CONTINUOUS = st.Blend(st.BlendKind.CONTINUOUS)
 
 
-_FULL: Final = Quantity(Number(100), percent)  # the braking of a move without DEC=
+_FULL: Final = ex.Quantity(ex.Number(100), percent)  # the braking of a move without DEC=
 
 
 class MoveTag(NamedTuple):
@@ -117,20 +52,20 @@ class MoveTag(NamedTuple):
     word: str
 
 
-def _level(written: Any) -> Blend:
+def _level(written: Any) -> st.Blend:
     """PL=n."""
-    if type(written) is Number and written.value not in range(9):
+    if type(written) is ex.Number and written.value not in range(9):
         raise BrokenLineError(f"a position level of {written.value}", word="PL=", wanted="0 to 8")
-    return Blend(BlendKind.LEVEL, values.quantity(written, values.LEVEL))
+    return st.Blend(st.BlendKind.LEVEL, values.quantity(written, values.LEVEL))
 
 
-def _check_speed(speed: Speed) -> None:
+def _check_speed(speed: st.Speed) -> None:
     """Raises BrokenLineError for a speed of 0: the leading group's speed times the move."""
     checked(speed.value, _SPEED_WORDS[speed.unit], "a speed")
 
 
 class InformMoveRules(InformExpressionRules):
-    def move(self, children: list[Any]) -> Move:
+    def move(self, children: list[Any]) -> st.Move:
         word, rest = children[0], children[1:]
         targets, tags, parts = _sorted(rest)
         fields = _fields(tags)
@@ -140,10 +75,10 @@ class InformMoveRules(InformExpressionRules):
         if other:
             fields["other"] = other
         if word == "IMOV":
-            fields.setdefault("relative", FrameRef("own"))
+            fields.setdefault("relative", ex.FrameRef("own"))
             spoken = fields.get("speed")
-            joint = spoken is not None and spoken.unit is SpeedUnit.FRACTION
-            path = Path.JOINT if joint else Path.LINEAR
+            joint = spoken is not None and spoken.unit is st.SpeedUnit.FRACTION
+            path = st.Path.JOINT if joint else st.Path.LINEAR
         elif "relative" in fields:
             wrong = next(tag.word for tag in tags if tag.field == "relative")
             raise BrokenLineError(
@@ -155,30 +90,30 @@ class InformMoveRules(InformExpressionRules):
             fields["coordinated"] = True
         if "acceleration" in fields:
             fields.setdefault("deceleration", _FULL)  # ACC= says nothing of braking
-        return Move(0, path, targets, parts=parts, **fields)
+        return st.Move(0, path, targets, parts=parts, **fields)
 
-    def part(self, children: list[Any]) -> MovePart:
+    def part(self, children: list[Any]) -> st.MovePart:
         _, word, *rest = children
         if word[:3] != "MOV":
             raise BrokenLineError(
                 f"{word} cannot be the second part of a move", word=f"+{word}", wanted="MOVJ, MOVL or REFP"
             )
         targets, tags, _ = _sorted(rest)
-        return MovePart(PATHS[word[-1]], targets, **_fields(tags))
+        return st.MovePart(PATHS[word[-1]], targets, **_fields(tags))
 
-    def reference_part(self, children: list[Any]) -> MovePart:
-        return MovePart(None, tuple(children[2:]))
+    def reference_part(self, children: list[Any]) -> st.MovePart:
+        return st.MovePart(None, tuple(children[2:]))
 
-    def reference(self, children: list[Any]) -> Reference:
+    def reference(self, children: list[Any]) -> st.Reference:
         word, number, *rest = children
-        parts = tuple(part for part in rest if type(part) is MovePart)
-        targets = tuple(part for part in rest if type(part) is not MovePart)
-        return Reference(0, number, targets, parts, coordinated=word[0] == "S")
+        parts = tuple(part for part in rest if type(part) is st.MovePart)
+        targets = tuple(part for part in rest if type(part) is not st.MovePart)
+        return st.Reference(0, number, targets, parts, coordinated=word[0] == "S")
 
-    def set_speed(self, children: list[Speed]) -> SetSpeed:
+    def set_speed(self, children: list[st.Speed]) -> st.SetSpeed:
         for speed in children:
             _check_speed(speed)
-        return SetSpeed(0, tuple(children))
+        return st.SetSpeed(0, tuple(children))
 
     def level(self, children: list[Any]) -> MoveTag:
         return MoveTag("blend", _level(children[1]), "PL=")
@@ -189,7 +124,7 @@ class InformMoveRules(InformExpressionRules):
         return MoveTag(field, rate, str(children[0]))
 
     def radius(self, children: list[Any]) -> MoveTag:
-        return MoveTag("blend", Blend(BlendKind.RADIUS, values.quantity(children[1], (mm, mm))), "CR=")
+        return MoveTag("blend", st.Blend(st.BlendKind.RADIUS, values.quantity(children[1], (mm, mm))), "CR=")
 
     def other(self, children: list[Any]) -> MoveTag:
         return MoveTag("other", (str(children[0])[:-1], children[1]), str(children[0]))
@@ -206,27 +141,27 @@ class InformMoveRules(InformExpressionRules):
     def passes(self, children: list[Token]) -> MoveTag:
         return MoveTag("passes", str(children[0]), str(children[0]))
 
-    def relative(self, children: list[FrameRef]) -> MoveTag:
+    def relative(self, children: list[ex.FrameRef]) -> MoveTag:
         return MoveTag("relative", children[0], _FRAME_WORDS[children[0].kind])
 
     def search(self, children: list[Any]) -> MoveTag:
         signal, _, state, time, _, distance = children
         travel = None if distance is None else values.quantity(distance, values.DISTANCE)
-        return MoveTag("search", Search(signal, state == "ON", time, travel), "SRCH")
+        return MoveTag("search", st.Search(signal, state == "ON", time, travel), "SRCH")
 
     def until(self, children: list[Any]) -> MoveTag:
         return MoveTag("until", children[0], "UNTIL")
 
 
-def _sorted(rest: list[Any]) -> tuple[tuple[Position, ...], list[MoveTag], tuple[MovePart, ...]]:
+def _sorted(rest: list[Any]) -> tuple[tuple[ex.Position, ...], list[MoveTag], tuple[st.MovePart, ...]]:
     targets, tags, parts = [], [], []
     for item in rest:
         kind = type(item)
         if kind is MoveTag:
             tags.append(item)
-        elif kind is Speed:
+        elif kind is st.Speed:
             tags.append(MoveTag("speed", item, _SPEED_WORDS[item.unit]))
-        elif kind is MovePart:
+        elif kind is st.MovePart:
             parts.append(item)
         else:
             targets.append(item)
@@ -252,14 +187,14 @@ class Suffix(NamedTuple):
     """`IF …` or `IFEXPRESS …` behind an instruction."""
 
     word: str
-    condition: Expression
+    condition: ex.Expression
 
 
 class SwitchAndCase(NamedTuple):
     """`SWITCH a CASE 1` on one line: two statements."""
 
-    switch: Switch
-    case: Case
+    switch: st.Switch
+    case: st.Case
 
 
 _NO_SUFFIX = Suffix("", None)  # type: ignore[arg-type]
@@ -276,129 +211,131 @@ class FlowRules(InformMoveRules):
     def suffix(self, children: list[Any]) -> Suffix:
         return Suffix(str(children[0]), children[1])
 
-    def label(self, children: list[Token]) -> Label:
-        return Label(0, children[0][1:])
+    def label(self, children: list[Token]) -> st.Label:
+        return st.Label(0, children[0][1:])
 
-    def jump(self, children: list[Any]) -> Jump:
+    def jump(self, children: list[Any]) -> st.Jump:
         (word, *_, target), suffix = _suffix(children)
         if word == "JMP":
             self.remarks.append(InformRemark("P036", "JMP", word.column or 1))
         name = target[1:] if type(target) is Token else target
-        return Jump(0, name, suffix.condition, spelling=suffix.word)
+        return st.Jump(0, name, suffix.condition, spelling=suffix.word)
 
-    def call(self, children: list[Any]) -> Call:
+    def call(self, children: list[Any]) -> st.Call:
         (word, job, *arguments), suffix = _suffix(children)
         jump = word == "JUMP"
         name = unmangle(job[4:].strip())
-        return Call(0, name, tuple(arguments), suffix.condition, jump=jump, spelling=suffix.word)
+        return st.Call(0, name, tuple(arguments), suffix.condition, jump=jump, spelling=suffix.word)
 
-    def macro(self, children: list[Any]) -> Call:
+    def macro(self, children: list[Any]) -> st.Call:
         (_, number, *arguments), suffix = _suffix(children)
-        return Call(0, "", tuple(arguments), suffix.condition, macro=number, spelling=suffix.word)
+        return st.Call(0, "", tuple(arguments), suffix.condition, macro=number, spelling=suffix.word)
 
-    def return_(self, children: list[Any]) -> Return:
+    def return_(self, children: list[Any]) -> st.Return:
         value, suffix = _suffix(children)
-        return Return(0, value[0] if value else None, suffix.condition, spelling=suffix.word)
+        return st.Return(0, value[0] if value else None, suffix.condition, spelling=suffix.word)
 
-    def if_(self, children: list[Any]) -> If:
-        return If(0, children[1], spelling=str(children[0]))
+    def if_(self, children: list[Any]) -> st.If:
+        return st.If(0, children[1], spelling=str(children[0]))
 
-    def else_if(self, children: list[Any]) -> ElseIf:
-        return ElseIf(0, children[1], spelling=str(children[0]))
+    def else_if(self, children: list[Any]) -> st.ElseIf:
+        return st.ElseIf(0, children[1], spelling=str(children[0]))
 
-    def else_(self, _: list[Any]) -> Else:
-        return Else(0)
+    def else_(self, _: list[Any]) -> st.Else:
+        return st.Else(0)
 
-    def end_if(self, _: list[Any]) -> EndIf:
-        return EndIf(0)
+    def end_if(self, _: list[Any]) -> st.EndIf:
+        return st.EndIf(0)
 
-    def while_(self, children: list[Any]) -> While:
-        return While(0, children[1], spelling=str(children[0]))
+    def while_(self, children: list[Any]) -> st.While:
+        return st.While(0, children[1], spelling=str(children[0]))
 
-    def end_while(self, _: list[Any]) -> EndWhile:
-        return EndWhile(0)
+    def end_while(self, _: list[Any]) -> st.EndWhile:
+        return st.EndWhile(0)
 
-    def for_(self, children: list[Any]) -> For:
+    def for_(self, children: list[Any]) -> st.For:
         variable, _, start, _, stop, *step = children
-        return For(0, variable, start, stop, step[1] if step else None)
+        return st.For(0, variable, start, stop, step[1] if step else None)
 
-    def next_(self, children: list[Variable]) -> Next:
-        return Next(0, children[0] if children else None)
+    def next_(self, children: list[ex.Variable]) -> st.Next:
+        return st.Next(0, children[0] if children else None)
 
-    def switch(self, children: list[Any]) -> Switch | SwitchAndCase:
+    def switch(self, children: list[Any]) -> st.Switch | SwitchAndCase:
         value, *case = children
-        return SwitchAndCase(Switch(0, value), self.case(case)) if case else Switch(0, value)
+        return SwitchAndCase(st.Switch(0, value), self.case(case)) if case else st.Switch(0, value)
 
-    def case(self, children: list[Any]) -> Case:
-        return Case(0, tuple(children[1:]))
+    def case(self, children: list[Any]) -> st.Case:
+        return st.Case(0, tuple(children[1:]))
 
-    def default(self, _: list[Any]) -> Default:
-        return Default(0)
+    def default(self, _: list[Any]) -> st.Default:
+        return st.Default(0)
 
-    def end_switch(self, _: list[Any]) -> EndSwitch:
-        return EndSwitch(0)
+    def end_switch(self, _: list[Any]) -> st.EndSwitch:
+        return st.EndSwitch(0)
 
-    def begin(self, _: list[Any]) -> Begin:
-        return Begin(0)
+    def begin(self, _: list[Any]) -> st.Begin:
+        return st.Begin(0)
 
-    def end(self, _: list[Any]) -> End:
-        return End(0)
+    def end(self, _: list[Any]) -> st.End:
+        return st.End(0)
 
-    def disabled(self, children: list[Token]) -> Disabled:
-        return Disabled(0, unmangle(children[0].strip()))
+    def disabled(self, children: list[Token]) -> st.Disabled:
+        return st.Disabled(0, unmangle(children[0].strip()))
 
-    def pulse(self, children: list[Any]) -> PulseOutput:
+    def pulse(self, children: list[Any]) -> st.PulseOutput:
         (signal, duration), suffix = _suffix(children)
-        return PulseOutput(0, signal, duration, suffix.condition, spelling=suffix.word)
+        return st.PulseOutput(0, signal, duration, suffix.condition, spelling=suffix.word)
 
     # --- operator, tasks, process -----------------------------------------------------------------------
 
-    def pause(self, children: list[Any]) -> Pause:
+    def pause(self, children: list[Any]) -> st.Pause:
         _, suffix = _suffix(children)
-        return Pause(0, suffix.condition, spelling=suffix.word)
+        return st.Pause(0, suffix.condition, spelling=suffix.word)
 
-    def start_task(self, children: list[Any]) -> StartTask:
+    def start_task(self, children: list[Any]) -> st.StartTask:
         (job, task, *sync), suffix = _suffix(children)
         name = unmangle(job[4:].strip())
-        return StartTask(0, name, str(task), suffix.condition, spelling=suffix.word, synchronised=bool(sync))
+        return st.StartTask(
+            0, name, str(task), suffix.condition, spelling=suffix.word, synchronised=bool(sync)
+        )
 
-    def wait_task(self, children: list[Token]) -> WaitTask:
-        return WaitTask(0, str(children[0]))
+    def wait_task(self, children: list[Token]) -> st.WaitTask:
+        return st.WaitTask(0, str(children[0]))
 
-    def synchronise(self, children: list[Any]) -> Synchronise:
-        return Synchronise(0, children[0], children[2] if len(children) > 1 else None)
+    def synchronise(self, children: list[Any]) -> st.Synchronise:
+        return st.Synchronise(0, children[0], children[2] if len(children) > 1 else None)
 
-    def message(self, children: list[Expression]) -> Message:
-        return Message(0, children[0])
+    def message(self, children: list[ex.Expression]) -> st.Message:
+        return st.Message(0, children[0])
 
-    def process(self, children: list[Any]) -> Process:
-        return Process(0, str(children[0]), tuple(children[1:]))
+    def process(self, children: list[Any]) -> st.Process:
+        return st.Process(0, str(children[0]), tuple(children[1:]))
 
-    def tagged(self, children: list[Any]) -> tuple[str, Expression]:
+    def tagged(self, children: list[Any]) -> tuple[str, ex.Expression]:
         return str(children[0]).removesuffix("="), children[1]
 
-    def word(self, children: list[Token]) -> tuple[str, Expression]:
+    def word(self, children: list[Token]) -> tuple[str, ex.Expression]:
         word = unmangle(str(children[0]))
         known = self.aliases.get(word)
         if known is not None:
             self.named_any = True
             return "", known
-        return "", Unknown(word)
+        return "", ex.Unknown(word)
 
-    def positional(self, children: list[Expression]) -> tuple[str, Expression]:
+    def positional(self, children: list[ex.Expression]) -> tuple[str, ex.Expression]:
         return "", children[0]
 
-    def positional_number(self, children: list[Token]) -> tuple[str, Expression]:
+    def positional_number(self, children: list[Token]) -> tuple[str, ex.Expression]:
         return "", values.number(children[0])
 
-    def positional_text(self, children: list[Token]) -> tuple[str, Expression]:
-        return "", Text(children[0][1:-1])
+    def positional_text(self, children: list[Token]) -> tuple[str, ex.Expression]:
+        return "", ex.Text(children[0][1:-1])
 
-    def positional_taught(self, children: list[Token]) -> tuple[str, Expression]:
+    def positional_taught(self, children: list[Token]) -> tuple[str, ex.Expression]:
         return "", values.taught(children[0])
 
-    def positional_state(self, children: list[Token]) -> tuple[str, Expression]:
-        return "", SignalState(children[0] == "ON")
+    def positional_state(self, children: list[Token]) -> tuple[str, ex.Expression]:
+        return "", ex.SignalState(children[0] == "ON")
 
 
 FUNCTIONS: Final = {
@@ -438,14 +375,14 @@ _POSITION_VALUES = {0: "position-pulse", 1: "position-pose"}
 class InformInstructionRules(FlowRules):
     """The rules of a whole instruction. Statements have line 0; the reader gives them their line."""
 
-    def instruction(self, children: list[Any]) -> Statement | SwitchAndCase:
+    def instruction(self, children: list[Any]) -> st.Statement | SwitchAndCase:
         if len(children) == 1:
             return children[0] if type(children[0]) is not Token else _comment(children[0])
         first, last = children[0], children[-1]
         if type(first) is Token:
             self.remarks.append(InformRemark("P040", str(first), first.column or 1))
-        statement: Statement | SwitchAndCase = children[1] if type(first) is Token else first
-        if type(last) is Token and not isinstance(statement, Disabled):
+        statement: st.Statement | SwitchAndCase = children[1] if type(first) is Token else first
+        if type(last) is Token and not isinstance(statement, st.Disabled):
             if last[0] == "'":
                 self.remarks.append(InformRemark("P033", str(last), last.column or 1))
             text = _comment(last).text
@@ -456,141 +393,143 @@ class InformInstructionRules(FlowRules):
 
     # --- values -----------------------------------------------------------------------------------------
 
-    def assigned(self, children: list[Expression]) -> Expression:
+    def assigned(self, children: list[ex.Expression]) -> ex.Expression:
         return children[0]
 
     function_value = assigned
 
-    def argument_value(self, children: list[Any]) -> Expression:
-        value: Expression = children[1]
+    def argument_value(self, children: list[Any]) -> ex.Expression:
+        value: ex.Expression = children[1]
         return value
 
-    def assign(self, children: list[Any]) -> Assign:
-        return Assign(0, children[0], children[1])
+    def assign(self, children: list[Any]) -> st.Assign:
+        return st.Assign(0, children[0], children[1])
 
-    def set_element(self, children: list[Any]) -> Assign:
+    def set_element(self, children: list[Any]) -> st.Assign:
         variable, index, value = children
-        return Assign(0, Element(variable, index), value)
+        return st.Assign(0, ex.Element(variable, index), value)
 
-    def get_element(self, children: list[Any]) -> Assign:
+    def get_element(self, children: list[Any]) -> st.Assign:
         target, variable, index = children
-        return Assign(0, target, Element(variable, index))
+        return st.Assign(0, target, ex.Element(variable, index))
 
-    def get_system(self, children: list[Any]) -> Assign:
+    def get_system(self, children: list[Any]) -> st.Assign:
         target, word = children
         if word == "$RV":
-            return Assign(0, target, SystemValue("returned"))
+            return st.Assign(0, target, ex.SystemValue("returned"))
         variable = values.variable(word[1:])
         number = _whole(variable.index)
         if word.startswith("$PX") and number in _POSITION_VALUES:
-            return Assign(0, target, SystemValue(_POSITION_VALUES[number]))
-        return Assign(0, target, SystemValue(variable.store.value, number))
+            return st.Assign(0, target, ex.SystemValue(_POSITION_VALUES[number]))
+        return st.Assign(0, target, ex.SystemValue(variable.store.value, number))
 
-    def get_argument(self, children: list[Any]) -> Assign:
-        return Assign(0, children[0], Argument(_argument_number(children[2])))
+    def get_argument(self, children: list[Any]) -> st.Assign:
+        return st.Assign(0, children[0], ex.Argument(_argument_number(children[2])))
 
-    def get_register(self, children: list[Any]) -> Assign:
+    def get_register(self, children: list[Any]) -> st.Assign:
         target, signal, *half = children
-        return Assign(0, target, _half(signal, half))
+        return st.Assign(0, target, _half(signal, half))
 
-    def set_register(self, children: list[Any]) -> SetOutput:
+    def set_register(self, children: list[Any]) -> st.SetOutput:
         signal, *half, value = children
-        return SetOutput(0, _half(signal, half), value)
+        return st.SetOutput(0, _half(signal, half), value)
 
-    def get_tool(self, children: list[Any]) -> Assign:
+    def get_tool(self, children: list[Any]) -> st.Assign:
         target, tool = children
-        return Assign(0, target, Function("tool-data", (tool.number,)))
+        return st.Assign(0, target, ex.Function("tool-data", (tool.number,)))
 
-    def set_tool(self, children: list[Any]) -> Assign:
+    def set_tool(self, children: list[Any]) -> st.Assign:
         tool, position = children
-        return Assign(0, Function("tool-data", (tool.number,)), position)
+        return st.Assign(0, ex.Function("tool-data", (tool.number,)), position)
 
-    def get_position(self, children: list[Any]) -> Assign:
-        return Assign(0, children[0], Function("step-position", (children[2],)))
+    def get_position(self, children: list[Any]) -> st.Assign:
+        return st.Assign(0, children[0], ex.Function("step-position", (children[2],)))
 
-    def get_parameter(self, children: list[Any]) -> Assign:
+    def get_parameter(self, children: list[Any]) -> st.Assign:
         target, _, kind, _, number = children
-        return Assign(0, target, Function("parameter", (kind, number)))
+        return st.Assign(0, target, ex.Function("parameter", (kind, number)))
 
-    def function(self, children: list[Any]) -> Assign:
+    def function(self, children: list[Any]) -> st.Assign:
         word, target, *arguments = children
-        return Assign(0, target, Function(FUNCTIONS[word], tuple(arguments)))
+        return st.Assign(0, target, ex.Function(FUNCTIONS[word], tuple(arguments)))
 
-    def update(self, children: list[Any]) -> Update:
+    def update(self, children: list[Any]) -> st.Update:
         word, target, *operand = children
         counts = word in ("INC", "DEC")
         if counts == bool(operand):
             message = f"{word} takes one variable" if counts else f"{word} takes two values"
             raise BrokenLineError(message, word=str(word), wanted=f"{word} {'B000' if counts else 'B000 1'}")
-        return Update(0, _OPERATORS[word], target, Number(1) if counts else operand[0])
+        return st.Update(0, _OPERATORS[word], target, ex.Number(1) if counts else operand[0])
 
-    def clear(self, children: list[Any]) -> Clear | Process:
+    def clear(self, children: list[Any]) -> st.Clear | st.Process:
         target = children[0]
         if target == "STACK":
-            return Clear(0, None)
+            return st.Clear(0, None)
         if target == "MPF":
-            return Process(0, "CLEAR", (("", Unknown("MPF")),))
-        return Clear(0, target, children[1] if len(children) > 1 else Number(1))
+            return st.Process(0, "CLEAR", (("", ex.Unknown("MPF")),))
+        return st.Clear(0, target, children[1] if len(children) > 1 else ex.Number(1))
 
-    def clear_count(self, children: list[Any]) -> Expression | None:
+    def clear_count(self, children: list[Any]) -> ex.Expression | None:
         return None if children[0] == "ALL" else children[0]
 
     # --- frames -----------------------------------------------------------------------------------------
 
-    def define_frame(self, children: list[Any]) -> DefineFrame:
+    def define_frame(self, children: list[Any]) -> st.DefineFrame:
         frame, *points = children
         master = type(points[-1]) is Token
-        return DefineFrame(0, frame, tuple(points[:-1] if master else points), master)
+        return st.DefineFrame(0, frame, tuple(points[:-1] if master else points), master)
 
-    def shift_on(self, children: list[Any]) -> ShiftOn:
+    def shift_on(self, children: list[Any]) -> st.ShiftOn:
         word, offset, *frame = children
-        return ShiftOn(0, offset, frame[0] if frame else None, coordinated=word[:2] == "SS")
+        return st.ShiftOn(0, offset, frame[0] if frame else None, coordinated=word[:2] == "SS")
 
-    def shift_off(self, children: list[Token]) -> ShiftOff:
-        return ShiftOff(0, coordinated=children[0][:2] == "SS")
+    def shift_off(self, children: list[Token]) -> st.ShiftOff:
+        return st.ShiftOff(0, coordinated=children[0][:2] == "SS")
 
-    def tool_on(self, children: list[FrameRef]) -> ExternalTool:
-        return ExternalTool(0, children[0].number)
+    def tool_on(self, children: list[ex.FrameRef]) -> st.ExternalTool:
+        return st.ExternalTool(0, children[0].number)
 
-    def tool_off(self, _: list[Any]) -> ExternalTool:
-        return ExternalTool(0, None)
+    def tool_off(self, _: list[Any]) -> st.ExternalTool:
+        return st.ExternalTool(0, None)
 
     # --- signals and time -------------------------------------------------------------------------------
 
-    def digital_output(self, children: list[Any]) -> SetOutput:
+    def digital_output(self, children: list[Any]) -> st.SetOutput:
         signal, value = children
-        return SetOutput(0, signal, SignalState(value == "ON") if type(value) is Token else value)
+        return st.SetOutput(0, signal, ex.SignalState(value == "ON") if type(value) is Token else value)
 
-    def analog_output(self, children: list[Any]) -> SetOutput:
-        return SetOutput(0, children[0], children[1])
+    def analog_output(self, children: list[Any]) -> st.SetOutput:
+        return st.SetOutput(0, children[0], children[1])
 
-    def digital_input(self, children: list[Any]) -> ReadInput:
-        return ReadInput(0, children[0], children[1])
+    def digital_input(self, children: list[Any]) -> st.ReadInput:
+        return st.ReadInput(0, children[0], children[1])
 
-    def timer(self, children: list[Quantity]) -> Dwell:
-        return Dwell(0, children[0])
+    def timer(self, children: list[ex.Quantity]) -> st.Dwell:
+        return st.Dwell(0, children[0])
 
-    def wait(self, children: list[Any]) -> Wait | Dwell:
+    def wait(self, children: list[Any]) -> st.Wait | st.Dwell:
         *conditions, time = children
         if conditions:
-            return Wait(0, conditions[-1], time, spelling=str(conditions[0]) if len(conditions) > 1 else "")
+            return st.Wait(
+                0, conditions[-1], time, spelling=str(conditions[0]) if len(conditions) > 1 else ""
+            )
         if time is None:
             raise BrokenLineError(
                 "WAIT names no condition", word="WAIT", wanted="WAIT IN#(1)=ON or WAIT T=1.00"
             )
-        return Dwell(0, time)
+        return st.Dwell(0, time)
 
 
-def _comment(token: Token) -> Comment:
-    return Comment(0, token[2 if token.startswith("//") else 1 :].rstrip())
+def _comment(token: Token) -> st.Comment:
+    return st.Comment(0, token[2 if token.startswith("//") else 1 :].rstrip())
 
 
-def _half(signal: Signal, half: list[Token]) -> Signal:
+def _half(signal: ex.Signal, half: list[Token]) -> ex.Signal:
     return replace(signal, part=half[0].lower()) if half else signal
 
 
-def _whole(number: Expression) -> int:
-    assert type(number) is Number
+def _whole(number: ex.Expression) -> int:
+    assert type(number) is ex.Number
     return int(number.value)
 
 
@@ -609,7 +548,7 @@ class InformLine(NamedTuple):
     `named`: names of //ALIAS took part, so it holds for its job only.
     """
 
-    statements: tuple[Statement, ...]
+    statements: tuple[st.Statement, ...]
     remarks: tuple[InformRemark, ...]
     named: bool
 
@@ -621,7 +560,7 @@ class InformParser(Grammar):
         super().__init__("inform", InformInstructionRules())
         self.words = self._instruction_words()
 
-    def instruction(self, line: str, aliases: Mapping[str, Variable]) -> InformLine:
+    def instruction(self, line: str, aliases: Mapping[str, ex.Variable]) -> InformLine:
         """Parses one instruction. Raises lark's UnexpectedInput, or BrokenLineError."""
         told = ("remarks", "named_any")
         parsed, remarks, named = self.parse(line, then=told, aliases=aliases, remarks=[], named_any=False)

@@ -8,33 +8,8 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity
+from olp.ir import program as st
 from olp.ir.expressions import Expression, Named, Number, SystemValue, Text
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    Comment,
-    Declare,
-    Default,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    Label,
-    LineKind,
-    Next,
-    Opaque,
-    Process,
-    Repeat,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
-from olp.ir.statements import Move
 from olp.languages.findings import Findings
 from olp.languages.lark_host import placed, values_of
 from olp.languages.vendors.krl import interrupts, parsing, texts, triggers
@@ -46,29 +21,43 @@ from olp.languages.vendors.krl.scope import Scope
 from olp.languages.vendors.krl.system import Modal
 from olp.languages.vendors.krl.values import number as number_of
 
-FORGETS = (Label, Else, ElseIf, EndIf, While, EndWhile, Repeat, Until, For, Next, Case, Default, EndSwitch)
+FORGETS = (
+    st.Label,
+    st.Else,
+    st.ElseIf,
+    st.EndIf,
+    st.While,
+    st.EndWhile,
+    st.Repeat,
+    st.Until,
+    st.For,
+    st.Next,
+    st.Case,
+    st.Default,
+    st.EndSwitch,
+)
 # Blocks that a broken line opens or closes all the same, for the check of blocks.
-_MARKERS: Final[dict[str, Callable[[int], Statement]]] = {
-    "IF": lambda line: If(line, Text("")),
-    "ENDIF": EndIf,
-    "WHILE": lambda line: While(line, Text("")),
-    "LOOP": lambda line: While(line, Text("")),
-    "ENDWHILE": EndWhile,
-    "ENDLOOP": EndWhile,
-    "FOR": lambda line: For(line, Named(""), Text(""), Text("")),
-    "ENDFOR": lambda line: Next(line, None),
-    "REPEAT": Repeat,
-    "UNTIL": lambda line: Until(line, Text("")),
-    "SWITCH": lambda line: Switch(line, Text("")),
-    "ENDSWITCH": EndSwitch,
+_MARKERS: Final[dict[str, Callable[[int], st.Statement]]] = {
+    "IF": lambda line: st.If(line, Text("")),
+    "ENDIF": st.EndIf,
+    "WHILE": lambda line: st.While(line, Text("")),
+    "LOOP": lambda line: st.While(line, Text("")),
+    "ENDWHILE": st.EndWhile,
+    "ENDLOOP": st.EndWhile,
+    "FOR": lambda line: st.For(line, Named(""), Text(""), Text("")),
+    "ENDFOR": lambda line: st.Next(line, None),
+    "REPEAT": st.Repeat,
+    "UNTIL": lambda line: st.Until(line, Text("")),
+    "SWITCH": lambda line: st.Switch(line, Text("")),
+    "ENDSWITCH": st.EndSwitch,
 }
-_MODAL = (Assign, Call)
+_MODAL = (st.Assign, st.Call)
 _WORD = re.compile(r"\w+")
 _MOST_CACHED = 50_000
 
 # Class and all values but the line; whether the lines before decide what it means; whether it changes nothing of that
 # and is added as it is.
-_Template = tuple[Callable[..., Statement], tuple[Any, ...], bool, bool]
+_Template = tuple[Callable[..., st.Statement], tuple[Any, ...], bool, bool]
 
 
 class BodyReader:
@@ -84,13 +73,13 @@ class BodyReader:
         self._seen: dict[str, _Template] = {}
         self._set_to_numbers: dict[str, Expression] = {}  # by their text: what lines give a number to
         self._block: SplineBlock | None = None
-        self.body: list[Statement] = []
-        self.markers: list[Statement] = []
+        self.body: list[st.Statement] = []
+        self.markers: list[st.Statement] = []
         self.declared: dict[str, int] = {}
 
     def comment(self, text: str, number: int) -> None:
-        self._kinds[number - 1] = LineKind.COMMENT
-        self.body.append(Comment(number, text))
+        self._kinds[number - 1] = st.LineKind.COMMENT
+        self.body.append(st.Comment(number, text))
 
     def read(self, code: str, comment: str, number: int) -> Head | Tail | None:
         """One line without its comment. Heads and tails are given back."""
@@ -98,7 +87,7 @@ class BodyReader:
         if template is None and self._block is None:
             move = self._moves.read(code, number, comment)
             if move is not None:
-                self._kinds[number - 1] = LineKind.STATEMENT
+                self._kinds[number - 1] = st.LineKind.STATEMENT
                 self.body.append(move)
                 return None
             actual = ACTUAL.fullmatch(code)
@@ -113,7 +102,7 @@ class BodyReader:
             return self._parse(code, comment, number)
         kind, values, modal, plain = template
         if plain and not comment:
-            self._kinds[number - 1] = LineKind.STATEMENT
+            self._kinds[number - 1] = st.LineKind.STATEMENT
             self.body.append(kind(number, *values))
         else:
             self._add(kind(number, *values), comment, number, modal)
@@ -123,8 +112,8 @@ class BodyReader:
         """`FDAT_ACT=FP1`: the motion data that BAS takes."""
         value = Named(self._scope.spell(name))
         self._modal.data.assign(word.upper(), value)
-        self._kinds[number - 1] = LineKind.STATEMENT
-        self.body.append(Assign(number, Named(self._scope.spell(word)), value))
+        self._kinds[number - 1] = st.LineKind.STATEMENT
+        self.body.append(st.Assign(number, Named(self._scope.spell(word)), value))
 
     def _parse(self, code: str, comment: str, number: int) -> Head | Tail | None:
         put = texts.written(code, self._scope.spell) if code[:6].upper() == "SWRITE" else ()
@@ -132,9 +121,9 @@ class BodyReader:
             self._several(put, comment, number)
             return None
         kept = parsing.kept(code)
-        if isinstance(kept, Process) and kept.name == triggers.NAME:
+        if isinstance(kept, st.Process) and kept.name == triggers.NAME:
             kept = triggers.read_trigger(code, self._scope)
-        elif isinstance(kept, Process) and kept.name == interrupts.NAME:
+        elif isinstance(kept, st.Process) and kept.name == interrupts.NAME:
             kept = interrupts.read_interrupt(code, self._scope)
         result = self._reads_number(code, number) if kept is None else kept
         if result is None:
@@ -154,7 +143,7 @@ class BodyReader:
         result = self._modal.fixed(result) or result
         modal = isinstance(result, _MODAL)
         if len(self._seen) < _MOST_CACHED:
-            plain = not modal and not isinstance(result, (*FORGETS, Opaque, Move))
+            plain = not modal and not isinstance(result, (*FORGETS, st.Opaque, st.Move))
             self._seen[code] = (type(result), values_of(result), modal, plain)
         self._add(placed(result, number), comment, number, modal)
         return None
@@ -166,10 +155,10 @@ class BodyReader:
             return self._reader.parse(code, number)
         known = self._set_to_numbers.get(match[1])
         if known is not None:
-            return Assign(0, known, number_of(match[2]))
+            return st.Assign(0, known, number_of(match[2]))
         result = self._reader.parse(code, number)
         if (
-            type(result) is Assign
+            type(result) is st.Assign
             and type(result.target) is not SystemValue  # $TIMER is set in ms
             and type(result.value) is Number
             and len(self._set_to_numbers) < _MOST_CACHED
@@ -177,36 +166,36 @@ class BodyReader:
             self._set_to_numbers[match[1]] = result.target
         return result
 
-    def _several(self, found: tuple[Statement, ...], comment: str, number: int) -> None:
+    def _several(self, found: tuple[st.Statement, ...], comment: str, number: int) -> None:
         """The statements that one of KRL stands for."""
-        self._kinds[number - 1] = LineKind.STATEMENT
+        self._kinds[number - 1] = st.LineKind.STATEMENT
         here = [placed(one, number) for one in found]
         self.body += [*here[:-1], parsing.commented(here[-1], comment) if comment else here[-1]]
 
-    def _add(self, it: Statement, comment: str, number: int, modal: bool) -> None:
+    def _add(self, it: st.Statement, comment: str, number: int, modal: bool) -> None:
         """One statement, or those that it stands for."""
         kinds, body = self._kinds, self.body
-        if isinstance(it, Opaque):
-            kinds[number - 1] = LineKind.OPAQUE
+        if isinstance(it, st.Opaque):
+            kinds[number - 1] = st.LineKind.OPAQUE
             body.append(it)
             return
-        kinds[number - 1] = LineKind.STATEMENT
+        kinds[number - 1] = st.LineKind.STATEMENT
         if modal:
             self._add_modal(it, comment, number)
             return
-        if self._block is not None and isinstance(it, Move):
+        if self._block is not None and isinstance(it, st.Move):
             it = self._within(it)
         if isinstance(it, FORGETS):
             self._modal.forget()
-            if isinstance(it, ElseIf):
+            if isinstance(it, st.ElseIf):
                 help = "write it as ELSE and IF … ENDIF"
                 self._findings.once(Severity.WARNING, "P418", "", "KRL has no ELSEIF", number, help)
         body.append(parsing.commented(it, comment) if comment else it)
 
-    def _add_modal(self, it: Statement, comment: str, number: int) -> None:
+    def _add_modal(self, it: st.Statement, comment: str, number: int) -> None:
         found = self._modal.lower(it)
         if not found and comment:
-            self.body.append(Comment(number, comment))
+            self.body.append(st.Comment(number, comment))
         last = len(found) - 1
         for place, one in enumerate(found):
             here = one if one is it else placed(one, number)
@@ -234,20 +223,20 @@ class BodyReader:
 
     def _structure(self, result: Any, comment: str, number: int) -> None:
         kinds = self._kinds
-        kinds[number - 1] = LineKind.STATEMENT
+        kinds[number - 1] = st.LineKind.STATEMENT
         if isinstance(result, SplineBlock):
             if self._block is not None:
                 self._findings.error(
                     "P405", "a spline block within a spline block", number, "close the first: ENDSPLINE"
                 )
             self._block = result
-            self.body.append(Process(number, result.word, (), comment))
+            self.body.append(st.Process(number, result.word, (), comment))
             return
         if isinstance(result, SplineEnd):
             self._end_spline(result, comment, number)
             return
         for place, one in enumerate(result):
-            assert isinstance(one, Declare)
+            assert isinstance(one, st.Declare)
             key = one.name.upper()
             if key in self.declared:
                 span = self._findings.whole_line(number)
@@ -257,7 +246,7 @@ class BodyReader:
             said = comment if place == len(result) - 1 else ""
             self.body.append(replace(one, line=number, comment=said))
 
-    def _within(self, it: Move) -> Move:
+    def _within(self, it: st.Move) -> st.Move:
         """A move of a spline block: it passes its point, and what the block says holds for it."""
         assert self._block is not None
         fields = {name: value for name, value in self._block.fields.items() if name not in ("sizes", "other")}
@@ -272,12 +261,12 @@ class BodyReader:
         self._block = None
         for place in range(len(self.body) - 1, -1, -1):
             one = self.body[place]
-            if isinstance(one, Move):
+            if isinstance(one, st.Move):
                 self.body[place] = replace(one, blend=end.blend)
                 break
-            if isinstance(one, Process) and one.name in ("SPLINE", "PTP_SPLINE"):
+            if isinstance(one, st.Process) and one.name in ("SPLINE", "PTP_SPLINE"):
                 break
-        self.body.append(Process(number, "ENDSPLINE", (), comment))
+        self.body.append(st.Process(number, "ENDSPLINE", (), comment))
 
     def finish(self, number: int) -> None:
         """The routine ends in line `number`."""

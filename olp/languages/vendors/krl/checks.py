@@ -7,44 +7,25 @@ from pathlib import PurePath, PureWindowsPath
 from typing import Final
 
 from olp.core.diagnostic import Severity
+from olp.ir import program as st
 from olp.ir.expressions import Item, Named, Unknown
-from olp.ir.program import (
-    Break,
-    Case,
-    Declare,
-    Default,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Label,
-    LineKind,
-    Next,
-    Repeat,
-    Routine,
-    Statement,
-    Switch,
-    Until,
-    While,
-)
-from olp.ir.statements import Move
 from olp.languages.findings import Findings
 from olp.languages.vendors.krl.scope import Scope
 
 _OPENS: Final[dict[type, tuple[type, str, str]]] = {
-    If: (EndIf, "IF", "ENDIF"),
-    While: (EndWhile, "WHILE or LOOP", "ENDWHILE or ENDLOOP"),
-    For: (Next, "FOR", "ENDFOR"),
-    Repeat: (Until, "REPEAT", "UNTIL"),
-    Switch: (EndSwitch, "SWITCH", "ENDSWITCH"),
+    st.If: (st.EndIf, "IF", "ENDIF"),
+    st.While: (st.EndWhile, "WHILE or LOOP", "ENDWHILE or ENDLOOP"),
+    st.For: (st.Next, "FOR", "ENDFOR"),
+    st.Repeat: (st.Until, "REPEAT", "UNTIL"),
+    st.Switch: (st.EndSwitch, "SWITCH", "ENDSWITCH"),
 }
 _CLOSES: Final = {closer: (opener, words) for opener, (closer, *words) in _OPENS.items()}
-_LOOPS = (While, For, Repeat)
-_WITHIN: Final = {Else: (If, "ELSE", "IF"), ElseIf: (If, "ELSEIF", "IF"), Case: (Switch, "CASE", "SWITCH")}
+_LOOPS = (st.While, st.For, st.Repeat)
+_WITHIN: Final = {
+    st.Else: (st.If, "ELSE", "IF"),
+    st.ElseIf: (st.If, "ELSEIF", "IF"),
+    st.Case: (st.Switch, "CASE", "SWITCH"),
+}
 _MOST_TOLD = 50
 _MOST_DEEP = 500
 
@@ -61,14 +42,14 @@ def check_readable(findings: Findings) -> bool:
         return True
     findings.error("P400", message, 1, "a KRL program begins with DEF or DEFDAT")
     for place in range(len(findings.kinds)):
-        findings.kinds[place] = LineKind.ERROR
+        findings.kinds[place] = st.LineKind.ERROR
     return False
 
 
-def check_body(findings: Findings, body: Sequence[Statement], markers: Sequence[Statement]) -> None:
+def check_body(findings: Findings, body: Sequence[st.Statement], markers: Sequence[st.Statement]) -> None:
     """Blocks (P405), EXIT (P405) and labels (P406, P407) of one routine."""
     ordered = sorted([*body, *markers], key=lambda one: one.line) if markers else body
-    open_: list[Statement] = []
+    open_: list[st.Statement] = []
     for one in ordered:
         kind = type(one)
         if kind in _OPENS:
@@ -77,8 +58,8 @@ def check_body(findings: Findings, body: Sequence[Statement], markers: Sequence[
                 _tell(findings, "P405", f"{_MOST_DEEP} blocks within each other", one, "fewer")
         elif kind in _CLOSES:
             _close(findings, open_, one)
-        elif kind in _WITHIN or kind is Default:
-            opener, word, wanted = _WITHIN.get(kind, (Switch, "DEFAULT", "SWITCH"))
+        elif kind in _WITHIN or kind is st.Default:
+            opener, word, wanted = _WITHIN.get(kind, (st.Switch, "DEFAULT", "SWITCH"))
             if not open_ or type(open_[-1]) is not opener:
                 _tell(
                     findings,
@@ -87,7 +68,7 @@ def check_body(findings: Findings, body: Sequence[Statement], markers: Sequence[
                     one,
                     f"it belongs between {wanted} and its end",
                 )
-        elif kind is Break and not any(type(block) in _LOOPS for block in open_):
+        elif kind is st.Break and not any(type(block) in _LOOPS for block in open_):
             _tell(findings, "P405", "EXIT outside a loop", one, "it leaves LOOP, WHILE, FOR or REPEAT")
     for one in open_[:_MOST_TOLD]:
         _, word, end = _OPENS[type(one)]
@@ -95,7 +76,7 @@ def check_body(findings: Findings, body: Sequence[Statement], markers: Sequence[
     _check_labels(findings, body)
 
 
-def _close(findings: Findings, open_: list[Statement], one: Statement) -> None:
+def _close(findings: Findings, open_: list[st.Statement], one: st.Statement) -> None:
     opener, (word, end) = _CLOSES[type(one)]
     if open_ and type(open_[-1]) is opener:
         open_.pop()
@@ -110,22 +91,22 @@ def _close(findings: Findings, open_: list[Statement], one: Statement) -> None:
     del open_[depth:]
 
 
-def _check_labels(findings: Findings, body: Sequence[Statement]) -> None:
+def _check_labels(findings: Findings, body: Sequence[st.Statement]) -> None:
     labels: dict[str, int] = {}
     for one in body:
-        if type(one) is Label:
+        if type(one) is st.Label:
             if one.name in labels:
                 message = f"a second label {one.name}, the first is in line {labels[one.name]}"
                 _tell(findings, "P407", message, one, "rename one")
             labels.setdefault(one.name, one.line)
     for one in body:
-        if type(one) is Jump and isinstance(one.target, str) and one.target not in labels:
+        if type(one) is st.Jump and isinstance(one.target, str) and one.target not in labels:
             _tell(
                 findings, "P406", f"there is no label {one.target} in this routine", one, f"add {one.target}:"
             )
 
 
-def _tell(findings: Findings, code: str, message: str, one: Statement, help: str) -> None:
+def _tell(findings: Findings, code: str, message: str, one: st.Statement, help: str) -> None:
     findings.error(code, message, one.line, help)
 
 
@@ -135,14 +116,14 @@ def _tell_untaught(findings: Findings, line: int) -> None:
     findings.once(Severity.WARNING, "P412", "!", message, findings.whole_line(line), help)
 
 
-def check_targets(findings: Findings, scope: Scope, routines: Sequence[Routine], listed: bool) -> None:
+def check_targets(findings: Findings, scope: Scope, routines: Sequence[st.Routine], listed: bool) -> None:
     """Targets of moves that nothing declares: P411, or P412 once when the list is not there."""
     unknown: dict[str, int] = {}
     for routine in routines:
-        local = {one.name.upper() for one in routine.body if isinstance(one, Declare)}
+        local = {one.name.upper() for one in routine.body if isinstance(one, st.Declare)}
         local.update(parameter.name.upper() for parameter in routine.parameters)
         for one in routine.body:
-            if type(one) is not Move:
+            if type(one) is not st.Move:
                 continue
             for target in one.targets if one.via is None else (*one.targets, one.via):
                 base = target.base if type(target) is Item else target

@@ -14,36 +14,8 @@ from typing import Any, Final
 from lark.exceptions import UnexpectedInput
 
 from olp.core.units import deg, mm, percent
-from olp.ir.expressions import (
-    Binary,
-    Compare,
-    Expression,
-    Function,
-    Item,
-    Member,
-    Named,
-    Number,
-    Quantity,
-    RecordLiteral,
-    Text,
-    Unary,
-)
-from olp.ir.program import Program
-from olp.ir.statements import (
-    AccelerationUnit,
-    Assign,
-    BlendKind,
-    Call,
-    Declare,
-    Move,
-    Process,
-    SetAcceleration,
-    SetBlend,
-    SetOverride,
-    SetSpeed,
-    SpeedUnit,
-    Statement,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import expressions_of, is_written_out, mapped, sets_numbers
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl.grammar import line_parser
@@ -74,17 +46,19 @@ _ACTUAL: Final = {"PDAT_ACT": "PDAT", "LDAT_ACT": "LDAT", "FDAT_ACT": "FDAT"}
 _STATE: Final = "STATE_T"
 
 
-def with_own_layouts(program: Program, reading: Sequence[Statement]) -> Program:
+def with_own_layouts(program: st.Program, reading: Sequence[st.Statement]) -> st.Program:
     """The program with the layouts of the controller's own types, where a statement takes a record of them apart."""
-    taken = {_root(e).upper() for s in reading for e in expressions_of(s) if type(e) is Member}
-    taken |= {_root(s.target).upper() for s in reading if isinstance(s, Assign) and _is_record(s)}
+    taken = {_root(e).upper() for s in reading for e in expressions_of(s) if type(e) is ex.Member}
+    taken |= {_root(s.target).upper() for s in reading if isinstance(s, st.Assign) and _is_record(s)}
     if not taken:
         return program
-    taken |= {e.name.upper() for s in _copies(program, taken) for e in expressions_of(s) if type(e) is Named}
+    taken |= {
+        e.name.upper() for s in _copies(program, taken) for e in expressions_of(s) if type(e) is ex.Named
+    }
     rows = list(_declared(program))
     known = {d.name.upper() for d in rows}
     extra = [
-        Declare(0, name, kind, None, shared=True, native=kind)
+        st.Declare(0, name, kind, None, shared=True, native=kind)
         for name, kind in _ACTUAL.items()
         if name in taken and name not in known
     ]
@@ -98,59 +72,59 @@ def with_own_layouts(program: Program, reading: Sequence[Statement]) -> Program:
     return replace(program, data=(*program.data, *extra, *layouts))
 
 
-def _layout(name: str) -> Declare:
-    members = tuple((member, RecordLiteral(kind, ())) for member, kind in _LAYOUTS[name].items())
-    return Declare(0, name, "structure", RecordLiteral("STRUC", members), native="STRUC")
+def _layout(name: str) -> st.Declare:
+    members = tuple((member, ex.RecordLiteral(kind, ())) for member, kind in _LAYOUTS[name].items())
+    return st.Declare(0, name, "structure", ex.RecordLiteral("STRUC", members), native="STRUC")
 
 
-def _declared(program: Program) -> Iterator[Declare]:
+def _declared(program: st.Program) -> Iterator[st.Declare]:
     yield from program.data
     for r in program.routines:
         yield from r.data
-        yield from (s for s in r.body if type(s) is Declare)
+        yield from (s for s in r.body if type(s) is st.Declare)
 
 
-def reading_of(program: Program) -> list[Statement]:
+def reading_of(program: st.Program) -> list[st.Statement]:
     """The statements that may read a record, a setting or a place of the controller's, or call a function."""
     return [s for s in program.statements() if _is_read(s)]
 
 
-def _is_read(s: Statement) -> bool:
-    if type(s) is Move:
+def _is_read(s: st.Statement) -> bool:
+    if type(s) is st.Move:
         return not is_written_out(s) or _is_place(s.targets[0])
-    return not (isinstance(s, Declare) or sets_numbers(s))
+    return not (isinstance(s, st.Declare) or sets_numbers(s))
 
 
-def _copies(program: Program, taken: set[str]) -> Iterator[Assign]:
+def _copies(program: st.Program, taken: set[str]) -> Iterator[st.Assign]:
     """Assignments of whole records to those that are taken apart."""
     for s in program.statements():
-        if isinstance(s, Assign) and type(s.target) is Named and s.target.name.upper() in taken:
+        if isinstance(s, st.Assign) and type(s.target) is ex.Named and s.target.name.upper() in taken:
             yield s
 
 
-def _is_record(s: Assign) -> bool:
-    return isinstance(s.value, RecordLiteral) and type(s.target) in (Named, Item)
+def _is_record(s: st.Assign) -> bool:
+    return isinstance(s.value, ex.RecordLiteral) and type(s.target) in (ex.Named, ex.Item)
 
 
-def _root(e: Expression) -> str:
-    while isinstance(e, (Member, Item)):
+def _root(e: ex.Expression) -> str:
+    while isinstance(e, (ex.Member, ex.Item)):
         e = e.base
-    return e.name if type(e) is Named else ""
+    return e.name if type(e) is ex.Named else ""
 
 
 # --- Settings that are read back ---
 # `OLD=$VEL.CP`, `$VEL.CP=0.1`, …, `$VEL.CP=OLD`: a variable of the program holds what its statements have set.
 
 _SETTINGS: Final = {
-    "$VEL.CP": SpeedUnit.TRAVEL,
-    "$VEL.ORI1": SpeedUnit.TURN,
-    "$VEL_AXIS": SpeedUnit.FRACTION,
-    "$ACC.CP": AccelerationUnit.TRAVEL,
-    "$ACC_AXIS": AccelerationUnit.FRACTION,
-    "$APO.CDIS": BlendKind.RADIUS,
-    "$APO.CPTP": BlendKind.SHARE,
-    "$APO.CVEL": BlendKind.SPEED,
-    "$APO.CORI": BlendKind.TURN,
+    "$VEL.CP": st.SpeedUnit.TRAVEL,
+    "$VEL.ORI1": st.SpeedUnit.TURN,
+    "$VEL_AXIS": st.SpeedUnit.FRACTION,
+    "$ACC.CP": st.AccelerationUnit.TRAVEL,
+    "$ACC_AXIS": st.AccelerationUnit.FRACTION,
+    "$APO.CDIS": st.BlendKind.RADIUS,
+    "$APO.CPTP": st.BlendKind.SHARE,
+    "$APO.CVEL": st.BlendKind.SPEED,
+    "$APO.CORI": st.BlendKind.TURN,
     "$OV_PRO": None,
     "$ADVANCE": None,
 }
@@ -170,16 +144,16 @@ _WHOLE: Final = frozenset({"$OV_PRO", "$ADVANCE"})
 _PLACES: Final = {"$H_POS": "H_POS", "$AXIS_HOME": "AXIS_HOME"}
 
 
-def with_kept_settings(program: Program, reading: Sequence[Statement]) -> Program:
+def with_kept_settings(program: st.Program, reading: Sequence[st.Statement]) -> st.Program:
     """The program with variables for the settings that it reads."""
     read = {key for s in reading for e in _values(s) if (key := _setting(e))}
     # Of single axes, where one variable for all would be another value.
-    read -= {_setting(s.target) for s in reading if isinstance(s, Assign)} - _WHOLE
+    read -= {_setting(s.target) for s in reading if isinstance(s, st.Assign)} - _WHOLE
     places = {
         e.name.upper()
         for s in reading
-        for e in (_values(s) if not isinstance(s, Assign) else expressions_of(s.value))
-        if type(e) is Named and _is_place(e)
+        for e in (_values(s) if not isinstance(s, st.Assign) else expressions_of(s.value))
+        if type(e) is ex.Named and _is_place(e)
     }
     if not read and not places:
         return program
@@ -192,68 +166,68 @@ def with_kept_settings(program: Program, reading: Sequence[Statement]) -> Progra
         names[key] = name
     kept: set[str] = set()
 
-    def change(e: Expression) -> Expression:
-        if type(e) is Named and e.name.upper() in places:
-            return Named(_PLACES[e.name.upper()])
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Named and e.name.upper() in places:
+            return ex.Named(_PLACES[e.name.upper()])
         key = _setting(e)
-        return Named(names[key]) if key in names else e
+        return ex.Named(names[key]) if key in names else e
 
-    def rows(s: Statement) -> list[Statement]:
+    def rows(s: st.Statement) -> list[st.Statement]:
         if not _is_read(s):
             found = s
-        elif isinstance(s, Assign) and _setting(s.target) == "$ADVANCE":
+        elif isinstance(s, st.Assign) and _setting(s.target) == "$ADVANCE":
             found = replace(s, value=mapped(s.value, change))
         else:
             found = mapped(s, change)
         given = [(names[key], value) for key, value in _set(found) if key in names]
         kept.update(name for name, _ in given)
-        return [found, *(Assign(s.line, Named(name), value) for name, value in given)]
+        return [found, *(st.Assign(s.line, ex.Named(name), value) for name, value in given)]
 
     routines = tuple(replace(r, body=tuple(one for s in r.body for one in rows(s))) for r in program.routines)
-    data = [Declare(0, name, "real", None, shared=True) for key, name in names.items() if name in kept]
+    data = [st.Declare(0, name, "real", None, shared=True) for key, name in names.items() if name in kept]
     if names.get("$OV_PRO") in kept:  # what the program has not set yet is the whole speed
         data = [d for d in data if d.name != names["$OV_PRO"]]
-        data.append(Declare(0, names["$OV_PRO"], "integer", Number(100), shared=True))
+        data.append(st.Declare(0, names["$OV_PRO"], "integer", ex.Number(100), shared=True))
     return replace(program, routines=routines, data=(*program.data, *data))
 
 
-def _values(s: Statement) -> list[Expression]:
+def _values(s: st.Statement) -> list[ex.Expression]:
     """Expressions whose values a statement takes."""
-    if isinstance(s, Assign) and _setting(s.target):
+    if isinstance(s, st.Assign) and _setting(s.target):
         return expressions_of(s.value)
     return expressions_of(s)
 
 
-def _is_place(e: Expression) -> bool:
-    return type(e) is Named and e.name.startswith("$") and e.name.upper() in _PLACES
+def _is_place(e: ex.Expression) -> bool:
+    return type(e) is ex.Named and e.name.startswith("$") and e.name.upper() in _PLACES
 
 
-def _setting(e: Expression) -> str:
+def _setting(e: ex.Expression) -> str:
     """The setting that an expression is, "" of any other."""
-    if type(e) is Item and type(e.base) is Named and e.base.name.upper() in ("$VEL_AXIS", "$ACC_AXIS"):
+    if type(e) is ex.Item and type(e.base) is ex.Named and e.base.name.upper() in ("$VEL_AXIS", "$ACC_AXIS"):
         return e.base.name.upper()
-    if type(e) is Named and e.name.upper() in _WHOLE:
+    if type(e) is ex.Named and e.name.upper() in _WHOLE:
         return e.name.upper()
-    if type(e) is Member and type(e.base) is Named:
+    if type(e) is ex.Member and type(e.base) is ex.Named:
         key = f"{e.base.name}.{e.name}".upper()
         return key if key in _SETTINGS else ""
     return ""
 
 
-def _set(s: Statement) -> Iterator[tuple[str, Expression]]:
+def _set(s: st.Statement) -> Iterator[tuple[str, ex.Expression]]:
     """The settings that a statement makes, in the units of KRL."""
-    found: list[tuple[object, Quantity]] = []
+    found: list[tuple[object, ex.Quantity]] = []
     match s:
-        case SetOverride():
+        case st.SetOverride():
             yield "$OV_PRO", _in_units(s.share, percent)
-        case Assign(_, target) if _setting(target) == "$ADVANCE":
+        case st.Assign(_, target) if _setting(target) == "$ADVANCE":
             yield "$ADVANCE", s.value
-        case SetSpeed():
+        case st.SetSpeed():
             found = [(one.unit, one.value) for one in s.speeds if one.value is not None]
-            found += [(SpeedUnit.TURN, s.turn)] if s.turn is not None else []
-        case SetAcceleration():
+            found += [(st.SpeedUnit.TURN, s.turn)] if s.turn is not None else []
+        case st.SetAcceleration():
             found = [(one.unit, one.value) for one in s.rates]
-        case SetBlend():
+        case st.SetBlend():
             found = [(one.kind, one.value) for one in s.blends if one.value is not None]
     for unit, value in found:
         for key, of in _SETTINGS.items():
@@ -261,13 +235,13 @@ def _set(s: Statement) -> Iterator[tuple[str, Expression]]:
                 yield key, _in_units(value, _UNITS.get(key, 1.0))
 
 
-def _in_units(value: Quantity, unit: float) -> Expression:
+def _in_units(value: ex.Quantity, unit: float) -> ex.Expression:
     factor = float(f"{value.scale / unit:.12g}")
     if factor == 1.0:
         return value.written
-    if type(value.written) is Number:
-        return Number(float(f"{value.written.value * factor:.12g}"))
-    return Binary("*", value.written, Number(factor))
+    if type(value.written) is ex.Number:
+        return ex.Number(float(f"{value.written.value * factor:.12g}"))
+    return ex.Binary("*", value.written, ex.Number(factor))
 
 
 # --- Channels ---
@@ -278,27 +252,27 @@ _CALLS: Final = frozenset({"copen", "cclose", "cread", "cwrite", "sread", "swrit
 _CHANNEL: Final = re.compile(r"\(\s*:\s*(\w+)")
 
 
-def with_channel_calls(program: Program) -> Program:
+def with_channel_calls(program: st.Program) -> st.Program:
     """The program with calls in the place of the instructions for channels and their texts."""
-    if not any(isinstance(s, Process) and s.name in _CALLS for s in program.statements()):
+    if not any(isinstance(s, st.Process) and s.name in _CALLS for s in program.statements()):
         return program
     states = {d.name.upper() for d in _declared(program) if d.type.upper() == _STATE}
     members: dict[str, dict[str, None]] = {name: {} for name in states}
     for s in reading_of(program):
         for e in expressions_of(s):
-            if type(e) is Member and (root := _root(e).upper()) in states:
+            if type(e) is ex.Member and (root := _root(e).upper()) in states:
                 members[root][e.name.upper()] = None
 
-    def row(s: Statement) -> Statement:
-        if not (isinstance(s, Process) and s.name in _CALLS):
+    def row(s: st.Statement) -> st.Statement:
+        if not (isinstance(s, st.Process) and s.name in _CALLS):
             return s
         call = _call(s)
         if call is None:
             return s
-        handed: list[Expression] = []
+        handed: list[ex.Expression] = []
         for e in call.arguments:
-            root = e.name.upper() if type(e) is Named else ""
-            handed += [Member(e, name) for name in members[root]] if root in states else [e]
+            root = e.name.upper() if type(e) is ex.Named else ""
+            handed += [ex.Member(e, name) for name in members[root]] if root in states else [e]
         return replace(call, arguments=tuple(handed))
 
     routines = [replace(r, body=tuple(map(row, r.body))) for r in program.routines]
@@ -310,19 +284,19 @@ def with_channel_calls(program: Program) -> Program:
 _COMPUTED: Final = frozenset({"bit-not", "same-text"})
 
 
-def with_plain_functions(program: Program) -> Program:
+def with_plain_functions(program: st.Program) -> st.Program:
     """The program with comparisons in the place of `StrComp(A[],B[],#CASE_SENS)`, and `B_NOT N` as -N - 1."""
 
-    def change(e: Expression) -> Expression:
-        if type(e) is Function and e.name == "bit-not":
-            return Binary("-", Unary("-", e.arguments[0]), Number(1))
-        return Compare("=", *e.arguments) if type(e) is Function and e.name == "same-text" else e
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Function and e.name == "bit-not":
+            return ex.Binary("-", ex.Unary("-", e.arguments[0]), ex.Number(1))
+        return ex.Compare("=", *e.arguments) if type(e) is ex.Function and e.name == "same-text" else e
 
-    def row(s: Statement) -> Statement:
+    def row(s: st.Statement) -> st.Statement:
         return mapped(s, change) if _is_read(s) else s
 
     if not any(
-        type(e) is Function and e.name in _COMPUTED for s in reading_of(program) for e in expressions_of(s)
+        type(e) is ex.Function and e.name in _COMPUTED for s in reading_of(program) for e in expressions_of(s)
     ):
         return program
     return replace(
@@ -331,15 +305,15 @@ def with_plain_functions(program: Program) -> Program:
 
 
 def _without(rows: Sequence[Any], names: set[str]) -> tuple[Any, ...]:
-    return tuple(s for s in rows if not (isinstance(s, Declare) and s.name.upper() in names))
+    return tuple(s for s in rows if not (isinstance(s, st.Declare) and s.name.upper() in names))
 
 
-def _call(s: Process) -> Call | None:
+def _call(s: st.Process) -> st.Call | None:
     text = dict(s.arguments).get("")
-    if not isinstance(text, Text):
+    if not isinstance(text, ex.Text):
         return None
     try:
         found = line_parser().parse_line(_CHANNEL.sub(r'("\1"', text.value), Scope()).result
     except (UnexpectedInput, BrokenLineError):
         return None
-    return replace(found, line=s.line, comment=s.comment) if isinstance(found, Call) else None
+    return replace(found, line=s.line, comment=s.comment) if isinstance(found, st.Call) else None

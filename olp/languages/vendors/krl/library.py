@@ -18,48 +18,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from olp.ir.expressions import (
-    CallValue,
-    Compare,
-    Expression,
-    Function,
-    Item,
-    Logic,
-    Member,
-    Named,
-    Number,
-    RecordLiteral,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unary,
-    Unknown,
-)
-from olp.ir.program import Program, Routine
-from olp.ir.statements import (
-    Assign,
-    Call,
-    Case,
-    Comment,
-    Declare,
-    Default,
-    Dwell,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    If,
-    Message,
-    Pause,
-    Process,
-    SetOutput,
-    Statement,
-    Switch,
-    Wait,
-    While,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
 from olp.languages.vendor import ACKNOWLEDGED
 from olp.languages.vendors.krl.scope import MODES, NEUTRAL_TYPES
@@ -68,13 +28,13 @@ _SHOWS: Final = frozenset({"msgnotify", "msgquit", "msgloop", "msgstate"})
 _CLEARS: Final = "clear_krlmsg"
 _WINDOW: Final = "$LOOP_MSG"
 _PLACE: Final = "%1"
-_OMITTED: Final = Unknown("")
-_NOTHING: Final = Text(" ")  # what the window shows when its text is cleared
+_OMITTED: Final = ex.Unknown("")
+_NOTHING: Final = ex.Text(" ")  # what the window shows when its text is cleared
 
 
 def without_library(
-    body: Sequence[Statement], find: Callable[[str], Routine | None]
-) -> tuple[Statement, ...]:
+    body: Sequence[st.Statement], find: Callable[[str], st.Routine | None]
+) -> tuple[st.Statement, ...]:
     """The statements with those of the message library as messages and pauses.
 
     `find`: a routine of the program by its name, None for one that is not here or is KUKA's.
@@ -82,74 +42,79 @@ def without_library(
     return tuple([one for s in body for one in _plain(s, find)])
 
 
-def _plain(s: Statement, find: Callable[[str], Routine | None]) -> tuple[Statement, ...]:
-    if type(s) is Call and s.routine.casefold() in _SHOWS and s.condition is None and find(s.routine) is None:
+def _plain(s: st.Statement, find: Callable[[str], st.Routine | None]) -> tuple[st.Statement, ...]:
+    if (
+        type(s) is st.Call
+        and s.routine.casefold() in _SHOWS
+        and s.condition is None
+        and find(s.routine) is None
+    ):
         word = s.routine.casefold()
         handle = s.arguments[0] if word == "msgstate" and s.arguments else None
         text = _shown(s.arguments[1:] if word == "msgstate" else s.arguments)
         if text is None:
             return (s,)
-        shown = Message(s.line, text, s.comment)
+        shown = st.Message(s.line, text, s.comment)
         if word == "msgquit":
-            return (shown, Pause(s.line, spelling=ACKNOWLEDGED))
-        return (shown,) if handle is None else (shown, Assign(s.line, handle, Number(1)))
-    if type(s) is Call and _starts_option(s) and find(s.routine) is None:
-        return (Process(s.line, "option-start", (), s.comment),)
-    if type(s) is Assign and _takes_handle(s.value) and find(_CLEARS) is None:
-        return (Message(s.line, _NOTHING, s.comment), Assign(s.line, s.target, SignalState(True)))
-    if type(s) is Wait and _takes_handle(_without_true(s.condition)) and find(_CLEARS) is None:
-        return (Message(s.line, _NOTHING, s.comment),)
-    if type(s) is Assign and _is_window(s.target):
-        return (Message(s.line, s.value, s.comment),)
-    if type(s) is Wait and _clears(s.condition):
-        return (Message(s.line, _NOTHING, s.comment),)
+            return (shown, st.Pause(s.line, spelling=ACKNOWLEDGED))
+        return (shown,) if handle is None else (shown, st.Assign(s.line, handle, ex.Number(1)))
+    if type(s) is st.Call and _starts_option(s) and find(s.routine) is None:
+        return (st.Process(s.line, "option-start", (), s.comment),)
+    if type(s) is st.Assign and _takes_handle(s.value) and find(_CLEARS) is None:
+        return (st.Message(s.line, _NOTHING, s.comment), st.Assign(s.line, s.target, ex.SignalState(True)))
+    if type(s) is st.Wait and _takes_handle(_without_true(s.condition)) and find(_CLEARS) is None:
+        return (st.Message(s.line, _NOTHING, s.comment),)
+    if type(s) is st.Assign and _is_window(s.target):
+        return (st.Message(s.line, s.value, s.comment),)
+    if type(s) is st.Wait and _clears(s.condition):
+        return (st.Message(s.line, _NOTHING, s.comment),)
     return (s,)
 
 
-def _starts_option(s: Call) -> bool:
+def _starts_option(s: st.Call) -> bool:
     """What the INI fold of each program calls: `USER_GRP(0,…)`, `USERSPOT(#INIT)`, `A20_INI()`."""
     match s.routine.casefold(), s.arguments:
-        case ("user_grp", (Number(0), *_)) | ("userspot", (Text("#INIT"), *_)):
+        case ("user_grp", (ex.Number(0), *_)) | ("userspot", (ex.Text("#INIT"), *_)):
             return True
         case (("a10_ini" | "a20_ini"), ()):
             return True
     return False
 
 
-def _shown(arguments: tuple[Expression, ...]) -> Expression | None:
+def _shown(arguments: tuple[ex.Expression, ...]) -> ex.Expression | None:
     """The text with what it names filled in, None where that is not written out."""
     text, _, number, words = (*arguments, *[_OMITTED] * 4)[:4]
-    if type(text) is not Text or _PLACE not in text.value:
+    if type(text) is not ex.Text or _PLACE not in text.value:
         return None if text == _OMITTED else text
     if number == words == _OMITTED:
         return None
     before, _, behind = text.value.partition(_PLACE)
-    value = words if number == _OMITTED else Function("text-of-value", (number,))
-    parts = (*([Text(before)] if before else []), value, *([Text(behind)] if behind else []))
-    return Function("joined-text", parts)
+    value = words if number == _OMITTED else ex.Function("text-of-value", (number,))
+    parts = (*([ex.Text(before)] if before else []), value, *([ex.Text(behind)] if behind else []))
+    return ex.Function("joined-text", parts)
 
 
-def _is_window(e: Expression) -> bool:
+def _is_window(e: ex.Expression) -> bool:
     """`$LOOP_MSG[]`"""
-    return type(e) is Item and type(e.base) is Named and e.base.name.upper() == _WINDOW
+    return type(e) is ex.Item and type(e.base) is ex.Named and e.base.name.upper() == _WINDOW
 
 
-def _without_true(e: Expression) -> Expression:
+def _without_true(e: ex.Expression) -> ex.Expression:
     """What `e OR TRUE` asks beside what it does: a wait for it calls the function and goes on."""
-    if type(e) is Logic and e.rest == (("or", SignalState(True)),):
+    if type(e) is ex.Logic and e.rest == (("or", ex.SignalState(True)),):
         return e.first
     return e
 
 
-def _takes_handle(e: Expression) -> bool:
+def _takes_handle(e: ex.Expression) -> bool:
     """`Clear_KrlMsg(handle)`"""
-    return type(e) is CallValue and e.routine.casefold() == _CLEARS and len(e.arguments) == 1
+    return type(e) is ex.CallValue and e.routine.casefold() == _CLEARS and len(e.arguments) == 1
 
 
-def _clears(condition: Expression) -> bool:
+def _clears(condition: ex.Expression) -> bool:
     """`StrClear($LOOP_MSG[])`, which is always true."""
     return (
-        isinstance(condition, CallValue)
+        isinstance(condition, ex.CallValue)
         and condition.routine.casefold() == "strclear"
         and len(condition.arguments) == 1
         and _is_window(condition.arguments[0])
@@ -167,11 +132,11 @@ _ASKS: Final = "varstate"
 _GIVEN: Final = "#INITIALIZED"
 
 
-def with_given_parameters(program: Program) -> Program:
+def with_given_parameters(program: st.Program) -> st.Program:
     """The program with what all its calls decide alike as TRUE or FALSE."""
     if not any(map(_is_asked, program.statements())):
         return program
-    calls: dict[str, list[tuple[Expression, ...]]] = {}
+    calls: dict[str, list[tuple[ex.Expression, ...]]] = {}
     for s in program.statements():
         for routine, arguments in _calls(s):
             calls.setdefault(routine.casefold(), []).append(arguments)
@@ -180,45 +145,47 @@ def with_given_parameters(program: Program) -> Program:
     return replace(program, routines=routines)
 
 
-def _decided(routine: Routine, calls: list[tuple[Expression, ...]], valued: set[str]) -> Routine:
+def _decided(routine: st.Routine, calls: list[tuple[ex.Expression, ...]], valued: set[str]) -> st.Routine:
     """`valued`: data of the program that a list gives a value; a routine that nothing calls is handed all."""
     if not any(map(_is_asked, routine.body)):
         return routine
     given: dict[str, set[bool]] = {name: {True} for name in valued}
     for at, p in enumerate(routine.parameters):
-        given[p.name.casefold()] = {at < len(one) and type(one[at]) is not Unknown for one in calls} or {True}
+        given[p.name.casefold()] = {at < len(one) and type(one[at]) is not ex.Unknown for one in calls} or {
+            True
+        }
 
-    def change(e: Expression) -> Expression:
-        if type(e) is Unary and e.operator == "not" and type(e.operand) is SignalState:
-            return SignalState(not e.operand.on)
-        if not (type(e) is Compare and e.operator in ("=", "<>")):
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Unary and e.operator == "not" and type(e.operand) is ex.SignalState:
+            return ex.SignalState(not e.operand.on)
+        if not (type(e) is ex.Compare and e.operator in ("=", "<>")):
             return e
         match e.left, e.right:
-            case CallValue(name, (Text(of),)), Text(state) if name.casefold() == _ASKS:
+            case ex.CallValue(name, (ex.Text(of),)), ex.Text(state) if name.casefold() == _ASKS:
                 known = {True} if of.startswith("$") else given.get(of.casefold(), set())
                 if state.upper() == _GIVEN and len(known) == 1:
-                    return SignalState((True in known) == (e.operator == "="))
+                    return ex.SignalState((True in known) == (e.operator == "="))
         return e
 
-    rows: list[Statement] = []
+    rows: list[st.Statement] = []
     for s in routine.body:
         rows.append(mapped(s, change) if _is_asked(s) else s)
-        if isinstance(s, Assign) and isinstance(s.target, Named) and s.target.name.casefold() in given:
+        if isinstance(s, st.Assign) and isinstance(s.target, ex.Named) and s.target.name.casefold() in given:
             given[s.target.name.casefold()].add(True)  # from here on some way may have set it
     return replace(routine, body=tuple(rows))
 
 
-def _is_asked(s: Statement) -> bool:
+def _is_asked(s: st.Statement) -> bool:
     return not (calls_nothing(s) or sets_numbers(s)) and any(
-        type(e) is CallValue and e.routine.casefold() == _ASKS for e in expressions_of(s)
+        type(e) is ex.CallValue and e.routine.casefold() == _ASKS for e in expressions_of(s)
     )
 
 
-def _calls(s: Statement) -> list[tuple[str, tuple[Expression, ...]]]:
+def _calls(s: st.Statement) -> list[tuple[str, tuple[ex.Expression, ...]]]:
     if calls_nothing(s) or sets_numbers(s):
         return []
-    own = [(s.routine, s.arguments)] if isinstance(s, Call) else []
-    return own + [(e.routine, e.arguments) for e in expressions_of(s) if type(e) is CallValue]
+    own = [(s.routine, s.arguments)] if isinstance(s, st.Call) else []
+    return own + [(e.routine, e.arguments) for e in expressions_of(s) if type(e) is ex.CallValue]
 
 
 # --- Messages as records ---
@@ -232,7 +199,7 @@ _RECORDS: Final = {
     "krlmsgopt_t": "option",
     "krlmsgdlgsk_t": "option",
 }
-_DETAIL: Final = Process(0, "message-detail")
+_DETAIL: Final = st.Process(0, "message-detail")
 _SHOWN_AS: Final = "message-window"
 _SETS: Final = "set_krlmsg"
 _ASKED: Final = "set_krldlg"
@@ -241,7 +208,7 @@ _LOOKED_BACK: Final = 40  # statements, for the parameters of a message
 _VALUES: Final = ("par_int", "par_real", "par_bool", "par_txt")
 
 
-def with_record_messages(program: Program) -> Program:
+def with_record_messages(program: st.Program) -> st.Program:
     """The program with its messages' records as texts, and what shows them as messages."""
     handed = dict(_handed_messages(program))
     if not handed and not any(d.type.casefold() in _RECORDS for d in _declared(program)):
@@ -254,13 +221,13 @@ def with_record_messages(program: Program) -> Program:
     routines = []
     for r in program.routines:
         given = {p.name: p.type for p in r.parameters}
-        kinds = {**shared, **_kinds([*r.data, *(s for s in r.body if type(s) is Declare)])}
+        kinds = {**shared, **_kinds([*r.data, *(s for s in r.body if type(s) is st.Declare)])}
         kinds.update({name.casefold(): "" for name, kind in given.items() if kind.casefold() not in _RECORDS})
         routines.append(replace(r, body=_records_as_texts(r.body, kinds), data=_without_records(r.data)))
     return replace(program, routines=tuple(routines), data=_without_records(program.data))
 
 
-def _handed_messages(program: Program) -> Iterator[tuple[str, str]]:
+def _handed_messages(program: st.Program) -> Iterator[tuple[str, str]]:
     """The records that a message is shown with, whoever declares them, each with what it is."""
     for s in program.statements():
         for routine, arguments in _calls(s):
@@ -277,26 +244,26 @@ def _handed_messages(program: Program) -> Iterator[tuple[str, str]]:
                         yield name.casefold(), kind
 
 
-def _declared(program: Program) -> Iterator[Declare]:
+def _declared(program: st.Program) -> Iterator[st.Declare]:
     yield from program.data
     for r in program.routines:
         yield from r.data
-        yield from (s for s in r.body if type(s) is Declare)
+        yield from (s for s in r.body if type(s) is st.Declare)
 
 
-def _kinds(data: Sequence[Declare]) -> dict[str, str]:
+def _kinds(data: Sequence[st.Declare]) -> dict[str, str]:
     return {d.name.casefold(): _RECORDS.get(d.type.casefold(), "") for d in data}
 
 
-def _without_records(data: Sequence[Declare]) -> tuple[Declare, ...]:
+def _without_records(data: Sequence[st.Declare]) -> tuple[st.Declare, ...]:
     """The declarations with messages as texts, without what only tells how they look."""
-    rows: list[Declare] = []
+    rows: list[st.Declare] = []
     for d in data:
         kind = _RECORDS.get(d.type.casefold())
         if kind is None:
             rows.append(d)
         elif kind == "message" and not d.sizes:
-            text = _text_in(d.value) if isinstance(d.value, RecordLiteral) else None
+            text = _text_in(d.value) if isinstance(d.value, ex.RecordLiteral) else None
             rows.append(replace(d, name=_text_name(d.name), type="string", native="CHAR", value=text))
     return tuple(rows)
 
@@ -305,7 +272,7 @@ def _text_name(name: str) -> str:
     return f"{name}_TEXT"
 
 
-def _text_in(record: RecordLiteral) -> Expression | None:
+def _text_in(record: ex.RecordLiteral) -> ex.Expression | None:
     """The text of a message, or the value of a parameter."""
     for name, value in record.members:
         if name.strip("[]").casefold() in ("msg_txt", *_VALUES):
@@ -313,105 +280,109 @@ def _text_in(record: RecordLiteral) -> Expression | None:
     return None
 
 
-def _base(e: Expression) -> tuple[str, str]:
+def _base(e: ex.Expression) -> tuple[str, str]:
     """The variable that an expression names as a whole or by one member, and the member."""
-    plain = e.base if isinstance(e, Item) else e
+    plain = e.base if isinstance(e, ex.Item) else e
     member = ""
-    if isinstance(plain, Member):
+    if isinstance(plain, ex.Member):
         member, plain = plain.name.casefold(), plain.base
-        plain = plain.base if isinstance(plain, Item) else plain
-    return (plain.name, member) if isinstance(plain, Named) else ("", "")
+        plain = plain.base if isinstance(plain, ex.Item) else plain
+    return (plain.name, member) if isinstance(plain, ex.Named) else ("", "")
 
 
-def _records_as_texts(body: Sequence[Statement], kinds: dict[str, str]) -> tuple[Statement, ...]:
-    rows: list[Statement] = []
+def _records_as_texts(body: Sequence[st.Statement], kinds: dict[str, str]) -> tuple[st.Statement, ...]:
+    rows: list[st.Statement] = []
     end = -1  # of the last loop that waits for the operator
     for at, s in enumerate(body):
         if at <= end:
             continue
-        if type(s) is Declare and s.type.casefold() in _RECORDS:
+        if type(s) is st.Declare and s.type.casefold() in _RECORDS:
             rows += _without_records([s])
-        elif type(s) is Assign:
+        elif type(s) is st.Assign:
             rows += _assigned(s, body, at, kinds)
-        elif type(s) is While and _asks_whether_it_stands(s.condition):
+        elif type(s) is st.While and _asks_whether_it_stands(s.condition):
             end = _end_of_waits(body, at)
-            rows.append(s if end < 0 else Pause(s.line, comment=s.comment, spelling=ACKNOWLEDGED))
+            rows.append(s if end < 0 else st.Pause(s.line, comment=s.comment, spelling=ACKNOWLEDGED))
         else:
             rows.append(s)
     return tuple(rows)
 
 
-def _assigned(s: Assign, body: Sequence[Statement], at: int, kinds: dict[str, str]) -> Sequence[Statement]:
+def _assigned(
+    s: st.Assign, body: Sequence[st.Statement], at: int, kinds: dict[str, str]
+) -> Sequence[st.Statement]:
     name, member = _base(s.target)
     kind = kinds.get(name.casefold(), "")
     detail = replace(_DETAIL, line=s.line, comment=s.comment)
     if kind == "message":
-        value = _text_in(s.value) if isinstance(s.value, RecordLiteral) else None
+        value = _text_in(s.value) if isinstance(s.value, ex.RecordLiteral) else None
         value = s.value if member == "msg_txt" else value
         return [
-            detail if value is None else Assign(s.line, Item(Named(_text_name(name)), ()), value, s.comment)
+            detail
+            if value is None
+            else st.Assign(s.line, ex.Item(ex.Named(_text_name(name)), ()), value, s.comment)
         ]
     if kind:
         return [detail]
-    if type(s.value) is CallValue and s.value.routine.casefold() == _ASKED:
+    if type(s.value) is ex.CallValue and s.value.routine.casefold() == _ASKED:
         asked = _base(s.value.arguments[0])[0] if s.value.arguments else ""
         if kinds.get(asked.casefold()) == "message":
-            text = Item(Named(_text_name(asked)), ())
+            text = ex.Item(ex.Named(_text_name(asked)), ())
             return [replace(s, value=replace(s.value, arguments=(text,)))]
-    if type(s.value) is CallValue and s.value.routine.casefold() == _SETS and len(s.value.arguments) > 1:
+    if type(s.value) is ex.CallValue and s.value.routine.casefold() == _SETS and len(s.value.arguments) > 1:
         record, handed = s.value.arguments[1], s.value.arguments[2:3]
         name = _base(record)[0]
         if kinds.get(name.casefold()) == "message":
             shown = _filled(name, _base(handed[0])[0] if handed else "", body, at)
             return [
-                Process(s.line, _SHOWN_AS),
-                Message(s.line, shown, s.comment),
-                Assign(s.line, s.target, Number(1)),
+                st.Process(s.line, _SHOWN_AS),
+                st.Message(s.line, shown, s.comment),
+                st.Assign(s.line, s.target, ex.Number(1)),
             ]
     return [s]
 
 
-def _filled(message: str, parameters: str, body: Sequence[Statement], at: int) -> Expression:
+def _filled(message: str, parameters: str, body: Sequence[st.Statement], at: int) -> ex.Expression:
     """The text of a message; with its parameters where both are written out in the statements just before."""
-    text: Expression | None = None
-    given: dict[int, Expression] = {}
+    text: ex.Expression | None = None
+    given: dict[int, ex.Expression] = {}
     for s in reversed(body[max(at - _LOOKED_BACK, 0) : at]):
-        if type(s) is not Assign:
-            if type(s) in (Comment, Declare):
+        if type(s) is not st.Assign:
+            if type(s) in (st.Comment, st.Declare):
                 continue
             break
         name, member = _base(s.target)
         if name == message and text is None:
             text = s.value if member == "msg_txt" else None
-            text = _text_in(s.value) if isinstance(s.value, RecordLiteral) else text
-        if name == parameters and isinstance(s.value, RecordLiteral) and type(s.target) is Item:
-            (place,) = s.target.indices or (Unknown(""),)
+            text = _text_in(s.value) if isinstance(s.value, ex.RecordLiteral) else text
+        if name == parameters and isinstance(s.value, ex.RecordLiteral) and type(s.target) is ex.Item:
+            (place,) = s.target.indices or (ex.Unknown(""),)
             value = _text_in(s.value)
-            if type(place) is Number and value is not None:
+            if type(place) is ex.Number and value is not None:
                 given.setdefault(int(place.value), value)
-    if type(text) is not Text or not any(f"%{n}" in text.value for n in given):
-        return Item(Named(_text_name(message)), ())
-    parts: list[Expression] = []
+    if type(text) is not ex.Text or not any(f"%{n}" in text.value for n in given):
+        return ex.Item(ex.Named(_text_name(message)), ())
+    parts: list[ex.Expression] = []
     for n, part in enumerate(re.split(r"%(\d)", text.value)):
         if n % 2 == 0:
-            parts += [Text(part)] if part else []
+            parts += [ex.Text(part)] if part else []
         else:
-            value = given.get(int(part), Text(f"%{part}"))
-            is_text = type(value) is Text or (type(value) is Item and not value.indices)
-            parts.append(value if is_text else Function("text-of-value", (value,)))
-    return Function("joined-text", tuple(parts))
+            value = given.get(int(part), ex.Text(f"%{part}"))
+            is_text = type(value) is ex.Text or (type(value) is ex.Item and not value.indices)
+            parts.append(value if is_text else ex.Function("text-of-value", (value,)))
+    return ex.Function("joined-text", tuple(parts))
 
 
-def _asks_whether_it_stands(e: Expression) -> bool:
-    return type(e) is CallValue and e.routine.casefold() == _STANDS
+def _asks_whether_it_stands(e: ex.Expression) -> bool:
+    return type(e) is ex.CallValue and e.routine.casefold() == _STANDS
 
 
-def _end_of_waits(body: Sequence[Statement], at: int) -> int:
+def _end_of_waits(body: Sequence[st.Statement], at: int) -> int:
     """Where a loop ends that does nothing but wait, -1 for any other."""
     for place in range(at + 1, len(body)):
-        if type(body[place]) is EndWhile:
+        if type(body[place]) is st.EndWhile:
             return place
-        if type(body[place]) not in (Comment, Dwell):
+        if type(body[place]) not in (st.Comment, st.Dwell):
             return -1
     return -1
 
@@ -423,14 +394,14 @@ _CYCLIC: Final = "cyclic-flag"
 _KNOWN_CONDITION: Final = "cyclic-condition"
 
 
-def with_cyclic_flags(program: Program) -> Program:
+def with_cyclic_flags(program: st.Program) -> st.Program:
     """The program with the conditions of cyclic flags where these are read, each where one statement gives it."""
-    given: dict[float, list[tuple[str, SetOutput]]] = {}
+    given: dict[float, list[tuple[str, st.SetOutput]]] = {}
     for r in program.routines:
         for s in r.body:
-            if type(s) is SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is Number:
+            if type(s) is st.SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is ex.Number:
                 given.setdefault(s.signal.index.value, []).append((r.name, s))
-    changing = {n for n, rows in given.items() if any(type(s.value) is not SignalState for _, s in rows)}
+    changing = {n for n, rows in given.items() if any(type(s.value) is not ex.SignalState for _, s in rows)}
     if not changing:
         return program
     known = {n: given[n][0] for n in changing if len(given[n]) == 1}
@@ -445,23 +416,23 @@ def with_cyclic_flags(program: Program) -> Program:
     return replace(program, routines=tuple(routines))
 
 
-def _locals(program: Program, name: str, s: SetOutput) -> bool:
+def _locals(program: st.Program, name: str, s: st.SetOutput) -> bool:
     """Whether a condition names data of its routine alone."""
     shared = {d.name.casefold() for d in program.data}
-    names = {e.name.casefold() for e in expressions_of(s.value) if type(e) is Named}
+    names = {e.name.casefold() for e in expressions_of(s.value) if type(e) is ex.Named}
     return not names <= shared
 
 
-def _with_conditions(s: Statement, here: dict[float, Expression], changing: set[float]) -> Statement:
-    if type(s) is SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is Number:
+def _with_conditions(s: st.Statement, here: dict[float, ex.Expression], changing: set[float]) -> st.Statement:
+    if type(s) is st.SetOutput and s.signal.bus == _CYCLIC and type(s.signal.index) is ex.Number:
         if s.signal.index.value in here:
-            return Process(s.line, _KNOWN_CONDITION, (), s.comment)
-        return Process(s.line, _CYCLIC, (), s.comment) if s.signal.index.value in changing else s
+            return st.Process(s.line, _KNOWN_CONDITION, (), s.comment)
+        return st.Process(s.line, _CYCLIC, (), s.comment) if s.signal.index.value in changing else s
     if calls_nothing(s) or sets_numbers(s):
         return s
 
-    def change(e: Expression) -> Expression:
-        if type(e) is Signal and e.bus == _CYCLIC and type(e.index) is Number:
+    def change(e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Signal and e.bus == _CYCLIC and type(e.index) is ex.Number:
             return here.get(e.index.value, e)
         return e
 
@@ -484,7 +455,7 @@ _STATUS_MEMBERS: Final = {
 _RETURNS_STATUS: Final = "eki_"
 
 
-def with_status_members(program: Program) -> Program:
+def with_status_members(program: st.Program) -> st.Program:
     """The program with calls in the place of assignments of what EthernetKRL's functions return."""
     rows = [d for d in _declared(program) if d.type.upper() == _STATUS]
     if not rows or any(r.name.casefold().startswith(_RETURNS_STATUS) for r in program.routines):
@@ -492,12 +463,12 @@ def with_status_members(program: Program) -> Program:
     names = {d.name for d in rows}
     taken = any(map(names.__contains__, _taken_names(program)))
 
-    def row(s: Statement) -> Statement:
-        if not (isinstance(s, Assign) and _is_status(s, names)):
+    def row(s: st.Statement) -> st.Statement:
+        if not (isinstance(s, st.Assign) and _is_status(s, names)):
             return s
-        assert isinstance(s.value, CallValue)
-        members = [Member(s.target, name) for name in _STATUS_MEMBERS] if taken else []
-        return Call(s.line, s.value.routine, (*s.value.arguments, *members), comment=s.comment)
+        assert isinstance(s.value, ex.CallValue)
+        members = [ex.Member(s.target, name) for name in _STATUS_MEMBERS] if taken else []
+        return st.Call(s.line, s.value.routine, (*s.value.arguments, *members), comment=s.comment)
 
     routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
     if not taken:
@@ -505,94 +476,94 @@ def with_status_members(program: Program) -> Program:
             replace(r, body=_without(r.body, names), data=_without(r.data, names)) for r in routines
         )
         return replace(program, routines=routines, data=_without(program.data, names))
-    members = tuple((name, RecordLiteral(kind, ())) for name, kind in _STATUS_MEMBERS.items())
-    layout = Declare(0, _STATUS, "structure", RecordLiteral("STRUC", members), native="STRUC")
+    members = tuple((name, ex.RecordLiteral(kind, ())) for name, kind in _STATUS_MEMBERS.items())
+    layout = st.Declare(0, _STATUS, "structure", ex.RecordLiteral("STRUC", members), native="STRUC")
     return replace(program, routines=routines, data=(*program.data, layout))
 
 
-def _is_status(s: Assign, names: set[str]) -> bool:
+def _is_status(s: st.Assign, names: set[str]) -> bool:
     return (
-        isinstance(s.target, Named)
+        isinstance(s.target, ex.Named)
         and s.target.name in names
-        and isinstance(s.value, CallValue)
+        and isinstance(s.value, ex.CallValue)
         and s.value.routine.casefold().startswith(_RETURNS_STATUS)
     )
 
 
-def _taken_names(program: Program) -> Iterator[str]:
+def _taken_names(program: st.Program) -> Iterator[str]:
     """What statements read, and what they set in another way than by such a function."""
     for s in program.statements():
-        if isinstance(s, Declare) or calls_nothing(s) or sets_numbers(s):
+        if isinstance(s, st.Declare) or calls_nothing(s) or sets_numbers(s):
             continue
-        found = s.value if isinstance(s, Assign) else None
-        sets = isinstance(found, CallValue) and found.routine.casefold().startswith(_RETURNS_STATUS)
+        found = s.value if isinstance(s, st.Assign) else None
+        sets = isinstance(found, ex.CallValue) and found.routine.casefold().startswith(_RETURNS_STATUS)
         for e in expressions_of(s):
-            if isinstance(e, Named) and not (sets and isinstance(s, Assign) and e is s.target):
+            if isinstance(e, ex.Named) and not (sets and isinstance(s, st.Assign) and e is s.target):
                 yield e.name
 
 
-def _without(rows: Sequence[Statement], names: set[str]) -> tuple[Any, ...]:
-    return tuple(s for s in rows if not (isinstance(s, Declare) and s.name in names))
+def _without(rows: Sequence[st.Statement], names: set[str]) -> tuple[Any, ...]:
+    return tuple(s for s in rows if not (isinstance(s, st.Declare) and s.name in names))
 
 
 # --- Modes ---
 # `SWITCH $MODE_OP`: which mode the controller is in, as a chain of IF.
 
 
-def with_modes(body: Sequence[Statement]) -> tuple[Statement, ...]:
+def with_modes(body: Sequence[st.Statement]) -> tuple[st.Statement, ...]:
     """The statements with IF in the place of SWITCH where the mode chooses."""
-    rows: list[Statement] = []
+    rows: list[st.Statement] = []
     open_: list[bool | None] = []  # of each SWITCH: whether it is one of modes, and no case has come yet
     for s in body:
-        if isinstance(s, Switch):
+        if isinstance(s, st.Switch):
             open_.append(True if _is_mode(s.value) and _knows_all(body, s) else None)
             if open_[-1] is None:
                 rows.append(s)
             elif s.comment:
-                rows.append(Comment(s.line, s.comment))
-        elif not open_ or open_[-1] is None or not isinstance(s, (Case, Default, EndSwitch)):
+                rows.append(st.Comment(s.line, s.comment))
+        elif not open_ or open_[-1] is None or not isinstance(s, (st.Case, st.Default, st.EndSwitch)):
             rows.append(s)
-            if isinstance(s, EndSwitch) and open_:
+            if isinstance(s, st.EndSwitch) and open_:
                 open_.pop()
-        elif isinstance(s, Case):
+        elif isinstance(s, st.Case):
             condition = _in_modes(s.values)
             rows.append(
-                If(s.line, condition, s.comment) if open_[-1] else ElseIf(s.line, condition, s.comment)
+                st.If(s.line, condition, s.comment) if open_[-1] else st.ElseIf(s.line, condition, s.comment)
             )
             open_[-1] = False
-        elif isinstance(s, Default):
-            rows.append(Else(s.line, s.comment))
+        elif isinstance(s, st.Default):
+            rows.append(st.Else(s.line, s.comment))
         else:
             open_.pop()
-            rows.append(EndIf(s.line, s.comment))
+            rows.append(st.EndIf(s.line, s.comment))
     return tuple(rows)
 
 
-def _is_mode(e: Expression) -> bool:
-    return isinstance(e, Named) and e.name.upper() == "$MODE_OP"
+def _is_mode(e: ex.Expression) -> bool:
+    return isinstance(e, ex.Named) and e.name.upper() == "$MODE_OP"
 
 
-def _knows_all(body: Sequence[Statement], opener: Switch) -> bool:
+def _knows_all(body: Sequence[st.Statement], opener: st.Switch) -> bool:
     """Whether a SWITCH has a case first, and all its cases are modes."""
     depth, first = 0, True
     for s in body[next(at for at, one in enumerate(body) if one is opener) + 1 :]:
-        if depth == 0 and isinstance(s, (Case, Default, EndSwitch)):
-            if isinstance(s, EndSwitch):
+        if depth == 0 and isinstance(s, (st.Case, st.Default, st.EndSwitch)):
+            if isinstance(s, st.EndSwitch):
                 return not first
-            if isinstance(s, Default):
+            if isinstance(s, st.Default):
                 if first:
                     return False
-            elif not all(isinstance(v, Text) and v.value.upper() in MODES for v in s.values):
+            elif not all(isinstance(v, ex.Text) and v.value.upper() in MODES for v in s.values):
                 return False
             first = False
-        depth += isinstance(s, Switch) - isinstance(s, EndSwitch)
+        depth += isinstance(s, st.Switch) - isinstance(s, st.EndSwitch)
     return False
 
 
-def _in_modes(values: Sequence[Expression]) -> Expression:
-    names = dict.fromkeys(MODES[v.value.upper()] for v in values if isinstance(v, Text))
-    first, *others = map(SystemValue, names)
-    return Logic(first, tuple(("or", one) for one in others)) if others else first
+def _in_modes(values: Sequence[ex.Expression]) -> ex.Expression:
+    names = dict.fromkeys(MODES[v.value.upper()] for v in values if isinstance(v, ex.Text))
+    first, *others = map(ex.SystemValue, names)
+    return ex.Logic(first, tuple(("or", one) for one in others)) if others else first
 
 
 # --- Types that no file declares ---
@@ -603,7 +574,7 @@ _OWN_TYPES: Final = frozenset(
 )
 
 
-def without_unknown_types(program: Program) -> Program:
+def without_unknown_types(program: st.Program) -> st.Program:
     """The program without variables of types that nobody knows: what they hold, their uses tell."""
     known = {d.name.casefold() for d in _declared(program) if d.type in ("enumeration", "structure")}
     counts = Counter(d.name.casefold() for d in _declared(program) if not _is_unknown(d, known))
@@ -611,9 +582,9 @@ def without_unknown_types(program: Program) -> Program:
 
     def kept(rows: Sequence[Any]) -> tuple[Any, ...]:
         return tuple(
-            _as_text(s, known) if isinstance(s, Declare) else s
+            _as_text(s, known) if isinstance(s, st.Declare) else s
             for s in rows
-            if not (isinstance(s, Declare) and _is_unknown(s, known))
+            if not (isinstance(s, st.Declare) and _is_unknown(s, known))
             or counts[s.name.casefold()]
             or s.name.casefold() in handed
         )
@@ -622,16 +593,16 @@ def without_unknown_types(program: Program) -> Program:
     return replace(program, routines=routines, data=kept(program.data))
 
 
-def _as_text(d: Declare, known: set[str]) -> Declare:
+def _as_text(d: st.Declare, known: set[str]) -> st.Declare:
     """A variable that begins with a constant of such a type (`#FAST`): the constant is a text."""
-    if isinstance(d.value, Text) and _has_unknown_type(d, known):
+    if isinstance(d.value, ex.Text) and _has_unknown_type(d, known):
         return replace(d, type="string", native="CHAR")
     return d
 
 
-def _is_unknown(d: Declare, known: set[str]) -> bool:
+def _is_unknown(d: st.Declare, known: set[str]) -> bool:
     return d.value is None and _has_unknown_type(d, known)
 
 
-def _has_unknown_type(d: Declare, known: set[str]) -> bool:
+def _has_unknown_type(d: st.Declare, known: set[str]) -> bool:
     return d.type not in _OWN_TYPES and d.type.casefold() not in known

@@ -7,19 +7,7 @@ from typing import Any, Final, NamedTuple
 from lark import Token
 
 from olp.core.units import deg, mm, percent
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    FrameRef,
-    Function,
-    Member,
-    Number,
-    PositionLiteral,
-    Quantity,
-    RecordLiteral,
-    Text,
-    Unknown,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Process
 from olp.ir.statements import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.languages.lark_host import BrokenLineError
@@ -56,7 +44,7 @@ class Setting(NamedTuple):
     """One `$NAME=value` of a WITH list."""
 
     target: KrlReference
-    value: Expression
+    value: ex.Expression
 
 
 class SplineBlock(NamedTuple):
@@ -121,9 +109,9 @@ class KrlMoveRules(KrlExpressionRules):
     def _move(
         self,
         word: str,
-        target: Expression,
-        via: Expression | None,
-        angle: Expression | None,
+        target: ex.Expression,
+        via: ex.Expression | None,
+        angle: ex.Expression | None,
         details: list[Any],
     ) -> Move:
         plain, _, relative = word.partition("_")
@@ -137,13 +125,13 @@ class KrlMoveRules(KrlExpressionRules):
             fields["other"] = tuple(one for one in fields["other"] if one[0] != "$APO")  # no corner, no size
         frames = [one.word for one in details if type(one) is _Frame]
         if relative:
-            fields["relative"] = FrameRef("tool") if frames[:1] == ["TOOL"] else FrameRef("own")
+            fields["relative"] = ex.FrameRef("tool") if frames[:1] == ["TOOL"] else ex.FrameRef("own")
         elif frames:
             raise BrokenLineError(
                 f"#{frames[0]} belongs to relative moves", word="#" + frames[0], wanted="no frame"
             )
         if angle is not None:
-            fields["arc"] = Quantity(self.plain(angle), deg)
+            fields["arc"] = ex.Quantity(self.plain(angle), deg)
         return Move(0, path, (target,), via=via, **fields)
 
     # --- WITH -------------------------------------------------------------------------------------------
@@ -151,7 +139,7 @@ class KrlMoveRules(KrlExpressionRules):
     def fields_of(self, settings: list[Setting]) -> dict[str, Any]:
         """The fields of Move that a WITH list sets; `sizes`: blends with their sizes."""
         fields: dict[str, Any] = {}
-        other: list[tuple[str, Expression]] = []
+        other: list[tuple[str, ex.Expression]] = []
         data = MotionData(self.scope)
         for target, value in settings:
             found = _setting(data, target, value)
@@ -177,7 +165,7 @@ class KrlMoveRules(KrlExpressionRules):
 
     def time_block(self, children: list[Any]) -> Process:
         word, value = children
-        arguments = (("", Unknown(str(word.upper()))),)
+        arguments = (("", ex.Unknown(str(word.upper()))),)
         return Process(
             0, "TIME_BLOCK", arguments if value is None else (*arguments, ("=", self.plain(value)))
         )
@@ -200,33 +188,35 @@ def _blend(words: list[str], spline: bool, sizes: list[Blend]) -> Blend:
     return Blend(kind, size, native)
 
 
-def _whole(it: Expression) -> Expression:
+def _whole(it: ex.Expression) -> ex.Expression:
     """Of a relative target: what is not written is 0."""
-    if isinstance(it, Function):
-        parts = (Number(0) if type(a) is Number and a.value != a.value else a for a in it.arguments)
-        return Function(it.name, tuple(parts))
-    if not isinstance(it, PositionLiteral):
+    if isinstance(it, ex.Function):
+        parts = (ex.Number(0) if type(a) is ex.Number and a.value != a.value else a for a in it.arguments)
+        return ex.Function(it.name, tuple(parts))
+    if not isinstance(it, ex.PositionLiteral):
         return it
     numbers = tuple(0.0 if value != value else value for value in it.values)
-    return PositionLiteral(it.kind, numbers, it.external, it.configuration, it.native, it.sectors)
+    return ex.PositionLiteral(it.kind, numbers, it.external, it.configuration, it.native, it.sectors)
 
 
 def reference_text(it: KrlReference) -> str:
     """The name as it stands in a text; indices are plain numbers there."""
     text = it.key
     for name, indices in it.parts:
-        shown = ",".join(str(one.value) if type(one) is Number else "" for one in indices)
+        shown = ",".join(str(one.value) if type(one) is ex.Number else "" for one in indices)
         text += f".{name.upper()}" if name else f"[{shown}]"
     return text
 
 
-def _setting(data: MotionData, target: KrlReference, value: Expression) -> dict[str, Any] | None:
+def _setting(data: MotionData, target: KrlReference, value: ex.Expression) -> dict[str, Any] | None:
     key, member = target.key, target.parts[0][0].upper() if target.parts else ""
-    call = value if isinstance(value, CallValue) else CallValue("")
+    call = value if isinstance(value, ex.CallValue) else ex.CallValue("")
     routine, arguments = call.routine.upper(), call.arguments
     if key == "$VEL_AXIS":
         written = arguments[0] if routine == "SVEL_JOINT" and arguments else value
-        return None if type(written) is CallValue else {"speed": _speed(SpeedUnit.FRACTION, written, percent)}
+        return (
+            None if type(written) is ex.CallValue else {"speed": _speed(SpeedUnit.FRACTION, written, percent)}
+        )
     if key == "$VEL":
         return _path_speed(data, member, value, routine, arguments)
     if key == "$ACC_AXIS":
@@ -245,42 +235,42 @@ def _setting(data: MotionData, target: KrlReference, value: Expression) -> dict[
 
 
 def _as_usual(
-    data: MotionData, key: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+    data: MotionData, key: str, value: ex.Expression, routine: str, arguments: tuple[ex.Expression, ...]
 ) -> dict[str, Any] | None:
     """SIPO_MODE(FP1.IPO_FRAME), SORI_TYP(LCPDAT1), or a word: nothing, where it is what moves do anyhow."""
     form, member, usual = _BY_FORM[key]
-    said: Expression | None = value
+    said: ex.Expression | None = value
     if routine == form and arguments:
         it = arguments[0]
-        said = data.constant(_name(it.base if isinstance(it, Member) else it), member)
-        if said is None and isinstance(it, Member):
+        said = data.constant(_name(it.base if isinstance(it, ex.Member) else it), member)
+        if said is None and isinstance(it, ex.Member):
             return {}  # without its list the tool stands on the flange, as for the forms of BAS
-    if type(said) is not Text:
+    if type(said) is not ex.Text:
         return None
     return {} if said.value.upper() == usual else {"other": ((key, said),)}
 
 
-def _speed(unit: SpeedUnit, value: Expression, scale: float) -> Speed:
-    return Speed(unit, Quantity(value, scale))
+def _speed(unit: SpeedUnit, value: ex.Expression, scale: float) -> Speed:
+    return Speed(unit, ex.Quantity(value, scale))
 
 
-def _name(it: Expression) -> str:
+def _name(it: ex.Expression) -> str:
     return getattr(it, "name", "")
 
 
 def _path_speed(
-    data: MotionData, member: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+    data: MotionData, member: str, value: ex.Expression, routine: str, arguments: tuple[ex.Expression, ...]
 ) -> dict[str, Any] | None:
     if member == "CP":
         return {"speed": _speed(SpeedUnit.TRAVEL, value, 1.0)}
     if member in ("ORI1", "ORI2"):
-        return {"turn": Quantity(value, deg)}
+        return {"turn": ex.Quantity(value, deg)}
     if routine == "SVEL_CP" and arguments:
         given = arguments[0]
-        if type(given) is Unknown and len(arguments) > 2:
+        if type(given) is ex.Unknown and len(arguments) > 2:
             given = data.member(_name(arguments[2]), "VEL")
         return {"speed": _speed(SpeedUnit.TRAVEL, given, 1.0)}
-    if isinstance(value, RecordLiteral) and value.members[0][0].upper() == "CP":
+    if isinstance(value, ex.RecordLiteral) and value.members[0][0].upper() == "CP":
         return (
             {"speed": _speed(SpeedUnit.TRAVEL, value.members[0][1], 1.0)} if len(value.members) == 1 else None
         )
@@ -288,41 +278,41 @@ def _path_speed(
 
 
 def _joint_acceleration(
-    data: MotionData, value: Expression, routine: str, arguments: tuple[Expression, ...]
+    data: MotionData, value: ex.Expression, routine: str, arguments: tuple[ex.Expression, ...]
 ) -> dict[str, Any] | None:
     if routine == "SACC_JOINT" and arguments:
         found = data.constant(_name(arguments[0]), "ACC")
-        return None if found is None else {"acceleration": Quantity(found, values.ACC_SPTP)}
-    return None if type(value) is CallValue else {"acceleration": Quantity(value, percent)}
+        return None if found is None else {"acceleration": ex.Quantity(found, values.ACC_SPTP)}
+    return None if type(value) is ex.CallValue else {"acceleration": ex.Quantity(value, percent)}
 
 
 def _path_acceleration(
-    data: MotionData, member: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+    data: MotionData, member: str, value: ex.Expression, routine: str, arguments: tuple[ex.Expression, ...]
 ) -> dict[str, Any] | None:
     if member == "CP":
-        return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(value, 1.0))}
+        return {"rate": Acceleration(AccelerationUnit.TRAVEL, ex.Quantity(value, 1.0))}
     if routine == "SACC_CP" and arguments:
         found = data.constant(_name(arguments[0]), "ACC")
-        if type(found) is Number:
-            rate = Number(float(f"{found.value * values.ACC_CP:.12g}"))
-            return {"rate": Acceleration(AccelerationUnit.TRAVEL, Quantity(rate, 1.0))}
+        if type(found) is ex.Number:
+            rate = ex.Number(float(f"{found.value * values.ACC_CP:.12g}"))
+            return {"rate": Acceleration(AccelerationUnit.TRAVEL, ex.Quantity(rate, 1.0))}
     return None
 
 
 def _by_form(
     data: MotionData,
-    value: Expression,
+    value: ex.Expression,
     routine: str,
-    arguments: tuple[Expression, ...],
+    arguments: tuple[ex.Expression, ...],
     member: str,
     words: tuple[str, ...],
-) -> Expression:
+) -> ex.Expression:
     """STOOL2(FP1), SBASE(FP1.BASE_NO), or a value."""
     by_number = data.numbered_tool if member == "TOOL_NO" else data.numbered_frame
     if routine not in words or not arguments:
         return data.tool(value) if member == "TOOL_NO" else data.frame(value)
     it = arguments[0]
-    if isinstance(it, Member):
+    if isinstance(it, ex.Member):
         return by_number(data.constant(_name(it.base), it.name.upper()) or it)
     if routine == "STOOL2":
         return by_number(data.member(_name(it), member) if _name(it) else it)
@@ -330,14 +320,14 @@ def _by_form(
 
 
 def _sizes(
-    data: MotionData, member: str, value: Expression, routine: str, arguments: tuple[Expression, ...]
+    data: MotionData, member: str, value: ex.Expression, routine: str, arguments: tuple[ex.Expression, ...]
 ) -> dict[str, Any] | None:
     if member in _APPROXIMATION:
         kind, scale = _APPROXIMATION[member]
-        return {"sizes": [Blend(kind, Quantity(value, scale))]}
+        return {"sizes": [Blend(kind, ex.Quantity(value, scale))]}
     if routine == "SAPO" and arguments:
         distance = data.constant(_name(arguments[0]), "APO_DIST")
-        return None if distance is None else {"sizes": [Blend(BlendKind.RADIUS, Quantity(distance, mm))]}
+        return None if distance is None else {"sizes": [Blend(BlendKind.RADIUS, ex.Quantity(distance, mm))]}
     if routine == "SAPO_PTP" and arguments:
         known = data.constant(_name(arguments[0]), "APO_DIST") is not None
         return {"sizes": list(data.joint_blends(_name(arguments[0])))} if known else None

@@ -15,36 +15,8 @@ from dataclasses import replace
 from typing import Final
 
 from olp.core.units import mm, ms
+from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Number, Quantity, Signal, SignalState, SystemValue, Text
-from olp.ir.program import Routine
-from olp.ir.statements import (
-    Assign,
-    Begin,
-    Call,
-    Case,
-    Comment,
-    Declare,
-    Default,
-    Else,
-    End,
-    EndIf,
-    EndSwitch,
-    If,
-    Message,
-    Move,
-    PathTrigger,
-    Process,
-    PulseOutput,
-    Return,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetOutput,
-    SetSpeed,
-    SetTool,
-    Statement,
-    Switch,
-)
 from olp.ir.transformer import expressions_of
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import ON_THE_WAY
@@ -58,21 +30,21 @@ _TRIGGER: Final = re.compile(
 )
 _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)")
 _QUIET: Final = (
-    Comment,
-    Declare,
-    Begin,
-    SetSpeed,
-    SetBlend,
-    SetAcceleration,
-    SetTool,
-    SetFrame,
-    Assign,
-    Process,
+    st.Comment,
+    st.Declare,
+    st.Begin,
+    st.SetSpeed,
+    st.SetBlend,
+    st.SetAcceleration,
+    st.SetTool,
+    st.SetFrame,
+    st.Assign,
+    st.Process,
 )
 # What takes no time.
 _INSTANT: Final = (
-    Assign, Comment, Declare, Begin, If, Else, EndIf, Switch, Case, Default, EndSwitch, Return, Message, End,
-    SetOutput, PulseOutput,
+    st.Assign, st.Comment, st.Declare, st.Begin, st.If, st.Else, st.EndIf, st.Switch, st.Case, st.Default, st.EndSwitch,
+    st.Return, st.Message, st.End, st.SetOutput, st.PulseOutput,
 )  # fmt: skip
 _INSTANT_FUNCTIONS: Final = frozenset({"varstate"})
 _CORNER: Final = "it acts as the program passes the corner, not where the arm is on its arc"
@@ -84,28 +56,28 @@ NAME: Final = "trigger"
 _AT: Final = "at"
 _PATH: Final = "mm"
 _DELAY: Final = "ms"
-Find = Callable[[str], Routine | None]
+Find = Callable[[str], st.Routine | None]
 
 
-def with_switches(body: Sequence[Statement]) -> tuple[Statement, ...]:
+def with_switches(body: Sequence[st.Statement]) -> tuple[st.Statement, ...]:
     """The statements with outputs that triggers switch as parts of their moves."""
-    named: dict[int, list[PathTrigger]] = {}  # by the place of the move
+    named: dict[int, list[st.PathTrigger]] = {}  # by the place of the move
     gone: set[int] = set()
     for at, s in enumerate(body):
-        if type(s) is Process and s.name == NAME:
+        if type(s) is st.Process and s.name == NAME:
             move = _next_move(body, at)
             switch = None if move is None else _switch(s, body[move].line - s.line)
             if move is not None and switch is not None:
                 named.setdefault(move, []).append(switch)
                 gone.add(at)
     return tuple(
-        replace(s, triggers=tuple(named[at])) if at in named and isinstance(s, Move) else s
+        replace(s, triggers=tuple(named[at])) if at in named and isinstance(s, st.Move) else s
         for at, s in enumerate(body)
         if at not in gone
     )
 
 
-def _switch(s: Process, above: int) -> PathTrigger | None:
+def _switch(s: st.Process, above: int) -> st.PathTrigger | None:
     """The output that a trigger switches, None where it does something else, or switches to what is computed."""
     given = dict(s.arguments)
     signal, value = given.get("output"), given.get("value")
@@ -117,26 +89,26 @@ def _switch(s: Process, above: int) -> PathTrigger | None:
         Quantity(far, scale) if isinstance(far := given.get(name), Number) else None
         for name, scale in ((_PATH, mm), (_DELAY, ms))
     )
-    return PathTrigger(signal, value, given[_AT] == Number(0), metres, seconds, above)
+    return st.PathTrigger(signal, value, given[_AT] == Number(0), metres, seconds, above)
 
 
-def with_triggers(body: Sequence[Statement], find: Find) -> tuple[Statement, ...]:
+def with_triggers(body: Sequence[st.Statement], find: Find) -> tuple[st.Statement, ...]:
     """What triggers do as statements before and behind their moves, but for outputs at other places than an end.
 
     `find`: a routine by its name.
     """
-    before: dict[int, list[Statement]] = {}  # by the place of the move
-    behind: dict[int, list[Statement]] = {}
+    before: dict[int, list[st.Statement]] = {}  # by the place of the move
+    behind: dict[int, list[st.Statement]] = {}
     gone: set[int] = set()
     for at, s in enumerate(body):
-        if isinstance(s, Move) and s.triggers and not any(one.is_shifted for one in s.triggers):
+        if isinstance(s, st.Move) and s.triggers and not any(one.is_shifted for one in s.triggers):
             gone.add(at)
             for one in s.triggers:
-                deed = SetOutput(s.line - one.above, one.signal, one.value)
+                deed = st.SetOutput(s.line - one.above, one.signal, one.value)
                 rows = _rows(deed, _is_corner(body, at, at, one.at_start), find, "")
                 (before if one.at_start else behind).setdefault(at, []).extend(rows)
             behind.setdefault(at, []).insert(0, replace(s, triggers=()))
-        elif type(s) is Process and s.name == NAME and (rows := _spelled(body, at, s, find)):
+        elif type(s) is st.Process and s.name == NAME and (rows := _spelled(body, at, s, find)):
             gone.add(at)
             at_start = dict(s.arguments)[_AT] == Number(0)
             move = _next_move(body, at, find)
@@ -150,7 +122,7 @@ def with_triggers(body: Sequence[Statement], find: Find) -> tuple[Statement, ...
     )
 
 
-def _spelled(body: Sequence[Statement], at: int, s: Process, find: Find) -> list[Statement]:
+def _spelled(body: Sequence[st.Statement], at: int, s: st.Process, find: Find) -> list[st.Statement]:
     """What stands for a trigger that switches no plain output; nothing for one that is not known here."""
     deed, move = _deed(s), _next_move(body, at, find)
     if deed is None:
@@ -170,14 +142,14 @@ def _spelled(body: Sequence[Statement], at: int, s: Process, find: Find) -> list
     return _rows(deed, _is_corner(body, at, move, at_start), find, says)
 
 
-def _is_corner(body: Sequence[Statement], at: int, move: int, at_start: bool) -> bool:
+def _is_corner(body: Sequence[st.Statement], at: int, move: int, at_start: bool) -> bool:
     """Whether the arm goes on at that end of a move, as a trigger at `at` sees it."""
     return not _starts_at_rest(body, at) if at_start else not _is_exact(body[move])
 
 
-def read_trigger(code: str, scope: Scope) -> Process:
+def read_trigger(code: str, scope: Scope) -> st.Process:
     """The statement as it is written, with what it does as further arguments where that is known."""
-    plain = Process(0, NAME, (("", Text(code)),))
+    plain = st.Process(0, NAME, (("", Text(code)),))
     match = _TRIGGER.fullmatch(code)
     if match is None:
         return plain
@@ -192,13 +164,13 @@ def read_trigger(code: str, scope: Scope) -> Process:
     end = match["at"] == "1" if match["at"] else not match["start"]
     at = (_AT, Number(int(end)))
     match deed:
-        case SetOutput(_, signal, value):
+        case st.SetOutput(_, signal, value):
             parts: tuple[tuple[str, Expression], ...] = (("output", signal), ("value", value))
-        case PulseOutput(_, signal, Quantity(seconds, 1.0), None, _, ""):
+        case st.PulseOutput(_, signal, Quantity(seconds, 1.0), None, _, ""):
             parts = (("pulse", signal), ("value", seconds))
-        case Assign(_, target, value):
+        case st.Assign(_, target, value):
             parts = (("target", target), ("value", value))
-        case Call(_, routine, arguments):
+        case st.Call(_, routine, arguments):
             parts = (("call", CallValue(routine, arguments)),)
         case _:
             return plain
@@ -208,41 +180,41 @@ def read_trigger(code: str, scope: Scope) -> Process:
         for name, text in shifts
         if not _NUMBER.fullmatch(text) or float(text)
     )
-    return Process(0, NAME, (*plain.arguments, at, *parts, *shift))
+    return st.Process(0, NAME, (*plain.arguments, at, *parts, *shift))
 
 
-def _deed(s: Process) -> Statement | None:
+def _deed(s: st.Process) -> st.Statement | None:
     """What a trigger does; None for one that is not known here."""
     given = dict(s.arguments)
     if _AT not in given:
         return None
     match given:
         case {"output": Signal() as signal, "value": value}:
-            return SetOutput(s.line, signal, value, s.comment)
+            return st.SetOutput(s.line, signal, value, s.comment)
         case {"pulse": Signal() as signal, "value": value}:
-            return PulseOutput(s.line, signal, Quantity(value, 1.0), comment=s.comment)
+            return st.PulseOutput(s.line, signal, Quantity(value, 1.0), comment=s.comment)
         case {"call": CallValue(routine, arguments)}:
-            return Call(s.line, routine, arguments, comment=s.comment)
+            return st.Call(s.line, routine, arguments, comment=s.comment)
         case _:
-            return Assign(s.line, given["target"], given["value"], s.comment)
+            return st.Assign(s.line, given["target"], given["value"], s.comment)
 
 
-def _rows(deed: Statement, corner: bool, find: Find, shifted: str) -> list[Statement]:
+def _rows(deed: st.Statement, corner: bool, find: Find, shifted: str) -> list[st.Statement]:
     """What is written for it, nothing where that would do something else. `shifted`: by what it acts elsewhere."""
-    if isinstance(deed, Call):
+    if isinstance(deed, st.Call):
         routine = find(deed.routine)
         if routine is None:
             shifted = shifted or _UNKNOWN
         elif not _is_instant(routine, at_rest=not corner):
             return []
-    why = shifted or (_CORNER if corner else _ORDER if isinstance(deed, (Assign, Call)) else "")
+    why = shifted or (_CORNER if corner else _ORDER if isinstance(deed, (st.Assign, st.Call)) else "")
     if not why:
         return [deed]
     # CONTINUE: the advance run does not stop the arm for it.
-    return [Process(deed.line, "continue", (("", Text("CONTINUE")), (ON_THE_WAY, Text(why)))), deed]
+    return [st.Process(deed.line, "continue", (("", Text("CONTINUE")), (ON_THE_WAY, Text(why)))), deed]
 
 
-def _is_instant(routine: Routine, at_rest: bool) -> bool:
+def _is_instant(routine: st.Routine, at_rest: bool) -> bool:
     """Whether a routine waits for nothing, whoever calls it where; `at_rest`: where the arm stands, signals neither."""
     stopping = SystemValue if at_rest else (Signal, SystemValue)
     return all(isinstance(s, _INSTANT) for s in routine.body) and not any(
@@ -253,31 +225,31 @@ def _is_instant(routine: Routine, at_rest: bool) -> bool:
     )
 
 
-def _next_move(body: Sequence[Statement], at: int, find: Find | None = None) -> int | None:
+def _next_move(body: Sequence[st.Statement], at: int, find: Find | None = None) -> int | None:
     """The move that a trigger belongs to; None where the text does not show it."""
     for place in range(at + 1, len(body)):
         s = body[place]
-        if isinstance(s, Move):
+        if isinstance(s, st.Move):
             return place
-        elsewhere = isinstance(s, Call) and find is not None and find(s.routine) is None
+        elsewhere = isinstance(s, st.Call) and find is not None and find(s.routine) is None
         if not (elsewhere or isinstance(s, _QUIET)):
             return None
     return None
 
 
-def _starts_at_rest(body: Sequence[Statement], at: int) -> bool:
+def _starts_at_rest(body: Sequence[st.Statement], at: int) -> bool:
     """Whether the move before a statement stops at its end, and nothing between them leads here."""
     for s in reversed(body[:at]):
-        if isinstance(s, Move):
+        if isinstance(s, st.Move):
             return _is_exact(s)
-        if not isinstance(s, (*_QUIET, SetOutput, PulseOutput)):
+        if not isinstance(s, (*_QUIET, st.SetOutput, st.PulseOutput)):
             return False
     return False
 
 
-def _is_exact(s: Statement) -> bool:
+def _is_exact(s: st.Statement) -> bool:
     return (
-        isinstance(s, Move)
+        isinstance(s, st.Move)
         and s.blend is not None
         and s.blend.value is not None
         and s.blend.value.literal is not None

@@ -9,15 +9,7 @@ from math import inf, isinf
 from typing import Final, NamedTuple
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Expression,
-    Function,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    Quantity,
-    RecordLiteral,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import Sector
 from olp.ir.statements import Blend, BlendKind
 from olp.languages.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSES, Scope
@@ -28,8 +20,8 @@ POSE_SCALES: Final = (mm, mm, mm, deg, deg, deg)
 ARM: Final = ("S", "T")
 NOT_CONNECTED: Final = 9e9
 EXTERNALS: Final = ("E1", "E2", "E3", "E4", "E5", "E6")
-STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
-NULL_FRAME: Final = PositionLiteral("pose", (0.0,) * 6, native=(("name", "$NULLFRAME"),))
+STOP: Final = Blend(BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm))
+NULL_FRAME: Final = ex.PositionLiteral("pose", (0.0,) * 6, native=(("name", "$NULLFRAME"),))
 
 # Fractions and rates of the public bas.src and $config.dat.
 ACC_PTP: Final = 0.005  # DEF_ACC_PTP is 50 %, so ACC 100 is half of the rated one
@@ -47,7 +39,7 @@ class Component(NamedTuple):
 
     key: str
     name: str
-    value: Expression | KrlAggregate
+    value: ex.Expression | KrlAggregate
 
 
 class KrlAggregate(NamedTuple):
@@ -58,19 +50,19 @@ class KrlAggregate(NamedTuple):
 
 
 @lru_cache(maxsize=20_000)
-def number(text: str) -> Number:
+def number(text: str) -> ex.Number:
     """`12` is an integer; `12.`, `.5` and `1E3` are reals."""
-    return Number(int(text) if text.isdecimal() else float(text))
+    return ex.Number(int(text) if text.isdecimal() else float(text))
 
 
-def bits(text: str) -> Number:
+def bits(text: str) -> ex.Number:
     """`'B0110'`, `'H1F'`, `'D12'`. Raises ValueError."""
     word = text[1:-1].replace(" ", "").upper()
     base = {"B": 2, "H": 16, "D": 10}.get(word[:1])
-    return Number(int(word[1:], base) if base and len(word) > 1 else int(word, 16))
+    return ex.Number(int(word[1:], base) if base and len(word) > 1 else int(word, 16))
 
 
-def settle(it: Expression | KrlAggregate, scope: Scope, type: str = "") -> Expression:
+def settle(it: ex.Expression | KrlAggregate, scope: Scope, type: str = "") -> ex.Expression:
     """An aggregate as a value of `type` (in capitals), or of that which its components are of."""
     if not isinstance(it, KrlAggregate):
         return it
@@ -83,22 +75,22 @@ def settle(it: Expression | KrlAggregate, scope: Scope, type: str = "") -> Expre
     return _record(it, scope, kind)
 
 
-def _record(it: KrlAggregate, scope: Scope, kind: str) -> RecordLiteral:
+def _record(it: KrlAggregate, scope: Scope, kind: str) -> ex.RecordLiteral:
     types = scope.structures.get(kind, {})
     members = tuple(
         (scope.spell(one.name), settle(one.value, scope, types.get(one.key.partition("[")[0], "")))
         for one in it.components
     )
-    return RecordLiteral(scope.spell(kind) if kind else "", members)
+    return ex.RecordLiteral(scope.spell(kind) if kind else "", members)
 
 
-def _pose(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
+def _pose(it: KrlAggregate, scope: Scope, kind: str) -> ex.Expression:
     given = {component.key: component.value for component in it.components}
     if not given.keys() <= COMPONENTS.keys():
         return _record(it, scope, kind)
-    if not all(type(value) is Number for value in given.values()):
+    if not all(type(value) is ex.Number for value in given.values()):
         return _computed("pose-angles", POSE_ORDER, given, scope)
-    numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, Number)}
+    numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, ex.Number)}
     values = tuple(
         numbers[key] * scale if key in numbers else NOTHING
         for key, scale in zip(POSE_ORDER, POSE_SCALES, strict=True)
@@ -106,35 +98,35 @@ def _pose(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
     native = tuple((key, str(int(numbers[key]))) for key in ARM if key in numbers)
     configuration = flags(int(numbers["S"])) if "S" in numbers else ()
     sectors = signs(int(numbers["T"])) if "S" in numbers and "T" in numbers else ()
-    return PositionLiteral("pose", values, _external(numbers), configuration, native, sectors)
+    return ex.PositionLiteral("pose", values, _external(numbers), configuration, native, sectors)
 
 
-def _axes(it: KrlAggregate, scope: Scope, kind: str) -> Expression:
+def _axes(it: KrlAggregate, scope: Scope, kind: str) -> ex.Expression:
     given = {component.key: component.value for component in it.components}
     if not given.keys() <= AXIS_NUMBERS.keys() | set(EXTERNALS):
         return _record(it, scope, kind)
-    if not all(type(value) is Number for value in given.values()):
+    if not all(type(value) is ex.Number for value in given.values()):
         return _computed("joints", AXIS_NUMBERS, given, scope)
-    numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, Number)}
+    numbers = {key: float(value.value) for key, value in given.items() if isinstance(value, ex.Number)}
     values = tuple(numbers[key] * deg if key in numbers else NOTHING for key in AXIS_NUMBERS)
-    return PositionLiteral("joint", values, _external(numbers))
+    return ex.PositionLiteral("joint", values, _external(numbers))
 
 
 def _computed(
-    name: str, order: Iterable[str], given: Mapping[str, Expression | KrlAggregate], scope: Scope
-) -> Function:
+    name: str, order: Iterable[str], given: Mapping[str, ex.Expression | KrlAggregate], scope: Scope
+) -> ex.Function:
     """A position of which a component is computed, nan where one is left out; S, T and external axes by their names."""
     parts = {key: settle(value, scope) for key, value in given.items()}
-    arguments: list[Expression] = [parts.get(key, Number(NOTHING)) for key in order]
+    arguments: list[ex.Expression] = [parts.get(key, ex.Number(NOTHING)) for key in order]
     arm = tuple((key, parts[key]) for key in ARM if key in parts)
     if arm:
-        arguments.append(NamedArgument("conf", RecordLiteral("", arm)))
+        arguments.append(ex.NamedArgument("conf", ex.RecordLiteral("", arm)))
     if not parts.keys().isdisjoint(EXTERNALS):
-        axes = (parts.get(key, Number(NOT_CONNECTED)) for key in EXTERNALS)
+        axes = (parts.get(key, ex.Number(NOT_CONNECTED)) for key in EXTERNALS)
         arguments.append(
-            NamedArgument("axes", RecordLiteral("extjoint", tuple(zip(EXTERNALS, axes, strict=True))))
+            ex.NamedArgument("axes", ex.RecordLiteral("extjoint", tuple(zip(EXTERNALS, axes, strict=True))))
         )
-    return Function(name, tuple(arguments))
+    return ex.Function(name, tuple(arguments))
 
 
 def _external(numbers: dict[str, float]) -> tuple[float, ...]:

@@ -7,20 +7,9 @@ from collections.abc import Iterator
 
 from olp.core.source import Source
 from olp.core.units import deg, mm
+from olp.ir import program as st
 from olp.ir.expressions import Expression, Named
 from olp.ir.points import PointKind
-from olp.ir.program import Path, Program
-from olp.ir.statements import (
-    Assign,
-    Comment,
-    Move,
-    SetAcceleration,
-    SetBlend,
-    SetFrame,
-    SetSpeed,
-    SetTool,
-    SpeedUnit,
-)
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 from olp.languages.vendors.krl.parsing import split
 from olp.languages.vendors.krl.reader import read_program
@@ -41,11 +30,11 @@ _ACCELERATION = re.compile(
 )
 _FORM = re.compile(r"\s*;FOLD\s+\w+\s.*?\bVel=\s*(\d*\.?\d+)\s*(?:%|m/s)", re.IGNORECASE)
 _FORM_PARAMETER = re.compile(r",\s*5:\s*(\d*\.?\d+)\s*,")
-_BETWEEN = (SetSpeed, SetAcceleration, SetBlend, SetFrame, SetTool, Assign, Comment)
+_BETWEEN = (st.SetSpeed, st.SetAcceleration, st.SetBlend, st.SetFrame, st.SetTool, st.Assign, st.Comment)
 SPELLING = Spelling(Orientation.ZYX, mm, deg, 3, 4)
 
 
-def points(program: Program) -> Iterator[WrittenPoint]:
+def points(program: st.Program) -> Iterator[WrittenPoint]:
     """Declared positions with a value, and those written out in a LIN or PTP. $config.dat belongs to the cell."""
     for source in (program.source, *program.companions):
         if "$" in source.path.replace("\\", "/").rpartition("/")[2]:
@@ -76,9 +65,9 @@ def _point(
     return None
 
 
-def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> WrittenSpeed | None:
+def speed(program: st.Program, statement: st.Move | st.SetSpeed, unit: st.SpeedUnit) -> WrittenSpeed | None:
     """The number of the setting: the statement itself, or the one right before a move that is its alone."""
-    setting = statement if isinstance(statement, SetSpeed) else _own_setting(program, statement, unit)
+    setting = statement if isinstance(statement, st.SetSpeed) else _own_setting(program, statement, unit)
     match = None if setting is None else _SETTING.match(program.source.line(setting.line))
     if setting is None or match is None:
         return None
@@ -90,9 +79,9 @@ def speed(program: Program, statement: Move | SetSpeed, unit: SpeedUnit) -> Writ
     )
 
 
-def _own_setting(program: Program, move: Move, unit: SpeedUnit) -> SetSpeed | None:
+def _own_setting(program: st.Program, move: st.Move, unit: st.SpeedUnit) -> st.SetSpeed | None:
     """The setting that holds for this move and no other one; that of the tool's speed holds for no PTP."""
-    if (unit is SpeedUnit.FRACTION) != (move.path is Path.JOINT):
+    if (unit is st.SpeedUnit.FRACTION) != (move.path is st.Path.JOINT):
         return None
     for routine in program.routines:
         lines = [one.line for one in routine.body]
@@ -108,15 +97,15 @@ def _own_setting(program: Program, move: Move, unit: SpeedUnit) -> SetSpeed | No
         for one in routine.body[here + 1 :]:
             if _sets(one, unit):
                 break
-            if isinstance(one, Move) and (one.path is Path.JOINT) == (move.path is Path.JOINT):
+            if isinstance(one, st.Move) and (one.path is st.Path.JOINT) == (move.path is st.Path.JOINT):
                 return None
         setting = before[found]
-        return setting if isinstance(setting, SetSpeed) else None
+        return setting if isinstance(setting, st.SetSpeed) else None
     return None
 
 
-def _sets(statement: object, unit: SpeedUnit) -> bool:
-    return isinstance(statement, SetSpeed) and any(speed.unit is unit for speed in statement.speeds)
+def _sets(statement: object, unit: st.SpeedUnit) -> bool:
+    return isinstance(statement, st.SetSpeed) and any(speed.unit is unit for speed in statement.speeds)
 
 
 def _form(source: Source, line: int) -> list[Token]:
@@ -131,7 +120,7 @@ def _form(source: Source, line: int) -> list[Token]:
     return []
 
 
-def reread(source: Source, companions: tuple[Source, ...]) -> Program:
+def reread(source: Source, companions: tuple[Source, ...]) -> st.Program:
     """The program of texts that are not on the disk."""
     return read_program(source, companions)
 

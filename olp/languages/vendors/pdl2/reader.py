@@ -9,22 +9,9 @@ from typing import Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity
 from olp.core.source import Source
+from olp.ir import program as st
 from olp.ir.expressions import Expression, Number, SignalState, Text
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Comment,
-    Declare,
-    EndWhile,
-    LineKind,
-    Move,
-    Opaque,
-    Parameter,
-    Path,
-    Program,
-    Routine,
-    Statement,
-    While,
-)
 from olp.languages.findings import Findings
 from olp.languages.short_reader import (
     Codes,
@@ -87,16 +74,16 @@ class _Part:
     """A routine, or the program itself, while it is read."""
 
     def __init__(
-        self, name: str, line: int, parameters: tuple[Parameter, ...] = (), returns: str = ""
+        self, name: str, line: int, parameters: tuple[st.Parameter, ...] = (), returns: str = ""
     ) -> None:
         self.name, self.line, self.parameters, self.returns = name, line, parameters, returns
-        self.body: list[Statement] = []
-        self.data: list[Declare] = []
+        self.body: list[st.Statement] = []
+        self.data: list[st.Declare] = []
         self.cycle = 0  # line of CYCLE
         self.last = line
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """The program in a text. Never raises on bad text."""
     findings = Findings(source)
     if not is_readable(findings, _CODES, _MARK, "PDL2"):
@@ -113,13 +100,13 @@ class _Pdl2File:
         self.part: _Part | None = None  # the routine that is open
         self.program: _Part | None = None
         self.section = ""
-        self.path = Path.JOINT
+        self.path = st.Path.JOINT
         self.handler = False
 
-    def read(self) -> Program:
+    def read(self) -> st.Program:
         for line in self._lines():
             for more in range(line.taken):
-                self.kinds[line.number - 1 + more] = LineKind.STATEMENT
+                self.kinds[line.number - 1 + more] = st.LineKind.STATEMENT
             before = self._count()
             self._line(line)
             part = self.part or self.program
@@ -134,7 +121,7 @@ class _Pdl2File:
         main = next((one.name for one in self.parts if one.returns == "PROGRAM"), "")
         data = tuple(d for one in self.parts if one.returns == "PROGRAM" for d in one.data)
         kinds = bytes(self.kinds)
-        return Program("pdl2", self.findings.source, routines, self.findings.result(), kinds, data, main)
+        return st.Program("pdl2", self.findings.source, routines, self.findings.result(), kinds, data, main)
 
     def _count(self) -> int:
         part = self.part or self.program
@@ -148,10 +135,10 @@ class _Pdl2File:
         while number <= len(lines):
             text, comment = lines[number - 1]
             if not text.strip():
-                self.kinds[number - 1] = LineKind.BLANK if comment is None else LineKind.COMMENT
+                self.kinds[number - 1] = st.LineKind.BLANK if comment is None else st.LineKind.COMMENT
                 part = self.part or self.program
                 if comment is not None and part is not None:
-                    part.body.append(Comment(number, comment))
+                    part.body.append(st.Comment(number, comment))
                 number += 1
                 continue
             count = 1
@@ -170,7 +157,7 @@ class _Pdl2File:
         if self.handler or word.startswith("CONDITION["):
             self._handler(line, word)
         elif word == "PROGRAM" and (head := _PROGRAM.fullmatch(text)) and self.program is None:
-            self.kinds[number - 1] = LineKind.RECORD
+            self.kinds[number - 1] = st.LineKind.RECORD
             self.program, self.section = _Part(self.rules.spelled(head[1]), number, (), "PROGRAM"), "VAR"
         elif word == "ROUTINE" and (head := _ROUTINE.fullmatch(text)):
             self._head(head, number)
@@ -193,7 +180,7 @@ class _Pdl2File:
                 part.body.append(opaque)
 
     def _head(self, head: re.Match[str], number: int) -> None:
-        self.kinds[number - 1] = LineKind.RECORD
+        self.kinds[number - 1] = st.LineKind.RECORD
         if "EXPORTED" in head[4].upper() or "EXTERNAL" in head[4].upper():
             return
         if self.part is not None:
@@ -209,15 +196,15 @@ class _Pdl2File:
         rest = text[len(word) :].strip()
         part = self.part or self.program
         if word == "IMPORT":
-            self.kinds[number - 1], self.section = LineKind.RECORD, "VAR"
+            self.kinds[number - 1], self.section = st.LineKind.RECORD, "VAR"
         elif part is not None and (word == "CYCLE" or (word == "BEGIN" and rest.upper() == "CYCLE")):
-            part.body.append(While(number, SignalState(True)))
+            part.body.append(st.While(number, SignalState(True)))
             part.cycle = number
         elif rest:
             self._declaration(rest, number)
 
     def _end(self, end: re.Match[str], number: int) -> None:
-        self.kinds[number - 1] = LineKind.RECORD
+        self.kinds[number - 1] = st.LineKind.RECORD
         part = self.part or self.program
         if part is None:
             span = self.findings.whole_line(number)
@@ -230,7 +217,7 @@ class _Pdl2File:
 
     def _close(self, part: _Part, number: int) -> None:
         if part.cycle:
-            part.body.append(EndWhile(number))
+            part.body.append(st.EndWhile(number))
         part.last = number
         self.parts.append(part)
         if part is self.part:
@@ -254,7 +241,7 @@ class _Pdl2File:
                 self.parser.opaque(text, number)
                 return
             name = self.rules.spelled(constant[1])
-            part.data.append(Declare(number, name, "", value, storage="constant"))
+            part.data.append(st.Declare(number, name, "", value, storage="constant"))
             return
         assert match is not None
         native = match[2].strip()
@@ -264,7 +251,7 @@ class _Pdl2File:
         for one in match[1].split(","):
             name = self.rules.spelled(one.strip())
             part.data.append(
-                Declare(number, name, _TYPES.get(type_, type_.lower()), None, sizes, native=native)
+                st.Declare(number, name, _TYPES.get(type_, type_.lower()), None, sizes, native=native)
             )
 
     # --- instructions -----------------------------------------------------------------------------------
@@ -279,31 +266,31 @@ class _Pdl2File:
         for one in [self.parser.opaque(text, number)] if unmodelled else self.parser.parse(text, number):
             part.body.extend(self._placed(one, number))
 
-    def _placed(self, one: Any, number: int) -> list[Statement]:
+    def _placed(self, one: Any, number: int) -> list[st.Statement]:
         """Statements with what $MOVE_TYPE said of moves that name no path."""
         if isinstance(one, MoveType):
             self.path = one.path
-            self.kinds[number - 1] = LineKind.RECORD
+            self.kinds[number - 1] = st.LineKind.RECORD
             return []
         if isinstance(one, Untyped):
-            move: Move = replace(one.move, line=number)
-            if self.path is Path.JOINT:
+            move: st.Move = replace(one.move, line=number)
+            if self.path is st.Path.JOINT:
                 return [move]
-            return [replace(move, path=Path.LINEAR, speed=None)]
-        if isinstance(one, Opaque) and one.text.startswith("$"):
-            self.kinds[number - 1] = LineKind.OPAQUE
+            return [replace(move, path=st.Path.LINEAR, speed=None)]
+        if isinstance(one, st.Opaque) and one.text.startswith("$"):
+            self.kinds[number - 1] = st.LineKind.OPAQUE
         return [one]
 
-    def _routine(self, part: _Part) -> Routine:
+    def _routine(self, part: _Part) -> st.Routine:
         check_blocks(self.findings, part.body, "P593")
         own = part.returns != "PROGRAM"
         body = (*part.data, *part.body) if own else tuple(part.body)
         returns = part.returns if own else ""
-        if any(isinstance(one, Opaque) and one.text.upper().startswith("CONDITION[") for one in part.body):
+        if any(isinstance(one, st.Opaque) and one.text.upper().startswith("CONDITION[") for one in part.body):
             message = "condition handlers run beside the program: they are left out of the plan"
             span = self.findings.whole_line(part.line)
             self.findings.once(Severity.INFO, "P596", "", message, span, "add their time as a wait")
-        return Routine(
+        return st.Routine(
             part.name,
             part.line,
             body,
@@ -347,11 +334,13 @@ def _literal(text: str) -> Expression | None:
     return None
 
 
-def _parameters(text: str, rules: Pdl2Rules) -> Iterator[Parameter]:
+def _parameters(text: str, rules: Pdl2Rules) -> Iterator[st.Parameter]:
     for group in text.split(";"):
         names, _, type_ = group.partition(":")
         changed = re.match(r"\s*VAR\s+", names, re.IGNORECASE)
         word = re.split(r"\W", type_.strip(), maxsplit=1)[0].upper()
         for name in names[changed.end() if changed else 0 :].split(","):
             if name.strip():
-                yield Parameter(rules.spelled(name.strip()), _TYPES.get(word, ""), by_reference=bool(changed))
+                yield st.Parameter(
+                    rules.spelled(name.strip()), _TYPES.get(word, ""), by_reference=bool(changed)
+                )

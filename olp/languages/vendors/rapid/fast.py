@@ -12,16 +12,7 @@ from typing import Final
 
 from olp.core import memory_limit
 from olp.core.units import mm
-from olp.ir.expressions import (
-    Expression,
-    FrameRef,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    RecordLiteral,
-    SignalState,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import Sector
 from olp.ir.program import Blend, Declare, Move, Path, Speed
 from olp.languages.vendors.rapid.literals import (
@@ -59,29 +50,29 @@ _PATHS: Final = {"l": Path.LINEAR, "j": Path.JOINT, "c": Path.CIRCULAR}
 _WORDS: Final = frozenset({"pi", "high", "low", "true", "false"})
 _STORAGE: Final = {"C": "constant", "P": "persistent", "V": "variable"}
 _MOST: Final = 10_000  # texts that are remembered
-_Speed = tuple[Speed, Quantity | None]  # with the bound on the tool's turning
-_Systems = tuple[Expression | None, Expression | None]  # tool and frame
+_Speed = tuple[Speed, ex.Quantity | None]  # with the bound on the tool's turning
+_Systems = tuple[ex.Expression | None, ex.Expression | None]  # tool and frame
 # arm flags, quarters of axes, what is written back, further axes
 _Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...], tuple[float, ...]]
 
 
 @lru_cache(maxsize=_MOST)
-def _value(text: str) -> SignalState | Number:
+def _value(text: str) -> ex.SignalState | ex.Number:
     word = text.lower()
     if word in ("true", "false"):
-        return SignalState(word == "true")
-    return Number(float(text) if "." in text else int(text))
+        return ex.SignalState(word == "true")
+    return ex.Number(float(text) if "." in text else int(text))
 
 
 def _moved(
     line: int,
     word: str,
-    target: Expression,
+    target: ex.Expression,
     speed: _Speed,
     blend: Blend,
     systems: _Systems,
     comment: str,
-    via: Expression | None = None,
+    via: ex.Expression | None = None,
 ) -> Move:
     tool, frame = systems
     path = Path.JOINT if len(word) > 5 else _PATHS[word[-1].lower()]
@@ -99,7 +90,7 @@ class PlainClauses:
         self._moves = memory_limit.shelf("rapid moves")
         self._speeds: dict[str, _Speed | None] = {}
         self._blends: dict[str, Blend | None] = {}
-        self._named: dict[str, Named | None] = {}
+        self._named: dict[str, ex.Named | None] = {}
         self._systems: dict[str, _Systems] = {}
         self._numbers: dict[str, tuple[float, ...] | None] = {}
         self._arms: dict[tuple[str, str], _Arm | None] = {}
@@ -143,7 +134,7 @@ class PlainClauses:
         target = self._target(word, name, literal)
         via = self._target(word, via_name, [via1, via2, via3, via4]) if circular else None
         tool = self._name(tool_name)
-        frame = FrameRef("base") if frame_name is None else self._name(frame_name)
+        frame = ex.FrameRef("base") if frame_name is None else self._name(frame_name)
         speed = self._speeds.get(spoken) or self._speed(spoken)
         blend = self._blends.get(zone) or self._blend(zone)
         if target is None or speed is None or blend is None or tool is None or frame is None:
@@ -189,7 +180,7 @@ class PlainClauses:
             return None
         values = [_value(one.strip()) for one in listed.split(",")]
         members = RECORDS[key]
-        words = ["bool" if type(one) is SignalState else "num" for one in values]
+        words = ["bool" if type(one) is ex.SignalState else "num" for one in values]
         if words != [word for _, word in members]:
             return None
         named = zip((member for member, _ in members), values, strict=True)
@@ -197,7 +188,7 @@ class PlainClauses:
             line,
             self._names.spelled(name),
             TYPES[key],
-            RecordLiteral(key, tuple(named)),
+            ex.RecordLiteral(key, tuple(named)),
             (),
             _STORAGE[storage[0].upper()],
             not scope,
@@ -205,7 +196,7 @@ class PlainClauses:
             comment,
         )
 
-    def _target(self, word: str, name: str | None, literal: list[str | None]) -> Expression | None:
+    def _target(self, word: str, name: str | None, literal: list[str | None]) -> ex.Expression | None:
         if name is not None:
             return self._name(name)
         first, second, arm, axes = literal
@@ -215,7 +206,7 @@ class PlainClauses:
             return None if arm is not None else self._jointtarget(first, second)
         return None if arm is None or axes is None else self._robtarget(first, second, arm, axes)
 
-    def _robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
+    def _robtarget(self, place: str, turn: str, arm: str, axes: str) -> ex.PositionLiteral | None:
         shelf, key = self._shelf, (place, turn, arm, axes)
         if shelf is None:
             return self._read_robtarget(place, turn, arm, axes)
@@ -227,10 +218,10 @@ class PlainClauses:
             shelf.put(key, known)
         elif known[1]:
             self._names.uneven = True
-        found: PositionLiteral | None = known[0]
+        found: ex.PositionLiteral | None = known[0]
         return found
 
-    def _read_robtarget(self, place: str, turn: str, arm: str, axes: str) -> PositionLiteral | None:
+    def _read_robtarget(self, place: str, turn: str, arm: str, axes: str) -> ex.PositionLiteral | None:
         try:
             x, y, z = map(float, place.split(","))
             xyz = (x * mm, y * mm, z * mm)
@@ -245,7 +236,9 @@ class PlainClauses:
         if not abs(w * w + a * a + b * b + c * c - 1.0) < UNIT_TOLERANCE:
             self._names.uneven = True
         flags, sectors, native, external = how
-        return PositionLiteral("pose", (*xyz, *angles), external, flags, (("orient", turn), *native), sectors)
+        return ex.PositionLiteral(
+            "pose", (*xyz, *angles), external, flags, (("orient", turn), *native), sectors
+        )
 
     def _arm(self, texts: tuple[str, str]) -> _Arm | None:
         """What a robtarget holds besides its pose: few different ones in a path."""
@@ -258,7 +251,7 @@ class PlainClauses:
         self._arms[texts] = found
         return found
 
-    def _jointtarget(self, axes: str, more: str) -> PositionLiteral | None:
+    def _jointtarget(self, axes: str, more: str) -> ex.PositionLiteral | None:
         try:
             values = tuple(map(float, axes.split(",")))
         except ValueError:
@@ -282,13 +275,13 @@ class PlainClauses:
             self._numbers[text] = values if plain else None
         return self._numbers[text]
 
-    def _name(self, text: str) -> Named | None:
+    def _name(self, text: str) -> ex.Named | None:
         if text in self._named:
             return self._named[text]
         names, key = self._names, text.lower()
         known = key in names.types or key in names.local or names.bus_of(text) is None
         known = known and key not in _WORDS and not text[0].isdigit()
-        found = Named(names.spelling.setdefault(key, text)) if known else None
+        found = ex.Named(names.spelling.setdefault(key, text)) if known else None
         if len(self._named) < 200_000:
             self._named[text] = found
         return found

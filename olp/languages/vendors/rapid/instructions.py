@@ -6,41 +6,8 @@ from collections.abc import Callable
 from typing import Final
 
 from olp.core.units import mm, percent
-from olp.ir.expressions import (
-    Binary,
-    Compare,
-    Expression,
-    Function,
-    Member,
-    Named,
-    Number,
-    Quantity,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unary,
-)
-from olp.ir.program import (
-    Acceleration,
-    AccelerationUnit,
-    Assign,
-    Dwell,
-    EndIf,
-    If,
-    Message,
-    Pause,
-    Process,
-    PulseOutput,
-    SetAcceleration,
-    SetOutput,
-    SetOverride,
-    ShiftOff,
-    ShiftOn,
-    Statement,
-    Update,
-    Wait,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import SHOWN
 from olp.languages.vendors.rapid.expressions import (
@@ -52,16 +19,16 @@ from olp.languages.vendors.rapid.expressions import (
 from olp.languages.vendors.rapid.predefined_data import FASTEST, SIGNAL_USERS
 from olp.languages.vendors.rapid.syntax import RapidArgument
 
-Lowered = list[Statement]
+Lowered = list[st.Statement]
 Rule = Callable[
     [RapidExpressionRules, str, list[RapidArgument]], Lowered | None
 ]  # None: kept as a process instruction
 
 
-def options_of(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[str, Expression]:
+def options_of(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[str, ex.Expression]:
     """All options by name, lower case; a switch is TRUE."""
     return {
-        option.name.lower(): SignalState(True) if option.value is None else rules.coerce(option.value, "")
+        option.name.lower(): ex.SignalState(True) if option.value is None else rules.coerce(option.value, "")
         for one in given
         for option in one.options
     }
@@ -69,7 +36,7 @@ def options_of(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[
 
 def values_of(
     rules: RapidExpressionRules, name: str, given: list[RapidArgument], count: int, kind: str = ""
-) -> list[Expression]:
+) -> list[ex.Expression]:
     """The positional arguments, at least `count`. Raises BrokenLineError."""
     found = [rules.coerce(one.value, kind) for one in given if one.value is not None]
     if len(found) < count:
@@ -87,50 +54,54 @@ def _output(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) 
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
     state = as_state(signal, value)
-    is_set = Wait(0, Compare("=", signal, state), spelling=f"Wait{name[3:]}")
+    is_set = st.Wait(0, ex.Compare("=", signal, state), spelling=f"Wait{name[3:]}")
     late = _beside("the delay of the output, which switches at once" if "sdelay" in options else "")
-    return [SetOutput(0, signal, state), *([is_set] if "sync" in options else []), *late]
+    return [st.SetOutput(0, signal, state), *([is_set] if "sync" in options else []), *late]
 
 
 def _alias(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """AliasIO: the variable stands for the signal of that name from here on."""
     called, variable = values_of(rules, name, given, 2)[:2]
-    if not isinstance(variable, Signal) or not isinstance(variable.index, Named):
+    if not isinstance(variable, ex.Signal) or not isinstance(variable.index, ex.Named):
         return None
-    if isinstance(called, (Named, Signal)):
+    if isinstance(called, (ex.Named, ex.Signal)):
         called = rules.signal(called, variable.bus).index
-    return [Assign(0, variable.index, called)]
+    return [st.Assign(0, variable.index, called)]
 
 
 def _clock(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     """ClkStart, ClkStop; ClkReset stops the clock and sets it to 0."""
     values = tuple(values_of(rules, name, given, 1)[:1])
-    runs = Assign(0, Function("timer-running", values), SignalState(name.lower() == "clkstart"))
-    return [runs, Assign(0, Function("timer", values), Number(0))] if name.lower() == "clkreset" else [runs]
+    runs = st.Assign(0, ex.Function("timer-running", values), ex.SignalState(name.lower() == "clkstart"))
+    return (
+        [runs, st.Assign(0, ex.Function("timer", values), ex.Number(0))]
+        if name.lower() == "clkreset"
+        else [runs]
+    )
 
 
 def _switch(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
-    return [SetOutput(0, signal, SignalState(name.lower() == "set"))]
+    return [st.SetOutput(0, signal, ex.SignalState(name.lower() == "set"))]
 
 
 def _invert(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
-    return [SetOutput(0, signal, Unary("not", signal))]
+    return [st.SetOutput(0, signal, ex.Unary("not", signal))]
 
 
 def _pulse(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     options = options_of(rules, given)
     signal = rules.signal(values_of(rules, name, given, 1)[0], "out")
     length = options.get("plength")
-    duration = None if length is None else Quantity(length, 1.0)
-    return [PulseOutput(0, signal, duration, spelling="High" if "high" in options else "")]
+    duration = None if length is None else ex.Quantity(length, 1.0)
+    return [st.PulseOutput(0, signal, duration, spelling="High" if "high" in options else "")]
 
 
 def _dwell(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
-    dwell = Dwell(0, Quantity(values_of(rules, name, given, 1)[0], 1.0))
+    dwell = st.Dwell(0, ex.Quantity(values_of(rules, name, given, 1)[0], 1.0))
     if "inpos" in options_of(rules, given):
-        return [Process(0, "WaitRob", (("", Text("\\InPos")),)), dwell]
+        return [st.Process(0, "WaitRob", (("", ex.Text("\\InPos")),)), dwell]
     return [dwell]
 
 
@@ -144,36 +115,36 @@ def _wait_signal(rules: RapidExpressionRules, name: str, given: list[RapidArgume
     place, value = values_of(rules, name, given, 2)[:2]
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
     operator = next((sign for option, sign in _COMPARED.items() if option in options), "=")
-    return _wait(Compare(operator, signal, as_state(signal, value)), options, name)
+    return _wait(ex.Compare(operator, signal, as_state(signal, value)), options, name)
 
 
 def _wait_until(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     options = options_of(rules, given)
     found = _wait(values_of(rules, name, given, 1)[0], options, name)
-    return [Process(0, "WaitRob", (("", Text("\\InPos")),)), *found] if "inpos" in options else found
+    return [st.Process(0, "WaitRob", (("", ex.Text("\\InPos")),)), *found] if "inpos" in options else found
 
 
-def _wait(condition: Expression, options: dict[str, Expression], word: str) -> Lowered:
+def _wait(condition: ex.Expression, options: dict[str, ex.Expression], word: str) -> Lowered:
     limit = options.get("maxtime")
-    wait = Wait(0, condition, None if limit is None else Quantity(limit, 1.0), spelling=word)
+    wait = st.Wait(0, condition, None if limit is None else ex.Quantity(limit, 1.0), spelling=word)
     flag = options.get("timeflag")
-    return [wait] if flag is None else [wait, Assign(0, flag, SystemValue("timed-out"))]
+    return [wait] if flag is None else [wait, st.Assign(0, flag, ex.SystemValue("timed-out"))]
 
 
 def _step(operator: str) -> Rule:
     def lowered(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
-        return [Update(0, operator, values_of(rules, name, given, 1)[0], Number(1))]
+        return [st.Update(0, operator, values_of(rules, name, given, 1)[0], ex.Number(1))]
 
     return lowered
 
 
 def _add(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     target, value = values_of(rules, name, given, 2)[:2]
-    return [Update(0, "+", target, value)]
+    return [st.Update(0, "+", target, value)]
 
 
 def _clear(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
-    return [Assign(0, values_of(rules, name, given, 1)[0], Number(0))]
+    return [st.Assign(0, values_of(rules, name, given, 1)[0], ex.Number(0))]
 
 
 def _bit(on: bool) -> Rule:
@@ -182,8 +153,8 @@ def _bit(on: bool) -> Rule:
     def lowered(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
         target, place = values_of(rules, name, given, 2)[:2]
         is_set = bit_is_set(target, place)
-        change = Update(0, "+" if on else "-", target, bit_value(place))
-        return [If(0, Unary("not", is_set) if on else is_set), change, EndIf(0)]
+        change = st.Update(0, "+" if on else "-", target, bit_value(place))
+        return [st.If(0, ex.Unary("not", is_set) if on else is_set), change, st.EndIf(0)]
 
     return lowered
 
@@ -191,7 +162,7 @@ def _bit(on: bool) -> Rule:
 def _taken(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     """WaitTestAndSet: waits until no task has taken a thing, and takes it."""
     target = values_of(rules, name, given, 1)[0]
-    return [Wait(0, Unary("not", target), spelling=name), Assign(0, target, SignalState(True))]
+    return [st.Wait(0, ex.Unary("not", target), spelling=name), st.Assign(0, target, ex.SignalState(True))]
 
 
 def _message(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
@@ -200,49 +171,49 @@ def _message(rules: RapidExpressionRules, name: str, given: list[RapidArgument])
     shown = [value for option, value in options.items() if option in ("num", "bool", "dnum")]
     if not shown:
         place = options.keys() & {"pos", "orient"}
-        return [Message(0, text), *_beside("the position or turn behind the text" if place else "")]
-    return [Message(0, Function("joined-text", (text, Function("text-of-value", (shown[0],)))))]
+        return [st.Message(0, text), *_beside("the position or turn behind the text" if place else "")]
+    return [st.Message(0, ex.Function("joined-text", (text, ex.Function("text-of-value", (shown[0],)))))]
 
 
 def _pause(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
-    return [Pause(0, spelling="Break" if name.lower() == "break" else "")]
+    return [st.Pause(0, spelling="Break" if name.lower() == "break" else "")]
 
 
 def _acceleration(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """AccSet; a ramp below 100 % is kept beside it as written."""
     values = values_of(rules, name, given, 2)
-    rate = Acceleration(AccelerationUnit.FRACTION, Quantity(values[0], percent))
-    plain = values[1] == Number(100) and not options_of(rules, given)
-    return [SetAcceleration(0, (rate,)), *_beside("" if plain else "how fast the acceleration builds up")]
+    rate = st.Acceleration(st.AccelerationUnit.FRACTION, ex.Quantity(values[0], percent))
+    plain = values[1] == ex.Number(100) and not options_of(rules, given)
+    return [st.SetAcceleration(0, (rate,)), *_beside("" if plain else "how fast the acceleration builds up")]
 
 
 def _override(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     share, fastest = values_of(rules, name, given, 2)[:2]
-    bound = None if fastest == Number(int(FASTEST)) else Quantity(fastest, mm)
-    return [SetOverride(0, Quantity(share, percent), fastest=bound)]
+    bound = None if fastest == ex.Number(int(FASTEST)) else ex.Quantity(fastest, mm)
+    return [st.SetOverride(0, ex.Quantity(share, percent), fastest=bound)]
 
 
 BESIDE: Final = "beside"  # the name of a process that says more exactly what the statement before it says
 
 
 def _beside(what: str) -> Lowered:
-    return [Process(0, BESIDE, (("", Text(what)),))] if what else []
+    return [st.Process(0, BESIDE, (("", ex.Text(what)),))] if what else []
 
 
 def _log(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:
     """ErrWrite: a head and up to four rows into the event log, shown unless it is a warning (W) or information (I)."""
     rows = values_of(rules, name, given, 2)[:2]
     more = [value for option, value in options_of(rules, given).items() if option.startswith("rl")]
-    text: Expression = rows[0]
+    text: ex.Expression = rows[0]
     for row in (*rows[1:], *more):
-        text = _joined(_joined(text, Text(": ")), row)
-    return [Process(0, name, ((SHOWN, text),))]
+        text = _joined(_joined(text, ex.Text(": ")), row)
+    return [st.Process(0, name, ((SHOWN, text),))]
 
 
-def _joined(first: Expression, second: Expression) -> Expression:
-    if isinstance(first, Text) and isinstance(second, Text):
-        return Text(first.value + second.value)
-    return Function("joined-text", (first, second))
+def _joined(first: ex.Expression, second: ex.Expression) -> ex.Expression:
+    if isinstance(first, ex.Text) and isinstance(second, ex.Text):
+        return ex.Text(first.value + second.value)
+    return ex.Function("joined-text", (first, second))
 
 
 _TRIGGERED: Final = {"dop": "out", "gop": "out-group", "aop": "analog-out"}
@@ -253,39 +224,43 @@ def _trigger(rules: RapidExpressionRules, name: str, given: list[RapidArgument])
     options = options_of(rules, given)
     bus = next((bus for word, bus in _TRIGGERED.items() if word in options), "")
     values = values_of(rules, name, given, 3)
-    if not bus or not isinstance(values[0], Named) or options.keys() - _TRIGGERED.keys() - {"start", "time"}:
+    if (
+        not bus
+        or not isinstance(values[0], ex.Named)
+        or options.keys() - _TRIGGERED.keys() - {"start", "time"}
+    ):
         return None
     signal = rules.signal(options[next(word for word in _TRIGGERED if word in options)], bus)
     arguments = (
         ("triggdata", values[0]),
         ("signal", signal),
         ("value", as_state(signal, values[-1])),
-        ("start", SignalState("start" in options)),
+        ("start", ex.SignalState("start" in options)),
         ("s" if "time" in options else "mm", values[1]),
     )
     lag = (("lag", values[2]),) if name.lower() == "triggequip" else ()
-    return [Process(0, name, (*arguments, *lag))]
+    return [st.Process(0, name, (*arguments, *lag))]
 
 
 def _shift_set(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
-    return [ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]
+    return [st.ShiftOn(0, values_of(rules, name, given, 1, "pose")[0])]
 
 
 def _shift_on(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
     """PDispOn: from where a point was programmed to where it is now, or to \\ExeP."""
     options = options_of(rules, given)
     point = values_of(rules, name, given, 2, "robtarget")[0]
-    there = options.get("exep", SystemValue("current-pose"))
+    there = options.get("exep", ex.SystemValue("current-pose"))
     if "rot" in options:
-        offset = Function("pose-product", (there, Function("pose-inverse", (point,))))
+        offset = ex.Function("pose-product", (there, ex.Function("pose-inverse", (point,))))
     else:
-        ways = (Binary("-", Member(there, axis), Member(point, axis)) for axis in ("x", "y", "z"))
-        offset = Function("pose-angles", (*ways, Number(0), Number(0), Number(0)))
-    return [ShiftOn(0, offset), Process(0, BESIDE)]
+        ways = (ex.Binary("-", ex.Member(there, axis), ex.Member(point, axis)) for axis in ("x", "y", "z"))
+        offset = ex.Function("pose-angles", (*ways, ex.Number(0), ex.Number(0), ex.Number(0)))
+    return [st.ShiftOn(0, offset), st.Process(0, BESIDE)]
 
 
 def _shift_off(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered:
-    return [ShiftOff(0)]
+    return [st.ShiftOff(0)]
 
 
 RULES: Final[dict[str, Rule]] = {

@@ -13,21 +13,7 @@ from math import isfinite, pi
 from typing import Final
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    CallValue,
-    Expression,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    SignalState,
-    SystemValue,
-    Text,
-)
+from olp.ir import expressions as ex
 from olp.ir.points import Sector
 from olp.languages.vendors.rapid.names import RapidNames
 from olp.languages.vendors.rapid.predefined_data import NOT_CONNECTED, PREDEFINED
@@ -40,7 +26,7 @@ _POSES: Final = (
     "pose-offset",
     "pose-relative-tool",
 )
-_ZERO: Final = Number(0)
+_ZERO: Final = ex.Number(0)
 _XYZ: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
 _NO_ANGLES: Final = (_ZERO, _ZERO, _ZERO)
@@ -52,7 +38,7 @@ _FREE: Final = math.nan
 _UNTURNED: Final = ("orient", "0,0,0,0")
 _NO_TURN: Final = (1.0, 0.0, 0.0, 0.0)
 _DEEPEST: Final = 8  # structures in one another
-_PLAIN_ZEROS: Final[dict[str, Expression]] = {"string": Text(""), "bool": SignalState(False)}
+_PLAIN_ZEROS: Final[dict[str, ex.Expression]] = {"string": ex.Text(""), "bool": ex.SignalState(False)}
 _TEXTS: Final = frozenset({"text-of-value", "joined-text", "part-of-text"})
 UNIT_TOLERANCE: Final = 1e-3  # beyond it a quaternion is told to be none of unit length
 
@@ -61,7 +47,7 @@ UNIT_TOLERANCE: Final = 1e-3  # beyond it a quaternion is told to be none of uni
 class RapidAggregate:
     """`[a, b, …]` before its type is known."""
 
-    items: tuple[Expression | RapidAggregate, ...]
+    items: tuple[ex.Expression | RapidAggregate, ...]
 
 
 class ShapeError(Exception):
@@ -90,7 +76,7 @@ def numbers(value: object, count: int) -> tuple[float, ...] | None:
     """The values of an aggregate of that many plain numbers, else None."""
     if not isinstance(value, RapidAggregate) or len(value.items) != count:
         return None
-    found = tuple(float(item.value) for item in value.items if isinstance(item, Number))
+    found = tuple(float(item.value) for item in value.items if isinstance(item, ex.Number))
     return found if len(found) == count and all(map(math.isfinite, found)) else None
 
 
@@ -101,18 +87,22 @@ def number_text(value: float) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-def coerced(value: Expression | RapidAggregate, kind: str, names: RapidNames, sizes: int = 0) -> Expression:
+def coerced(
+    value: ex.Expression | RapidAggregate, kind: str, names: RapidNames, sizes: int = 0
+) -> ex.Expression:
     """The value as one of type `kind` (lower case, "" unknown), `sizes` dimensions. Raises ShapeError.
 
     Data that every controller has, such as z10 and tool0, become their values.
     """
-    if isinstance(value, Named):
+    if isinstance(value, ex.Named):
         predefined = PREDEFINED.get(value.name.lower())
         return value if predefined is None or names.knows(value.name) else predefined
     if not isinstance(value, RapidAggregate):
         return value
     if sizes > 0:
-        return RecordLiteral("", tuple(("", coerced(item, kind, names, sizes - 1)) for item in value.items))
+        return ex.RecordLiteral(
+            "", tuple(("", coerced(item, kind, names, sizes - 1)) for item in value.items)
+        )
     kind = names.resolved(kind) or _guessed(value)
     match kind:
         case "robtarget":
@@ -128,14 +118,14 @@ def coerced(value: Expression | RapidAggregate, kind: str, names: RapidNames, si
     return _record(value, kind, names)
 
 
-def _record(value: RapidAggregate, kind: str, names: RapidNames) -> Expression:
+def _record(value: RapidAggregate, kind: str, names: RapidNames) -> ex.Expression:
     members = names.members(kind)
     if members is None:
-        return RecordLiteral("", tuple(("", coerced(item, "", names)) for item in value.items))
+        return ex.RecordLiteral("", tuple(("", coerced(item, "", names)) for item in value.items))
     if len(members) != len(value.items):
         raise ShapeError(f"{len(value.items)} values, where {kind} has {len(members)}")
     pairs = zip(members, value.items, strict=True)
-    return RecordLiteral(kind, tuple((name, coerced(item, of, names)) for (name, of), item in pairs))
+    return ex.RecordLiteral(kind, tuple((name, coerced(item, of, names)) for (name, of), item in pairs))
 
 
 def _guessed(value: RapidAggregate) -> str:
@@ -150,7 +140,7 @@ def _expect(value: RapidAggregate, count: int, what: str) -> None:
         raise ShapeError(f"{len(value.items)} values, where {what} has {count}")
 
 
-def _robtarget(value: RapidAggregate, names: RapidNames) -> Expression:
+def _robtarget(value: RapidAggregate, names: RapidNames) -> ex.Expression:
     _expect(value, 4, "a robtarget")
     place, turn, arm, axes = value.items
     literal = _literal_pose(place, turn, names)
@@ -161,19 +151,23 @@ def _robtarget(value: RapidAggregate, names: RapidNames) -> Expression:
     rest = [] if configuration == (0, 0, 0, 0) else [_named("conf", arm, "confdata", names)]
     if external != (NOT_CONNECTED,) * 6:
         rest.append(_named("axes", axes, "extjoint", names))
-    return Function(pose.name, (*pose.arguments, *rest))
+    return ex.Function(pose.name, (*pose.arguments, *rest))
 
 
-def _named(name: str, value: Expression | RapidAggregate, kind: str, names: RapidNames) -> NamedArgument:
-    return NamedArgument(name, coerced(value, kind, names))
+def _named(
+    name: str, value: ex.Expression | RapidAggregate, kind: str, names: RapidNames
+) -> ex.NamedArgument:
+    return ex.NamedArgument(name, coerced(value, kind, names))
 
 
 def with_axes(
-    pose: PositionLiteral, configuration: tuple[float, ...], external: tuple[float, ...]
-) -> PositionLiteral:
+    pose: ex.PositionLiteral, configuration: tuple[float, ...], external: tuple[float, ...]
+) -> ex.PositionLiteral:
     """The literal with what a robtarget holds besides: arm configuration and external axes [mm or deg]."""
     flags, sectors, native = arm(configuration)
-    return PositionLiteral("pose", pose.values, connected(external), flags, (*pose.native, *native), sectors)
+    return ex.PositionLiteral(
+        "pose", pose.values, connected(external), flags, (*pose.native, *native), sectors
+    )
 
 
 Arm = tuple[tuple[int, ...], tuple[Sector, ...], tuple[tuple[str, str], ...]]
@@ -219,29 +213,29 @@ def connected(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(_FREE if v >= NOT_CONNECTED else v for v in values)
 
 
-def _pose(value: RapidAggregate, names: RapidNames) -> Expression:
+def _pose(value: RapidAggregate, names: RapidNames) -> ex.Expression:
     _expect(value, 2, "a pose")
     place, turn = value.items
     return _literal_pose(place, turn, names) or _computed(place, turn)
 
 
-def _pos(value: RapidAggregate) -> Expression:
+def _pos(value: RapidAggregate) -> ex.Expression:
     _expect(value, 3, "a pos")
     found = numbers(value, 3)
     if found is not None:
-        return PositionLiteral("pose", (found[0] * mm, found[1] * mm, found[2] * mm, 0.0, 0.0, 0.0))
-    return Function("pose-angles", (*plain_items(value), *_NO_ANGLES))
+        return ex.PositionLiteral("pose", (found[0] * mm, found[1] * mm, found[2] * mm, 0.0, 0.0, 0.0))
+    return ex.Function("pose-angles", (*plain_items(value), *_NO_ANGLES))
 
 
-def _orient(value: RapidAggregate, names: RapidNames | None = None) -> Expression:
+def _orient(value: RapidAggregate, names: RapidNames | None = None) -> ex.Expression:
     _expect(value, 4, "an orient")
     found = numbers(value, 4)
     if found is not None:
         return _turned((0.0, 0.0, 0.0), found, names)
-    return Function("pose-quaternion", (*_NO_ANGLES, *plain_items(value)))
+    return ex.Function("pose-quaternion", (*_NO_ANGLES, *plain_items(value)))
 
 
-def plain_items(value: RapidAggregate) -> tuple[Expression, ...]:
+def plain_items(value: RapidAggregate) -> tuple[ex.Expression, ...]:
     """The items of an aggregate of numbers. Raises ShapeError for one that holds another."""
     found = tuple(item for item in value.items if not isinstance(item, RapidAggregate))
     if len(found) != len(value.items):
@@ -249,21 +243,23 @@ def plain_items(value: RapidAggregate) -> tuple[Expression, ...]:
     return found
 
 
-def pose_literal(place: tuple[float, ...], turn: tuple[float, ...]) -> PositionLiteral:
+def pose_literal(place: tuple[float, ...], turn: tuple[float, ...]) -> ex.PositionLiteral:
     """A pose from numbers [mm] and a quaternion. Raises ShapeError for a quaternion of zeros."""
     x, y, z = place
     values = (x * mm, y * mm, z * mm, *quaternion_angles(*turn))
-    return PositionLiteral("pose", values, (), (), (("orient", ",".join(map(number_text, turn))),))
+    return ex.PositionLiteral("pose", values, (), (), (("orient", ",".join(map(number_text, turn))),))
 
 
-def _literal_pose(place: object, turn: object, names: RapidNames) -> PositionLiteral | None:
+def _literal_pose(place: object, turn: object, names: RapidNames) -> ex.PositionLiteral | None:
     xyz, quaternion = numbers(place, 3), numbers(turn, 4)
     if xyz is None or quaternion is None:
         return None
     return _turned(xyz, quaternion, names)
 
 
-def _turned(place: tuple[float, ...], turn: tuple[float, ...], names: RapidNames | None) -> PositionLiteral:
+def _turned(
+    place: tuple[float, ...], turn: tuple[float, ...], names: RapidNames | None
+) -> ex.PositionLiteral:
     """A pose; with a quaternion of zeros, which a controller loads, one that turns nothing, and `names` tells it."""
     if names is None or any(turn):
         if names is not None:
@@ -273,9 +269,9 @@ def _turned(place: tuple[float, ...], turn: tuple[float, ...], names: RapidNames
     return replace(pose_literal(place, _NO_TURN), native=(_UNTURNED,))
 
 
-def is_unturned(value: Expression | None) -> bool:
+def is_unturned(value: ex.Expression | None) -> bool:
     """Whether a pose was written with a quaternion of zeros."""
-    return isinstance(value, PositionLiteral) and _UNTURNED in value.native
+    return isinstance(value, ex.PositionLiteral) and _UNTURNED in value.native
 
 
 def is_unit(quaternion: tuple[float, ...]) -> bool:
@@ -284,95 +280,95 @@ def is_unit(quaternion: tuple[float, ...]) -> bool:
     return abs(w * w + x * x + y * y + z * z - 1.0) < UNIT_TOLERANCE
 
 
-def _computed(place: Expression | RapidAggregate, turn: Expression | RapidAggregate) -> Function:
+def _computed(place: ex.Expression | RapidAggregate, turn: ex.Expression | RapidAggregate) -> ex.Function:
     """A pose some of whose numbers are computed."""
     xyz = place_parts(place)
     if isinstance(turn, RapidAggregate):
         _expect(turn, 4, "an orient")
-        return Function("pose-quaternion", (*xyz, *plain_items(turn)))
-    return Function("pose-angles", (*xyz, *turn_parts(turn)))
+        return ex.Function("pose-quaternion", (*xyz, *plain_items(turn)))
+    return ex.Function("pose-angles", (*xyz, *turn_parts(turn)))
 
 
-def place_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
+def place_parts(value: ex.Expression | RapidAggregate) -> tuple[ex.Expression, ...]:
     """x, y, z [mm] of a pos."""
     if isinstance(value, RapidAggregate):
         _expect(value, 3, "a pos")
         return plain_items(value)
-    if isinstance(value, Function) and value.name == "pose-angles" and value.arguments[3:] == _NO_ANGLES:
+    if isinstance(value, ex.Function) and value.name == "pose-angles" and value.arguments[3:] == _NO_ANGLES:
         return value.arguments[:3]
-    if isinstance(value, PositionLiteral):
-        return tuple(Number(v / mm) for v in value.values[:3])
-    return tuple(Member(value, name) for name in _XYZ)
+    if isinstance(value, ex.PositionLiteral):
+        return tuple(ex.Number(v / mm) for v in value.values[:3])
+    return tuple(ex.Member(value, name) for name in _XYZ)
 
 
-def is_place(value: Expression | RapidAggregate, names: RapidNames) -> bool:
+def is_place(value: ex.Expression | RapidAggregate, names: RapidNames) -> bool:
     """Whether a value is a pos: declared as one, `p.trans`, or [x,y,z] beside one."""
-    if isinstance(value, Function) and value.name == "pose-angles":
+    if isinstance(value, ex.Function) and value.name == "pose-angles":
         return value.arguments[3:] == _NO_ANGLES
     return not isinstance(value, RapidAggregate) and type_of(value, names) == "pos"
 
 
-def is_turn(value: Expression | RapidAggregate, names: RapidNames) -> bool:
+def is_turn(value: ex.Expression | RapidAggregate, names: RapidNames) -> bool:
     """Whether a value is an orient: declared as one, `p.rot`, OrientZYX(…), or a product of such."""
     match value:
-        case Function("pose-angles", arguments):
+        case ex.Function("pose-angles", arguments):
             return arguments[:3] == _NO_ANGLES != arguments[3:]
-        case Function("pose-product", (left, right)):
+        case ex.Function("pose-product", (left, right)):
             return is_turn(left, names) and is_turn(right, names)
-        case PositionLiteral(native=native):
+        case ex.PositionLiteral(native=native):
             return bool(native) and native[0][0] == "orient"
     return not isinstance(value, RapidAggregate) and type_of(value, names) == "orient"
 
 
-def turned(left: Expression | RapidAggregate, right: Expression | RapidAggregate) -> Function:
+def turned(left: ex.Expression | RapidAggregate, right: ex.Expression | RapidAggregate) -> ex.Function:
     """The product of two orients: poses at zero, one seen from the other."""
     sides = (_orient(one) if isinstance(one, RapidAggregate) else one for one in (left, right))
-    return Function("pose-product", tuple(sides))
+    return ex.Function("pose-product", tuple(sides))
 
 
-def turn_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
+def turn_parts(value: ex.Expression | RapidAggregate) -> tuple[ex.Expression, ...]:
     """rx, ry, rz [deg] of an orient."""
     if isinstance(value, RapidAggregate):
         value = _orient(value)
-    if isinstance(value, Function) and value.name == "pose-angles" and value.arguments[:3] == _NO_ANGLES:
+    if isinstance(value, ex.Function) and value.name == "pose-angles" and value.arguments[:3] == _NO_ANGLES:
         return value.arguments[3:6]
-    if isinstance(value, PositionLiteral):
-        return tuple(Number(v / deg) for v in value.values[3:6])
-    return tuple(Member(value, name) for name in _ANGLES)
+    if isinstance(value, ex.PositionLiteral):
+        return tuple(ex.Number(v / deg) for v in value.values[3:6])
+    return tuple(ex.Member(value, name) for name in _ANGLES)
 
 
-def place_of(base: Expression) -> Function:
+def place_of(base: ex.Expression) -> ex.Function:
     """`p.trans`: a pose that turns nothing."""
-    return Function("pose-angles", (*(Member(base, name) for name in _XYZ), *_NO_ANGLES))
+    return ex.Function("pose-angles", (*(ex.Member(base, name) for name in _XYZ), *_NO_ANGLES))
 
 
-def turn_of(base: Expression) -> Function:
+def turn_of(base: ex.Expression) -> ex.Function:
     """`p.rot`: a pose at zero."""
-    return Function("pose-angles", (*_NO_ANGLES, *(Member(base, name) for name in _ANGLES)))
+    return ex.Function("pose-angles", (*_NO_ANGLES, *(ex.Member(base, name) for name in _ANGLES)))
 
 
-def axes_of(base: Expression, group: str) -> RecordLiteral:
+def axes_of(base: ex.Expression, group: str) -> ex.RecordLiteral:
     """`j.robax` or `p.extax`: its values one by one."""
     if group == "robax":
-        return RecordLiteral(
-            "robjoint", tuple((f"rax_{n}", Item(base, (Number(n),))) for n in range(1, _RAX + 1))
+        return ex.RecordLiteral(
+            "robjoint", tuple((f"rax_{n}", ex.Item(base, (ex.Number(n),))) for n in range(1, _RAX + 1))
         )
-    return RecordLiteral(
-        "extjoint", tuple((f"eax_{c}", Member(base, f"e{n}")) for n, c in enumerate("abcdef", 1))
+    return ex.RecordLiteral(
+        "extjoint", tuple((f"eax_{c}", ex.Member(base, f"e{n}")) for n, c in enumerate("abcdef", 1))
     )
 
 
-def joint_parts(value: Expression | RapidAggregate) -> tuple[Expression, ...]:
+def joint_parts(value: ex.Expression | RapidAggregate) -> tuple[ex.Expression, ...]:
     """The six values of a robjoint [deg]. Raises ShapeError."""
     if isinstance(value, RapidAggregate):
         _expect(value, _RAX, "a robjoint")
         return plain_items(value)
-    if isinstance(value, RecordLiteral):
+    if isinstance(value, ex.RecordLiteral):
         return tuple(item for _, item in value.members)
-    return tuple(Member(value, f"rax_{n}") for n in range(1, _RAX + 1))
+    return tuple(ex.Member(value, f"rax_{n}") for n in range(1, _RAX + 1))
 
 
-def _jointtarget(value: RapidAggregate, names: RapidNames) -> Expression:
+def _jointtarget(value: RapidAggregate, names: RapidNames) -> ex.Expression:
     _expect(value, 2, "a jointtarget")
     axes, external = numbers(value.items[0], _RAX), numbers(value.items[1], _RAX)
     if axes is not None and external is not None:
@@ -381,84 +377,84 @@ def _jointtarget(value: RapidAggregate, names: RapidNames) -> Expression:
     parts = joint_parts(first)
     rest = () if external == (NOT_CONNECTED,) * 6 else (_named("axes", second, "extjoint", names),)
     return (
-        RecordLiteral("jointtarget", (("joints", Function("joints", parts)), ("axes", rest[0])))
+        ex.RecordLiteral("jointtarget", (("joints", ex.Function("joints", parts)), ("axes", rest[0])))
         if rest
-        else (Function("joints", parts))
+        else (ex.Function("joints", parts))
     )
 
 
-def joint_literal(axes: tuple[float, ...], external: tuple[float, ...]) -> PositionLiteral:
+def joint_literal(axes: tuple[float, ...], external: tuple[float, ...]) -> ex.PositionLiteral:
     """Axis values [deg], external axes [mm or deg]."""
-    return PositionLiteral("joint", tuple(v * deg for v in axes), connected(external))
+    return ex.PositionLiteral("joint", tuple(v * deg for v in axes), connected(external))
 
 
 _MOST_ZEROS: Final = 2000  # elements of an array whose zeros are written out
 
 
 def zero(
-    kind: str, names: RapidNames, sizes: tuple[Expression, ...] = (), depth: int = 0, plain: bool = False
-) -> Expression | None:
+    kind: str, names: RapidNames, sizes: tuple[ex.Expression, ...] = (), depth: int = 0, plain: bool = False
+) -> ex.Expression | None:
     """What a variable without a value holds at first, for structures; None where the type says enough.
 
     `plain`: also for numbers, truth values and texts.
     """
     kind = names.resolved(kind)
     if sizes:
-        counts = [int(one.value) for one in sizes if isinstance(one, Number)]
+        counts = [int(one.value) for one in sizes if isinstance(one, ex.Number)]
         one = zero(kind, names, (), depth, plain)
         if one is None or len(counts) != len(sizes) or not 0 < math.prod(counts) <= _MOST_ZEROS:
             return None
         for count in reversed(counts):
-            one = RecordLiteral("", (("", one),) * count)
+            one = ex.RecordLiteral("", (("", one),) * count)
         return one
     if kind in ("robtarget", "pose", "pos", "orient"):
-        return PositionLiteral("pose", (0.0,) * 6)
+        return ex.PositionLiteral("pose", (0.0,) * 6)
     if kind == "jointtarget":
-        return PositionLiteral("joint", (0.0,) * _RAX)
+        return ex.PositionLiteral("joint", (0.0,) * _RAX)
     members = names.members(kind)
     if members is None or depth > _DEEPEST:
-        return _PLAIN_ZEROS.get(kind, Number(0) if kind == "num" else None) if plain else None
+        return _PLAIN_ZEROS.get(kind, ex.Number(0) if kind == "num" else None) if plain else None
     values = []
     for name, of in members:
-        simple = _PLAIN_ZEROS.get(names.resolved(of), Number(0))
+        simple = _PLAIN_ZEROS.get(names.resolved(of), ex.Number(0))
         values.append((name, zero(of, names, (), depth + 1) or simple))
-    return RecordLiteral(kind, tuple(values))
+    return ex.RecordLiteral(kind, tuple(values))
 
 
-def is_text(value: Expression | RapidAggregate, names: RapidNames) -> bool:
+def is_text(value: ex.Expression | RapidAggregate, names: RapidNames) -> bool:
     """Whether a value is a text, as far as the file tells."""
     match value:
-        case Text():
+        case ex.Text():
             return True
-        case Function(name, _):
+        case ex.Function(name, _):
             return name in _TEXTS
-        case CallValue(routine, _):
+        case ex.CallValue(routine, _):
             head = names.routines.get(routine.lower())
             return head is not None and head.returns == "string"
-    return isinstance(value, (Named, Item, Member)) and type_of(value, names) == "string"
+    return isinstance(value, (ex.Named, ex.Item, ex.Member)) and type_of(value, names) == "string"
 
 
-def type_of(value: Expression | RapidAggregate, names: RapidNames) -> str:
+def type_of(value: ex.Expression | RapidAggregate, names: RapidNames) -> str:
     """RAPID's type of an expression, "" where the file does not tell."""
     match value:
-        case Named(name):
+        case ex.Named(name):
             return names.type_of(name)
-        case Item(base, _):
+        case ex.Item(base, _):
             return type_of(base, names)
-        case Member(base, name):
+        case ex.Member(base, name):
             members = names.members(type_of(base, names)) or ()
             return next(
                 (names.resolved(of) for member, of in members if member.lower() == name.lower()), "num"
             )
-        case Text():
+        case ex.Text():
             return "string"
-        case SystemValue("current-joints"):
+        case ex.SystemValue("current-joints"):
             return "jointtarget"
-        case SystemValue("current-pose"):
+        case ex.SystemValue("current-pose"):
             return "robtarget"
-        case Function(name, _) if name in _POSES:
+        case ex.Function(name, _) if name in _POSES:
             return "robtarget"
-        case CallValue(routine, _):
+        case ex.CallValue(routine, _):
             head = names.routines.get(routine.lower())
             return names.resolved(head.returns) if head is not None else ""
     return ""

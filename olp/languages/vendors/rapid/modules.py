@@ -8,29 +8,8 @@ from dataclasses import replace
 from typing import Final
 
 from olp.core.diagnostic import Severity, Span
+from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Case,
-    Comment,
-    Declare,
-    Default,
-    Disabled,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    LineKind,
-    Next,
-    Opaque,
-    Process,
-    Routine,
-    Statement,
-    Switch,
-    While,
-)
 from olp.languages.findings import Findings
 from olp.languages.vendors.rapid.clauses import Clause, RapidRemark
 from olp.languages.vendors.rapid.fast import PlainClauses
@@ -41,7 +20,7 @@ from olp.languages.vendors.rapid.statements import FramingClause, at_line
 
 _HANDLER: Final = re.compile(r"\b(?:ERROR|UNDO|BACKWARD)\b", re.IGNORECASE)
 _ENDS: Final = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP"}
-_SILENT: Final = (Disabled, Opaque)  # have no room for a comment but their text
+_SILENT: Final = (st.Disabled, st.Opaque)  # have no room for a comment but their text
 _UNTURNED_HELP: Final = "teach it before a move goes to it"
 _POSITIONS: Final = frozenset({"position", "joints"})
 
@@ -57,17 +36,17 @@ class ModuleReader:
         self._module = ""  # the open module's name
         self._record = False
         self._before: list[str] = []  # what stands between routines, for RAPID's own writer
-        self._lead: list[Comment] = []  # comments just above a routine
+        self._lead: list[st.Comment] = []  # comments just above a routine
         self._head: FramingClause | None = None  # of the open routine
         self._line = 0
         self._comment = ""
         self._handler = 0  # its first line
         self._handlers: dict[int, str] = {}  # first line of each -> ERROR, LISTED, UNDO or BACKWARD
-        self._handled: dict[int, list[Statement]] = {}  # line -> the handlers' statements
-        self._body: list[Statement] = []
+        self._handled: dict[int, list[st.Statement]] = {}  # line -> the handlers' statements
+        self._body: list[st.Statement] = []
         self._blocks = OpenBlocks(findings)
-        self.routines: list[Routine] = []
-        self.data: list[Declare] = []
+        self.routines: list[st.Routine] = []
+        self.data: list[st.Declare] = []
 
     def read(self, clauses: Sequence[Clause | RapidRemark]) -> None:
         """Reads all clauses of the file."""
@@ -82,7 +61,7 @@ class ModuleReader:
                 if found is not None:
                     self._body.append(found)
                     for line in range(clause.line - 1, clause.last):
-                        kinds[line] = LineKind.STATEMENT
+                        kinds[line] = st.LineKind.STATEMENT
                     if self._names.uneven:
                         self._tell_uneven(clause)
                     continue
@@ -91,7 +70,9 @@ class ModuleReader:
                 if declared is not None:
                     if self._names.uneven:
                         self._tell_uneven(clause)
-                    self._kind(clause, LineKind.POINT if declared.type in _POSITIONS else LineKind.STATEMENT)
+                    self._kind(
+                        clause, st.LineKind.POINT if declared.type in _POSITIONS else st.LineKind.STATEMENT
+                    )
                     self._flush(f"D {declared.name}")
                     self.data.append(declared)
                     continue
@@ -102,12 +83,12 @@ class ModuleReader:
 
     def _remark(self, remark: RapidRemark) -> None:
         if not self._findings.kinds[remark.line - 1]:
-            self._findings.kinds[remark.line - 1] = LineKind.COMMENT
+            self._findings.kinds[remark.line - 1] = st.LineKind.COMMENT
         text = remark.text.rstrip()
         if self._head is None:
-            self._lead.append(Comment(remark.line, text))
+            self._lead.append(st.Comment(remark.line, text))
         elif not self._handler:
-            self._body.append(Comment(remark.line, text))
+            self._body.append(st.Comment(remark.line, text))
 
     def _flush(self, *items: str) -> None:
         """Module text that belongs to no routine, in order."""
@@ -120,19 +101,19 @@ class ModuleReader:
 
     def _clause(self, clause: Clause) -> None:
         if clause.word == "%%%":
-            self._kind(clause, LineKind.RECORD)
+            self._kind(clause, st.LineKind.RECORD)
             self._flush(*(f"H {line}" for line in clause.text.split("\n")))
             return
         if self._record and clause.word not in ("ENDRECORD", "ENDMODULE", "PROC", "FUNC", "TRAP"):
             self._parsing.read(clause, component=True)
-            self._kind(clause, LineKind.RECORD)
+            self._kind(clause, st.LineKind.RECORD)
             self._flush(f"T   {_one_line(clause)}")
             return
         declared = self._plain.point(clause.text, clause.line, clause.comment or "")
         if declared is None and self._parsing.too_much(clause):
             return
         if declared is not None:
-            found: FramingClause | list[Statement] | None = [declared]
+            found: FramingClause | list[st.Statement] | None = [declared]
         else:
             found, rest = self._parsing.read(clause, self._head)
         if self._names.uneven:
@@ -144,7 +125,7 @@ class ModuleReader:
         if found is None:
             self._stand_in(clause)
         elif isinstance(found, FramingClause):
-            self._kind(clause, LineKind.RECORD)
+            self._kind(clause, st.LineKind.RECORD)
             self._frame(found, clause)
         else:
             self._statements(found, clause)
@@ -165,7 +146,7 @@ class ModuleReader:
         else:
             self._blocks.stand_in(clause)
 
-    def _statements(self, found: list[Statement], clause: Clause) -> None:
+    def _statements(self, found: list[st.Statement], clause: Clause) -> None:
         statements = found if found and found[0].line == clause.line else at_line(found, clause.line)
         if clause.comment is not None and statements:
             last = len(statements) - 1
@@ -173,8 +154,8 @@ class ModuleReader:
             statements = list(statements)
             statements[place] = _commented(statements[place], clause.comment.rstrip())
         first = statements[0]
-        if isinstance(first, Declare):
-            self._kind(clause, LineKind.POINT if first.type in _POSITIONS else LineKind.STATEMENT)
+        if isinstance(first, st.Declare):
+            self._kind(clause, st.LineKind.POINT if first.type in _POSITIONS else st.LineKind.STATEMENT)
             if self._head is None:
                 self._flush(f"D {first.name}")
                 self.data.append(first)
@@ -183,7 +164,8 @@ class ModuleReader:
                 statements = [replace(first, shared=False), *statements[1:]]
         else:
             self._kind(
-                clause, LineKind.OPAQUE if isinstance(first, (Opaque, Process)) else LineKind.STATEMENT
+                clause,
+                st.LineKind.OPAQUE if isinstance(first, (st.Opaque, st.Process)) else st.LineKind.STATEMENT,
             )
         if self._head is None:
             message = "an instruction outside of a routine"
@@ -270,7 +252,7 @@ class ModuleReader:
         if not self._handler:
             self._handler = clause.line
             self._blocks.close()
-            if self._body and type(self._body[-1]) is Comment and self._body[-1].line == clause.line:
+            if self._body and type(self._body[-1]) is st.Comment and self._body[-1].line == clause.line:
                 self._body.pop()  # it is part of the line, which is kept word for word
         self._handlers[clause.line] = "LISTED" if "(" in clause.text else frame.name
         message = "a handler is kept and not modelled: in a plan nothing fails"
@@ -305,7 +287,7 @@ class ModuleReader:
         if comment:
             details["end"] = comment
         self.routines.append(
-            Routine(
+            st.Routine(
                 head.name,
                 self._line,
                 tuple(self._body),
@@ -335,9 +317,9 @@ class ModuleReader:
             if text:
                 means = tuple(self._handled.get(number, ()))
                 kept = text[word.start() :] if word else text
-                self._body.append(Disabled(number, kept, handler=handler, means=means))
-                if kinds[number - 1] != LineKind.ERROR:
-                    kinds[number - 1] = LineKind.OPAQUE
+                self._body.append(st.Disabled(number, kept, handler=handler, means=means))
+                if kinds[number - 1] != st.LineKind.ERROR:
+                    kinds[number - 1] = st.LineKind.OPAQUE
 
     def _end_of_file(self) -> None:
         last = len(self._findings.source.lines)
@@ -369,8 +351,8 @@ def _one_line(clause: Clause) -> str:
     return text if clause.comment is None else f"{text} !{clause.comment.rstrip()}"
 
 
-def _commented(statement: Statement, comment: str) -> Statement:
-    if isinstance(statement, (Comment, Disabled, Opaque)):
+def _commented(statement: st.Statement, comment: str) -> st.Statement:
+    if isinstance(statement, (st.Comment, st.Disabled, st.Opaque)):
         return replace(statement, text=f"{statement.text} !{comment}")
     return replace(statement, comment=comment)
 
@@ -378,10 +360,10 @@ def _commented(statement: Statement, comment: str) -> Statement:
 # --- Blocks ---
 # Pairs IF, WHILE, FOR and TEST of one routine in RAPID's words.
 
-_OPENERS: Final = {If: "IF", While: "WHILE", For: "FOR", Switch: "TEST"}
-_CLOSERS: Final = {EndIf: "IF", EndWhile: "WHILE", Next: "FOR", EndSwitch: "TEST"}
-_BRANCHES: Final = {ElseIf: "IF", Else: "IF", Case: "TEST", Default: "TEST"}
-_BRANCH_WORDS: Final = {ElseIf: "ELSEIF", Else: "ELSE", Case: "CASE", Default: "DEFAULT"}
+_OPENERS: Final = {st.If: "IF", st.While: "WHILE", st.For: "FOR", st.Switch: "TEST"}
+_CLOSERS: Final = {st.EndIf: "IF", st.EndWhile: "WHILE", st.Next: "FOR", st.EndSwitch: "TEST"}
+_BRANCHES: Final = {st.ElseIf: "IF", st.Else: "IF", st.Case: "TEST", st.Default: "TEST"}
+_BRANCH_WORDS: Final = {st.ElseIf: "ELSEIF", st.Else: "ELSE", st.Case: "CASE", st.Default: "DEFAULT"}
 _MARKERS: Final = {
     **{word: ("open", word) for word in ("IF", "WHILE", "FOR", "TEST")},
     **{f"END{word}": ("close", word) for word in ("IF", "WHILE", "FOR", "TEST")},
@@ -395,7 +377,7 @@ class OpenBlocks:
         self._findings = findings
         self._open: list[tuple[str, int]] = []
 
-    def note(self, statements: Iterable[Statement]) -> None:
+    def note(self, statements: Iterable[st.Statement]) -> None:
         """Statements of one clause; what does not pair is told."""
         for one in statements:
             kind = type(one)

@@ -6,19 +6,7 @@ import re
 from typing import Final, NamedTuple
 
 from olp.core.units import deg, mm
-from olp.ir.expressions import (
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    Quantity,
-    Signal,
-    SignalState,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Blend, BlendKind, Move, Path, Search, Speed, SpeedUnit
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
@@ -117,12 +105,12 @@ def _weld_speed(rules: RapidExpressionRules, weld: RapidArgument, speed: Speed) 
     """While it welds, the tool moves as the weld data say and not as the speed of the instruction does."""
     native = f"{speed.native}{OWN}weld"
     if isinstance(weld.value, RapidAggregate) and weld.value.items:
-        return Speed(SpeedUnit.TRAVEL, Quantity(rules.coerce(weld.value.items[0], ""), mm), native)
-    if not isinstance(weld.value, Named):
+        return Speed(SpeedUnit.TRAVEL, ex.Quantity(rules.coerce(weld.value.items[0], ""), mm), native)
+    if not isinstance(weld.value, ex.Named):
         return speed
     found = rules.names.steady(weld.value.name, "welddata")
-    number = Member(weld.value, "weld_speed") if found is None else as_number(float(found[0]))
-    return Speed(SpeedUnit.TRAVEL, Quantity(number, mm), native)
+    number = ex.Member(weld.value, "weld_speed") if found is None else as_number(float(found[0]))
+    return Speed(SpeedUnit.TRAVEL, ex.Quantity(number, mm), native)
 
 
 def _roles(name: str, layout: ArgumentLayout, positional: list[RapidArgument]) -> str:
@@ -145,11 +133,11 @@ def _roles(name: str, layout: ArgumentLayout, positional: list[RapidArgument]) -
 
 def _process(
     rules: RapidExpressionRules, name: str, roles: str, positional: list[RapidArgument]
-) -> list[tuple[str, Expression]]:
+) -> list[tuple[str, ex.Expression]]:
     """The instruction's own word and arguments, where it is more than a move."""
     if name.lower() in PLAIN:
         return []
-    found: list[tuple[str, Expression]] = [(name, SignalState(True))]
+    found: list[tuple[str, ex.Expression]] = [(name, ex.SignalState(True))]
     for role, one in zip(roles, positional, strict=True):
         if role == "x" and one.value is not None:
             found.append(("", rules.coerce(one.value, "")))
@@ -157,15 +145,15 @@ def _process(
     return found
 
 
-def _switch(rules: RapidExpressionRules, option: RapidOption) -> Expression:
+def _switch(rules: RapidExpressionRules, option: RapidOption) -> ex.Expression:
     if option.value is None:
-        return NamedArgument(option.name)
+        return ex.NamedArgument(option.name)
     return rules.coerce(option.value, "")
 
 
 def _search(rules: RapidExpressionRules, positional: list[RapidArgument]) -> Search | None:
     value = positional[0].value
-    signal = rules.signal(value, "in") if isinstance(value, (Named, Signal)) else None
+    signal = rules.signal(value, "in") if isinstance(value, (ex.Named, ex.Signal)) else None
     options = {option.name.lower() for one in positional[:2] for option in one.options}
     return None if signal is None else Search(signal, "nflank" not in options and "lowlevel" not in options)
 
@@ -177,52 +165,52 @@ class _Arguments:
         self.rules = rules
         self.found = found
 
-    def value(self, role: str) -> Expression:
+    def value(self, role: str) -> ex.Expression:
         value = self.found[role].value
         assert value is not None
         return self._named_or(value, _KINDS[role])
 
-    def _named_or(self, value: Expression | RapidAggregate, kind: str) -> Expression:
+    def _named_or(self, value: ex.Expression | RapidAggregate, kind: str) -> ex.Expression:
         """A name stays one, also that of data which every controller has."""
-        return value if isinstance(value, Named) else self.rules.coerce(value, kind)
+        return value if isinstance(value, ex.Named) else self.rules.coerce(value, kind)
 
-    def _options(self, role: str) -> dict[str, Expression | RapidAggregate | None]:
+    def _options(self, role: str) -> dict[str, ex.Expression | RapidAggregate | None]:
         one = self.found.get(role)
         return {} if one is None else {option.name.lower(): option.value for option in one.options}
 
-    def speed(self) -> tuple[Speed | None, Quantity | None]:
+    def speed(self) -> tuple[Speed | None, ex.Quantity | None]:
         one = self.found["s"]
         assert one.value is not None
         speed, turn = speed_of(one.value, self.rules.names)
         options = self._options("s")
         time, travel = options.get("t"), options.get("v")
         if time is not None:
-            return Speed(SpeedUnit.TIME, Quantity(self.rules.coerce(time, ""), 1.0), speed.native), turn
+            return Speed(SpeedUnit.TIME, ex.Quantity(self.rules.coerce(time, ""), 1.0), speed.native), turn
         if travel is not None:
             native = f"{speed.native}{OWN}V"
-            return Speed(SpeedUnit.TRAVEL, Quantity(self.rules.coerce(travel, ""), mm), native), turn
+            return Speed(SpeedUnit.TRAVEL, ex.Quantity(self.rules.coerce(travel, ""), mm), native), turn
         return speed, turn
 
     def zone(self) -> Blend:
         one = self.found.get("z")
         if one is None:
-            return Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
+            return Blend(BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm))
         assert one.value is not None
         blend = blend_of(one.value, self.rules.names)
         options = self._options("z")
         if "inpos" in options:  # the stop point's data take the place of the zone
-            return Blend(BlendKind.RADIUS, Quantity(Number(0), mm), blend.native)
+            return Blend(BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm), blend.native)
         wanted = options.get("z")
         if wanted is not None:
-            return Blend(blend.kind, Quantity(self.rules.coerce(wanted, ""), mm), f"{blend.native}{OWN}Z")
+            return Blend(blend.kind, ex.Quantity(self.rules.coerce(wanted, ""), mm), f"{blend.native}{OWN}Z")
         return blend
 
-    def tool(self) -> Expression | None:
+    def tool(self) -> ex.Expression | None:
         return tool_of(self.value("o")) if "o" in self.found else None
 
-    def frame_and_options(self) -> tuple[Expression, tuple[tuple[str, Expression], ...]]:
+    def frame_and_options(self) -> tuple[ex.Expression, tuple[tuple[str, ex.Expression], ...]]:
         """The work object, and all options that are kept as written."""
-        frame: Expression = FrameRef("base")
+        frame: ex.Expression = ex.FrameRef("base")
         kept = []
         for role, one in self.found.items():
             for option in one.options:
@@ -238,23 +226,23 @@ class _Arguments:
         return frame, tuple(kept)
 
 
-def tool_of(value: Expression) -> Expression:
+def tool_of(value: ex.Expression) -> ex.Expression:
     """tool0 is the flange."""
-    if isinstance(value, Named) and value.name.lower() == "tool0":
-        return FrameRef("tool", Number(0))
+    if isinstance(value, ex.Named) and value.name.lower() == "tool0":
+        return ex.FrameRef("tool", ex.Number(0))
     return value
 
 
-def frame_of(value: Expression) -> Expression:
+def frame_of(value: ex.Expression) -> ex.Expression:
     """wobj0 is the world, which is the base unless the controller's configuration moves it."""
-    if isinstance(value, Named) and value.name.lower() == "wobj0":
-        return FrameRef("base")
+    if isinstance(value, ex.Named) and value.name.lower() == "wobj0":
+        return ex.FrameRef("base")
     return value
 
 
-def speed_of(value: Expression | RapidAggregate, names: RapidNames) -> tuple[Speed, Quantity | None]:
+def speed_of(value: ex.Expression | RapidAggregate, names: RapidNames) -> tuple[Speed, ex.Quantity | None]:
     """Travel speed and bound of the turn rate of a speeddata."""
-    if isinstance(value, Named):
+    if isinstance(value, ex.Named):
         found = named_speed(value.name, names)
         if found is not None:
             return found
@@ -265,13 +253,13 @@ def speed_of(value: Expression | RapidAggregate, names: RapidNames) -> tuple[Spe
         items = [item for item in value.items if not isinstance(item, RapidAggregate)]
         if len(items) != len(value.items) or len(items) != 4:
             raise BrokenLineError("this is no speed", word="[", wanted="[v_tcp, v_ori, v_leax, v_reax]")
-        return Speed(SpeedUnit.TRAVEL, Quantity(items[0], mm), ""), Quantity(items[1], deg)
-    native = value.name if isinstance(value, Named) else ""
-    turn = Quantity(Member(value, "v_ori"), deg)
-    return Speed(SpeedUnit.TRAVEL, Quantity(Member(value, "v_tcp"), mm), native), turn
+        return Speed(SpeedUnit.TRAVEL, ex.Quantity(items[0], mm), ""), ex.Quantity(items[1], deg)
+    native = value.name if isinstance(value, ex.Named) else ""
+    turn = ex.Quantity(ex.Member(value, "v_ori"), deg)
+    return Speed(SpeedUnit.TRAVEL, ex.Quantity(ex.Member(value, "v_tcp"), mm), native), turn
 
 
-def named_speed(name: str, names: RapidNames) -> tuple[Speed, Quantity | None] | None:
+def named_speed(name: str, names: RapidNames) -> tuple[Speed, ex.Quantity | None] | None:
     """A predefined speed, or a user's that nobody assigns; None for all others."""
     key = name.lower()
     if not names.knows(key):
@@ -283,34 +271,34 @@ def named_speed(name: str, names: RapidNames) -> tuple[Speed, Quantity | None] |
     return None if values is None else _speed(values, names.spelled(name))
 
 
-def _speed(values: tuple[float, ...], native: str) -> tuple[Speed, Quantity]:
-    travel, turn = Quantity(as_number(values[0]), mm), Quantity(as_number(values[1]), deg)
+def _speed(values: tuple[float, ...], native: str) -> tuple[Speed, ex.Quantity]:
+    travel, turn = ex.Quantity(as_number(values[0]), mm), ex.Quantity(as_number(values[1]), deg)
     return Speed(SpeedUnit.TRAVEL, travel, native), turn
 
 
-def blend_of(value: Expression | RapidAggregate, names: RapidNames) -> Blend:
+def blend_of(value: ex.Expression | RapidAggregate, names: RapidNames) -> Blend:
     """The radius of a zonedata; 0 for a stop point."""
-    if isinstance(value, Named):
+    if isinstance(value, ex.Named):
         found = named_blend(value.name, names)
         if found is not None:
             return found
     if isinstance(value, RapidAggregate):
         flag, rest = value.items[:1], numbers(RapidAggregate(value.items[1:]), 6)
         size = value.items[1] if len(value.items) == 7 else value
-        if not flag or not isinstance(flag[0], SignalState) or isinstance(size, RapidAggregate):
+        if not flag or not isinstance(flag[0], ex.SignalState) or isinstance(size, RapidAggregate):
             raise BrokenLineError(
                 "this is no zone", word="[", wanted="[finep, pzone_tcp, pzone_ori, pzone_eax, zone_ori, …]"
             )
         if rest is None:
-            return Blend(BlendKind.RADIUS, Quantity(Number(0) if flag[0].on else size, mm), "")
+            return Blend(BlendKind.RADIUS, ex.Quantity(ex.Number(0) if flag[0].on else size, mm), "")
         native = f"[{'TRUE' if flag[0].on else 'FALSE'},{','.join(map(number_text, rest))}]"
         return _blend(0.0 if flag[0].on else rest[0], native)
-    native = value.name if isinstance(value, Named) else ""
-    radius: Expression = Member(value, "pzone_tcp")
-    base = value.base if isinstance(value, Item) else value
-    if isinstance(base, Named) and base.name.lower() in names.stopping:
-        radius = Function("zone-or-stop", (Member(value, "finep"), radius))
-    return Blend(BlendKind.RADIUS, Quantity(radius, mm), native)
+    native = value.name if isinstance(value, ex.Named) else ""
+    radius: ex.Expression = ex.Member(value, "pzone_tcp")
+    base = value.base if isinstance(value, ex.Item) else value
+    if isinstance(base, ex.Named) and base.name.lower() in names.stopping:
+        radius = ex.Function("zone-or-stop", (ex.Member(value, "finep"), radius))
+    return Blend(BlendKind.RADIUS, ex.Quantity(radius, mm), native)
 
 
 def named_blend(name: str, names: RapidNames) -> Blend | None:
@@ -330,7 +318,7 @@ def named_blend(name: str, names: RapidNames) -> Blend | None:
 
 
 def _blend(radius: float, native: str) -> Blend:
-    return Blend(BlendKind.RADIUS, Quantity(as_number(radius), mm), native)
+    return Blend(BlendKind.RADIUS, ex.Quantity(as_number(radius), mm), native)
 
 
 def _floats(texts: tuple[str, ...], count: int) -> tuple[float, ...] | None:

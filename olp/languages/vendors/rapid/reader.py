@@ -11,17 +11,7 @@ from typing import Final
 from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source, load
-from olp.ir.expressions import (
-    Expression,
-    Item,
-    Member,
-    Named,
-    PositionLiteral,
-    RecordLiteral,
-    SignalState,
-    Text,
-    Unknown,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Declare, Jump, Label, LineKind, Move, Program, Routine, Speed, Statement
 from olp.languages.findings import Findings
 from olp.languages.vendors.rapid.clauses import Cutter
@@ -196,11 +186,11 @@ def _check_names(findings: Findings, routines: Sequence[Routine], data: Sequence
 def _check_frames(findings: Findings, data: Sequence[Declare]) -> None:
     """Work objects that a mechanical unit carries."""
     for one in data:
-        if one.type != "frame" or not isinstance(one.value, RecordLiteral):
+        if one.type != "frame" or not isinstance(one.value, ex.RecordLiteral):
             continue
         members = dict(one.value.members)
         unit = members.get("ufmec")
-        if (isinstance(unit, Text) and unit.value) or members.get("ufprog") == SignalState(False):
+        if (isinstance(unit, ex.Text) and unit.value) or members.get("ufprog") == ex.SignalState(False):
             message = f"{one.name[:40]} moves with a mechanical unit: it is planned as if it stood still"
             findings.warning(
                 "P473", message, findings.whole_line(one.line), "give it a user frame of its own"
@@ -235,12 +225,12 @@ def _check_moves(findings: Findings, routine: Routine, names: RapidNames, unturn
         for value in (*one.targets, one.via, one.tool, one.frame):
             if (
                 value is None
-                or type(value) is PositionLiteral
-                or (type(value) is Named and value.name in told)
+                or type(value) is ex.PositionLiteral
+                or (type(value) is ex.Named and value.name in told)
             ):
                 continue
             base = _base(value)
-            if isinstance(base, Unknown):
+            if isinstance(base, ex.Unknown):
                 message = "the position of * is in the controller's memory only"
                 if base.text != "*":
                     message = f"nobody has filled in {base.text}"
@@ -276,7 +266,7 @@ def _check_speed(findings: Findings, speed: Speed | None, line: int) -> None:
         )
 
 
-def _base(value: Expression | None) -> Named | Unknown | None:
-    while isinstance(value, (Item, Member)):
+def _base(value: ex.Expression | None) -> ex.Named | ex.Unknown | None:
+    while isinstance(value, (ex.Item, ex.Member)):
         value = value.base
-    return value if isinstance(value, (Named, Unknown)) else None
+    return value if isinstance(value, (ex.Named, ex.Unknown)) else None

@@ -9,34 +9,8 @@ from typing import Any, Final, NamedTuple
 
 from lark import Token
 
+from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, FrameRef, Function, Member, Named, Text, Unknown
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    Declare,
-    Default,
-    Disabled,
-    Else,
-    ElseIf,
-    EndIf,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    Jump,
-    Label,
-    Next,
-    ObeyFlags,
-    Opaque,
-    Parameter,
-    Pause,
-    Process,
-    Return,
-    Statement,
-    Switch,
-    While,
-)
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import ENDS_CYCLE
 from olp.languages.vendors.rapid import interrupts, literals
@@ -56,7 +30,7 @@ class FramingClause(NamedTuple):
     attributes: tuple[str, ...] = ()
     local: bool = False
     returns: str = ""
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[st.Parameter, ...] = ()
 
 
 # Whether the arm's configuration is watched; along lines it is kept either way.
@@ -64,7 +38,7 @@ _WATCHES: Final = ("confj", "confl")
 _ON: Final = re.compile(r"\\\s*On\b", re.IGNORECASE)
 _OFF: Final = re.compile(r"\\\s*Off\b", re.IGNORECASE)
 COMPACT: Final = "compact"  # spelling of `IF c instruction;`
-_CONDITIONAL: Final = (Jump, Call, Return, Pause)
+_CONDITIONAL: Final = (st.Jump, st.Call, st.Return, st.Pause)
 
 
 class ClauseRules(RapidExpressionRules):
@@ -75,8 +49,8 @@ class ClauseRules(RapidExpressionRules):
         self.raw = ""
         self.main = False
 
-    def clause(self, children: list[Any]) -> FramingClause | list[Statement]:
-        found: FramingClause | list[Statement] | Statement = children[0]
+    def clause(self, children: list[Any]) -> FramingClause | list[st.Statement]:
+        found: FramingClause | list[st.Statement] | st.Statement = children[0]
         return found if isinstance(found, (FramingClause, list)) else [found]
 
     # --- frames -----------------------------------------------------------------------------------------------
@@ -92,7 +66,7 @@ class ClauseRules(RapidExpressionRules):
     def end_module(self, children: list[Any]) -> FramingClause:
         return FramingClause("ENDMODULE")
 
-    def data(self, children: list[Any]) -> Declare:
+    def data(self, children: list[Any]) -> st.Declare:
         scope = children[0].upper() if children[0].type == "SCOPE" else ""
         storage, kind, name, sizes, value = children[1:] if scope else children
         native = str(kind).lower()
@@ -102,7 +76,7 @@ class ClauseRules(RapidExpressionRules):
         elif storage.upper() == "VAR":
             stored = literals.zero(native, self.names, tuple(sizes or ()))
         resolved = self.names.resolved(native)
-        return Declare(
+        return st.Declare(
             0,
             self.names.spelled(str(name)),
             TYPES.get(resolved, native),
@@ -141,17 +115,17 @@ class ClauseRules(RapidExpressionRules):
         name = self.names.spelled(str(names[-1]))
         return FramingClause(word, name, (), local, returns, tuple(parameters or ()))
 
-    def parameters(self, children: list[Any]) -> list[Parameter]:
+    def parameters(self, children: list[Any]) -> list[st.Parameter]:
         """What stands behind | takes the place of the one before, so it is optional as well."""
-        found: list[Parameter] = []
+        found: list[st.Parameter] = []
         for place, child in enumerate(children):
-            if isinstance(child, Parameter):
+            if isinstance(child, st.Parameter):
                 instead = place > 0 and isinstance(children[place - 1], Token)
                 native = f"| {child.native}" if instead else child.native
                 found.append(replace(child, optional=child.optional or instead, native=native))
         return found
 
-    def parameter(self, children: list[Any]) -> Parameter:
+    def parameter(self, children: list[Any]) -> st.Parameter:
         tokens = [child for child in children if isinstance(child, Token)]
         kinds = [token.type for token in tokens]
         words = [str(token) for token in tokens if token.type == "NAME"]
@@ -161,7 +135,7 @@ class ClauseRules(RapidExpressionRules):
         optional = "BACKSLASH" in kinds
         usual = FrameRef("base") if optional and kind.lower() == "wobjdata" and not stars else None
         native = f"{passing} {kind}".strip() + ("{" + ",".join("*" * stars) + "}" if stars else "")
-        return Parameter(
+        return st.Parameter(
             self.names.spelled(name),
             TYPES.get(self.names.resolved(kind.lower()), kind.lower()),
             passing in ("INOUT", "VAR", "PERS", "REF"),
@@ -178,67 +152,67 @@ class ClauseRules(RapidExpressionRules):
     def handler(self, children: list[Any]) -> FramingClause:
         return FramingClause("HANDLER", self.raw.split("(")[0].strip().upper())
 
-    def placeholder(self, children: list[Token]) -> Opaque:
-        return Opaque(0, str(children[0]))
+    def placeholder(self, children: list[Token]) -> st.Opaque:
+        return st.Opaque(0, str(children[0]))
 
     # --- blocks -----------------------------------------------------------------------------------------------
 
-    def if_(self, children: list[Any]) -> If:
-        return If(0, self._plain(children[0]))
+    def if_(self, children: list[Any]) -> st.If:
+        return st.If(0, self._plain(children[0]))
 
-    def else_if(self, children: list[Any]) -> ElseIf:
-        return ElseIf(0, self._plain(children[0]))
+    def else_if(self, children: list[Any]) -> st.ElseIf:
+        return st.ElseIf(0, self._plain(children[0]))
 
-    def else_(self, children: list[Any]) -> Else:
-        return Else(0)
+    def else_(self, children: list[Any]) -> st.Else:
+        return st.Else(0)
 
-    def end_if(self, children: list[Any]) -> EndIf:
-        return EndIf(0)
+    def end_if(self, children: list[Any]) -> st.EndIf:
+        return st.EndIf(0)
 
-    def while_(self, children: list[Any]) -> While:
-        return While(0, self._plain(children[0]))
+    def while_(self, children: list[Any]) -> st.While:
+        return st.While(0, self._plain(children[0]))
 
-    def end_while(self, children: list[Any]) -> EndWhile:
-        return EndWhile(0)
+    def end_while(self, children: list[Any]) -> st.EndWhile:
+        return st.EndWhile(0)
 
-    def for_(self, children: list[Any]) -> For:
+    def for_(self, children: list[Any]) -> st.For:
         name, start, stop, step = children
         counted = Named(self.names.spelled(str(name)))
-        return For(
+        return st.For(
             0, counted, self._plain(start), self._plain(stop), None if step is None else self._plain(step)
         )
 
-    def end_for(self, children: list[Any]) -> Next:
-        return Next(0, None)
+    def end_for(self, children: list[Any]) -> st.Next:
+        return st.Next(0, None)
 
-    def test(self, children: list[Any]) -> Switch:
-        return Switch(0, self._plain(children[0]))
+    def test(self, children: list[Any]) -> st.Switch:
+        return st.Switch(0, self._plain(children[0]))
 
-    def case(self, children: list[Any]) -> Case:
-        return Case(0, tuple(self._plain(child) for child in children if child is not None))
+    def case(self, children: list[Any]) -> st.Case:
+        return st.Case(0, tuple(self._plain(child) for child in children if child is not None))
 
-    def default(self, children: list[Any]) -> Default:
-        return Default(0)
+    def default(self, children: list[Any]) -> st.Default:
+        return st.Default(0)
 
-    def end_test(self, children: list[Any]) -> EndSwitch:
-        return EndSwitch(0)
+    def end_test(self, children: list[Any]) -> st.EndSwitch:
+        return st.EndSwitch(0)
 
-    def label(self, children: list[Token]) -> Label:
-        return Label(0, self.names.spelled(str(children[0])))
+    def label(self, children: list[Token]) -> st.Label:
+        return st.Label(0, self.names.spelled(str(children[0])))
 
     # --- instructions -----------------------------------------------------------------------------------------
 
-    def compact_if(self, children: list[Any]) -> list[Statement]:
+    def compact_if(self, children: list[Any]) -> list[st.Statement]:
         condition, found = self._plain(children[0]), children[1]
-        inner: list[Statement] = found if isinstance(found, list) else [found]
+        inner: list[st.Statement] = found if isinstance(found, list) else [found]
         if len(inner) == 1 and isinstance(inner[0], _CONDITIONAL):
             return [replace(inner[0], condition=condition)]
-        return [If(0, condition, spelling=COMPACT), *inner, EndIf(0)]
+        return [st.If(0, condition, spelling=COMPACT), *inner, st.EndIf(0)]
 
     def target(self, children: list[Any]) -> tuple[str, list[Any]]:
         return str(children[0]), children[1:]
 
-    def assign(self, children: list[Any]) -> Assign | Process:
+    def assign(self, children: list[Any]) -> st.Assign | st.Process:
         (name, postfixes), value = children
         base: Expression = Named(self.names.spelled(name))
         last = postfixes[-1].lower() if postfixes and isinstance(postfixes[-1], str) else ""
@@ -247,19 +221,19 @@ class ClauseRules(RapidExpressionRules):
         if last in ("trans", "rot"):
             place = self.parts(base, postfixes[:-1])
             if literals.type_of(place, self.names) in ("robtarget", "pose", ""):
-                return Assign(0, place, self._partly(place, last, value))
+                return st.Assign(0, place, self._partly(place, last, value))
         if last == "robax":
             whole = self.parts(base, postfixes[:-1])
             if literals.type_of(whole, self.names) == "jointtarget":
-                return Assign(0, whole, self._axes(value))
+                return st.Assign(0, whole, self._axes(value))
         if last == "extax":
-            return Assign(
+            return st.Assign(
                 0, Member(self.parts(base, postfixes[:-1]), postfixes[-1]), self.coerce(value, "extjoint")
             )
         target = self.parts(base, postfixes)
         kind = literals.type_of(target, self.names)
         sizes = self.names.arrays.get(name.lower(), 0) if isinstance(target, Named) else 0
-        return Assign(0, target, self.coerce(value, kind, sizes))
+        return st.Assign(0, target, self.coerce(value, kind, sizes))
 
     def _axes(self, value: Expression | RapidAggregate) -> Function:
         """`j.robax := …` as whole new joint values."""
@@ -280,12 +254,12 @@ class ClauseRules(RapidExpressionRules):
         except literals.ShapeError as wrong:
             raise BrokenLineError(str(wrong), word="[") from None
 
-    def instruction(self, children: list[Any]) -> list[Statement] | Statement:
+    def instruction(self, children: list[Any]) -> list[st.Statement] | st.Statement:
         token, given = children[0], children[1] or []
         name, key = str(token), token.lower()
         if key not in self.names.routines:
             if key == ENDS_CYCLE and self.main:
-                return Return(0, spelling=name)
+                return st.Return(0, spelling=name)
             if key in LAYOUTS:
                 return lower_move(self, name, given)
             raw = self._behind(token)
@@ -297,11 +271,11 @@ class ClauseRules(RapidExpressionRules):
                     else [self._exact(one, name, raw) for one in found]
                 )
             if key in _WATCHES:
-                kept = Disabled(0, f"{name} {raw};")
+                kept = st.Disabled(0, f"{name} {raw};")
                 on = _ON.search(raw)
                 if key != "confj" or (on is None and _OFF.search(raw) is None):
                     return kept
-                return [ObeyFlags(0, on is not None), kept]
+                return [st.ObeyFlags(0, on is not None), kept]
             if key in INTERRUPTS:
                 return interrupts.ordered(f"{name} {raw}".strip(), key, given)
             if key in PROCESS:
@@ -310,16 +284,16 @@ class ClauseRules(RapidExpressionRules):
                     return process
                 called = CallValue(name, self.passed(name, given))
                 return replace(process, arguments=(*process.arguments, (CALLED, called)))
-        return Call(0, self.names.spelled(name), self.passed(name, given))
+        return st.Call(0, self.names.spelled(name), self.passed(name, given))
 
-    def _process(self, name: str, raw: str) -> Process:
-        return Process(0, name, (("", Text(raw)),) if raw else ())
+    def _process(self, name: str, raw: str) -> st.Process:
+        return st.Process(0, name, (("", Text(raw)),) if raw else ())
 
-    def _exact(self, statement: Statement, name: str, raw: str) -> Statement:
-        if isinstance(statement, Process) and statement.name == BESIDE:
+    def _exact(self, statement: st.Statement, name: str, raw: str) -> st.Statement:
+        if isinstance(statement, st.Process) and statement.name == BESIDE:
             what = [value.value for _, value in statement.arguments if isinstance(value, Text)]
-            return Disabled(0, f"{name} {raw};", beside="".join(what))
-        if isinstance(statement, Process) and statement.name == name and statement.arguments:
+            return st.Disabled(0, f"{name} {raw};", beside="".join(what))
+        if isinstance(statement, st.Process) and statement.name == name and statement.arguments:
             return replace(statement, arguments=(("", Text(raw)), *statement.arguments))
         return statement
 
@@ -328,42 +302,42 @@ class ClauseRules(RapidExpressionRules):
         text = self.raw[token.end_pos or 0 :].strip()
         return " ".join(text.removesuffix(";").split("\n")).strip()
 
-    def late_binding(self, children: list[Any]) -> Statement:
+    def late_binding(self, children: list[Any]) -> st.Statement:
         value, given = children
         if isinstance(value, Text) and value.value.isidentifier():
             name = self.names.spelled(value.value)
-            return Call(0, name, self.passed(name, given or []), spelling="%")
+            return st.Call(0, name, self.passed(name, given or []), spelling="%")
         text = self.raw[self.raw.index("%") :].removesuffix(";").strip()
-        return Process(0, "call", (("", Text(text)),))
+        return st.Process(0, "call", (("", Text(text)),))
 
-    def goto(self, children: list[Token]) -> Jump:
-        return Jump(0, self.names.spelled(str(children[0])))
+    def goto(self, children: list[Token]) -> st.Jump:
+        return st.Jump(0, self.names.spelled(str(children[0])))
 
-    def return_(self, children: list[Any]) -> Return:
-        return Return(0, None if children[0] is None else self.coerce(children[0], self.returns))
+    def return_(self, children: list[Any]) -> st.Return:
+        return st.Return(0, None if children[0] is None else self.coerce(children[0], self.returns))
 
     returns = ""  # the type of the function that is read
 
-    def raise_(self, children: list[Any]) -> Process:
+    def raise_(self, children: list[Any]) -> st.Process:
         return self._word("RAISE")
 
-    def exit_(self, children: list[Any]) -> Statement:
-        return Return(0, spelling="EXIT") if self.main else Process(0, "EXIT")
+    def exit_(self, children: list[Any]) -> st.Statement:
+        return st.Return(0, spelling="EXIT") if self.main else st.Process(0, "EXIT")
 
-    def retry(self, children: list[Any]) -> Process:
-        return Process(0, "RETRY")
+    def retry(self, children: list[Any]) -> st.Process:
+        return st.Process(0, "RETRY")
 
-    def trynext(self, children: list[Any]) -> Process:
-        return Process(0, "TRYNEXT")
+    def trynext(self, children: list[Any]) -> st.Process:
+        return st.Process(0, "TRYNEXT")
 
-    def connect(self, children: list[Any]) -> Process:
+    def connect(self, children: list[Any]) -> st.Process:
         kept = self._word("CONNECT", interrupts.NAME)
         (name, postfixes), trap = children[0], children[-1]
         text = kept.arguments[0][1]
         assert isinstance(text, Text)
         return kept if postfixes else interrupts.connected(text.value, name, str(trap))
 
-    def _word(self, word: str, name: str = "") -> Process:
+    def _word(self, word: str, name: str = "") -> st.Process:
         """An instruction kept as written from its word on."""
         start = self.raw.upper().index(word)
         text = " ".join(self.raw[start:].removesuffix(";").split())
@@ -373,6 +347,6 @@ class ClauseRules(RapidExpressionRules):
 _STORAGE: Final = {"CONST": "constant", "PERS": "persistent", "VAR": "variable"}
 
 
-def at_line(statements: Sequence[Statement], line: int) -> list[Statement]:
+def at_line(statements: Sequence[st.Statement], line: int) -> list[st.Statement]:
     """Copies of statements that were read in another line."""
     return [replace(one, line=line) for one in statements]

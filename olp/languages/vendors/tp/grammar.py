@@ -8,47 +8,8 @@ from typing import Any, NamedTuple, cast
 
 from lark import Token
 
-from olp.ir.expressions import (
-    Argument,
-    Expression,
-    FrameRef,
-    Function,
-    Named,
-    Number,
-    Quantity,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Variable,
-)
-from olp.ir.program import (
-    Assign,
-    Call,
-    Case,
-    Default,
-    Dwell,
-    Else,
-    EndIf,
-    For,
-    If,
-    Jump,
-    Label,
-    Message,
-    Next,
-    Pause,
-    Process,
-    PulseOutput,
-    Return,
-    SetFrame,
-    SetOutput,
-    SetOverride,
-    SetTool,
-    StartTask,
-    Statement,
-    Switch,
-    Wait,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError, Grammar
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.moves import TpMoveRules
@@ -60,7 +21,7 @@ class TpParser(Grammar):
     def __init__(self) -> None:
         super().__init__("tp", TpInstructionRules())
 
-    def statements(self, text: str) -> tuple[Statement, ...]:
+    def statements(self, text: str) -> tuple[st.Statement, ...]:
         """All statements of one line, with line 0. Raises lark's UnexpectedInput, or BrokenLineError."""
         parsed: Any = self.parse(text)
         return parsed.all if isinstance(parsed, Statements) else (parsed,)
@@ -77,15 +38,22 @@ def instruction_parser() -> TpParser:
 #
 # A line may stand for several statements; each comes with line 0, and the reader stamps the true one on it.
 
-TIMED_OUT = SystemValue("timed-out")
-BASE = FrameRef("base")
-_CONDITIONAL = (Jump, Call, Return, Pause, PulseOutput, StartTask)  # have a condition of their own
+TIMED_OUT = ex.SystemValue("timed-out")
+BASE = ex.FrameRef("base")
+_CONDITIONAL = (
+    st.Jump,
+    st.Call,
+    st.Return,
+    st.Pause,
+    st.PulseOutput,
+    st.StartTask,
+)  # have a condition of their own
 
 
 class Statements(NamedTuple):
     """All that one line says."""
 
-    all: tuple[Statement, ...]
+    all: tuple[st.Statement, ...]
 
 
 class TpInstructionRules(TpMoveRules):
@@ -93,163 +61,163 @@ class TpInstructionRules(TpMoveRules):
 
     # --- values and signals -----------------------------------------------------------------------------
 
-    def assign(self, children: list[Any]) -> Statement:
+    def assign(self, children: list[Any]) -> st.Statement:
         target, value = children
-        if isinstance(target, Signal):
-            return SetOutput(0, target, value)
-        if isinstance(target, Named) and target.name.upper() == values.OVERRIDE:
-            return SetOverride(0, Quantity(value, values.PERCENT))
-        return Assign(0, target, value)
+        if isinstance(target, ex.Signal):
+            return st.SetOutput(0, target, value)
+        if isinstance(target, ex.Named) and target.name.upper() == values.OVERRIDE:
+            return st.SetOverride(0, ex.Quantity(value, values.PERCENT))
+        return st.Assign(0, target, value)
 
-    def pulse(self, children: list[Any]) -> PulseOutput:
-        if not isinstance(children[0], Signal):
+    def pulse(self, children: list[Any]) -> st.PulseOutput:
+        if not isinstance(children[0], ex.Signal):
             raise BrokenLineError(
                 "a pulse on something that is no output", wanted="an output, as in DO[1]=PULSE,0.5sec"
             )
         _, time, unit = children
         if unit is not None and unit != "sec":
             raise BrokenLineError(f"a pulse in {unit}", wanted="a time in seconds, as in DO[1]=PULSE,0.5sec")
-        duration = None if time is None else Quantity(time, 1.0)
-        return PulseOutput(0, children[0], duration)
+        duration = None if time is None else ex.Quantity(time, 1.0)
+        return st.PulseOutput(0, children[0], duration)
 
-    def timer(self, children: list[Any]) -> Process | Assign:
+    def timer(self, children: list[Any]) -> st.Process | st.Assign:
         timer, word = children[0], str(children[1])
-        if isinstance(timer, SystemValue):
+        if isinstance(timer, ex.SystemValue):
             if word == "RESET":
-                return Assign(0, timer, Number(0))
-            return Assign(0, SystemValue("timer-running", timer.index), SignalState(word == "START"))
-        if isinstance(timer, Function) and timer.name == "timer":
+                return st.Assign(0, timer, ex.Number(0))
+            return st.Assign(0, ex.SystemValue("timer-running", timer.index), ex.SignalState(word == "START"))
+        if isinstance(timer, ex.Function) and timer.name == "timer":
             index = timer.arguments[0]
         else:
             raise BrokenLineError(
                 "START, STOP or RESET of something that is no timer", wanted="a timer, as in TIMER[1]=START"
             )
-        return Process(0, "TIMER", (("", index), ("", Text(word))))
+        return st.Process(0, "TIMER", (("", index), ("", ex.Text(word))))
 
-    def override(self, children: list[Any]) -> SetOverride:
+    def override(self, children: list[Any]) -> st.SetOverride:
         if len(children) > 1 and children[1] != "%":
             raise BrokenLineError(f"an override in {children[1]}", wanted="a percentage, as in OVERRIDE=50%")
-        return SetOverride(0, Quantity(children[0], values.PERCENT))
+        return st.SetOverride(0, ex.Quantity(children[0], values.PERCENT))
 
-    def select_frame(self, children: list[Any]) -> Statement:
+    def select_frame(self, children: list[Any]) -> st.Statement:
         word, number = children
         if word == "UTOOL_NUM":
-            return SetTool(0, FrameRef("tool", number))
-        return SetFrame(0, BASE if number == Number(0) else FrameRef("user", number))
+            return st.SetTool(0, ex.FrameRef("tool", number))
+        return st.SetFrame(0, BASE if number == ex.Number(0) else ex.FrameRef("user", number))
 
-    def skip_condition(self, children: list[Any]) -> Process:
-        return Process(0, "SKIP CONDITION", (("", children[-1]),))
+    def skip_condition(self, children: list[Any]) -> st.Process:
+        return st.Process(0, "SKIP CONDITION", (("", children[-1]),))
 
-    def offset_condition(self, children: list[Any]) -> Process:
-        return Process(0, "OFFSET CONDITION", (("", children[-1]),))
+    def offset_condition(self, children: list[Any]) -> st.Process:
+        return st.Process(0, "OFFSET CONDITION", (("", children[-1]),))
 
-    def tool_offset_condition(self, children: list[Any]) -> Process:
-        return Process(0, "TOOL_OFFSET CONDITION", (("", children[-1]),))
+    def tool_offset_condition(self, children: list[Any]) -> st.Process:
+        return st.Process(0, "TOOL_OFFSET CONDITION", (("", children[-1]),))
 
     # --- waiting ----------------------------------------------------------------------------------------
 
-    def dwell(self, children: list[Any]) -> Dwell:
-        return Dwell(0, Quantity(children[0], 1.0))
+    def dwell(self, children: list[Any]) -> st.Dwell:
+        return st.Dwell(0, ex.Quantity(children[0], 1.0))
 
-    def wait(self, children: list[Any]) -> Statement | Statements:
+    def wait(self, children: list[Any]) -> st.Statement | Statements:
         condition, label = children[0], children[1] if len(children) > 1 else None
-        if type(condition) in (Number, Variable, Argument) and label is None:
-            return Dwell(0, Quantity(condition, 1.0))
+        if type(condition) in (ex.Number, ex.Variable, ex.Argument) and label is None:
+            return st.Dwell(0, ex.Quantity(condition, 1.0))
         if label is None:
-            return Wait(0, condition)
-        limit = Quantity(Named(values.TIMEOUT), values.TICK)
-        return Statements((Wait(0, condition, limit), Jump(0, label, TIMED_OUT)))
+            return st.Wait(0, condition)
+        limit = ex.Quantity(ex.Named(values.TIMEOUT), values.TICK)
+        return Statements((st.Wait(0, condition, limit), st.Jump(0, label, TIMED_OUT)))
 
-    def timeout(self, children: list[Any]) -> str | Expression:
+    def timeout(self, children: list[Any]) -> str | ex.Expression:
         return _label(children[1])
 
     # --- control flow -----------------------------------------------------------------------------------
 
-    def label(self, children: list[Any]) -> Label:
+    def label(self, children: list[Any]) -> st.Label:
         name = _label(children[1])
         if not isinstance(name, str):
             raise BrokenLineError("a label without a fixed number", wanted="a number, as in LBL[1]")
-        return Label(0, name, children[2])
+        return st.Label(0, name, children[2])
 
-    def jump(self, children: list[Any]) -> Jump:
-        return Jump(0, _label(children[1]))
+    def jump(self, children: list[Any]) -> st.Jump:
+        return st.Jump(0, _label(children[1]))
 
-    def arguments(self, children: list[Any]) -> tuple[Expression, ...]:
+    def arguments(self, children: list[Any]) -> tuple[ex.Expression, ...]:
         return tuple(one for one in children if one is not None)
 
-    def call(self, children: list[Any]) -> Call:
-        return Call(0, str(children[0]), children[1] or ())
+    def call(self, children: list[Any]) -> st.Call:
+        return st.Call(0, str(children[0]), children[1] or ())
 
-    def call_computed(self, children: list[Any]) -> Process:
-        return Process(0, "CALL", tuple(("", one) for one in (children[0], *(children[1] or ()))))
+    def call_computed(self, children: list[Any]) -> st.Process:
+        return st.Process(0, "CALL", tuple(("", one) for one in (children[0], *(children[1] or ()))))
 
-    def run(self, children: list[Any]) -> StartTask:
-        return StartTask(0, str(children[0]), str(children[0]))
+    def run(self, children: list[Any]) -> st.StartTask:
+        return st.StartTask(0, str(children[0]), str(children[0]))
 
-    def end(self, _: list[Any]) -> Return:
-        return Return(0)
+    def end(self, _: list[Any]) -> st.Return:
+        return st.Return(0)
 
-    def pause(self, _: list[Any]) -> Pause:
-        return Pause(0)
+    def pause(self, _: list[Any]) -> st.Pause:
+        return st.Pause(0)
 
-    def abort(self, _: list[Any]) -> Process:
-        return Process(0, "ABORT")
+    def abort(self, _: list[Any]) -> st.Process:
+        return st.Process(0, "ABORT")
 
-    def if_then_do(self, children: list[Any]) -> Statement | Statements:
+    def if_then_do(self, children: list[Any]) -> st.Statement | Statements:
         condition, action = children
         if isinstance(action, _CONDITIONAL) and action.condition is None:
-            return cast(Statement, replace(action, condition=condition))
+            return cast(st.Statement, replace(action, condition=condition))
         inside = action.all if isinstance(action, Statements) else (action,)
-        return Statements((If(0, condition, spelling="one line"), *inside, EndIf(0)))
+        return Statements((st.If(0, condition, spelling="one line"), *inside, st.EndIf(0)))
 
-    def if_(self, children: list[Any]) -> If:
-        return If(0, children[0])
+    def if_(self, children: list[Any]) -> st.If:
+        return st.If(0, children[0])
 
-    def else_(self, _: list[Any]) -> Else:
-        return Else(0)
+    def else_(self, _: list[Any]) -> st.Else:
+        return st.Else(0)
 
-    def end_if(self, _: list[Any]) -> EndIf:
-        return EndIf(0)
+    def end_if(self, _: list[Any]) -> st.EndIf:
+        return st.EndIf(0)
 
     def select(self, children: list[Any]) -> Statements:
         value, first, action = children
-        return Statements((Switch(0, value), Case(0, (first,)), *_all(action)))
+        return Statements((st.Switch(0, value), st.Case(0, (first,)), *_all(action)))
 
     def case(self, children: list[Any]) -> Statements:
         value, action = children
-        return Statements((Case(0, (value,)), *_all(action)))
+        return Statements((st.Case(0, (value,)), *_all(action)))
 
     def otherwise(self, children: list[Any]) -> Statements:
-        return Statements((Default(0), *_all(children[0])))
+        return Statements((st.Default(0), *_all(children[0])))
 
-    def for_(self, children: list[Any]) -> For:
+    def for_(self, children: list[Any]) -> st.For:
         variable, start, word, stop = children
-        if not isinstance(variable, Variable):
+        if not isinstance(variable, ex.Variable):
             raise BrokenLineError(
                 "FOR counts something that is no register", wanted="a register, as in FOR R[1]=1 TO 5"
             )
-        return For(0, variable, start, stop, Number(-1) if word == "DOWNTO" else None)
+        return st.For(0, variable, start, stop, ex.Number(-1) if word == "DOWNTO" else None)
 
-    def end_for(self, _: list[Any]) -> Next:
-        return Next(0, None)
+    def end_for(self, _: list[Any]) -> st.Next:
+        return st.Next(0, None)
 
     # --- the rest ---------------------------------------------------------------------------------------
 
-    def message(self, children: list[Token]) -> Message:
+    def message(self, children: list[Token]) -> st.Message:
         text = str(children[0])
-        return Message(0, Text(text[text.index("[") + 1 : text.rindex("]")]))
+        return st.Message(0, ex.Text(text[text.index("[") + 1 : text.rindex("]")]))
 
-    def process(self, children: list[Token]) -> Process:
+    def process(self, children: list[Token]) -> st.Process:
         rest = str(children[1]).strip() if len(children) > 1 and children[1] is not None else ""
         name = " ".join(str(children[0]).split())
         if name.endswith("["):
             name, rest = name[:-1].strip(), f"[{rest}"
-        return Process(0, name, (("", Text(rest)),) if rest else ())
+        return st.Process(0, name, (("", ex.Text(rest)),) if rest else ())
 
 
-def _label(index: Expression) -> str | Expression:
+def _label(index: ex.Expression) -> str | ex.Expression:
     """The name of a label: its number; an expression where it is computed."""
-    return str(int(index.value)) if isinstance(index, Number) else index
+    return str(int(index.value)) if isinstance(index, ex.Number) else index
 
 
 def _all(action: Any) -> tuple[Any, ...]:

@@ -15,31 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from olp.core.diagnostic import Severity, Span
 from olp.core.units import mm
+from olp.ir import program as st
 from olp.ir.expressions import Number, Quantity, Store, Taught, Text, Variable
-from olp.ir.program import (
-    Blend,
-    Call,
-    Case,
-    Comment,
-    Default,
-    Disabled,
-    EndSwitch,
-    For,
-    If,
-    Jump,
-    Label,
-    LineKind,
-    Message,
-    Move,
-    Opaque,
-    Path,
-    Pause,
-    Process,
-    Program,
-    Speed,
-    Statement,
-    Switch,
-)
 from olp.languages.findings import Findings
 from olp.languages.lark_host import (
     MOST_BROKEN,
@@ -76,12 +53,12 @@ class TpMoveLines:
     """Reads plain move lines of one file; equal words share one object."""
 
     def __init__(self) -> None:
-        self._speeds: dict[str, Speed] = {}
-        self._blends: dict[str, Blend] = {"FINE": values.FINE}
+        self._speeds: dict[str, st.Speed] = {}
+        self._blends: dict[str, st.Blend] = {"FINE": values.FINE}
         self._rates: dict[str | None, Quantity | None] = {None: None}
         self._others: dict[str, tuple[tuple[str, object], ...]] = {"": ()}
 
-    def read(self, text: str, number: int) -> Move | None:
+    def read(self, text: str, number: int) -> st.Move | None:
         """The move in `text`, or None when it is not plain."""
         match = MOVE_LINE.fullmatch(text)
         if match is None:
@@ -94,44 +71,44 @@ class TpMoveLines:
         targets = (Taught(Store.ROBOT, int(point)),)
         path = values.PATHS[letter]
         if rate is None and not other:
-            return Move(number, path, targets, speed, blend)
+            return st.Move(number, path, targets, speed, blend)
         return self._with_options(number, path, targets, speed, blend, rate, other)
 
     def _with_options(
         self,
         number: int,
-        path: Path,
+        path: st.Path,
         targets: tuple[Taught],
-        speed: Speed,
-        blend: Blend,
+        speed: st.Speed,
+        blend: st.Blend,
         rate: str | None,
         other: str,
-    ) -> Move:
+    ) -> st.Move:
         if rate not in self._rates:
             self._rates[rate] = Quantity(Number(int(rate or 0)), values.PERCENT)
         if other not in self._others:
             self._others[other] = tuple(kept(word).value for word in other.split())
         words = self._others[other]
-        return Move(number, path, targets, speed, blend, acceleration=self._rates[rate], other=words)  # type: ignore[arg-type]
+        return st.Move(number, path, targets, speed, blend, acceleration=self._rates[rate], other=words)  # type: ignore[arg-type]
 
-    def _speed(self, text: str) -> Speed:
+    def _speed(self, text: str) -> st.Speed:
         if text not in self._speeds:
             if text == "WELD_SPEED":
                 unit, scale = values.UNITS["mm/sec"]
-                self._speeds[text] = Speed(unit, Quantity(WELD_SPEED, mm), text)
+                self._speeds[text] = st.Speed(unit, Quantity(WELD_SPEED, mm), text)
             else:
                 match = _SPEED.fullmatch(text)
                 assert match is not None
                 unit, scale = values.UNITS[match[2]]
-                self._speeds[text] = Speed(unit, Quantity(Number(values.number(match[1])), scale))
+                self._speeds[text] = st.Speed(unit, Quantity(Number(values.number(match[1])), scale))
         return self._speeds[text]
 
-    def _blend(self, text: str) -> Blend:
+    def _blend(self, text: str) -> st.Blend:
         if text not in self._blends:
             word = "CNT" if text[1] == "N" else text[:2]
             kind, scale = values.CORNERS[word]
             size = Quantity(Number(values.number(text[len(word) :])), scale)
-            self._blends[text] = Blend(kind, size, "" if word == "CNT" else word)
+            self._blends[text] = st.Blend(kind, size, "" if word == "CNT" else word)
         return self._blends[text]
 
 
@@ -295,22 +272,22 @@ class TpInstructionReader:
         self._kinds = findings.kinds
         self._moves = moves
         self._parser = TpLineParser(findings, german)
-        self._body: list[Statement] = []
+        self._body: list[st.Statement] = []
         self._block = 0  # line of the move that a P-SPS block belongs to
         self._switch = -1  # index behind the last action of an open SELECT
 
     @property
-    def markers(self) -> list[Statement]:
+    def markers(self) -> list[st.Statement]:
         """Stand for broken lines that open a block."""
         return self._parser.markers
 
-    def read(self, lines: Iterable[TpLine]) -> list[Statement]:
+    def read(self, lines: Iterable[TpLine]) -> list[st.Statement]:
         """All statements, in order."""
         move, body, kinds = self._moves.read, self._body, self._kinds
         for line in lines:
             number = line.number
             for more in range(line.lines):
-                kinds[number - 1 + more] = LineKind.STATEMENT
+                kinds[number - 1 + more] = st.LineKind.STATEMENT
             statement = move(line.text, number)
             if statement is not None:
                 if self._switch >= 0:
@@ -331,34 +308,34 @@ class TpInstructionReader:
     def _line(self, line: TpLine) -> None:
         text, number = line.text, line.number
         if text[0] == "!":
-            self._kinds[number - 1] = LineKind.COMMENT
-            self._body.append(Comment(number, text[1:]))
+            self._kinds[number - 1] = st.LineKind.COMMENT
+            self._body.append(st.Comment(number, text[1:]))
             return
         if text.startswith("--eg:"):
-            self._kinds[number - 1] = LineKind.COMMENT
-            self._body.append(Comment(number, text))
+            self._kinds[number - 1] = st.LineKind.COMMENT
+            self._body.append(st.Comment(number, text))
             return
         if text.startswith("//"):
-            self._body.append(Disabled(number, text[2:].strip()))
+            self._body.append(st.Disabled(number, text[2:].strip()))
             return
         for statement in self._statements(text, number):
             self._add(statement)
 
-    def _add(self, statement: Statement) -> None:
+    def _add(self, statement: st.Statement) -> None:
         kind = type(statement)
         if self._switch >= 0:
             self._end_switch()
-        if self._block and kind in (Label, Jump):
+        if self._block and kind in (st.Label, st.Jump):
             statement = self._inside_block(statement)
-        if kind is Move and any(BLOCK in getattr(value, "value", "") for _, value in statement.other):  # type: ignore[union-attr]
+        if kind is st.Move and any(BLOCK in getattr(value, "value", "") for _, value in statement.other):  # type: ignore[union-attr]
             self._block = statement.line
         self._body.append(statement)
 
-    def _inside_block(self, statement: Statement) -> Statement:
+    def _inside_block(self, statement: st.Statement) -> st.Statement:
         """Labels of a P-SPS block are its own: they get the block's line behind their number."""
-        if isinstance(statement, Label):
+        if isinstance(statement, st.Label):
             return replace(statement, name=f"{statement.name}/{self._block}")
-        if isinstance(statement, Jump) and isinstance(statement.target, str):
+        if isinstance(statement, st.Jump) and isinstance(statement.target, str):
             return replace(statement, target=f"{statement.target}/{self._block}")
         return statement
 
@@ -374,7 +351,7 @@ class TpInstructionReader:
         self._block = 0
         if self._switch >= 0:
             self._end_switch()
-        self._body.append(Process(number, f"{BLOCK} END"))
+        self._body.append(st.Process(number, f"{BLOCK} END"))
         message = "a P-SPS block runs beside its move; it is read as standing behind it"
         self._findings.once(
             Severity.INFO, "P531", "", message, self._span(number), "waits in it delay the next move"
@@ -382,15 +359,15 @@ class TpInstructionReader:
 
     def _end_switch(self) -> None:
         at = self._switch
-        self._body.insert(at, EndSwitch(self._body[at - 1].line))
+        self._body.insert(at, st.EndSwitch(self._body[at - 1].line))
         self._switch = -1
 
     # --- SELECT -----------------------------------------------------------------------------------------
 
-    def _statements(self, text: str, number: int) -> list[Statement]:
+    def _statements(self, text: str, number: int) -> list[st.Statement]:
         found = self._parser.statements(text, number)
-        if found and type(found[0]) in (Switch, Case, Default):
-            self._begin_case(type(found[0]) is Switch, number)
+        if found and type(found[0]) in (st.Switch, st.Case, st.Default):
+            self._begin_case(type(found[0]) is st.Switch, number)
             self._body.extend(found)
             self._switch = len(self._body)
             return []
@@ -467,7 +444,7 @@ _WORDS: Final = {
 }
 
 # The classes of a line's statements and all their values but the line.
-_Template = tuple[tuple[Callable[..., Statement], tuple[Any, ...]], ...]
+_Template = tuple[tuple[Callable[..., st.Statement], tuple[Any, ...]], ...]
 _seen: dict[str, _Template] = {}
 
 
@@ -479,9 +456,9 @@ class TpLineParser:
         self._kinds = findings.kinds
         self._german = german
         self._broken = 0
-        self.markers: list[Statement] = []
+        self.markers: list[st.Statement] = []
 
-    def statements(self, text: str, number: int) -> list[Statement]:
+    def statements(self, text: str, number: int) -> list[st.Statement]:
         """The statements of the instruction in line `number`; none where it is broken."""
         template = None if self._german else _seen.get(text)
         if template is None:
@@ -541,19 +518,19 @@ class TpLineParser:
             (call,) = instruction_parser().statements(f"CALL M{match[2] or ''}")
         except (UnexpectedInput, BrokenLineError):
             return self._opaque(text, number, name)
-        assert isinstance(call, Call)
-        self._kinds[number - 1] = LineKind.STATEMENT
+        assert isinstance(call, st.Call)
+        self._kinds[number - 1] = st.LineKind.STATEMENT
         message = f"{name[:40]} is taken for a macro"
         help = "its effect on the time is that of the program that the macro stands for"
         self._findings.once(Severity.INFO, "P522", name, message, self._span(number), help)
-        return ((Call, values_of(replace(call, routine=name, spelling="macro"))),)
+        return ((st.Call, values_of(replace(call, routine=name, spelling="macro"))),)
 
     def _opaque(self, text: str, number: int, what: str) -> _Template:
-        self._kinds[number - 1] = LineKind.OPAQUE
+        self._kinds[number - 1] = st.LineKind.OPAQUE
         message = f"{what[:40]} is kept but not modelled"
         help = "its effect on the time is unknown"
         self._findings.once(Severity.INFO, "P521", what, message, self._span(number), help)
-        return ((Opaque, (text,)),)
+        return ((st.Opaque, (text,)),)
 
     # --- what is wrong ----------------------------------------------------------------------------------
 
@@ -573,9 +550,9 @@ class TpLineParser:
     def _report(self, problem: _TpProblem, number: int, text: str) -> None:
         self._broken += 1
         if text.startswith("IF") and text.endswith("THEN"):
-            self.markers.append(If(number, Number(0)))
+            self.markers.append(st.If(number, Number(0)))
         elif text.startswith("FOR"):
-            self.markers.append(For(number, Variable(Store.REAL, Number(0)), Number(0), Number(0)))
+            self.markers.append(st.For(number, Variable(Store.REAL, Number(0)), Number(0), Number(0)))
         line = self._findings.source.line(number)
         head = NUMBERED.match(line)
         start = head.end() if head else 0
@@ -624,21 +601,21 @@ def _explain(problem: UnexpectedInput, text: str) -> _TpProblem:
 _ALARM: Final = re.compile(r"\d+")
 
 
-def with_alarms(program: Program) -> Program:
+def with_alarms(program: st.Program) -> st.Program:
     """The program with what `UALM[n]` does as its controller is delivered: it shows an alarm and stops the program."""
-    if not any(isinstance(s, Process) and s.name == "UALM" for s in program.statements()):
+    if not any(isinstance(s, st.Process) and s.name == "UALM" for s in program.statements()):
         return program
 
-    def rows(s: Statement) -> tuple[Statement, ...]:
-        if not isinstance(s, Process) or s.name != "UALM":
+    def rows(s: st.Statement) -> tuple[st.Statement, ...]:
+        if not isinstance(s, st.Process) or s.name != "UALM":
             return (s,)
-        shown = Message(s.line, Text(f"user alarm {_number_of(s)}".rstrip()), s.comment)
-        return shown, Pause(s.line, spelling=ACKNOWLEDGED)
+        shown = st.Message(s.line, Text(f"user alarm {_number_of(s)}".rstrip()), s.comment)
+        return shown, st.Pause(s.line, spelling=ACKNOWLEDGED)
 
     routines = (replace(r, body=tuple(one for s in r.body for one in rows(s))) for r in program.routines)
     return replace(program, routines=tuple(routines))
 
 
-def _number_of(s: Process) -> str:
+def _number_of(s: st.Process) -> str:
     found = _ALARM.search("".join(e.value for _, e in s.arguments if isinstance(e, Text)))
     return found[0] if found else ""

@@ -11,21 +11,10 @@ from typing import Any, Final, TypeGuard
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
+from olp.ir import program as st
 from olp.ir.block_structure import pair
 from olp.ir.expressions import Expression, FrameRef, Number, Store, Taught
 from olp.ir.points import PointKind
-from olp.ir.program import (
-    Assign,
-    Comment,
-    ControlGroup,
-    Declare,
-    Label,
-    LineKind,
-    Move,
-    Program,
-    Routine,
-    Statement,
-)
 from olp.languages.findings import Findings
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.instructions import (
@@ -46,21 +35,21 @@ _NAMED = re.compile(
 )
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """The program in a listing. Never raises on bad text."""
     findings = Findings(source)
-    routines: tuple[Routine, ...] = ()
+    routines: tuple[st.Routine, ...] = ()
     if is_readable(findings):
         with no_garbage_collection():
             routines = tuple(_routine(findings, listing) for listing in listings(findings))
     text = "\n".join(source.lines) if routines else ""
-    data: tuple[Declare, ...] = ()
+    data: tuple[st.Declare, ...] = ()
     if values.TIMEOUT in text or "TIMEOUT" in text:
-        data = (Declare(0, values.TIMEOUT, "integer", Number(values.USUAL_TIMEOUT), shared=True),)
-    return Program("tp", source, routines, findings.result(), bytes(findings.kinds), data)
+        data = (st.Declare(0, values.TIMEOUT, "integer", Number(values.USUAL_TIMEOUT), shared=True),)
+    return st.Program("tp", source, routines, findings.result(), bytes(findings.kinds), data)
 
 
-def _routine(findings: Findings, listing: TpSections) -> Routine:
+def _routine(findings: Findings, listing: TpSections) -> st.Routine:
     lines = findings.source.lines
     first, stop = listing.sections.get("/MN", (0, 0))
     german = is_german("\n".join(lines[max(listing.line - 1, 0) : max(first - 1, 0)]))
@@ -74,7 +63,7 @@ def _routine(findings: Findings, listing: TpSections) -> Routine:
     if begin:
         positions.read(begin, end)
     table = positions.table()
-    routine = Routine(
+    routine = st.Routine(
         listing.name or "UNNAMED",
         listing.line,
         tuple(with_conditions(body)),
@@ -88,10 +77,10 @@ def _routine(findings: Findings, listing: TpSections) -> Routine:
     return routine
 
 
-def _groups(listing: TpSections) -> tuple[ControlGroup, ...]:
+def _groups(listing: TpSections) -> tuple[st.ControlGroup, ...]:
     """DEFAULT_GROUP 1,*,*,*,*: a program drives its first motion group, which is a robot; *,*,*,*,*: none."""
     mask = listing.attributes.get("DEFAULT_GROUP", "1")
-    return (ControlGroup(("RB1",)),) if "1" in mask else ()
+    return (st.ControlGroup(("RB1",)),) if "1" in mask else ()
 
 
 def _details(listing: TpSections, positions: TpPositionReader, text: str) -> dict[str, str]:
@@ -140,22 +129,22 @@ def is_readable(findings: Findings) -> bool:
 def _refuse(findings: Findings, code: str, message: str, help: str) -> bool:
     findings.error(code, message, Span(0), help)
     for number, line in enumerate(findings.source.lines):
-        findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
+        findings.kinds[number] = st.LineKind.ERROR if line.strip() else st.LineKind.BLANK
     return False
 
 
 def check_routine(
     findings: Findings,
     listing: TpSections,
-    routine: Routine,
+    routine: st.Routine,
     positions: TpPositionReader,
-    markers: Sequence[Statement],
+    markers: Sequence[st.Statement],
 ) -> None:
     """Everything that holds for one program. `markers`: stand for broken lines that open a block."""
     _check_sections(findings, listing)
     if "/MN" not in listing.sections:
         return
-    flow = [one for one in routine.body if type(one) is not Move]
+    flow = [one for one in routine.body if type(one) is not st.Move]
     if markers:
         flow = sorted([*flow, *markers], key=lambda one: one.line)
     for problem in pair(flow).problems:
@@ -207,17 +196,17 @@ def _label(message: str) -> str:
 # --- positions ------------------------------------------------------------------------------------------
 
 
-def _used(routine: Routine) -> Iterator[tuple[int, Expression]]:
+def _used(routine: st.Routine) -> Iterator[tuple[int, Expression]]:
     for one in routine.body:
-        if type(one) is Move:
+        if type(one) is st.Move:
             yield one.line, one.targets[0]
             if one.via is not None:
                 yield one.line, one.via
-        elif type(one) is Assign:
+        elif type(one) is st.Assign:
             yield one.line, one.value
 
 
-def _check_points(findings: Findings, routine: Routine, positions: TpPositionReader) -> None:
+def _check_points(findings: Findings, routine: st.Routine, positions: TpPositionReader) -> None:
     block = routine.points.blocks.get((Store.ROBOT, True))
     rows = block.rows if block is not None else {}
     numbers = sorted(rows)
@@ -248,18 +237,18 @@ def _report_missing(findings: Findings, line: int, number: int, numbers: list[in
     findings.error("P525", f"there is no position P[{number}]", findings.whole_line(line), help)
 
 
-def _check_lengths(findings: Findings, routine: Routine) -> None:
+def _check_lengths(findings: Findings, routine: st.Routine) -> None:
     for one in routine.body:
-        if type(one) is Comment and len(one.text) > COMMENT_LENGTH and not one.text.startswith("--eg:"):
+        if type(one) is st.Comment and len(one.text) > COMMENT_LENGTH and not one.text.startswith("--eg:"):
             message = f"a comment of {len(one.text)} characters"
             help = f"controllers keep {COMMENT_LENGTH} characters"
             findings.once(Severity.INFO, "P506", "", message, findings.whole_line(one.line), help)
-        elif type(one) is Label and not 1 <= int(one.name.split("/")[0]) <= LARGEST_LABEL:
+        elif type(one) is st.Label and not 1 <= int(one.name.split("/")[0]) <= LARGEST_LABEL:
             span = findings.whole_line(one.line)
             findings.warning("P529", f"no controller takes label {one.name}", span, f"1 .. {LARGEST_LABEL}")
 
 
-def _tell_conventions(findings: Findings, routine: Routine) -> None:
+def _tell_conventions(findings: Findings, routine: st.Routine) -> None:
     """What a listing leaves open, told once where it matters."""
     block = routine.points.blocks.get((Store.ROBOT, True))
     if block is None or not len(block):
@@ -279,8 +268,8 @@ def _tell_conventions(findings: Findings, routine: Routine) -> None:
         findings.once(Severity.INFO, "P534", "", message, findings.whole_line(line), help)
 
 
-def _defines_frame(statement: Statement) -> TypeGuard[Any]:
-    return type(statement) is Assign and type(statement.target) is FrameRef
+def _defines_frame(statement: st.Statement) -> TypeGuard[Any]:
+    return type(statement) is st.Assign and type(statement.target) is FrameRef
 
 
 # --- Header ---
@@ -336,7 +325,7 @@ def listings(findings: Findings) -> list[TpSections]:
                 _take_name(current, match[2])
         section, start = match[1], number + 1
         current.last_line = number
-        findings.kinds[number - 1] = LineKind.RECORD
+        findings.kinds[number - 1] = st.LineKind.RECORD
         if section == "/END":
             current.sections["/END"] = (number, number)
             section = ""
@@ -362,7 +351,7 @@ def _take_attributes(findings: Findings, listing: TpSections) -> None:
         text = lines[number - 1]
         if not text.strip():
             continue
-        findings.kinds[number - 1] = LineKind.RECORD
+        findings.kinds[number - 1] = st.LineKind.RECORD
         text = text.strip()
         if text.startswith("TCD:"):
             text = text[4:].strip()
@@ -371,5 +360,5 @@ def _take_attributes(findings: Findings, listing: TpSections) -> None:
             listing.attributes.setdefault(attribute(match[1]), attribute_value(match[2]))
     for number in range(*listing.sections.get("/APPL", (0, 0))):
         if lines[number - 1].strip():
-            findings.kinds[number - 1] = LineKind.RECORD
+            findings.kinds[number - 1] = st.LineKind.RECORD
             listing.application.append(lines[number - 1].rstrip())

@@ -6,17 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Final
 
-from olp.ir.expressions import (
-    Compare,
-    Expression,
-    Function,
-    PositionLiteral,
-    Quantity,
-    Signal,
-    SignalState,
-    Text,
-    Unary,
-)
+from olp.ir import expressions as ex
 from olp.ir.program import Call, Dwell, Message, Pause, Process, SetOutput, Statement, Wait
 from olp.ir.statements import SetTool
 from olp.languages.vendors.urscript import builtins, helpers
@@ -70,7 +60,7 @@ class CallRules:
         self._tell("P555", f"{name} is not defined in this file", help)
         return [Call(line, name, self._expressions.arguments(call.arguments), comment=comment)]
 
-    def _tagged(self, given: tuple[UrscriptArgument, ...]) -> tuple[tuple[str, Expression], ...]:
+    def _tagged(self, given: tuple[UrscriptArgument, ...]) -> tuple[tuple[str, ex.Expression], ...]:
         return tuple((one.name, self._expressions.lower(one.value)) for one in given)
 
     def _by_name(self, given: tuple[UrscriptArgument, ...], places: tuple[str, ...]) -> dict[str, Node]:
@@ -89,8 +79,8 @@ class CallRules:
             return []
         value = given[0].value
         if is_step(value):
-            return [Process(line, "sync", (("sleep", SignalState(True)),), comment)]
-        return [Dwell(line, Quantity(fold(self._expressions.lower(value)), 1.0), comment)]
+            return [Process(line, "sync", (("sleep", ex.SignalState(True)),), comment)]
+        return [Dwell(line, ex.Quantity(fold(self._expressions.lower(value)), 1.0), comment)]
 
     def _output(
         self, name: str, given: tuple[UrscriptArgument, ...], line: int, comment: str
@@ -99,7 +89,7 @@ class CallRules:
             self._tell("P558", f"{name} takes two arguments, not {len(given)}", f"{name}(1, True)")
             return []
         number, value = (self._expressions.lower(one.value) for one in given)
-        return [SetOutput(line, Signal(builtins.OUTPUTS[name], number), value, comment)]
+        return [SetOutput(line, ex.Signal(builtins.OUTPUTS[name], number), value, comment)]
 
     def _tool(
         self, name: str, given: tuple[UrscriptArgument, ...], line: int, comment: str
@@ -111,8 +101,8 @@ class CallRules:
         tool = self._expressions.lower(given[0].value)
         if len(given) > 1:
             label = self._expressions.lower(given[1].value)
-            text = label.value if type(label) is Text else ""
-            if type(tool) is PositionLiteral:
+            text = label.value if type(label) is ex.Text else ""
+            if type(tool) is ex.PositionLiteral:
                 tool = replace(tool, native=(*tool.native, ("name", text)))
             else:
                 comment = f"{text} {comment}".strip()
@@ -127,12 +117,12 @@ class CallRules:
             return []
         waits = None if blocking is None else self._expressions.lower(blocking)
         options = [(option, self._expressions.lower(value)) for option, value in found.items()]
-        if waits is not None and type(waits) is not SignalState:
+        if waits is not None and type(waits) is not ex.SignalState:
             options.append(("blocking", waits))
         message = Message(line, self._expressions.lower(text), comment)
-        if waits != SignalState(True):
+        if waits != ex.SignalState(True):
             return [Process(line, "popup", tuple(options)), message]
-        if message.text == Text("") and not options:
+        if message.text == ex.Text("") and not options:
             return [Pause(line, comment=comment)]  # it says nothing, and waits for the operator
         before: list[Statement] = [Process(line, "popup", tuple(options))] if options else []
         return [*before, message, Pause(line)]
@@ -143,7 +133,7 @@ class CallRules:
         if not given or any(one.name not in ("", "s1", "s2") for one in given):
             return []
         texts = tuple(self._expressions.lower(one.value) for one in given)
-        text = texts[0] if len(texts) == 1 else Function("joined-text", texts)
+        text = texts[0] if len(texts) == 1 else ex.Function("joined-text", texts)
         return [Message(line, text, comment)]
 
 
@@ -188,7 +178,7 @@ class Waits:
         if type(opening) is not Opening or opening.word != "while" or opening.condition is None:
             return None
         condition = self._expressions.lower(opening.condition)
-        if type(condition) is SignalState:
+        if type(condition) is ex.SignalState:
             return None
         if opening.closed:
             idle: object = opening.rest
@@ -230,21 +220,21 @@ class Waits:
         match opening.condition:
             case UrscriptPair("and", UrscriptPair(">", UrscriptName(helpers.COUNTER), _), condition):
                 assert isinstance(start, Assignment)  # `_is_count` has seen it
-                timeout = Quantity(fold(self._expressions.lower(start.value)), 1.0)
+                timeout = ex.Quantity(fold(self._expressions.lower(start.value)), 1.0)
                 waited = inverted(self._expressions.lower(condition))
                 return Wait(line.number, waited, timeout, line.comment), 5
         return None
 
 
-def inverted(condition: Expression) -> Expression:
+def inverted(condition: ex.Expression) -> ex.Expression:
     """What holds when the condition does not; twice inverted it is what it was."""
-    if type(condition) is Compare:
-        if type(condition.right) is SignalState and condition.operator in ("=", "<>"):
-            return Compare(condition.operator, condition.left, SignalState(not condition.right.on))
-        return Compare(_INVERTED[condition.operator], condition.left, condition.right)
-    if type(condition) is Unary and condition.operator == "not":
+    if type(condition) is ex.Compare:
+        if type(condition.right) is ex.SignalState and condition.operator in ("=", "<>"):
+            return ex.Compare(condition.operator, condition.left, ex.SignalState(not condition.right.on))
+        return ex.Compare(_INVERTED[condition.operator], condition.left, condition.right)
+    if type(condition) is ex.Unary and condition.operator == "not":
         return condition.operand
-    return Unary("not", condition)
+    return ex.Unary("not", condition)
 
 
 def _is_count(content: object) -> bool:

@@ -12,46 +12,9 @@ from xml.etree import ElementTree
 from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Expression,
-    Function,
-    Named,
-    Number,
-    PositionLiteral,
-    RecordLiteral,
-    SignalState,
-    Text,
-    Unknown,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Assign,
-    Break,
-    Call,
-    Comment,
-    Continue,
-    Declare,
-    Else,
-    ElseIf,
-    EndIf,
-    EndWhile,
-    If,
-    LineKind,
-    Opaque,
-    Parameter,
-    Process,
-    Program,
-    Return,
-    Routine,
-    SetOutput,
-    SetTool,
-    StartTask,
-    Statement,
-    WaitTask,
-    While,
-)
 from olp.languages.findings import Findings
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.calls import CallRules, Waits
@@ -79,18 +42,18 @@ from olp.languages.vendors.urscript.syntax import (
 _GZIP = b"\x1f\x8b"
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """The program in a text. Never raises on bad text."""
     if source.raw.startswith((_GZIP, b"<", b"\xef\xbb\xbf<")):
         return read_polyscope(source)
     return read_lines(source)
 
 
-def read_lines(source: Source) -> Program:
+def read_lines(source: Source) -> st.Program:
     """The program in the lines of a text."""
     findings = Findings(source)
     if not _is_readable(findings):
-        return Program("urscript", source, (), findings.result(), bytes(findings.kinds))
+        return st.Program("urscript", source, (), findings.result(), bytes(findings.kinds))
     with no_garbage_collection():
         root = Outliner(findings).read(UrscriptLineReader(findings).read())
         _forget_helpers(root)
@@ -104,7 +67,7 @@ def read_lines(source: Source) -> Program:
         ]
         data = [*bodies.data.values(), *bodies.late_data()]
     routines[0] = _without(routines[0], data)
-    return Program(
+    return st.Program(
         "urscript",
         source,
         tuple(routines),
@@ -122,7 +85,7 @@ def _forget_helpers(root: UrscriptPart) -> None:
             del part.parts[name]
 
 
-def _without(main: Routine, data: list[Declare]) -> Routine:
+def _without(main: st.Routine, data: list[st.Declare]) -> st.Routine:
     """The main program without the declarations that hold before it runs."""
     from dataclasses import replace
 
@@ -143,7 +106,7 @@ def _is_readable(findings: Findings) -> bool:
 
 def _refused(findings: Findings) -> bool:
     for number, line in enumerate(findings.source.lines):
-        findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
+        findings.kinds[number] = st.LineKind.ERROR if line.strip() else st.LineKind.BLANK
     return False
 
 
@@ -221,7 +184,7 @@ def _identifier(stem: str, taken: set[str]) -> str:
 _LARGEST = 50_000_000  # bytes that are unpacked; the largest programs have a tenth
 
 
-def read_polyscope(source: Source) -> Program:
+def read_polyscope(source: Source) -> st.Program:
     """The program in a .urp file. Never raises."""
     from dataclasses import replace
 
@@ -263,11 +226,11 @@ def _unpacked(raw: bytes) -> bytes:
     return data
 
 
-def _polyscope_refused(source: Source, message: str) -> Program:
+def _polyscope_refused(source: Source, message: str) -> st.Program:
     findings = Findings(source)
     findings.error("P562", message, Span(0), "save it again on the controller, or export it as .script")
-    findings.kinds[:] = bytes([LineKind.ERROR]) * len(findings.kinds)
-    return Program("urscript", source, (), findings.result(), bytes(findings.kinds))
+    findings.kinds[:] = bytes([st.LineKind.ERROR]) * len(findings.kinds)
+    return st.Program("urscript", source, (), findings.result(), bytes(findings.kinds))
 
 
 # --- Bodies ---
@@ -280,7 +243,7 @@ _SEVERITIES: Final = {
     "P559": Severity.ERROR,
 }
 # What may stand before data that holds from the beginning on: it neither moves nor asks for a value.
-_BEFORE_DATA: Final = (Comment, Process, SetTool, SetOutput, StartTask, Declare)
+_BEFORE_DATA: Final = (st.Comment, st.Process, st.SetTool, st.SetOutput, st.StartTask, st.Declare)
 
 
 class Bodies:
@@ -289,13 +252,13 @@ class Bodies:
     def __init__(self, findings: Findings, names: UrscriptNames) -> None:
         self._findings = findings
         self._names = names
-        self.data: dict[str, Declare] = {}
+        self.data: dict[str, st.Declare] = {}
 
-    def routine(self, part: UrscriptPart, name: str) -> Routine:
+    def routine(self, part: UrscriptPart, name: str) -> st.Routine:
         body = _UrscriptBody(self._findings, self._names, part, self.data)
         statements = body.lower()
         details = {} if part.kind in ("def", "file") else {"kind": part.kind}
-        return Routine(
+        return st.Routine(
             name,
             part.line,
             tuple(statements),
@@ -307,14 +270,14 @@ class Bodies:
             returns=_plain(self._names.of(part).result),
         )
 
-    def late_data(self) -> list[Declare]:
+    def late_data(self) -> list[st.Declare]:
         """Shared names that get their value while the program runs."""
         found = []
         for facts in self._names.facts.values():
             for name, index in facts.first.items():
                 if name not in self.data and self._names.is_shared(facts.part, name):
                     line = facts.part.lines[index][0].number
-                    self.data[name] = Declare(
+                    self.data[name] = st.Declare(
                         line, name, _plain(self._names.types.get(name, "")), shared=True
                     )
                     found.append(self.data[name])
@@ -325,7 +288,7 @@ class _UrscriptBody:
     """`_loops`: words of the open blocks."""
 
     def __init__(
-        self, findings: Findings, names: UrscriptNames, part: UrscriptPart, data: dict[str, Declare]
+        self, findings: Findings, names: UrscriptNames, part: UrscriptPart, data: dict[str, st.Declare]
     ) -> None:
         self._findings = findings
         self._names = names
@@ -352,16 +315,16 @@ class _UrscriptBody:
         else:
             self._findings.once(severity, code, message, message, span, help)
 
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[st.Parameter, ...]:
         found = []
         for name, default in self._part.parameters:
             type_ = _plain(self._names.type_of(self._part, name))
             value = None if default is None else self._expressions.lower(default, name in self._facts.joints)
-            found.append(Parameter(name, type_, optional=default is not None, default=value))
+            found.append(st.Parameter(name, type_, optional=default is not None, default=value))
         return tuple(found)
 
-    def lower(self) -> list[Statement]:
-        body: list[Statement] = []
+    def lower(self) -> list[st.Statement]:
+        body: list[st.Statement] = []
         lines, index, count = self._part.lines, 0, len(self._part.lines)
         shadowed = {word for word in builtins.MOVES if self._part.find(word) is not None}
         while index < count:
@@ -404,9 +367,9 @@ class _UrscriptBody:
             index += 1
         return self._own_names() + body
 
-    def _own_names(self) -> list[Statement]:
+    def _own_names(self) -> list[st.Statement]:
         """Names of this part that first get a value inside a block, which no declaration stands for."""
-        found: list[Statement] = []
+        found: list[st.Statement] = []
         parameters = {name for name, _ in self._part.parameters}
         for name, index in self._facts.first.items():
             if name == helpers.COUNTER:
@@ -414,42 +377,46 @@ class _UrscriptBody:
             inside = self._part.lines[index][1] > 0 or type(self._part.lines[index][0].content) is Opening
             if inside and name not in parameters and not self._names.is_shared(self._part, name):
                 type_ = _plain(self._names.type_of(self._part, name))
-                found.append(Declare(self._part.line, name, type_))
+                found.append(st.Declare(self._part.line, name, type_))
         return found
 
     # --- lines ------------------------------------------------------------------------------------------
 
-    def _lowered(self, line: UrscriptLine) -> list[Statement]:
+    def _lowered(self, line: UrscriptLine) -> list[st.Statement]:
         content = line.content
         if type(content) is Mark:
             if content.opaque:
-                return [Opaque(line.number, content.text)]
-            return [Comment(line.number, content.text)]
+                return [st.Opaque(line.number, content.text)]
+            return [st.Comment(line.number, content.text)]
         if type(content) is Broken:
-            return [Opaque(line.number, content.text)]
+            return [st.Opaque(line.number, content.text)]
         if type(content) is Opening:
             return self._opening(content)
         if type(content) is Closing:
             word = self._open.pop() if self._open else "if"
-            return [EndIf(line.number, line.comment) if word == "if" else EndWhile(line.number, line.comment)]
+            return [
+                st.EndIf(line.number, line.comment)
+                if word == "if"
+                else st.EndWhile(line.number, line.comment)
+            ]
         assert isinstance(content, (UrscriptKeyword, Assignment, Evaluation))
         return self._simple(content)
 
-    def _opening(self, content: Opening) -> list[Statement]:
+    def _opening(self, content: Opening) -> list[st.Statement]:
         number, comment, word = self._number, self._comment, content.word
-        condition: Expression = Unknown(word)
+        condition: ex.Expression = ex.Unknown(word)
         if content.condition is not None:
             condition = self._expressions.lower(content.condition)
-        found: list[Statement] = []
+        found: list[st.Statement] = []
         match word:
             case "if":
-                found.append(If(number, condition, comment))
+                found.append(st.If(number, condition, comment))
             case "elif":
-                found.append(ElseIf(number, condition, comment))
+                found.append(st.ElseIf(number, condition, comment))
             case "else":
-                found.append(Else(number, comment))
+                found.append(st.Else(number, comment))
             case _:
-                found.append(While(number, condition, comment))
+                found.append(st.While(number, condition, comment))
         if word in ("if", "while"):
             self._open.append(word)
         if content.rest is not None:
@@ -459,10 +426,10 @@ class _UrscriptBody:
             self._depth -= 1
         if content.closed:
             opened = self._open.pop() if self._open else "if"
-            found.append(EndWhile(number) if opened == "while" else EndIf(number))
+            found.append(st.EndWhile(number) if opened == "while" else st.EndIf(number))
         return found
 
-    def _simple(self, content: Simple) -> list[Statement]:
+    def _simple(self, content: Simple) -> list[st.Statement]:
         if type(content) is Assignment:
             return [self._assignment(content)]
         if type(content) is UrscriptKeyword:
@@ -482,30 +449,30 @@ class _UrscriptBody:
             return [self._bare(value.text)]
         return [self._no_statement()]
 
-    def _bare(self, name: str) -> Statement:
+    def _bare(self, name: str) -> st.Statement:
         """A word without brackets: halt, enter_critical, exit_critical."""
         if name == "halt" and self._is_main:
-            return Return(self._number, comment=self._comment, spelling="halt")
+            return st.Return(self._number, comment=self._comment, spelling="halt")
         if name in ("halt", "enter_critical", "exit_critical"):
-            return Process(self._number, name, (), self._comment)
+            return st.Process(self._number, name, (), self._comment)
         return self._no_statement()
 
-    def _no_statement(self) -> Statement:
+    def _no_statement(self) -> st.Statement:
         self._tell("P566", "a value that nothing is done with: the line is kept", "is () or = missing?")
-        return Opaque(self._number, self._findings.source.line(self._number).strip())
+        return st.Opaque(self._number, self._findings.source.line(self._number).strip())
 
-    def _word(self, content: UrscriptKeyword) -> Statement:
+    def _word(self, content: UrscriptKeyword) -> st.Statement:
         number, comment, value = self._number, self._comment, content.value
         match content.word:
             case "return":
                 result = None if value is None else self._expressions.lower(value)
-                return Return(number, result, comment=comment)
+                return st.Return(number, result, comment=comment)
             case "join":
                 assert value is not None
-                return WaitTask(number, self._text_of(value), comment)
+                return st.WaitTask(number, self._text_of(value), comment)
             case "kill":
                 assert value is not None
-                return Process(number, "kill", (("", self._expressions.lower(value)),), comment)
+                return st.Process(number, "kill", (("", self._expressions.lower(value)),), comment)
         if "while" not in self._open:
             self._findings.error(
                 "P565",
@@ -513,31 +480,31 @@ class _UrscriptBody:
                 self._findings.whole_line(number),
                 "remove it, or is an end too many above?",
             )
-        return Break(number, comment) if content.word == "break" else Continue(number, comment)
+        return st.Break(number, comment) if content.word == "break" else st.Continue(number, comment)
 
     # --- assignments ------------------------------------------------------------------------------------
 
-    def _assignment(self, content: Assignment) -> Statement:
+    def _assignment(self, content: Assignment) -> st.Statement:
         target, value = content.target, content.value
         if type(value) is Running and content.operator == "=":
             return self._start(value, self._text_of(target))
         if type(target) is UrscriptName:
             return self._named(target.text, content)
         lowered, place = self._expressions.lower(value), self._expressions.lower(target)
-        if type(place) is Binary and type(place.right) is Number:
+        if type(place) is ex.Binary and type(place.right) is ex.Number:
             lowered, place = scaled(lowered, 1.0 / place.right.value), place.left
-        elif type(place) in (CallValue, Number, Text, SignalState):
+        elif type(place) in (ex.CallValue, ex.Number, ex.Text, ex.SignalState):
             self._tell("P558", "this cannot be assigned to", "a name stands left of =")
         if content.operator != "=":
-            lowered = Binary(content.operator[0], place, lowered)
+            lowered = ex.Binary(content.operator[0], place, lowered)
         return self._stored(place, lowered)
 
-    def _point(self, name: str, content: Assignment, pose: PlainPose) -> Statement:
+    def _point(self, name: str, content: Assignment, pose: PlainPose) -> st.Statement:
         """A pose that gets a name, of which a path has thousands; as `_named`, which takes the rarer ones."""
         value = self._expressions.plain_pose(pose)
         names = self._names
         if (
-            type(value) is PositionLiteral
+            type(value) is ex.PositionLiteral
             and content.operator == "="
             and self._is_main
             and self._depth == 0
@@ -547,12 +514,12 @@ class _UrscriptBody:
             and name not in self._data
         ):
             type_ = _plain(names.types.get(name, ""))
-            declared = Declare(self._number, name, type_, value, (), "variable", True, "", self._comment)
+            declared = st.Declare(self._number, name, type_, value, (), "variable", True, "", self._comment)
             self._data[name] = declared
             return declared
         return self._named(name, content, value)
 
-    def _named(self, name: str, content: Assignment, value: Expression | None = None) -> Statement:
+    def _named(self, name: str, content: Assignment, value: ex.Expression | None = None) -> st.Statement:
         """`value`: what is assigned, where that is a pose."""
         names, part = self._names, self._part
         pose = value is not None
@@ -560,8 +527,8 @@ class _UrscriptBody:
             wanted = names.holds_joints(part, name) or names.holds_joint_lists(part, name)
             value = self._expressions.lower(content.value, wanted)
         if content.operator != "=":
-            value = Binary(content.operator[0], Named(name), value)
-            return Assign(self._number, Named(name), value, self._comment)
+            value = ex.Binary(content.operator[0], ex.Named(name), value)
+            return st.Assign(self._number, ex.Named(name), value, self._comment)
         first = self._facts.first.get(name) == self._index and self._depth == 0
         sizes = () if pose else _sizes(content.value)
         type_ = _plain(names.type_of(part, name), bool(sizes))
@@ -572,29 +539,29 @@ class _UrscriptBody:
             # What is set once cannot be read before: it holds from the beginning on.
             early = self._is_main and first and (self._preamble or names.is_set_once(name))
             if early and name not in self._data and _is_constant(value_):
-                declared = Declare(
+                declared = st.Declare(
                     self._number, name, type_, value_, sizes, shared=True, comment=self._comment
                 )
                 self._data[name] = declared
                 return declared
         elif first and not any(name == parameter for parameter, _ in part.parameters):
-            return Declare(
+            return st.Declare(
                 self._number, name, type_, value, sizes, native=content.scope, comment=self._comment
             )
-        return self._stored(Named(name), value)
+        return self._stored(ex.Named(name), value)
 
-    def _stored(self, target: Expression, value: Expression) -> Statement:
-        if type(value) is CallValue:
-            return Call(self._number, value.routine, value.arguments, comment=self._comment, result=target)
-        return Assign(self._number, target, value, self._comment)
+    def _stored(self, target: ex.Expression, value: ex.Expression) -> st.Statement:
+        if type(value) is ex.CallValue:
+            return st.Call(self._number, value.routine, value.arguments, comment=self._comment, result=target)
+        return st.Assign(self._number, target, value, self._comment)
 
-    def _start(self, value: Running, task: str) -> Statement:
+    def _start(self, value: Running, task: str) -> st.Statement:
         call = value.call
         if type(call) is not Invocation or type(call.function) is not UrscriptName or call.arguments:
-            return Process(self._number, "run", (("", self._expressions.lower(call)),), self._comment)
+            return st.Process(self._number, "run", (("", self._expressions.lower(call)),), self._comment)
         called = self._part.find(call.function.text)
         name = call.function.text if called is None else called.unique
-        return StartTask(self._number, name, task, comment=self._comment)
+        return st.StartTask(self._number, name, task, comment=self._comment)
 
     def _text_of(self, node: Node) -> str:
         """A thread's handle as it is written."""
@@ -604,14 +571,14 @@ class _UrscriptBody:
         return text.split("= run")[0].split("=run")[0].strip()
 
 
-def _is_constant(e: Expression) -> bool:
-    if type(e) is PositionLiteral:
+def _is_constant(e: ex.Expression) -> bool:
+    if type(e) is ex.PositionLiteral:
         return True
-    if type(e) is RecordLiteral:
+    if type(e) is ex.RecordLiteral:
         return all(_is_constant(value) for _, value in e.members)
-    if type(e) is Function and e.name in ("joints", "pose-vector"):
+    if type(e) is ex.Function and e.name in ("joints", "pose-vector"):
         return all(map(_is_constant, e.arguments))
-    return type(e) in (Number, Text, SignalState)
+    return type(e) in (ex.Number, ex.Text, ex.SignalState)
 
 
 def _plain(type_: str, sized: bool = False) -> str:
@@ -622,7 +589,7 @@ def _plain(type_: str, sized: bool = False) -> str:
     return type_
 
 
-def _sizes(value: Node) -> tuple[Expression, ...]:
+def _sizes(value: Node) -> tuple[ex.Expression, ...]:
     if type(value) is ListOf and value.items:
-        return (Number(len(value.items)),)
+        return (ex.Number(len(value.items)),)
     return ()

@@ -10,63 +10,9 @@ from typing import Any, Final, NamedTuple
 from olp.core.diagnostic import Severity
 from olp.core.source import Source
 from olp.core.units import deg, mm, percent
-from olp.ir.expressions import (
-    Binary,
-    CallValue,
-    Compare,
-    Expression,
-    FrameRef,
-    Function,
-    Item,
-    Member,
-    Named,
-    NamedArgument,
-    Number,
-    PositionLiteral,
-    Quantity,
-    Signal,
-    SignalState,
-    SystemValue,
-    Text,
-    Unary,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Assign,
-    Blend,
-    BlendKind,
-    Break,
-    Call,
-    Case,
-    Comment,
-    Declare,
-    Default,
-    Dwell,
-    EndSwitch,
-    EndWhile,
-    For,
-    If,
-    LineKind,
-    Message,
-    Move,
-    Next,
-    Parameter,
-    Path,
-    Process,
-    Program,
-    Repeat,
-    Routine,
-    SetOutput,
-    SetOverride,
-    Speed,
-    SpeedUnit,
-    StartTask,
-    Statement,
-    Switch,
-    Until,
-    Wait,
-    While,
-)
 from olp.languages.findings import Findings
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import (
@@ -112,22 +58,22 @@ _MOVES: Final = words("MOVEJ MOVEL MOVEC MOVEJF ALTER ALTERMOVEJ ALTERMOVEL ALTE
 _TYPES: Final = {"num": "real", "bool": "boolean", "string": "string"}
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """What is in a file. Never raises on bad text."""
     findings = Findings(source)
     if not is_readable(findings, _CODES, _MARK, "VAL3"):
         return unreadable("val3", source, findings)
     for number, line in enumerate(source.lines):
-        findings.kinds[number] = LineKind.RECORD if line.strip() else LineKind.BLANK
+        findings.kinds[number] = st.LineKind.RECORD if line.strip() else st.LineKind.BLANK
     if any(_DATA.search(line) for line in source.lines[:50]):
         data = read_data(source)
         for one in data:
-            findings.kinds[one.line - 1] = LineKind.POINT
-        return Program(
+            findings.kinds[one.line - 1] = st.LineKind.POINT
+        return st.Program(
             "val3", source, (), findings.result(), bytes(findings.kinds), tuple(declarations(data))
         )
     routines = _Val3File(findings).read()
-    return Program("val3", source, tuple(routines), findings.result(), bytes(findings.kinds))
+    return st.Program("val3", source, tuple(routines), findings.result(), bytes(findings.kinds))
 
 
 class _Val3File:
@@ -138,8 +84,8 @@ class _Val3File:
         for tag in tags(findings.source):
             self.tags.setdefault(tag.line, []).append(tag)
 
-    def read(self) -> list[Routine]:
-        routines: list[Routine] = []
+    def read(self) -> list[st.Routine]:
+        routines: list[st.Routine] = []
         lines, number = self.findings.source.lines, 1
         head: list[XmlTag] = []
         while number <= len(lines):
@@ -183,7 +129,7 @@ class _Val3File:
             if code.strip():
                 body.line((code if plain else unescape(code)).strip(), number)
             elif not closed and number > start:
-                self.kinds[number - 1] = LineKind.BLANK
+                self.kinds[number - 1] = st.LineKind.BLANK
             if closed:
                 return number
             if number >= len(lines):
@@ -196,7 +142,7 @@ class _Val3File:
         span = self.findings.whole_line(number)
         self.findings.error("P573", message, span, "<Code><![CDATA[begin … end]]></Code>")
 
-    def _routine(self, head: list[XmlTag], body: _Val3Body, last: int) -> Routine:
+    def _routine(self, head: list[XmlTag], body: _Val3Body, last: int) -> st.Routine:
         program = next((tag for tag in reversed(head) if tag.name.lower() == "program"), None)
         name = program.attributes.get("name", "") if program else ""
         statements = body.finish()
@@ -206,11 +152,11 @@ class _Val3File:
             if tag.name.lower() == "parameter":
                 by_reference = tag.attributes.get("use", "") == "reference"
                 type_ = _TYPES.get(tag.attributes.get("type", ""), "")
-                parameters.append(Parameter(tag.attributes["name"], type_, by_reference=by_reference))
+                parameters.append(st.Parameter(tag.attributes["name"], type_, by_reference=by_reference))
             else:
                 local.append(_declared(tag))
         line = program.line if program else 1
-        return Routine(
+        return st.Routine(
             name or "program",
             line,
             (*local, *statements),
@@ -227,16 +173,16 @@ class _Val3Body:
         self.findings, self.kinds = findings, findings.kinds
         self.rules = Val3Rules(known)
         self.parser = LineParser(findings, "val3", self.rules, _CODES, _KNOWN, _MOVES)
-        self.body: list[Statement] = []
+        self.body: list[st.Statement] = []
         self.open: list[type] = []
 
     def line(self, text: str, number: int) -> None:
         code, comment = _parted(text)
         if not code or code in ("begin", "end"):
-            record = LineKind.COMMENT if not code else LineKind.RECORD
+            record = st.LineKind.COMMENT if not code else st.LineKind.RECORD
             self.kinds[number - 1] = record
             if comment is not None:
-                self.body.append(Comment(number, comment))
+                self.body.append(st.Comment(number, comment))
             return
         before = len(self.body)
         for one in self.parser.parse(code, number):
@@ -246,14 +192,14 @@ class _Val3Body:
 
     def _add(self, one: Any, number: int) -> None:
         if isinstance(one, Leave):
-            if self.open[-1:] != [Switch]:  # of a switch it ends the case, which the next one does anyway
-                self.body.append(Break(number))
+            if self.open[-1:] != [st.Switch]:  # of a switch it ends the case, which the next one does anyway
+                self.body.append(st.Break(number))
             return
-        if isinstance(one, (While, For, Repeat, Switch)):
+        if isinstance(one, (st.While, st.For, st.Repeat, st.Switch)):
             self.open.append(type(one))
-        elif isinstance(one, (EndWhile, Next, Until, EndSwitch)) and self.open:
+        elif isinstance(one, (st.EndWhile, st.Next, st.Until, st.EndSwitch)) and self.open:
             self.open.pop()
-        if isinstance(one, Move):
+        if isinstance(one, st.Move):
             self._tell_queue(number)
             if self.rules.frameless:
                 self._tell_frame(number)
@@ -272,11 +218,11 @@ class _Val3Body:
         help = "put the project's .dtx file beside it"
         self.findings.once(Severity.WARNING, "P577", "", message, self.findings.whole_line(number), help)
 
-    def finish(self) -> list[Statement]:
+    def finish(self) -> list[st.Statement]:
         """Without what stands between `switch` and its first `case`, which is nothing but comments."""
-        kept: list[Statement] = []
+        kept: list[st.Statement] = []
         for one in self.body:
-            if isinstance(one, Comment) and kept and isinstance(kept[-1], Switch):
+            if isinstance(one, st.Comment) and kept and isinstance(kept[-1], st.Switch):
                 continue
             kept.append(one)
         return kept
@@ -293,15 +239,15 @@ def _size(tag: XmlTag) -> int:
     return min(int(text), 5000) if text.isdigit() and len(text) < 7 else 1
 
 
-def _declared(tag: XmlTag) -> Declare:
+def _declared(tag: XmlTag) -> st.Declare:
     """A local variable: numbers are 0, poses and joints are all zeros."""
     kind = tag.attributes.get("type", "")
-    value: Expression | None = None
+    value: ex.Expression | None = None
     type_ = _TYPES.get(kind, "position" if kind in POSES else "joints" if kind in JOINTS else kind)
-    sizes = (Number(_size(tag)),) if _size(tag) > 1 else ()
+    sizes = (ex.Number(_size(tag)),) if _size(tag) > 1 else ()
     if kind in POSES and not sizes:
         value = xyz_pose((0.0,) * 6)
-    return Declare(tag.line, tag.attributes["name"], type_, value, sizes, native=kind)
+    return st.Declare(tag.line, tag.attributes["name"], type_, value, sizes, native=kind)
 
 
 def _parted(text: str) -> tuple[str, str | None]:
@@ -318,44 +264,48 @@ def _parted(text: str) -> tuple[str, str | None]:
 # --- One instruction: a short method per rule of grammars/val3.lark ---
 
 
-_PATHS: Final = {"movej": Path.JOINT, "movel": Path.LINEAR, "movec": Path.CIRCULAR}
+_PATHS: Final = {"movej": st.Path.JOINT, "movel": st.Path.LINEAR, "movec": st.Path.CIRCULAR}
 _FUNCTIONS: Final = {
     "sqrt": "sqrt", "abs": "abs", "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos",
     "atan": "atan", "round": "round", "roundUp": "ceil", "roundDown": "floor", "min": "min", "max": "max",
     "power": "power", "exp": "exp", "ln": "log", "distance": "pose-distance", "len": "length-of-text",
 }  # fmt: skip
-_WORDS: Final[dict[str, Expression]] = {"off": Number(0), "joint": Number(1), "cartesian": Number(1)}
+_WORDS: Final[dict[str, ex.Expression]] = {
+    "off": ex.Number(0),
+    "joint": ex.Number(1),
+    "cartesian": ex.Number(1),
+}
 _MESSAGES: Final = frozenset(("popUpMsg", "logMsg", "put", "putln"))
 _ACTS: Final = frozenset(("open", "close", "stopMove", "restartMove"))  # what they do has no word elsewhere
-_TIMED_OUT: Final = SystemValue("timed-out")
+_TIMED_OUT: Final = ex.SystemValue("timed-out")
 _POSE_FUNCTIONS: Final = frozenset(("pose-product", "pose-inverse", "pose-angles", "forward"))
 
 
 _ANGLES: Final = ("rx", "ry", "rz")
 
 
-def _angle(pose: Expression, name: str) -> Unary:
+def _angle(pose: ex.Expression, name: str) -> ex.Unary:
     """An angle of R = Rx Ry Rz: that of the inverse, Rz(-rz) Ry(-ry) Rx(-rx), by the angles of all other languages."""
-    return Unary("-", Member(Function("pose-inverse", (pose,)), name))
+    return ex.Unary("-", ex.Member(ex.Function("pose-inverse", (pose,)), name))
 
 
-def _turned(target: Expression, value: Expression) -> Assign | None:
+def _turned(target: ex.Expression, value: ex.Expression) -> st.Assign | None:
     """The assignment of the whole pose where one of its angles is set; None for any other target."""
-    read = target.operand if isinstance(target, Unary) and target.operator == "-" else None
-    if not isinstance(read, Member) or not isinstance(read.base, Function):
+    read = target.operand if isinstance(target, ex.Unary) and target.operator == "-" else None
+    if not isinstance(read, ex.Member) or not isinstance(read.base, ex.Function):
         return None
     pose = read.base.arguments[0]
     angles = [value if name == read.name else _angle(pose, name) for name in _ANGLES]
-    return Assign(0, pose, _computed_pose([*(Member(pose, axis) for axis in "xyz"), *angles]))
+    return st.Assign(0, pose, _computed_pose([*(ex.Member(pose, axis) for axis in "xyz"), *angles]))
 
 
-def _computed_pose(values: Sequence[Expression]) -> Expression:
+def _computed_pose(values: Sequence[ex.Expression]) -> ex.Expression:
     """x, y, z [mm] and R = Rx(rx) Ry(ry) Rz(rz) [deg]."""
     x, y, z, rx, ry, rz = values
-    zero = Number(0)
-    pose: Expression = Function("pose-angles", (x, y, z, rx, zero, zero))
+    zero = ex.Number(0)
+    pose: ex.Expression = ex.Function("pose-angles", (x, y, z, rx, zero, zero))
     for turn in ((zero, ry, zero), (zero, zero, rz)):
-        pose = Function("pose-product", (pose, Function("pose-angles", (zero, zero, zero, *turn))))
+        pose = ex.Function("pose-product", (pose, ex.Function("pose-angles", (zero, zero, zero, *turn))))
     return pose
 
 
@@ -373,47 +323,47 @@ class Val3Rules(BlockRules):
 
     # --- values -----------------------------------------------------------------------------------------
 
-    def text(self, children: list[Any]) -> Text:
-        return Text(re.sub(r"\\(.)", r"\1", str(children[0])[1:-1]))
+    def text(self, children: list[Any]) -> ex.Text:
+        return ex.Text(re.sub(r"\\(.)", r"\1", str(children[0])[1:-1]))
 
-    def value(self, children: list[Any]) -> Expression:
+    def value(self, children: list[Any]) -> ex.Expression:
         return self.conjunction(children)
 
-    def name(self, children: list[Any]) -> Expression:
+    def name(self, children: list[Any]) -> ex.Expression:
         word = str(children[0])
         if word in _WORDS and word not in self.known.types:
             return _WORDS[word]
         if word == "flange" and word not in self.known.types:
-            return FrameRef("tool", Number(0))
+            return ex.FrameRef("tool", ex.Number(0))
         if word == "world" and word not in self.known.types:
-            return FrameRef("base")
+            return ex.FrameRef("base")
         if self.known.types.get(word) in SIGNALS:
             return self._signal(word)
-        return Item(Named(word), (Number(1),)) if word in self.known.arrays else Named(word)
+        return ex.Item(ex.Named(word), (ex.Number(1),)) if word in self.known.arrays else ex.Named(word)
 
-    def item(self, children: list[Any]) -> Expression:
+    def item(self, children: list[Any]) -> ex.Expression:
         word, indices = str(children[0]), children[1]
-        zero = indices == [Number(0)]
+        zero = indices == [ex.Number(0)]
         if zero and word not in self.known.arrays:
             return self.name(children[:1])
         if self.known.types.get(word) in SIGNALS:
             raise NotModelledError(word)
-        return Item(Named(word), tuple(map(from_zero, indices)))
+        return ex.Item(ex.Named(word), tuple(map(from_zero, indices)))
 
-    def _signal(self, word: str) -> Signal:
-        return Signal("analog-in" if self.known.types[word] == "aio" else "in", Text(word))
+    def _signal(self, word: str) -> ex.Signal:
+        return ex.Signal("analog-in" if self.known.types[word] == "aio" else "in", ex.Text(word))
 
-    def member(self, children: list[Any]) -> Expression:
+    def member(self, children: list[Any]) -> ex.Expression:
         base, name = children[0], str(children[1])
         if name in _ANGLES:
             return _angle(base, name)
-        return base if name == "trsf" else Member(base, name)
+        return base if name == "trsf" else ex.Member(base, name)
 
-    def member_item(self, children: list[Any]) -> Expression:
+    def member_item(self, children: list[Any]) -> ex.Expression:
         base, name, indices = children
-        return Item(Member(base, str(name)), tuple(map(from_zero, indices)))
+        return ex.Item(ex.Member(base, str(name)), tuple(map(from_zero, indices)))
 
-    def braces(self, children: list[Expression]) -> Expression:
+    def braces(self, children: list[ex.Expression]) -> ex.Expression:
         if len(children) in (3, 8):
             raise NotModelledError(children)  # a configuration, a motion descriptor
         if len(children) != 6:
@@ -427,55 +377,59 @@ class Val3Rules(BlockRules):
 
     def not_(self, children: list[Any]) -> Any:
         if self._is_pose(children[0]):
-            return Function("pose-inverse", (children[0],))
-        return Unary("not", children[0])
+            return ex.Function("pose-inverse", (children[0],))
+        return ex.Unary("not", children[0])
 
-    def product(self, children: list[Any]) -> Expression:
-        value: Expression = children[0]
+    def product(self, children: list[Any]) -> ex.Expression:
+        value: ex.Expression = children[0]
         for word, right in zip(children[1::2], children[2::2], strict=True):
             if word == "*" and (self._is_pose(value) or self._is_pose(right)):
-                value = Function("pose-product", (value, right))
+                value = ex.Function("pose-product", (value, right))
             else:
-                value = Binary("mod" if word == "%" else str(word), value, right)
+                value = ex.Binary("mod" if word == "%" else str(word), value, right)
         return value
 
-    def _type(self, value: Expression) -> str:
-        base = value.base if isinstance(value, Item) else value
-        return self.known.types.get(base.name, "") if isinstance(base, Named) else ""
+    def _type(self, value: ex.Expression) -> str:
+        base = value.base if isinstance(value, ex.Item) else value
+        return self.known.types.get(base.name, "") if isinstance(base, ex.Named) else ""
 
-    def _is_pose(self, value: Expression) -> bool:
-        if isinstance(value, Function):
+    def _is_pose(self, value: ex.Expression) -> bool:
+        if isinstance(value, ex.Function):
             return value.name in _POSE_FUNCTIONS
-        return isinstance(value, PositionLiteral) or self._type(value) in POSES
+        return isinstance(value, ex.PositionLiteral) or self._type(value) in POSES
 
     def function(self, children: list[Any]) -> Any:
         name, arguments = str(children[0]), tuple(children[1] or ())
         if name in ("dioGet", "aioGet") and len(arguments) == 1:
             return self._port(name, arguments[0], "in")
         if name == "appro" and len(arguments) == 2:
-            return Function("pose-product", arguments)
+            return ex.Function("pose-product", arguments)
         if name == "here" and len(arguments) == 2:
             tool, frame = arguments
-            return Function("current-pose", (NamedArgument("Tool", tool), NamedArgument("WObj", frame)))
+            return ex.Function(
+                "current-pose", (ex.NamedArgument("Tool", tool), ex.NamedArgument("WObj", frame))
+            )
         if name == "here":
-            return SystemValue("current-pose")
+            return ex.SystemValue("current-pose")
         if name == "herej":
-            return SystemValue("current-joints")
+            return ex.SystemValue("current-joints")
         if name == "jointToPoint" and len(arguments) == 3:
-            return Function("forward", arguments[2:])
-        return Function(_FUNCTIONS[name], arguments) if name in _FUNCTIONS else CallValue(name, arguments)
+            return ex.Function("forward", arguments[2:])
+        return (
+            ex.Function(_FUNCTIONS[name], arguments) if name in _FUNCTIONS else ex.CallValue(name, arguments)
+        )
 
-    def _port(self, name: str, value: Expression, direction: str) -> Signal:
+    def _port(self, name: str, value: ex.Expression, direction: str) -> ex.Signal:
         bus = f"analog-{direction}" if name.startswith("aio") else direction
-        if isinstance(value, Signal):
-            return Signal(bus, value.index)
-        if not isinstance(value, Named):
+        if isinstance(value, ex.Signal):
+            return ex.Signal(bus, value.index)
+        if not isinstance(value, ex.Named):
             raise NotModelledError(value)
-        return Signal(bus, Text(value.name))
+        return ex.Signal(bus, ex.Text(value.name))
 
     # --- moves ------------------------------------------------------------------------------------------
 
-    def _move(self, name: str, arguments: tuple[Expression, ...]) -> Move:
+    def _move(self, name: str, arguments: tuple[ex.Expression, ...]) -> st.Move:
         count = 4 if name == "movec" else 3
         if len(arguments) != count:
             wanted = "via, end" if count == 4 else "target"
@@ -484,150 +438,150 @@ class Val3Rules(BlockRules):
             )
         *points, tool, mdesc = arguments
         path = _PATHS[name]
-        if path is Path.JOINT:
+        if path is st.Path.JOINT:
             points[-1] = _as_joints(points[-1])
-            speed = Speed(SpeedUnit.FRACTION, Quantity(Member(mdesc, "vel"), percent))
+            speed = st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(ex.Member(mdesc, "vel"), percent))
         else:
-            speed = Speed(SpeedUnit.TRAVEL, Quantity(Member(mdesc, "tmax"), mm))
-        corner = Binary("*", Member(mdesc, "blend"), Member(mdesc, "leave"))
-        return Move(
+            speed = st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(ex.Member(mdesc, "tmax"), mm))
+        corner = ex.Binary("*", ex.Member(mdesc, "blend"), ex.Member(mdesc, "leave"))
+        return st.Move(
             0,
             path,
             (points[-1],),
             speed,
-            Blend(BlendKind.RADIUS, Quantity(corner, mm)),
-            acceleration=Quantity(Member(mdesc, "accel"), percent),
-            deceleration=Quantity(Member(mdesc, "decel"), percent),
+            st.Blend(st.BlendKind.RADIUS, ex.Quantity(corner, mm)),
+            acceleration=ex.Quantity(ex.Member(mdesc, "accel"), percent),
+            deceleration=ex.Quantity(ex.Member(mdesc, "decel"), percent),
             via=points[0] if count == 4 else None,
-            turn=None if path is Path.JOINT else Quantity(Member(mdesc, "rmax"), deg),
+            turn=None if path is st.Path.JOINT else ex.Quantity(ex.Member(mdesc, "rmax"), deg),
             tool=tool,
             frame=self._frame(points[-1]),
         )
 
-    def _father(self, point: Expression) -> str:
+    def _father(self, point: ex.Expression) -> str:
         """The frame of a point: that of its data, or of the point that it was made from; empty where nobody says."""
-        while isinstance(point, Function) and point.arguments:
+        while isinstance(point, ex.Function) and point.arguments:
             point = point.arguments[0]
-        if isinstance(point, Item) and isinstance(point.base, Named):
+        if isinstance(point, ex.Item) and isinstance(point.base, ex.Named):
             name, index = point.base.name, point.indices[0]
-            if isinstance(index, Number) and (own := self.known.fathers.get(f"{name}[{index.value - 1}]")):
+            if isinstance(index, ex.Number) and (own := self.known.fathers.get(f"{name}[{index.value - 1}]")):
                 return own
             return self.known.fathers.get(name, "")
-        return self.known.fathers.get(point.name, "") if isinstance(point, Named) else ""
+        return self.known.fathers.get(point.name, "") if isinstance(point, ex.Named) else ""
 
-    def _frame(self, point: Expression) -> Expression:
-        if isinstance(point, Function) and point.name == "forward":
-            return FrameRef("base")
-        if isinstance(point, PositionLiteral) or self._type(point) in JOINTS:
-            return FrameRef("base")
+    def _frame(self, point: ex.Expression) -> ex.Expression:
+        if isinstance(point, ex.Function) and point.name == "forward":
+            return ex.FrameRef("base")
+        if isinstance(point, ex.PositionLiteral) or self._type(point) in JOINTS:
+            return ex.FrameRef("base")
         father = self._father(point)
         if father == MIXED:
             raise NotModelledError(father)
-        if not father and not isinstance(point, SystemValue):
+        if not father and not isinstance(point, ex.SystemValue):
             self.frameless = True
-        return FrameRef("base") if father in ("", WORLD) else named(father)
+        return ex.FrameRef("base") if father in ("", WORLD) else named(father)
 
     # --- instructions -----------------------------------------------------------------------------------
 
     def assign(self, children: list[Any]) -> Any:
         target, value = children
-        if isinstance(value, CallValue) and value.routine in _PATHS:
+        if isinstance(value, ex.CallValue) and value.routine in _PATHS:
             return self._move(value.routine, value.arguments)
         if wait := _watched(value):
-            return [wait, Assign(0, target, Unary("not", _TIMED_OUT))]
-        if isinstance(target, Signal):
+            return [wait, st.Assign(0, target, ex.Unary("not", _TIMED_OUT))]
+        if isinstance(target, ex.Signal):
             bus = target.bus.replace("in", "out")
-            return SetOutput(0, Signal(bus, target.index), value)
+            return st.SetOutput(0, ex.Signal(bus, target.index), value)
         if (turned := _turned(target, value)) is not None:
             return turned
-        if not isinstance(target, (Named, Item, Member)):
+        if not isinstance(target, (ex.Named, ex.Item, ex.Member)):
             raise BrokenLineError("nothing can be stored here", wanted="a variable")
         kind = self._type(target)
         if kind in JOINTS:
             value = _as_joints(value)
-        if isinstance(target, Named) and kind.startswith("point"):
+        if isinstance(target, ex.Named) and kind.startswith("point"):
             self._inherit(target.name, value)
-        return Assign(0, target, value)
+        return st.Assign(0, target, value)
 
-    def _inherit(self, name: str, value: Expression) -> None:
+    def _inherit(self, name: str, value: ex.Expression) -> None:
         if father := self._father(value):
             self.known.fathers[name] = father
 
-    def call(self, children: list[Any]) -> Call:
-        return Call(0, str(children[0]), tuple(children[1] or ()))
+    def call(self, children: list[Any]) -> st.Call:
+        return st.Call(0, str(children[0]), tuple(children[1] or ()))
 
-    def task(self, children: list[Any]) -> StartTask:
-        task = children[0].value if isinstance(children[0], Text) else ""
-        return StartTask(0, str(children[-2]), task)
+    def task(self, children: list[Any]) -> st.StartTask:
+        task = children[0].value if isinstance(children[0], ex.Text) else ""
+        return st.StartTask(0, str(children[-2]), task)
 
     def builtin(self, children: list[Any]) -> Any:
         name, arguments = str(children[0]), tuple(children[1] or ())
         if name in _PATHS:
             return self._move(name, arguments)
         if name == "delay" and len(arguments) == 1:
-            return Dwell(0, Quantity(arguments[0], 1.0))
+            return st.Dwell(0, ex.Quantity(arguments[0], 1.0))
         if name in ("wait", "watch") and arguments:
-            return Wait(0, arguments[0], Quantity(arguments[1], 1.0) if len(arguments) > 1 else None)
-        stop = Dwell(0, Quantity(Number(0), 1.0))
+            return st.Wait(0, arguments[0], ex.Quantity(arguments[1], 1.0) if len(arguments) > 1 else None)
+        stop = st.Dwell(0, ex.Quantity(ex.Number(0), 1.0))
         if name == "waitEndMove":
             return stop
         if name in _ACTS:
-            return [stop, Process(0, name, tuple(("", one) for one in arguments))]
+            return [stop, st.Process(0, name, tuple(("", one) for one in arguments))]
         if name in _MESSAGES:
-            return Message(0, arguments[-1] if arguments else Text(""))
+            return st.Message(0, arguments[-1] if arguments else ex.Text(""))
         if name in ("dioSet", "aioSet") and len(arguments) == 2:
-            return SetOutput(0, self._port(name, arguments[0], "out"), arguments[1])
+            return st.SetOutput(0, self._port(name, arguments[0], "out"), arguments[1])
         if name == "setMonitorSpeed" and len(arguments) == 1:
-            return SetOverride(0, Quantity(arguments[0], percent))
+            return st.SetOverride(0, ex.Quantity(arguments[0], percent))
         raise NotModelledError(name)
 
     def if_(self, children: list[Any]) -> Any:
         """Before one that watches for a signal, the wait."""
         value, wanted = _wanted(children[0])
         if wait := _watched(value):
-            return [wait, If(0, Unary("not", _TIMED_OUT) if wanted else _TIMED_OUT)]
-        return If(0, children[0])
+            return [wait, st.If(0, ex.Unary("not", _TIMED_OUT) if wanted else _TIMED_OUT)]
+        return st.If(0, children[0])
 
-    def for_(self, children: list[Any]) -> For:
+    def for_(self, children: list[Any]) -> st.For:
         variable, start, stop, step = children
-        if not isinstance(variable, Named):
+        if not isinstance(variable, ex.Named):
             raise BrokenLineError("a loop that counts in an array", wanted="a variable, as in for i=1 to 3")
-        return For(0, variable, start, stop, step)
+        return st.For(0, variable, start, stop, step)
 
-    def switch(self, children: list[Any]) -> Switch:
-        return Switch(0, children[0])
+    def switch(self, children: list[Any]) -> st.Switch:
+        return st.Switch(0, children[0])
 
-    def case(self, children: list[Any]) -> Case:
-        return Case(0, tuple(children[0]))
+    def case(self, children: list[Any]) -> st.Case:
+        return st.Case(0, tuple(children[0]))
 
-    def default(self, _: list[Any]) -> Default:
-        return Default(0)
+    def default(self, _: list[Any]) -> st.Default:
+        return st.Default(0)
 
-    def end_switch(self, _: list[Any]) -> EndSwitch:
-        return EndSwitch(0)
+    def end_switch(self, _: list[Any]) -> st.EndSwitch:
+        return st.EndSwitch(0)
 
     def break_(self, _: list[Any]) -> Leave:
         return Leave()
 
 
-def _as_joints(value: Expression) -> Expression:
+def _as_joints(value: ex.Expression) -> ex.Expression:
     """Six numbers in braces where joint values are wanted: degrees of the axes, and no pose."""
-    if isinstance(value, PositionLiteral) and value.native[:1] and value.native[0][0] == "j1":
+    if isinstance(value, ex.PositionLiteral) and value.native[:1] and value.native[0][0] == "j1":
         return joints(float(v) for _, v in value.native)
     return value
 
 
-def _wanted(value: Expression) -> tuple[Expression, bool]:
+def _wanted(value: ex.Expression) -> tuple[ex.Expression, bool]:
     """x of `x`, `x==true`, `!x` and `x==false`, and whether it is wanted true."""
-    if isinstance(value, Unary) and value.operator == "not":
+    if isinstance(value, ex.Unary) and value.operator == "not":
         return value.operand, False
-    if isinstance(value, Compare) and value.operator == "=" and isinstance(value.right, SignalState):
+    if isinstance(value, ex.Compare) and value.operator == "=" and isinstance(value.right, ex.SignalState):
         return value.left, value.right.on
     return value, True
 
 
-def _watched(value: Expression) -> Wait | None:
+def _watched(value: ex.Expression) -> st.Wait | None:
     """watch(condition, time): waits, and says whether the condition came."""
-    if isinstance(value, CallValue) and value.routine == "watch" and len(value.arguments) == 2:
-        return Wait(0, value.arguments[0], Quantity(value.arguments[1], 1.0))
+    if isinstance(value, ex.CallValue) and value.routine == "watch" and len(value.arguments) == 2:
+        return st.Wait(0, value.arguments[0], ex.Quantity(value.arguments[1], 1.0))
     return None
