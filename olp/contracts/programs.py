@@ -455,7 +455,9 @@ def fields_that_count() -> Iterator[tuple[str, tuple[st.Statement, ...], tuple[s
         "search": st.Search(ex.Signal("in", ex.Number(2)), True), "tool_offset": place, "coordinated": True,
         "other": (("XWORD", ex.Number(1)),), "relative": ex.FrameRef("tool"),
         "triggers": (
-            st.PathTrigger(ex.Signal("out", ex.Number(3)), ex.SignalState(True), True, ex.Quantity(ex.Number(0.02), 1.0)),
+            st.PathTrigger(
+                ex.Signal("out", ex.Number(3)), ex.SignalState(True), True, ex.Quantity(ex.Number(0.02), 1.0)
+            ),
         ),
     }  # fmt: skip
     lines = {"rate": st.Acceleration(st.AccelerationUnit.TRAVEL, slow), "turn": half}
