@@ -14,7 +14,7 @@ from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.fluent import read
 from olp.ir.expressions import Store
-from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, SpeedUnit
 from olp.ir.terminology import ACCELERATIONS, BLENDS, FUNCTIONS, SIGNALS, SPEEDS, STATEMENTS, STORES, VALUES
 from olp.robots.robot import load_robot
 from olp.transpile.context import Context, Fate, Mapping

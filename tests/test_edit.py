@@ -14,7 +14,7 @@ import olp
 from olp.checks.edit import ChangeSpeed, PlacePoint, SetPoint, edited, visits
 from olp.core.units import deg, mm
 from olp.ir.points import PointKind
-from olp.ir.statements import Move, SetSpeed
+from olp.ir.program import Move, SetSpeed
 from olp.languages.literals import speed_of, speeds, written_points
 from olp.robots.geometry import Pose, rotation_angle
 

@@ -24,8 +24,7 @@ from olp.ir.expressions import (
     Quantity,
     RecordLiteral,
 )
-from olp.ir.program import Assign, Declare
-from olp.ir.statements import Blend, BlendKind, Move, Path, Speed, SpeedUnit
+from olp.ir.program import Assign, Blend, BlendKind, Declare, Move, Path, Speed, SpeedUnit
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.literals import all_trimmed, trimmed
 

@@ -28,7 +28,7 @@ from olp.core.source import decode
 from olp.core.terminal import csv_text, from_cell
 from olp.fluent import read, read_source
 from olp.ir.expressions import Function, Named, Number, PositionLiteral, Text
-from olp.ir.statements import Assign
+from olp.ir.program import Assign
 from olp.runtime import computing
 
 needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")

@@ -19,12 +19,15 @@ from olp.ir.expressions import (
     RecordLiteral,
     Text,
 )
-from olp.ir.program import Assign, Declare, ExternalTool, Program
-from olp.ir.statements import (
+from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
+    Assign,
     Blend,
     BlendKind,
+    Declare,
+    ExternalTool,
+    Program,
     SetAcceleration,
     SetBlend,
     SetFrame,
@@ -33,7 +36,7 @@ from olp.ir.statements import (
     Speed,
     SpeedUnit,
 )
-from olp.ir.statements import Path as Shape
+from olp.ir.program import Path as Shape
 from olp.languages.vendors.krl.reader import read_program
 from olp.transpile.link import link
 

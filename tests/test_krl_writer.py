@@ -33,6 +33,8 @@ from olp.ir.expressions import (
 from olp.ir.points import PointTable
 from olp.ir.program import (
     Assign,
+    Blend,
+    BlendKind,
     Call,
     Declare,
     Dwell,
@@ -40,15 +42,17 @@ from olp.ir.program import (
     EndIf,
     If,
     Label,
+    Move,
     Opaque,
     Program,
     Routine,
     SetOutput,
+    Speed,
+    SpeedUnit,
     Statement,
     Wait,
 )
-from olp.ir.statements import Blend, BlendKind, Move, Speed, SpeedUnit
-from olp.ir.statements import Path as Shape
+from olp.ir.program import Path as Shape
 from olp.languages.templating import shipped
 from olp.languages.vendors.krl.reader import read_program
 from olp.languages.vendors.krl.writer import write

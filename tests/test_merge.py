@@ -19,7 +19,7 @@ from olp.__main__ import main
 from olp.checks.merge.merge import merge_bytes
 from olp.core.diagnostic import OlpError
 from olp.core.source import decode
-from olp.ir.statements import Move
+from olp.ir.program import Move
 from olp.languages.vendor import find_vendor, read
 
 ROOT = Path(__file__).parent.parent

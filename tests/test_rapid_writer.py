@@ -51,13 +51,13 @@ from olp.ir.program import (
     Routine,
     SetOutput,
     Speed,
+    SpeedUnit,
     Statement,
     Wait,
 )
 from olp.ir.program import (
     Path as Way,
 )
-from olp.ir.statements import SpeedUnit
 from olp.languages.templating import shipped
 from olp.languages.vendors.rapid.writer import write
 

@@ -17,7 +17,7 @@ import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.core.resources import read_text
-from olp.ir import statements
+from olp.ir import program
 from olp.ir.program import Statement
 from olp.ir.terminology import STATEMENTS, kind_of
 from olp.languages.vendor import find_vendor, vendor_names
@@ -38,7 +38,7 @@ STATEMENT_RULES = {
 
 _SHARED = "olp.languages.statement_rules"
 _BASE = "olp.languages.short_reader"
-_NEUTRAL = frozenset({"olp.ir.program", "olp.ir.statements"})
+_NEUTRAL = frozenset({"olp.ir.program"})
 _WRITING = ("write", "templates", "limits")
 
 
@@ -84,7 +84,7 @@ def made_by(vendor: str) -> frozenset[str]:
     classes = {statement.__name__ for statement in get_args(Statement)}
     found = made & classes - {"Move"}
     if "Move" in made:
-        found |= {f"Move {path.value}" for path in statements.Path if f"Path.{path.name}" in made}
+        found |= {f"Move {path.value}" for path in program.Path if f"Path.{path.name}" in made}
     return frozenset(found)
 
 
@@ -114,13 +114,20 @@ def _made_in(tree: ast.AST) -> set[str]:
     found: set[str] = set()
     own = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            found.add(node.func.id)
-        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            found.add(f"{node.value.id.removeprefix('Move')}.{node.attr}")
+        if isinstance(node, ast.Call):
+            found.add(_plain(node.func))
+        elif isinstance(node, ast.Attribute):
+            found.add(f"{_plain(node.value).removeprefix('Move')}.{node.attr}")
         elif isinstance(node, ast.Dict):
-            found |= {it.id for value in node.values for it in ast.walk(value) if isinstance(it, ast.Name)}
+            found |= {_plain(it) for value in node.values for it in ast.walk(value)}
     return found - own - _foreign(tree)
+
+
+def _plain(node: ast.AST) -> str:
+    """The name of a class of the neutral program, `Wait` or `st.Wait`; empty for what is no name."""
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "st":
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 def _foreign(tree: ast.AST) -> set[str]:
@@ -166,8 +173,8 @@ def test_readers_make_nothing_of_the_samples_that_the_table_does_not_say(vendor)
 def test_every_class_of_statements_has_a_row_a_name_and_a_program_that_has_it():
     made = {
         name
-        for name, it in vars(statements).items()
-        if dataclasses.is_dataclass(it) and "line" in {field.name for field in dataclasses.fields(it)}
+        for name, it in vars(program).items()
+        if dataclasses.is_dataclass(it) and dataclasses.fields(it)[0].name == "line"
     }
     assert made == CLASSES
     assert set(probes()) == set(kinds()) == set(STATEMENTS) - {"program"}

@@ -177,11 +177,11 @@ def _bounds(tree: ast.Module) -> set[int]:
 @functools.cache
 def _statements() -> frozenset[str]:
     """The names of the classes whose first field is the line."""
-    from olp.ir import statements
+    from olp.ir import program
 
     return frozenset(
         kind.__name__
-        for kind in vars(statements).values()
+        for kind in vars(program).values()
         if next(iter(getattr(kind, "__dataclass_fields__", ())), "") == "line"
     )
 
@@ -189,7 +189,7 @@ def _statements() -> frozenset[str]:
 def _lines_to_come(tree: ast.Module) -> set[int]:
     """The 0 that a rule of a grammar gives a statement for its line; whoever calls the rule knows the line."""
     calls = (one for one in ast.walk(tree) if isinstance(one, ast.Call) and one.args)
-    made = (one for one in calls if getattr(one.func, "id", "") in _statements())
+    made = (one for one in calls if ast.unparse(one.func).removeprefix("st.") in _statements())
     return {
         id(one.args[0]) for one in made if isinstance(one.args[0], ast.Constant) and one.args[0].value == 0
     }

@@ -31,8 +31,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, Span, error, info, raise_e
 from olp.core.units import deg, mm
 from olp.ir.expressions import Named, PositionLiteral, Taught, Variable
 from olp.ir.points import PointKind
-from olp.ir.program import Program, like
-from olp.ir.statements import Assign, Declare, Move, SpeedUnit
+from olp.ir.program import Assign, Declare, Move, Program, SpeedUnit, like
 from olp.languages.literals import (
     Token,
     WrittenPoint,

@@ -17,7 +17,7 @@ from olp.checks.lint.zones import larger, smaller
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
 from olp.core.source import decode
 from olp.core.units import deg, mm
-from olp.ir.statements import Move, SpeedUnit
+from olp.ir.program import Move, SpeedUnit
 from olp.languages.literals import speeds
 from olp.languages.vendor import find_vendor
 from olp.runtime.plan import StepKind

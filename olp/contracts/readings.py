@@ -37,8 +37,7 @@ from olp.core.files import temporary_cell
 from olp.core.source import load
 from olp.ir import expressions as ex
 from olp.ir.points import Point, PointKind
-from olp.ir.program import Program, Routine
-from olp.ir.statements import Acceleration, Blend, Speed
+from olp.ir.program import Acceleration, Blend, Program, Routine, Speed
 from olp.languages.vendor import Vendor
 
 SUFFIX: Final = ".reading"

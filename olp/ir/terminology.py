@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from olp.ir.expressions import Number, Signal, Store, Text
-from olp.ir.program import Move, Path, Statement
-from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, Move, Path, SpeedUnit, Statement
 
 # The comment above the statements that set the target's tools and frames.
 SYSTEMS_ARE_SET: Final = "tools and frames of the translated program"

@@ -8,8 +8,20 @@ from typing import Any, Final, TypeVar, get_args
 
 from olp.core.fast_dataclass import changer
 from olp.ir import expressions as ex
-from olp.ir.program import Assign, Call, Declare, For, ReadInput, Update
-from olp.ir.statements import Acceleration, Blend, Move, SetBlend, SetSpeed, Speed
+from olp.ir.program import (
+    Acceleration,
+    Assign,
+    Blend,
+    Call,
+    Declare,
+    For,
+    Move,
+    ReadInput,
+    SetBlend,
+    SetSpeed,
+    Speed,
+    Update,
+)
 
 T = TypeVar("T")
 _changed_move: Final = changer(Move)

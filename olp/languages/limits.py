@@ -11,7 +11,7 @@ from typing import Final
 from olp.core import resources
 from olp.core.diagnostic import OlpError, error
 from olp.ir.expressions import Store
-from olp.ir.statements import AccelerationUnit, BlendKind, Path, PathTrigger, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, Path, PathTrigger, SpeedUnit
 
 Range = tuple[float, float]
 _SAME: Final = 1e-6  # relative: so far outside, a number is still within

@@ -28,7 +28,7 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.source import Source
 from olp.ir.expressions import Expression
 from olp.ir.points import PointKind
-from olp.ir.statements import Move, SetSpeed, Speed, SpeedUnit
+from olp.ir.program import Move, SetSpeed, Speed, SpeedUnit
 from olp.robots.geometry import Pose, angles_from_rotation, quaternion_from_rotation, rotation_from_quaternion
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from typing import Any, Final
 
 from olp.ir import expressions as ex
 from olp.ir.points import PointKind, PointState
-from olp.ir.program import Declare, Parameter
-from olp.ir.statements import is_same
+from olp.ir.program import Declare, Parameter, is_same
 from olp.ir.transformer import expressions_of
 from olp.runtime.assumptions import VARIABLE_LETTERS
 from olp.runtime.jobs import RunnableRoutine

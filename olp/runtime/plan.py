@@ -66,7 +66,7 @@ class BlendCode(IntEnum):
 class Event(NamedTuple):
     """What a signal step or a wait is about: signals as olp.toml spells them, and the value (nan: not a number).
 
-    `metres`, `seconds`: how far behind its place it acts, as a trigger of a move does (`ir.statements.PathTrigger`).
+    `metres`, `seconds`: how far behind its place it acts, as a trigger of a move does (`ir.program.PathTrigger`).
     """
 
     kind: str  # set, pulse, wait

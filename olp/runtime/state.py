@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.ir.expressions import Expression, FrameRef, Store
-from olp.ir.statements import BlendKind, Move
+from olp.ir.program import BlendKind, Move
 from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
 from olp.runtime.folder import KIND_PREFIX, World, group_names

@@ -14,7 +14,7 @@ from olp.core.diagnostic import Diagnostic, errors
 from olp.core.source import Source
 from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Function, Named, Number, RecordLiteral, Store, Variable
-from olp.ir.statements import is_same
+from olp.ir.program import is_same
 from olp.ir.transformer import Change, calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import find_vendor, vendor_names
 from olp.transpile.commented_out import owner

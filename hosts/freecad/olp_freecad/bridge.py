@@ -19,8 +19,7 @@ from olp.core.files import write_output
 from olp.core.units import deg, mm, percent
 from olp.fluent import read
 from olp.ir.points import PointKind
-from olp.ir.program import Program
-from olp.ir.statements import Move, Path, SpeedUnit
+from olp.ir.program import Move, Path, Program, SpeedUnit
 from olp.languages.literals import WrittenPoint, speeds, written_points
 from olp.reports.batch import Job, plan_and_time, time_program
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion

@@ -19,7 +19,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import from_os_error, read_input
 from olp.core.memory_limit import TextCache, no_garbage_collection, remembering
 from olp.core.source import decode
-from olp.ir.statements import Call, Declare, Label
+from olp.ir.program import Call, Declare, Label
 from olp.languages.merging import MergeRules, PackedRules, lines_of
 from olp.languages.vendor import Vendor, find_vendor, part_of, recognise, vendor_names
 

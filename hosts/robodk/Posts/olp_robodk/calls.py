@@ -17,8 +17,7 @@ from olp.core.diagnostic import Diagnostic, Span, error, warning
 from olp.core.source import Source
 from olp.ir.expressions import FrameRef, Number, PositionLiteral, Quantity, Signal, SignalState, Text, Unary
 from olp.ir.points import PointTable
-from olp.ir.program import Program, Routine
-from olp.ir.statements import (
+from olp.ir.program import (
     Acceleration,
     AccelerationUnit,
     Assign,
@@ -31,6 +30,8 @@ from olp.ir.statements import (
     Move,
     Path,
     Pause,
+    Program,
+    Routine,
     SetFrame,
     SetOutput,
     SetTool,

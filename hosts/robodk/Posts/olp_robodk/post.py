@@ -12,8 +12,7 @@ from typing import Any, ClassVar
 from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.identification.signature import read_signature
 from olp.identification.signature.correction import SignatureCorrection
-from olp.ir.program import Program
-from olp.ir.statements import Move, Path
+from olp.ir.program import Move, Path, Program
 from olp.robots.robot import Robot
 from olp.timing.timing import time_plan
 from olp.transpile.context import Context

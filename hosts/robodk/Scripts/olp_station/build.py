@@ -9,7 +9,7 @@ import numpy as np
 from robodk.robolink import INSTRUCTION_COMMENT
 from robodk.robomath import Mat
 
-from olp.ir.statements import Path
+from olp.ir.program import Path
 from olp.robots.geometry import rotation_from_quaternion
 from olp_station.steps import Floats, Motion, Run
 

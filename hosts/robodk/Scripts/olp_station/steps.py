@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import olp
 from olp.core.diagnostic import OlpError, error, raise_errors
 from olp.identification.apostolovic import adjusted_acceleration
-from olp.ir.statements import Move, Path, SetOutput
+from olp.ir.program import Move, Path, SetOutput
 from olp.robots.geometry import (
     quaternion_from_rotation,
     rotation_from_angles,

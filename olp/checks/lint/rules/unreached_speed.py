@@ -50,7 +50,7 @@ class UnreachedSpeed(Rule):
     def suggest(self, program: Program, found: OutcomeFinding) -> Iterator[Suggestion]:
         from olp.checks.edit import ChangeSpeed, edited
         from olp.core.diagnostic import OlpError
-        from olp.ir.statements import SpeedUnit
+        from olp.ir.program import SpeedUnit
         from olp.languages.literals import speed_of
 
         old = speed_of(program, found.line)

@@ -24,8 +24,8 @@ class As(Vendor):
     title = "Kawasaki AS"
     suffixes = (".as", ".pg")
     reads = statements(
-        "SetSpeed PulseOutput Process Label Jump ElseIf While EndWhile For Next Switch EndSwitch Pause Repeat "
-        "Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
+        "SetSpeed PulseOutput Process Label Jump ElseIf While EndWhile For Next Switch Case Default EndSwitch Pause "
+        "Repeat Until Declare SetAcceleration SetBlend SetTool SetFrame Opaque"
     )
     conventions = Conventions(
         sums_of_texts=True,

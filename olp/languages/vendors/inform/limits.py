@@ -6,7 +6,7 @@ from typing import Final
 
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import Store
-from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, SpeedUnit
 from olp.languages.limits import Limits, Registers
 
 LIMITS: Final = Limits(

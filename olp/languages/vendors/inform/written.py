@@ -9,8 +9,7 @@ from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Number, Taught, Variable
 from olp.ir.points import PointKind
-from olp.ir.program import Program
-from olp.ir.statements import Move, SetSpeed, SpeedUnit
+from olp.ir.program import Move, Program, SetSpeed, SpeedUnit
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 
 _NUMBER = re.compile(r"[-+]?\d*\.?\d+|[-+]?\d+\.")

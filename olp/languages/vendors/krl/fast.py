@@ -14,8 +14,7 @@ from typing import Final
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Named, PositionLiteral
 from olp.ir.points import Sector
-from olp.ir.program import Declare
-from olp.ir.statements import Blend, Move, Path
+from olp.ir.program import Blend, Declare, Move, Path
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.moves import BLENDS
 from olp.languages.vendors.krl.scope import AXES, NEUTRAL_TYPES, POSES, Scope

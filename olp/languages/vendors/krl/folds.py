@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
-from olp.ir.statements import Comment, Statement
+from olp.ir.program import Comment, Statement
 
 _FOLD: Final = re.compile(r"FOLD\b\s*(?P<name>.*?)\s*(?:;?\s*(?P<marks>%\{.*))?", re.IGNORECASE)
 _BEGINNING: Final = re.compile(

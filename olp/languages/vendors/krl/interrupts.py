@@ -15,7 +15,7 @@ from typing import Final
 from lark.exceptions import UnexpectedInput
 
 from olp.ir.expressions import CallValue, Expression, Number, SignalState, Text
-from olp.ir.statements import Assign, Call, Process
+from olp.ir.program import Assign, Call, Process
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import BEGINS, WATCH
 from olp.languages.vendors.krl.scope import Scope

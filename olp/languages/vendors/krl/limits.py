@@ -7,7 +7,7 @@ from math import inf
 from typing import Final
 
 from olp.core.units import deg, percent
-from olp.ir.statements import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, Path, SpeedUnit
 from olp.languages.limits import Limits, PathTriggerForms, ValueTypes
 from olp.languages.vendors.krl.texts import HELPERS
 

@@ -8,8 +8,17 @@ from lark import Token
 
 from olp.core.units import deg, mm, percent
 from olp.ir import expressions as ex
-from olp.ir.program import Process
-from olp.ir.statements import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
+from olp.ir.program import (
+    Acceleration,
+    AccelerationUnit,
+    Blend,
+    BlendKind,
+    Move,
+    Path,
+    Process,
+    Speed,
+    SpeedUnit,
+)
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.expressions import KrlExpressionRules

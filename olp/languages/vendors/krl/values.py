@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir.points import Sector
-from olp.ir.statements import Blend, BlendKind
+from olp.ir.program import Blend, BlendKind
 from olp.languages.vendors.krl.scope import AXES, AXIS_NUMBERS, COMPONENTS, POSES, Scope
 
 NOTHING: Final = math.nan

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 from olp.core.units import mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
-from olp.ir.statements import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, Path, SpeedUnit
 from olp.ir.transformer import changed_by
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.scope import Scope

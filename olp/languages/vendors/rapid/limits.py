@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
-from olp.ir.statements import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, Path, SpeedUnit
 from olp.languages.limits import Limits, PathTriggerForms, TrapWords, ValueTypes
 
 # Words of the language, and data and routines that every controller has: a declaration of the same name is refused.

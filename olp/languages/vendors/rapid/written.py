@@ -10,8 +10,7 @@ from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import Expression, Named
 from olp.ir.points import PointKind
-from olp.ir.program import Program
-from olp.ir.statements import Move, SetSpeed, SpeedUnit
+from olp.ir.program import Move, Program, SetSpeed, SpeedUnit
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed, numbers_of
 from olp.languages.vendors.rapid.predefined_data import SPEEDS
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import Store
-from olp.ir.statements import AccelerationUnit, BlendKind, Path, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, Path, SpeedUnit
 from olp.languages.limits import Limits, PathTriggerForms, Registers
 
 COMMENT_LENGTH: Final = 32  # of a line of its own

@@ -6,7 +6,7 @@ from typing import Final
 
 from olp.core.units import deg, mm
 from olp.ir.expressions import Number, Quantity, Store
-from olp.ir.statements import Blend, BlendKind, Path, SpeedUnit
+from olp.ir.program import Blend, BlendKind, Path, SpeedUnit
 
 # Unit of a speed -> what it means, and SI per written unit.
 UNITS: Final = {

@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from olp.ir import expressions as ex
-from olp.ir.program import Call, Dwell, Message, Pause, Process, SetOutput, Statement, Wait
-from olp.ir.statements import SetTool
+from olp.ir.program import Call, Dwell, Message, Pause, Process, SetOutput, SetTool, Statement, Wait
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.expressions import Expressions, method_name
 from olp.languages.vendors.urscript.lines import UrscriptLine

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from olp.ir.statements import AccelerationUnit, BlendKind, SpeedUnit
+from olp.ir.program import AccelerationUnit, BlendKind, SpeedUnit
 from olp.languages.limits import Limits, ValueTypes
 from olp.languages.vendors.urscript.builtins import JOINT_DEFAULTS, KNOWN, PATH_DEFAULTS
 from olp.languages.vendors.urscript.helpers import COUNTER, TEXTS

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from olp.ir.expressions import Expression, FrameRef, Named, Number, Quantity, SignalState
-from olp.ir.statements import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
+from olp.ir.program import Acceleration, AccelerationUnit, Blend, BlendKind, Move, Path, Speed, SpeedUnit
 from olp.languages.vendors.urscript import builtins
 from olp.languages.vendors.urscript.expressions import Expressions
 from olp.languages.vendors.urscript.syntax import (

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from olp.core.source import Source
 from olp.ir.expressions import Expression, Named
 from olp.ir.points import PointKind
-from olp.ir.program import Program
-from olp.ir.statements import Move, SetSpeed, SpeedUnit
+from olp.ir.program import Move, Program, SetSpeed, SpeedUnit
 from olp.languages.literals import Orientation, Spelling, Token, WrittenPoint, WrittenSpeed
 
 _N = r"\s*([-+]?\d*\.?\d+(?:[Ee][-+]?\d+)?)\s*"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from olp.core.units import percent
-from olp.ir.statements import BlendKind, SpeedUnit
+from olp.ir.program import BlendKind, SpeedUnit
 from olp.languages.limits import Limits
 
 _WORDS: Final = """
