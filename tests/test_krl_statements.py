@@ -238,6 +238,37 @@ def test_axes_with_different_speeds_are_told() -> None:
     assert isinstance(program.routines[0].body[1], Assign)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("$VEL_AXIS[1]=30", "PTP XP1"),
+        ("$ACC_AXIS[1]=30", "$ACC_AXIS[2]=30", "PTP XP1"),
+        ("$VEL_AXIS[1]=30", "PTP XP1", *(f"$VEL_AXIS[{axis}]=40" for axis in range(1, 7))),
+        ("SPTP XP1 WITH $VEL_AXIS[1]=30",),
+    ],
+)
+def test_a_speed_of_the_first_axis_alone_is_told(rows: tuple[str, ...]) -> None:
+    assert ("P416", 2) in codes(read(*rows))
+
+
+def test_forms_and_lists_that_set_all_axes_are_not_told() -> None:
+    form = "SPTP XP1 WITH $VEL_AXIS[1]=SVEL_JOINT(30), $ACC_AXIS[1]=SACC_JOINT(PDEFAULT)"
+    assert "P416" not in [code for code, _ in codes(read(form))]
+    axes = ", ".join(f"$ACC_AXIS[{axis}]=40" for axis in range(1, 7))
+    (move,) = body(f"SPTP XP1 WITH {axes}")
+    assert isinstance(move, Move)
+    assert move.acceleration == Quantity(Number(40), 0.01)
+    assert not move.other
+
+
+def test_initmov_chooses_the_first_tool_and_the_world() -> None:
+    tools = [one for one in body("BAS(#INITMOV,0)") if isinstance(one, (SetTool, SetFrame))]
+    assert [one.tool if isinstance(one, SetTool) else one.frame for one in tools] == [
+        FrameRef("base"),
+        FrameRef("tool", Number(1)),
+    ]
+
+
 def test_a_component_of_the_base_changes_that_component_only() -> None:
     frame = one("$BASE.Z=$BASE.Z+5").frame
     current = SystemValue("current-frame")

@@ -647,8 +647,7 @@ def test_structures_of_ones_own_have_members() -> None:
 def test_comments_above_a_routine_belong_to_it() -> None:
     program = read("MODULE M\n! about a\nPROC a() ! short\n! inside\nENDPROC\nENDMODULE\n")
     (routine,) = program.routines
-    assert [(one.line, one.text) for one in routine.body] == [(2, " about a"), (4, " inside")]
-    assert routine.comment == " short"
+    assert [(one.line, one.text) for one in routine.body] == [(2, " about a"), (3, " short"), (4, " inside")]
 
 
 def test_cp1252_letters_survive() -> None:

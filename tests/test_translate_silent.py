@@ -940,7 +940,8 @@ def test_an_element_beyond_one_of_the_rows_is_refused():
 @pytest.mark.parametrize(
     ("text", "vendor", "asks"),
     [
-        (krl(*HOME, *poses((900, 0, 400))), "krl", True),
+        (krl(*HOME[1:], *poses((900, 0, 400))), "krl", True),
+        (krl(*HOME, *poses((900, 0, 400))), "krl", False),
         (krl("$TOOL=$NULLFRAME", "$BASE=$NULLFRAME", *HOME, *poses((900, 0, 400))), "krl", False),
         (script("movej([0, -1.2, 1.2, -1.5, -1.57, 0], a=1, v=1)"), "urscript", True),
         (module("MoveL p1,v100,fine,tool0;", data=TARGETS), "rapid", False),
@@ -951,9 +952,51 @@ def test_the_receipt_asks_for_a_tool_that_the_program_leaves_to_its_caller(text,
     assert any("which tool was active" in says for says in made.translated.asks) is asks
 
 
+def test_a_speed_of_another_axis_than_the_first_is_told_of_a_spline_move():
+    row = "SPTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0} WITH $VEL_AXIS[1]=30, $VEL_AXIS[2]=20"
+    said = [loss.says for loss in losses(krl("BAS(#INITMOV,0)", row), "krl", "rapid")]
+    assert any("the option $VEL_AXIS[2] means nothing in RAPID" in one for one in said)
+
+
+def test_the_axes_of_a_spline_move_accelerate_alike_when_it_is_written_again():
+    row = "SPTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0} WITH $ACC_AXIS[1]=SACC_JOINT(PDEFAULT)"
+    text = translated(krl("BAS(#INITMOV,0)", row), "krl", "krl")
+    assert all(f"$ACC_AXIS[{axis}]=100" in text for axis in range(1, 7))
+
+
 def test_a_routine_of_the_maker_that_moves_nothing_is_a_comment():
     text = translated(krl(*HOME, "SET_CD_PARAMS(0)", *poses((900, 0, 400))), "krl", "rapid")
     assert "! not translated: SET_CD_PARAMS(0)" in text
+
+
+# --- comments about routines --------------------------------------------------------------------------------
+
+KRL_REMARKS = (
+    "&ACCESS RVP\r\n; author\r\nDEF PART(n :IN) ; head\r\nDECL INT n ; how many\r\nBAS(#INITMOV,0)\r\n"
+    "PTP {A1 0,A2 -90,A3 90,A4 0,A5 40,A6 0}\r\nTRIGGER WHEN DISTANCE=0 DELAY=20 DO $OUT[3]=TRUE ; glue\r\n"
+    "LIN {X 900,Y 0,Z 400,A 0,B 90,C 0}\r\nEND ; tail\r\n; behind\r\n"
+)
+RAPID_REMARKS = (
+    "MODULE M\r\n! author\r\nPROC main() ! head\r\nVAR num n; ! how many\r\nn:=1; ! glue\r\nENDPROC ! tail\r\n"
+    "! behind\r\nPROC other()\r\nn:=n+1;\r\nENDPROC\r\nENDMODULE\r\n"
+)
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "inform", "urscript"])
+@pytest.mark.parametrize(("text", "vendor"), [(KRL_REMARKS, "krl"), (RAPID_REMARKS, "rapid")])
+def test_comments_about_a_routine_are_kept(text, vendor, target):
+    wanted = {"author", "head", "how many", "glue", "tail", "behind"}
+    if vendor == "rapid" and target in ("tp", "inform"):
+        wanted.remove("how many")  # of a variable, which is a register there
+    made = translated(text, vendor, target)
+    assert {one for one in wanted if one not in made} == set()
+
+
+def test_comments_about_a_routine_stay_in_their_places_in_krl():
+    lines = translated(KRL_REMARKS, "krl", "krl").splitlines()
+    assert "; author" in lines
+    assert "DEF PART (n :IN) ; head" in lines
+    assert lines[-2:] == ["END ; tail", "; behind"]
 
 
 # --- records of a program's own types -----------------------------------------------------------------------

@@ -467,6 +467,35 @@ def refusal(given: Refusal) -> CannotSayError:
     return CannotSayError(given) if isinstance(given, str) else CannotSayError(*given)
 
 
+class FramingComments(NamedTuple):
+    """The comments above a routine, on its head, on its end and below it; `body`: the statements between."""
+
+    above: tuple[str, ...]
+    below: tuple[str, ...]
+    head: str
+    end: str
+    body: tuple[st.Statement, ...]
+
+
+def framing_comments(routine: st.Routine, own: bool) -> FramingComments:
+    """A reader leaves these in the routine's body, where other languages write them; their lines tell the place."""
+    first, last = routine.line, routine.last_line
+    if not own or not last:
+        return FramingComments((), (), "", "", routine.body)
+    found: dict[int, list[str]] = {-1: [], 0: [], 1: [], 2: []}
+    body = []
+    for s in routine.body:
+        if type(s) is not st.Comment or not s.line or first < s.line < last:
+            body.append(s)
+        else:
+            found[-1 if s.line < first else 0 if s.line == first else 1 if s.line == last else 2].append(
+                s.text
+            )
+    return FramingComments(
+        tuple(found[-1]), tuple(found[2]), "".join(found[0]), "".join(found[1]), tuple(body)
+    )
+
+
 def as_text(lines: Iterable[str]) -> str:
     """Whole lines, as templates take them."""
     return "".join([f"{line}\n" for line in lines])

@@ -16,6 +16,7 @@ _SIGNS = re.compile(
     r"\s*(?:&ACCESS|&REL\s|&PARAM\s|(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s+[\w$](?!.*:\s*$)|;FOLD\s)", re.IGNORECASE
 )
 _LOOKED_AT = 60  # lines
+_OF_EACH_AXIS = ("$acc_axis", "$gear_jerk", "$collmon_tol_pro")
 
 
 class Krl(Vendor):
@@ -108,8 +109,9 @@ class Krl(Vendor):
         off_pulse="FALSE",
         move_options=MoveOptions(
             manner=frozenset(
-                {"$acc", "$acc_axis[1]", "$apo", "$circ_type", "$collmon_tol_pro[1]", "$gear_jerk[1]"}
-                | {"$jerk", "$load", "$ori_type"}
+                {"$acc", "$apo", "$circ_type", "$jerk", "$load", "$ori_type"}
+                | {f"{name}[{axis}]" for name in _OF_EACH_AXIS for axis in range(1, 13)}
+                | {f"$vel_axis[{axis}]" for axis in range(2, 13)}
             ),
             silent="$",  # set by inline forms
             ends_elsewhere=frozenset({"#CONSTANT"}),  # of $ORI_TYPE: the tool is not turned as the point says

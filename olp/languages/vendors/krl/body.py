@@ -52,6 +52,10 @@ _MARKERS: Final[dict[str, Callable[[int], st.Statement]]] = {
     "ENDSWITCH": st.EndSwitch,
 }
 _MODAL = (st.Assign, st.Call)
+# A WITH list that sets one axis by a value: SVEL_JOINT and SACC_JOINT set the others themselves.
+_FIRST_ALONE = re.compile(
+    r"(?i)(\$(?:VEL|ACC))_AXIS\s*\[\s*1\s*\]\s*=\s*(?!S(?:VEL|ACC)_JOINT\b)(?!.*\1_AXIS\s*\[\s*2\s*\])"
+)
 _WORD = re.compile(r"\w+")
 _MOST_CACHED = 50_000
 
@@ -140,6 +144,9 @@ class BodyReader:
         if put:
             self._several(put, comment, number)
             return None
+        if isinstance(result, st.Move) and "WITH" in code.upper():
+            for alone in _FIRST_ALONE.findall(code):
+                self._first_alone(f"{alone.upper()}_AXIS", number)
         result = self._modal.fixed(result) or result
         modal = isinstance(result, _MODAL)
         if len(self._seen) < _MOST_CACHED:
@@ -268,7 +275,15 @@ class BodyReader:
                 break
         self.body.append(st.Process(number, "ENDSPLINE", (), comment))
 
+    def _first_alone(self, name: str, number: int) -> None:
+        message = f"{name} is set for the first axis alone: it speaks for all"
+        span = self._findings.whole_line(number)
+        self._findings.once(Severity.WARNING, "P416", f"{name}[1]", message, span, "give all axes one value")
+
     def finish(self, number: int) -> None:
         """The routine ends in line `number`."""
+        self._modal.finish()
+        for name, line in self._modal.first_alone:
+            self._first_alone(name, line)
         if self._block is not None:
             self._findings.error("P405", "SPLINE without ENDSPLINE", number, "close it: ENDSPLINE")

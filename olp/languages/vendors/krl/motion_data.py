@@ -49,7 +49,7 @@ def path_acceleration(value: ex.Expression, scale: float) -> st.SetAcceleration:
 
 
 # What the public $config.dat gives as defaults.
-INITIAL: Final[tuple[st.Statement, ...]] = (
+_INITIAL: Final[tuple[st.Statement, ...]] = (
     joint_acceleration(ex.Number(100), values.ACC_PTP),
     joint_speed(ex.Number(100)),
     path_acceleration(ex.Number(100), values.ACC_CP),
@@ -175,6 +175,14 @@ class MotionData:
         found = _COMMANDS.get(command)
         return None if found is None else found(self, argument)
 
+    def initial(self) -> tuple[st.Statement, ...]:
+        """INITMOV: the defaults, $BASE=$WORLD and $TOOL=TOOL_DATA[1]."""
+        chosen = (
+            st.SetFrame(0, self.numbered_frame(ex.Number(0))),
+            st.SetTool(0, self.numbered_tool(ex.Number(1))),
+        )
+        return (*_INITIAL, *chosen, *self.interpolation(False))
+
     def joint_data(self) -> tuple[st.Statement, ...]:
         """PTP_DAT."""
         acceleration = joint_acceleration(self.member("PDAT_ACT", "ACC"), values.ACC_PTP)
@@ -233,7 +241,7 @@ def _has(listed: ex.RecordLiteral, index: ex.Expression) -> bool:
 
 
 _COMMANDS: Final[dict[str, Callable[[MotionData, ex.Expression], tuple[st.Statement, ...]]]] = {
-    "INITMOV": lambda data, _: INITIAL,
+    "INITMOV": lambda data, _: data.initial(),
     "VEL_PTP": lambda data, value: (joint_speed(value),),
     "ACC_PTP": lambda data, value: (joint_acceleration(value, values.ACC_PTP),),
     "VEL_CP": lambda data, value: (path_speed(value),),

@@ -150,8 +150,14 @@ class KrlMoveRules(KrlExpressionRules):
         fields: dict[str, Any] = {}
         other: list[tuple[str, ex.Expression]] = []
         data = MotionData(self.scope)
+        first: dict[str, ex.Expression] = {}
         for target, value in settings:
-            found = _setting(data, target, value)
+            axis = _axis_of(target)
+            if axis > 1 and first.get(target.key) == value:
+                continue
+            if axis == 1:
+                first[target.key] = value
+            found = None if axis > 1 else _setting(data, target, value)
             if found is None:
                 other.append((reference_text(target), value))
             elif "other" in found:
@@ -241,6 +247,14 @@ def _setting(data: MotionData, target: KrlReference, value: ex.Expression) -> di
     if key in _BY_FORM:
         return _as_usual(data, key, value, routine, arguments)
     return None
+
+
+def _axis_of(target: KrlReference) -> int:
+    """Which axis `$VEL_AXIS[n]` sets; 0 of other names."""
+    if target.key not in ("$VEL_AXIS", "$ACC_AXIS") or not target.parts or not target.parts[0][1]:
+        return 0
+    index = target.parts[0][1][0]
+    return int(index.value) if type(index) is ex.Number else 0
 
 
 def _as_usual(

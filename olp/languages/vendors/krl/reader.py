@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Set
 from dataclasses import replace
 
 from olp.core.diagnostic import Diagnostic, Severity
@@ -9,7 +10,7 @@ from olp.core.memory_limit import no_garbage_collection
 from olp.core.source import Source
 from olp.ir.expressions import Unknown
 from olp.ir.points import PointTable
-from olp.ir.program import Declare, LineKind, Parameter, Program, Routine, Statement
+from olp.ir.program import Comment, Declare, LineKind, Parameter, Program, Routine, Statement
 from olp.languages.findings import Findings
 from olp.languages.vendors.krl import checks, parsing
 from olp.languages.vendors.krl.body import BodyReader
@@ -72,7 +73,8 @@ class _FileReader:
         self._lines = KrlLineReader(findings, scope)
         self._routines: list[Routine] = []
         self.data: tuple[Declare, ...] = ()
-        self._above: list[str] = []  # what stands before a head: &ACCESS, comments
+        self._above: list[str] = []  # what stands before a head: &ACCESS; in and before a list comments, too
+        self._lead: list[Comment] = []  # comments before a routine, and behind its head
         self._head: Head | None = None
         self._start = 0
         self._body: BodyReader | None = None
@@ -117,7 +119,10 @@ class _FileReader:
             self._body.comment(comment, number)
             return
         self._kinds[number - 1] = LineKind.COMMENT
-        self._above.append(f";{comment}")
+        if self._list is not None:
+            self._above.append(f";{comment}")
+        else:
+            self._lead.append(Comment(number, comment))
 
     def _word(self, code: str, comment: str, number: int) -> None:
         """A line that may be a head or a tail."""
@@ -129,6 +134,8 @@ class _FileReader:
                 self._findings.error(
                     "P402", f"{code} without DEF", number, "remove it, or add the line with DEF"
                 )
+            if comment and self._body is not None:
+                self._body.body.append(Comment(number, comment))
             self._finish(number)
         else:
             self._code(code, comment, number)
@@ -164,12 +171,15 @@ class _FileReader:
             )
         self._head, self._start, self._outside = head, number, False
         if comment:
-            self._above.append(f";{comment}")
+            self._lead.append(Comment(number, comment))
+        lead, self._lead = self._lead, []
         if head.kind == "list":
+            self._above += [f";{one.text}" for one in lead]
             self._list = ListReader(self._findings, self._scope, self._lines)
             return
         self._scope.enter()
         self._body = BodyReader(self._findings, self._scope, self._lines)
+        self._body.body += lead
 
     def _finish(self, number: int) -> None:
         head, above = self._head, tuple(self._above)
@@ -235,9 +245,9 @@ class _FileReader:
         for number in self._folds[:1]:
             message = f"{len(self._folds)} FOLD without ENDFOLD"
             self._findings.once(Severity.WARNING, "P417", "", message, number, "close it: ;ENDFOLD")
-        if self._above and self._routines:
-            tail = {**self._routines[-1].details, "below": "\n".join(self._above)}
-            self._routines[-1] = replace(self._routines[-1], details=tail)
+        if self._lead and self._routines and "list" not in self._routines[-1].details:
+            whole = self._routines[-1]
+            self._routines[-1] = replace(whole, body=(*whole.body, *self._lead))
 
 
 def _typed(
@@ -254,8 +264,16 @@ def _typed(
         one if (found := declared.get(one.name.upper())) is None else _declared_parameter(one, found)
         for one in parameters
     )
-    rest = tuple(one for one in body if not (isinstance(one, Declare) and one.name.upper() in names))
-    return rest, typed
+    return tuple(_without_parameters(body, names)), typed
+
+
+def _without_parameters(body: tuple[Statement, ...], names: Set[str]) -> Iterator[Statement]:
+    """Statements without declarations of parameters, whose comments stay."""
+    for one in body:
+        if not (isinstance(one, Declare) and one.name.upper() in names):
+            yield one
+        elif one.comment:
+            yield Comment(one.line, one.comment)
 
 
 def _declared_parameter(it: Parameter, found: Declare) -> Parameter:

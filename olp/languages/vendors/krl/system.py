@@ -34,12 +34,27 @@ _FRAME_MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class Modal:
-    """`odd`: the variables whose axes got different values, since the last look."""
+    """`odd`: the variables whose axes got different values, since the last look.
+
+    `first_alone`: those whose first axis got a value that the next three did not get, with its line.
+    """
 
     def __init__(self, scope: Scope) -> None:
         self.data = MotionData(scope)
         self.odd: list[str] = []
         self._axis: dict[str, ex.Expression] = {}
+        self._without: dict[str, tuple[int, set[float]]] = {}
+        self.first_alone: list[tuple[str, int]] = []
+
+    def finish(self) -> None:
+        """The routine ends."""
+        for name in tuple(self._without):
+            self._close(name)
+
+    def _close(self, name: str) -> None:
+        line, missing = self._without.pop(name, (0, set()))
+        if missing:
+            self.first_alone.append((name, line))
 
     def forget(self) -> None:
         self.data.forget()
@@ -113,10 +128,15 @@ class Modal:
     def _axis_value(self, it: st.Assign, name: str, index: ex.Expression) -> tuple[st.Statement, ...]:
         """$VEL_AXIS[i]: the first axis speaks for all; the same value for the others adds nothing."""
         if type(index) is ex.Number and index.value != 1:
+            self._without.get(name, (0, set[float]()))[1].discard(index.value)
             if self._axis.get(name) == it.value:
                 return ()
+            self._without.pop(name, None)
             self.odd.append(name)
             return (it,)
+        self._close(name)
+        if type(index) is ex.Number:
+            self._without[name] = (it.line, {2, 3, 4})
         self._axis[name] = it.value
         return (joint_speed(it.value) if name == "$VEL_AXIS" else joint_acceleration(it.value, percent),)
 

@@ -10,7 +10,7 @@ or moves stays as it is.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Final
 
@@ -70,11 +70,18 @@ def with_switches(body: Sequence[st.Statement]) -> tuple[st.Statement, ...]:
             if move is not None and switch is not None:
                 named.setdefault(move, []).append(switch)
                 gone.add(at)
-    return tuple(
-        replace(s, triggers=tuple(named[at])) if at in named and isinstance(s, st.Move) else s
-        for at, s in enumerate(body)
-        if at not in gone
-    )
+    return tuple(_with_named(body, named, gone))
+
+
+def _with_named(
+    body: Sequence[st.Statement], named: Mapping[int, list[st.PathTrigger]], gone: Set[int]
+) -> Iterator[st.Statement]:
+    """`gone`: places of the statements that became parts of moves; their comments stay."""
+    for at, s in enumerate(body):
+        if at not in gone:
+            yield replace(s, triggers=tuple(named[at])) if at in named and isinstance(s, st.Move) else s
+        elif isinstance(s, st.Process) and s.comment:
+            yield st.Comment(s.line, s.comment)
 
 
 def _switch(s: st.Process, above: int) -> st.PathTrigger | None:

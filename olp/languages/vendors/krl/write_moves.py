@@ -221,7 +221,8 @@ class KrlMoves(KrlValues):
         if s.frame is not None:
             yield "$BASE", self.value(s.frame)
         if s.acceleration is not None:
-            yield "$ACC_AXIS[1]", quantity(s.acceleration, percent)
+            share = quantity(s.acceleration, percent)
+            yield from ((f"$ACC_AXIS[{axis}]", share) for axis in range(1, 7))
         if s.rate is not None:
             yield from self._rate_setting(s.rate)
         if (

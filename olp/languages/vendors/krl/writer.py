@@ -17,7 +17,16 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import expressions_of
-from olp.languages.generator import BRANCHES, CLOSES, CannotSayError, Joined, Lines, Spelled, as_text
+from olp.languages.generator import (
+    BRANCHES,
+    CLOSES,
+    CannotSayError,
+    Joined,
+    Lines,
+    Spelled,
+    as_text,
+    framing_comments,
+)
 from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.body import FORGETS
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
@@ -332,7 +341,7 @@ class KrlWriter(KrlMoves):
         """In KRL a program's declarations come first and take no values: these are assigned."""
         if self.own:
             return [self.declared(s, with_value=True), *self.elements(s)]
-        self.declarations.append(self.declared(s, with_value=False))
+        self.declarations.append(self.declared(s, with_value=False) + _behind(s.comment))
         if s.value is None:
             return []
         if s.sizes or s.type == "string":
@@ -382,8 +391,9 @@ class KrlWriter(KrlMoves):
         self.declarations: list[str] = []
         self.bas = BasCalls(self.scope, self)
         details = routine.details if self.own else {}
-        statements = list(routine.body)
-        above, head = details.get("above", ""), ""
+        framing = framing_comments(routine, self.own)
+        statements = list(framing.body)
+        above, head = [*([details["above"]] if "above" in details else []), *_rows(framing.above)], ""
         try:
             head = self._head(routine)
             self.declarations += self.parameter_rows(routine.parameters)
@@ -402,14 +412,12 @@ class KrlWriter(KrlMoves):
         added = {**(_HELPERS if waits else {}), **put, **self.temporaries}
         self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
         return KrlRoutineText(
-            above=above + "\n"
-            if above
-            else (self._header() if routine is self.routines[0] and not self.own else ""),
-            head=head,
+            above=as_text(above) or (self._header() if routine is self.routines[0] and not self.own else ""),
+            head=head + _behind(framing.head),
             declarations=as_text(self.declarations),
             instructions=as_text(self.rows),
-            end="ENDFCT" if routine.returns else "END",
-            below=details["below"] + "\n" if "below" in details else "",
+            end=("ENDFCT" if routine.returns else "END") + _behind(framing.end),
+            below=as_text(_rows(framing.below)),
         )
 
     def _head(self, routine: st.Routine) -> str:
@@ -598,6 +606,10 @@ def _names(it: Any) -> Iterator[str]:
     elif is_dataclass(it) and not isinstance(it, type):
         for field in fields(it):
             yield from _names(getattr(it, field.name))
+
+
+def _rows(comments: Sequence[str]) -> list[str]:
+    return [f";{one}" for one in comments]
 
 
 def _behind(comment: str) -> str:

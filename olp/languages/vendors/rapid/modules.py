@@ -39,7 +39,6 @@ class ModuleReader:
         self._lead: list[st.Comment] = []  # comments just above a routine
         self._head: FramingClause | None = None  # of the open routine
         self._line = 0
-        self._comment = ""
         self._handler = 0  # its first line
         self._handlers: dict[int, str] = {}  # first line of each -> ERROR, LISTED, UNDO or BACKWARD
         self._handled: dict[int, list[st.Statement]] = {}  # line -> the handlers' statements
@@ -234,9 +233,10 @@ class ModuleReader:
             )
         self._record = False
         self._head, self._line = frame, clause.line
-        self._comment = (clause.comment or "").rstrip()
         self._body = list(self._lead)
         self._lead.clear()
+        if clause.comment is not None:
+            self._body.append(st.Comment(clause.line, clause.comment.rstrip()))
         self._handler = 0
         self._blocks = OpenBlocks(self._findings)
         self._names.local = self._names.inside.get(clause.line, {})
@@ -285,14 +285,13 @@ class ModuleReader:
         if head.returns:
             details["returns"] = head.returns
         if comment:
-            details["end"] = comment
+            self._body.append(st.Comment(last, comment))
         self.routines.append(
             st.Routine(
                 head.name,
                 self._line,
                 tuple(self._body),
                 PointTable(),
-                comment=self._comment,
                 details=details,
                 last_line=last,
                 parameters=head.parameters,

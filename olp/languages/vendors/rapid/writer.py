@@ -18,7 +18,7 @@ from olp.ir import program as st
 from olp.ir.expressions import Expression, Named
 from olp.ir.program import Assign, Declare, Move, Program
 from olp.ir.transformer import note_names
-from olp.languages.generator import CannotSayError, as_text
+from olp.languages.generator import CannotSayError, as_text, framing_comments
 from olp.languages.vendor import TRAP
 from olp.languages.vendors.rapid.limits import RESERVED
 from olp.languages.vendors.rapid.names import STRUCTURE, RapidNames
@@ -174,25 +174,24 @@ class RapidWriter(RapidStatements):
         local.update({name: kind for name, kind in self._used.items() if name in local})
         local.update({one.name.lower(): self._parameter_type(one) for one in routine.parameters})
         self.types = {**self.globals, **local}
-        lead = [one for one in routine.body if isinstance(one, st.Comment) and one.line < routine.line]
-        rest = routine.body[len(lead) :] if self.own else routine.body
-        before = "".join(f"{self.step}!{one.text}\n" for one in lead) if self.own else ""
-        rows = self.routine_rows(rest, routine, self._safety(routine))
+        framing = framing_comments(routine, self.own)
+        before = "".join(f"{self.step}!{one}\n" for one in framing.above)
+        rows = self.routine_rows(framing.body, routine, self._safety(routine))
         untyped = [one.name for one in routine.parameters if not one.switch and not self._parameter_type(one)]
         if untyped:
             problem = CannotSayError(f"a parameter whose type nothing tells ({', '.join(untyped)})")
             self.lose(problem, routine.line)
         kind = routine.details.get("kind", "") if self.own else ""
         kind = kind or ("TRAP" if TRAP in routine.details else "FUNC" if routine.returns else "PROC")
-        behind = f" !{routine.comment}" if routine.comment else ""
+        said = framing.head or routine.comment
+        behind = f" !{said}" if said else ""
         gap = "\n" if self._pending or self._made[-1].routines else ""
-        end = routine.details.get("end", "") if self.own else ""
         self._made[-1].routines.append(
             RapidRoutineText(
                 f"{self._taken()}{gap}{before}",
                 f"{self.step}{self._head(routine, kind)}{behind}".rstrip(),
                 as_text(rows),
-                f"{self.step}{_END[kind]}{' !' + end if end else ''}",
+                f"{self.step}{_END[kind]}{' !' + framing.end if framing.end else ''}",
             )
         )
 
