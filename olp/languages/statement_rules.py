@@ -116,11 +116,66 @@ class ValueRules:
     disjunction = conjunction
 
 
-class BlockRules(ValueRules):
-    """Lowering rules of statements that open, divide and close blocks; a grammar may use any of them.
-
-    A language's own rule of the same name may make several statements of its line.
+class BlockWords:
+    """Lowering rules of statements that open, divide and close blocks, and of what stands in them; a grammar names
+    those it needs, and a language's own rule of the same name goes first: it may make several statements of its line.
     """
+
+    def plain(self, value: Any) -> Any:
+        """What a statement holds of a value that a rule has made."""
+        return value
+
+    def if_(self, children: list[Any]) -> Statements:
+        return st.If(0, self.plain(children[0]))
+
+    def else_if(self, children: list[Any]) -> Statements:
+        return st.ElseIf(0, self.plain(children[0]))
+
+    def else_(self, _: list[Any]) -> Statements:
+        return st.Else(0)
+
+    def end_if(self, _: list[Any]) -> Statements:
+        return st.EndIf(0)
+
+    def while_(self, children: list[Any]) -> Statements:
+        return st.While(0, self.plain(children[0]))
+
+    def end_while(self, _: list[Any]) -> Statements:
+        return st.EndWhile(0)
+
+    def end_for(self, _: list[Any]) -> Statements:
+        return st.Next(0, None)
+
+    def do(self, _: list[Any]) -> Statements:
+        return st.Repeat(0)
+
+    def until(self, children: list[Any]) -> Any:
+        return st.Until(0, self.plain(children[0]))
+
+    def switch(self, children: list[Any]) -> Any:
+        return st.Switch(0, self.plain(children[0]))
+
+    def case(self, children: list[Any]) -> Any:
+        return st.Case(0, tuple(map(self.plain, children)))
+
+    def default(self, _: list[Any]) -> Statements:
+        return st.Default(0)
+
+    def end_switch(self, _: list[Any]) -> Statements:
+        return st.EndSwitch(0)
+
+    def break_(self, _: list[Any]) -> Any:
+        return st.Break(0)
+
+    def wait(self, children: list[Any]) -> Any:
+        return st.Wait(0, self.plain(children[0]))
+
+    def pause(self, _: list[Any]) -> Statements:
+        return st.Pause(0)
+
+
+class BlockRules(BlockWords, ValueRules):
+    """All rules that the short readers share."""
 
     def instruction(self, children: list[Any]) -> Any:
         return children[0]
@@ -132,38 +187,8 @@ class BlockRules(ValueRules):
     def power(self, children: list[ex.Expression]) -> ex.Function:
         return ex.Function("power", tuple(children))
 
-    def wait(self, children: list[Any]) -> Statements:
-        return st.Wait(0, children[0])
-
-    def if_(self, children: list[Any]) -> Statements:
-        return st.If(0, children[0])
-
-    def else_if(self, children: list[Any]) -> Statements:
-        return st.ElseIf(0, children[0])
-
-    def else_(self, _: list[Any]) -> Statements:
-        return st.Else(0)
-
-    def end_if(self, _: list[Any]) -> Statements:
-        return st.EndIf(0)
-
-    def while_(self, children: list[Any]) -> Statements:
-        return st.While(0, children[0])
-
-    def end_while(self, _: list[Any]) -> Statements:
-        return st.EndWhile(0)
-
-    def end_for(self, _: list[Any]) -> Statements:
-        return st.Next(0, None)
-
-    def do(self, _: list[Any]) -> Statements:
-        return st.Repeat(0)
-
-    def until(self, children: list[Any]) -> Statements:
-        return st.Until(0, children[0])
-
-    def pause(self, _: list[Any]) -> Statements:
-        return st.Pause(0)
+    def case(self, children: list[Any]) -> Any:
+        return super().case(children[0])
 
     def return_(self, _: list[Any]) -> Statements:
         return st.Return(0)

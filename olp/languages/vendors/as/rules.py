@@ -325,15 +325,6 @@ class AsRules(BlockRules):
             raise BrokenLineError("a loop that counts in an array", wanted="a variable, as in FOR i = 1 TO 3")
         return st.For(0, variable, start, stop, step)
 
-    def case(self, children: list[Any]) -> st.Switch:
-        return st.Switch(0, children[0])
-
-    def value(self, children: list[Any]) -> st.Case:
-        return st.Case(0, tuple(children[0]))
-
-    def any(self, _: list[Any]) -> st.Default:
-        return st.Default(0)
-
     def end(self, _: list[Any]) -> BlockEnd:
         return BlockEnd()
 

@@ -17,6 +17,7 @@ from olp.core.units import mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError, Grammar
+from olp.languages.statement_rules import BlockWords
 from olp.languages.vendors.inform import values
 from olp.languages.vendors.inform.expressions import InformExpressionRules, InformRemark, checked, unmangle
 
@@ -207,7 +208,7 @@ def _suffix(children: list[Any]) -> tuple[list[Any], Suffix]:
     return children, _NO_SUFFIX
 
 
-class FlowRules(InformMoveRules):
+class FlowRules(InformMoveRules, BlockWords):
     def suffix(self, children: list[Any]) -> Suffix:
         return Suffix(str(children[0]), children[1])
 
@@ -241,17 +242,8 @@ class FlowRules(InformMoveRules):
     def else_if(self, children: list[Any]) -> st.ElseIf:
         return st.ElseIf(0, children[1], spelling=str(children[0]))
 
-    def else_(self, _: list[Any]) -> st.Else:
-        return st.Else(0)
-
-    def end_if(self, _: list[Any]) -> st.EndIf:
-        return st.EndIf(0)
-
     def while_(self, children: list[Any]) -> st.While:
         return st.While(0, children[1], spelling=str(children[0]))
-
-    def end_while(self, _: list[Any]) -> st.EndWhile:
-        return st.EndWhile(0)
 
     def for_(self, children: list[Any]) -> st.For:
         variable, _, start, _, stop, *step = children
@@ -266,12 +258,6 @@ class FlowRules(InformMoveRules):
 
     def case(self, children: list[Any]) -> st.Case:
         return st.Case(0, tuple(children[1:]))
-
-    def default(self, _: list[Any]) -> st.Default:
-        return st.Default(0)
-
-    def end_switch(self, _: list[Any]) -> st.EndSwitch:
-        return st.EndSwitch(0)
 
     def begin(self, _: list[Any]) -> st.Begin:
         return st.Begin(0)

@@ -10,6 +10,7 @@ from lark import Token
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError, Grammar
+from olp.languages.statement_rules import BlockWords
 from olp.languages.vendors.krl.declarations import DeclarationRules
 from olp.languages.vendors.krl.scope import Scope
 from olp.languages.vendors.krl.values import settle
@@ -45,7 +46,7 @@ def line_parser() -> KrlParser:
 TRUE = ex.SignalState(True)
 
 
-class StatementRules(DeclarationRules):
+class StatementRules(DeclarationRules, BlockWords):
     def start(self, children: list[Any]) -> Any:
         return children[0]
 
@@ -79,29 +80,8 @@ class StatementRules(DeclarationRules):
 
     # --- blocks -----------------------------------------------------------------------------------------
 
-    def if_(self, children: list[Any]) -> st.If:
-        return st.If(0, self.plain(children[0]))
-
-    def else_if(self, children: list[Any]) -> st.ElseIf:
-        return st.ElseIf(0, self.plain(children[0]))
-
-    def else_(self, _: list[Any]) -> st.Else:
-        return st.Else(0)
-
-    def end_if(self, _: list[Any]) -> st.EndIf:
-        return st.EndIf(0)
-
-    def while_(self, children: list[Any]) -> st.While:
-        return st.While(0, self.plain(children[0]))
-
-    def end_while(self, _: list[Any]) -> st.EndWhile:
-        return st.EndWhile(0)
-
     def loop(self, _: list[Any]) -> st.While:
         return st.While(0, TRUE, spelling="LOOP")
-
-    def end_loop(self, _: list[Any]) -> st.EndWhile:
-        return st.EndWhile(0)
 
     def for_(self, children: list[Any]) -> st.For:
         reference, start, stop, step = children
@@ -109,30 +89,6 @@ class StatementRules(DeclarationRules):
         if not isinstance(variable, ex.Named):
             raise BrokenLineError("FOR counts a variable", word=reference.name, wanted="FOR I=1 TO 6")
         return st.For(0, variable, self.plain(start), self.plain(stop), step and self.plain(step))
-
-    def end_for(self, _: list[Any]) -> st.Next:
-        return st.Next(0, None)
-
-    def repeat(self, _: list[Any]) -> st.Repeat:
-        return st.Repeat(0)
-
-    def until(self, children: list[Any]) -> st.Until:
-        return st.Until(0, self.plain(children[0]))
-
-    def switch(self, children: list[Any]) -> st.Switch:
-        return st.Switch(0, self.plain(children[0]))
-
-    def case(self, children: list[ex.Expression]) -> st.Case:
-        return st.Case(0, tuple(map(self.plain, children)))
-
-    def default(self, _: list[Any]) -> st.Default:
-        return st.Default(0)
-
-    def end_switch(self, _: list[Any]) -> st.EndSwitch:
-        return st.EndSwitch(0)
-
-    def exit(self, _: list[Any]) -> st.Break:
-        return st.Break(0)
 
     # --- jumps and waits --------------------------------------------------------------------------------
 
@@ -144,12 +100,6 @@ class StatementRules(DeclarationRules):
 
     def return_(self, children: list[Any]) -> st.Return:
         return st.Return(0, self.plain(children[0]) if children else None)
-
-    def halt(self, _: list[Any]) -> st.Pause:
-        return st.Pause(0)
-
-    def wait(self, children: list[Any]) -> st.Wait:
-        return st.Wait(0, self.plain(children[0]))
 
     def dwell(self, children: list[Any]) -> st.Dwell:
         return st.Dwell(0, ex.Quantity(self.plain(children[0]), 1.0))

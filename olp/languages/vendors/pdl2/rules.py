@@ -290,21 +290,6 @@ class Pdl2Rules(BlockRules):
             step = ex.Number(-1) if step is None else ex.Unary("-", step)
         return st.For(0, variable, start, stop, step)
 
-    def repeat(self, _: list[Any]) -> st.Repeat:
-        return st.Repeat(0)
-
-    def select(self, children: list[Any]) -> st.Switch:
-        return st.Switch(0, children[0])
-
-    def case(self, children: list[Any]) -> st.Case:
-        return st.Case(0, tuple(children[0]))
-
-    def otherwise(self, _: list[Any]) -> st.Default:
-        return st.Default(0)
-
-    def end_select(self, _: list[Any]) -> st.EndSwitch:
-        return st.EndSwitch(0)
-
     def goto(self, children: list[Any]) -> st.Jump:
         return st.Jump(0, str(children[0]).casefold())
 
@@ -313,9 +298,6 @@ class Pdl2Rules(BlockRules):
 
     def return_(self, children: list[Any]) -> st.Return:
         return st.Return(0, children[0])
-
-    def break_(self, _: list[Any]) -> st.Break:
-        return st.Break(0)
 
     def activate(self, children: list[Any]) -> st.StartTask:
         return st.StartTask(0, self.spelled(str(children[0])), str(children[0]))

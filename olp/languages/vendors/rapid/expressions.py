@@ -70,22 +70,22 @@ class RapidExpressionRules(Transformer[Token, Any]):
     # --- operators --------------------------------------------------------------------------------------------
 
     def or_(self, children: list[Any]) -> ex.Expression:
-        return _logic("or", self._plain(children[0]), self._plain(children[2]))
+        return _logic("or", self.plain(children[0]), self.plain(children[2]))
 
     def and_(self, children: list[Any]) -> ex.Expression:
-        return _logic("and", self._plain(children[0]), self._plain(children[2]))
+        return _logic("and", self.plain(children[0]), self.plain(children[2]))
 
     def and_not(self, children: list[Any]) -> ex.Expression:
-        return _logic("and", self._plain(children[0]), ex.Unary("not", self._plain(children[3])))
+        return _logic("and", self.plain(children[0]), ex.Unary("not", self.plain(children[3])))
 
     def xor(self, children: list[Any]) -> ex.Expression:
-        return _logic("xor", self._plain(children[0]), self._plain(children[2]))
+        return _logic("xor", self.plain(children[0]), self.plain(children[2]))
 
     def not_(self, children: list[Any]) -> ex.Unary:
-        return ex.Unary("not", self._plain(children[1]))
+        return ex.Unary("not", self.plain(children[1]))
 
     def compare(self, children: list[Any]) -> ex.Expression:
-        left, right = self._plain(children[0]), self._plain(children[2])
+        left, right = self.plain(children[0]), self.plain(children[2])
         mode = MODES.get(right.name.lower()) if isinstance(right, ex.Named) else None
         if mode is not None and isinstance(left, ex.CallValue) and left.routine.lower() == "opmode":
             word = str(children[1])
@@ -104,7 +104,7 @@ class RapidExpressionRules(Transformer[Token, Any]):
             return literals.turned(*sides)
         if operator in ("+", "-", "*") and (sum_ := self._places(operator, *sides)):
             return sum_
-        left, right = self._plain(children[0]), self._plain(children[2])
+        left, right = self.plain(children[0]), self.plain(children[2])
         if operator == "+" and (literals.is_text(left, self.names) or literals.is_text(right, self.names)):
             return ex.Function("joined-text", (left, right))
         if operator == "/":  # one kind of number: 1/2 is 0.5
@@ -137,13 +137,13 @@ class RapidExpressionRules(Transformer[Token, Any]):
         return ex.Function("pose-angles", (*parts, ex.Number(0), ex.Number(0), ex.Number(0)))
 
     def negative(self, children: list[Any]) -> ex.Expression:
-        operand = self._plain(children[1])
+        operand = self.plain(children[1])
         return ex.Number(-operand.value) if type(operand) is ex.Number else ex.Unary("-", operand)
 
     def positive(self, children: list[Any]) -> ex.Expression:
-        return self._plain(children[1])
+        return self.plain(children[1])
 
-    def _plain(self, value: ex.Expression | RapidAggregate) -> ex.Expression:
+    def plain(self, value: ex.Expression | RapidAggregate) -> ex.Expression:
         return self.coerce(value, "")
 
     def coerce(self, value: ex.Expression | RapidAggregate, kind: str, sizes: int = 0) -> ex.Expression:
@@ -158,7 +158,7 @@ class RapidExpressionRules(Transformer[Token, Any]):
     # --- names ------------------------------------------------------------------------------------------------
 
     def sizes(self, children: list[Any]) -> tuple[ex.Expression, ...]:
-        return tuple(map(self._plain, children))
+        return tuple(map(self.plain, children))
 
     def index(self, children: list[Any]) -> tuple[ex.Expression, ...]:
         found: tuple[ex.Expression, ...] = children[0]
@@ -284,7 +284,7 @@ class RapidExpressionRules(Transformer[Token, Any]):
         options = [option.value for one in given for option in one.options if option.value is not None]
         padded = (*kinds, *("" for _ in values))
         positional = tuple(self.coerce(value, kind) for value, kind in zip(values, padded, strict=False))
-        return (*positional, *map(self._plain, options))
+        return (*positional, *map(self.plain, options))
 
     def passed(self, name: str, given: list[RapidArgument]) -> tuple[ex.Expression, ...]:
         """The arguments of a call, options by their names."""

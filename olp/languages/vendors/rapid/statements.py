@@ -12,6 +12,7 @@ from lark import Token
 from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, FrameRef, Function, Member, Named, Text, Unknown
 from olp.languages.lark_host import BrokenLineError
+from olp.languages.statement_rules import BlockWords
 from olp.languages.vendor import ENDS_CYCLE
 from olp.languages.vendors.rapid import interrupts, literals
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
@@ -41,7 +42,7 @@ COMPACT: Final = "compact"  # spelling of `IF c instruction;`
 _CONDITIONAL: Final = (st.Jump, st.Call, st.Return, st.Pause)
 
 
-class ClauseRules(RapidExpressionRules):
+class ClauseRules(RapidExpressionRules, BlockWords):
     """`raw` is the clause that is read; `main`: whether it stands in the PROC main; `starred`: a `*` was a target."""
 
     def __init__(self) -> None:
@@ -157,45 +158,12 @@ class ClauseRules(RapidExpressionRules):
 
     # --- blocks -----------------------------------------------------------------------------------------------
 
-    def if_(self, children: list[Any]) -> st.If:
-        return st.If(0, self._plain(children[0]))
-
-    def else_if(self, children: list[Any]) -> st.ElseIf:
-        return st.ElseIf(0, self._plain(children[0]))
-
-    def else_(self, children: list[Any]) -> st.Else:
-        return st.Else(0)
-
-    def end_if(self, children: list[Any]) -> st.EndIf:
-        return st.EndIf(0)
-
-    def while_(self, children: list[Any]) -> st.While:
-        return st.While(0, self._plain(children[0]))
-
-    def end_while(self, children: list[Any]) -> st.EndWhile:
-        return st.EndWhile(0)
-
     def for_(self, children: list[Any]) -> st.For:
         name, start, stop, step = children
         counted = Named(self.names.spelled(str(name)))
         return st.For(
-            0, counted, self._plain(start), self._plain(stop), None if step is None else self._plain(step)
+            0, counted, self.plain(start), self.plain(stop), None if step is None else self.plain(step)
         )
-
-    def end_for(self, children: list[Any]) -> st.Next:
-        return st.Next(0, None)
-
-    def test(self, children: list[Any]) -> st.Switch:
-        return st.Switch(0, self._plain(children[0]))
-
-    def case(self, children: list[Any]) -> st.Case:
-        return st.Case(0, tuple(self._plain(child) for child in children if child is not None))
-
-    def default(self, children: list[Any]) -> st.Default:
-        return st.Default(0)
-
-    def end_test(self, children: list[Any]) -> st.EndSwitch:
-        return st.EndSwitch(0)
 
     def label(self, children: list[Token]) -> st.Label:
         return st.Label(0, self.names.spelled(str(children[0])))
@@ -203,7 +171,7 @@ class ClauseRules(RapidExpressionRules):
     # --- instructions -----------------------------------------------------------------------------------------
 
     def compact_if(self, children: list[Any]) -> list[st.Statement]:
-        condition, found = self._plain(children[0]), children[1]
+        condition, found = self.plain(children[0]), children[1]
         inner: list[st.Statement] = found if isinstance(found, list) else [found]
         if len(inner) == 1 and isinstance(inner[0], _CONDITIONAL):
             return [replace(inner[0], condition=condition)]

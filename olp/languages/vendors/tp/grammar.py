@@ -11,6 +11,7 @@ from lark import Token
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError, Grammar
+from olp.languages.statement_rules import BlockWords
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.moves import TpMoveRules
 
@@ -56,7 +57,7 @@ class Statements(NamedTuple):
     all: tuple[st.Statement, ...]
 
 
-class TpInstructionRules(TpMoveRules):
+class TpInstructionRules(TpMoveRules, BlockWords):
     """The whole instruction."""
 
     # --- values and signals -----------------------------------------------------------------------------
@@ -157,9 +158,6 @@ class TpInstructionRules(TpMoveRules):
     def end(self, _: list[Any]) -> st.Return:
         return st.Return(0)
 
-    def pause(self, _: list[Any]) -> st.Pause:
-        return st.Pause(0)
-
     def abort(self, _: list[Any]) -> st.Process:
         return st.Process(0, "ABORT")
 
@@ -169,15 +167,6 @@ class TpInstructionRules(TpMoveRules):
             return cast(st.Statement, replace(action, condition=condition))
         inside = action.all if isinstance(action, Statements) else (action,)
         return Statements((st.If(0, condition, spelling="one line"), *inside, st.EndIf(0)))
-
-    def if_(self, children: list[Any]) -> st.If:
-        return st.If(0, children[0])
-
-    def else_(self, _: list[Any]) -> st.Else:
-        return st.Else(0)
-
-    def end_if(self, _: list[Any]) -> st.EndIf:
-        return st.EndIf(0)
 
     def select(self, children: list[Any]) -> Statements:
         value, first, action = children
@@ -197,9 +186,6 @@ class TpInstructionRules(TpMoveRules):
                 "FOR counts something that is no register", wanted="a register, as in FOR R[1]=1 TO 5"
             )
         return st.For(0, variable, start, stop, ex.Number(-1) if word == "DOWNTO" else None)
-
-    def end_for(self, _: list[Any]) -> st.Next:
-        return st.Next(0, None)
 
     # --- the rest ---------------------------------------------------------------------------------------
 

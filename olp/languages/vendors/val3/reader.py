@@ -548,18 +548,6 @@ class Val3Rules(BlockRules):
             raise BrokenLineError("a loop that counts in an array", wanted="a variable, as in for i=1 to 3")
         return st.For(0, variable, start, stop, step)
 
-    def switch(self, children: list[Any]) -> st.Switch:
-        return st.Switch(0, children[0])
-
-    def case(self, children: list[Any]) -> st.Case:
-        return st.Case(0, tuple(children[0]))
-
-    def default(self, _: list[Any]) -> st.Default:
-        return st.Default(0)
-
-    def end_switch(self, _: list[Any]) -> st.EndSwitch:
-        return st.EndSwitch(0)
-
     def break_(self, _: list[Any]) -> Leave:
         return Leave()
 
