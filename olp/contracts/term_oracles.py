@@ -350,7 +350,9 @@ def _available(case: MeasuredMoves, starting: Array, stopping: Array) -> Columns
             for slow, force in zip((base.accelerate, base.decelerate), forces, strict=True)
         )
         peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / up + 1.0 / down))
-        top = np.minimum(base.speed, peak)
+        before, top = top, np.minimum(base.speed, peak)
+        if np.allclose(before, top, rtol=1e-12, atol=0.0):
+            break
     return {"accelerate": up, "decelerate": down}
 
 

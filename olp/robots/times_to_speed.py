@@ -89,7 +89,7 @@ def times_to_speed(robot: Robot, arms: tuple[KnownArm, ...] | None = None) -> Ti
     """
     arms = known_arms() if arms is None else arms
     own = [arm for arm in arms if arm.robot == robot.name]
-    others = [arm for arm in arms if arm.robot != robot.name]
+    others = tuple(arm for arm in arms if arm.robot != robot.name)
     payload, doubt = _payload(robot, own, arms)
     median, width, sources = [], [], []
     for i, axis in enumerate(robot.axes):
@@ -105,9 +105,40 @@ def times_to_speed(robot: Robot, arms: tuple[KnownArm, ...] | None = None) -> Ti
 
 
 def _of_axis(
-    axis: int, payload: float, payload_doubt: float, others: list[KnownArm], own: list[KnownArm]
+    axis: int, payload: float, payload_doubt: float, others: tuple[KnownArm, ...], own: list[KnownArm]
 ) -> tuple[float, float, str]:
     """Mean and standard deviation of the logarithm of the time of `axis`, and its source."""
+    law = _law_of_class(axis, others)
+    row = np.array([1.0, np.log(payload / _USUAL_PAYLOAD), 0.0])
+    mean = float(row @ law.fit)
+    spread = law.variance + float(row @ law.covariance @ row) + (law.fit[1] * payload_doubt) ** 2
+    source = f"class of {payload:.3g} kg, learnt over {law.arms} arms"
+    for arm in own:
+        if arm.times[axis] == arm.times[axis]:
+            shift = law.fit[2] if arm.worst_case else 0.0
+            noise = law.covariance[2, 2] + WORST_CASE_DOUBT**2 if arm.worst_case else _CONTROLLER_DOUBT**2
+            gain = spread / (spread + noise)
+            mean += gain * (float(np.log(arm.times[axis])) - shift - mean)
+            spread *= 1 - gain
+            source = f"{arm.source}{', worst case' if arm.worst_case else ''}; {source}"
+    return mean, float(np.sqrt(spread)), source
+
+
+@dataclass(frozen=True, slots=True)
+class _LawOfClass:
+    """The logarithm of an axis' time over (1, log of the payload, worst case), learnt over so many arms.
+
+    `fit` (3,), `covariance` (3, 3), `variance` of what remains.
+    """
+
+    fit: Floats
+    covariance: Floats
+    variance: float
+    arms: int
+
+
+@cache
+def _law_of_class(axis: int, others: tuple[KnownArm, ...]) -> _LawOfClass:
     arms = [arm for arm in others if arm.times[axis] == arm.times[axis]]
     columns = [[1.0, np.log(arm.payload / _USUAL_PAYLOAD), float(arm.worst_case)] for arm in arms]
     x, y = np.array(columns), np.log([arm.times[axis] for arm in arms])
@@ -119,19 +150,7 @@ def _of_axis(
         fit = np.linalg.solve(x.T @ x + ridge, x.T @ y + ridge @ expected)
         variance = float(np.sum((y - x @ fit) ** 2) / (len(arms) - 2))
     covariance = variance * np.linalg.inv(x.T @ x + np.diag(variance * weight))
-    row = np.array([1.0, np.log(payload / _USUAL_PAYLOAD), 0.0])
-    mean = float(row @ fit)
-    spread = variance + float(row @ covariance @ row) + (fit[1] * payload_doubt) ** 2
-    source = f"class of {payload:.3g} kg, learnt over {len(arms)} arms"
-    for arm in own:
-        if arm.times[axis] == arm.times[axis]:
-            shift = fit[2] if arm.worst_case else 0.0
-            noise = covariance[2, 2] + WORST_CASE_DOUBT**2 if arm.worst_case else _CONTROLLER_DOUBT**2
-            gain = spread / (spread + noise)
-            mean += gain * (float(np.log(arm.times[axis])) - shift - mean)
-            spread *= 1 - gain
-            source = f"{arm.source}{', worst case' if arm.worst_case else ''}; {source}"
-    return mean, float(np.sqrt(spread)), source
+    return _LawOfClass(fit, covariance, variance, len(arms))
 
 
 def _payload(robot: Robot, own: list[KnownArm], arms: tuple[KnownArm, ...]) -> tuple[float, float]:
