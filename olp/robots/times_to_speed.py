@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -137,7 +137,7 @@ class _LawOfClass:
     arms: int
 
 
-@cache
+@lru_cache(maxsize=64)  # the axes of the arms that a cell or a test asks for in turn
 def _law_of_class(axis: int, others: tuple[KnownArm, ...]) -> _LawOfClass:
     arms = [arm for arm in others if arm.times[axis] == arm.times[axis]]
     columns = [[1.0, np.log(arm.payload / _USUAL_PAYLOAD), float(arm.worst_case)] for arm in arms]
