@@ -304,19 +304,39 @@ def test_the_limits_of_all_axes_are_read_off_simulated_joint_moves(together):
     turned, share = rng.uniform(0.05, 2.0, (120, 4)) * [1, 0.8, 1, 2], rng.choice([0.3, 0.6, 1.0], 120)
     sim = joint_times(turned, share, together)
     sim[::11] *= 0.8  # some go round a corner
-    found = limits_from_times(turned, share, np.ones(120), sim)
+    found = limits_from_times(turned, share, np.ones(120), sim, np.ones(120, bool))
     np.testing.assert_allclose(found.speeds, SPEEDS, rtol=1e-3)
     np.testing.assert_allclose(found.accelerations, RAMPS, rtol=1e-3)
     quick = np.argmin(share[:, None] * SPEEDS / turned, axis=1)
     assert np.mean(found.leading == quick) > (0.99 if together else 0.8)
-    assert limits_from_times(turned, share, np.ones(120), sim * rng.uniform(0.7, 1.3, 120)) is None
+    assert (
+        limits_from_times(turned, share, np.ones(120), sim * rng.uniform(0.7, 1.3, 120), np.ones(120, bool))
+        is None
+    )
+
+
+def test_rounded_joint_moves_hide_no_limits(tmp_path):
+    """Half of the moves go round a corner, by a law that olp does not know: those between exact stops tell the axes."""
+    rng = np.random.default_rng(8)
+    points, share = rng.uniform(-1.0, 1.0, (121, 4)) * [1, 0.8, 1, 3], rng.choice([0.3, 0.6, 1.0], 120)
+    sim = joint_times(np.abs(np.diff(points, axis=0)), share, False)
+    rounded = (np.arange(120) // 4 % 2).astype(bool)  # runs of four: there are moves between two stops
+    sim[rounded] -= rng.uniform(0.05, 0.15, int(rounded.sum()))
+    cells = [{"sim_s": repr(float(sim[i])), "speed_pct": repr(float(100 * share[i]))} for i in range(120)]
+    rows = [
+        row(i + 1, "joint", points[i : i + 2], **cells[i]) | {"blend_mm": "30" if rounded[i] else "0"}
+        for i in range(120)
+    ]
+    moves = case_of(read(tmp_path, rows)).case
+    np.testing.assert_allclose(moves.rates.rated, SPEEDS, rtol=1e-3)
+    np.testing.assert_allclose(moves.rates.rated_acceleration, RAMPS, rtol=1e-3)
 
 
 def test_an_axis_that_never_is_the_slowest_has_no_limit_in_simulated_times():
     rng = np.random.default_rng(6)
     turned, share = rng.uniform(0.02, 0.3, (60, 4)), rng.choice([0.3, 0.6, 1.0], 60)
     turned[:, 0] = rng.uniform(0.8, 2.0, 60)
-    found = limits_from_times(turned, share, np.ones(60), joint_times(turned, share, True))
+    found = limits_from_times(turned, share, np.ones(60), joint_times(turned, share, True), np.ones(60, bool))
     assert found.speeds.tolist() == [pytest.approx(SPEEDS[0], rel=1e-3), np.inf, np.inf, np.inf]
     assert found.accelerations.tolist() == [pytest.approx(RAMPS[0], rel=1e-3), np.inf, np.inf, np.inf]
     assert set(found.leading.tolist()) == {0}
@@ -356,7 +376,7 @@ def test_a_joint_move_that_alone_tells_an_axis_limits_is_not_judged(tmp_path):
     turned[30, :3] = 0.1
     points = np.concatenate([np.zeros((1, 4)), np.cumsum(turned, axis=0)])
     sim = joint_times(turned, share, True)
-    found = limits_from_times(turned, share, np.ones(60), sim)
+    found = limits_from_times(turned, share, np.ones(60), sim, np.ones(60, bool))
     assert np.flatnonzero(~found.confirmed).tolist() == [30]
     assert found.speeds[3] == found.accelerations[3] == np.inf
     cells = [{"sim_s": repr(float(sim[i])), "speed_pct": repr(float(100 * share[i]))} for i in range(60)]

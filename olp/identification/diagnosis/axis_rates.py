@@ -693,13 +693,28 @@ _STARTS = (
 )  # times the least speeds and accelerations that can be
 
 
-def limits_from_times(turned: Floats, share: Floats, ramps: Floats, sim: Floats) -> AxisLimits | None:
+def limits_from_times(
+    turned: Floats, share: Floats, ramps: Floats, sim: Floats, stops: Mask
+) -> AxisLimits | None:
     """The axes' limits that give joint moves their simulated times `sim` (n,) [s]; None where none do.
 
     `turned` (n, k) [rad] without sign; `share`, `ramps` (n,) [1] of the rated speeds and accelerations. In one law all
-    limits hold at once for the synchronous axes, in the other the slowest axis takes its own time.
+    limits hold at once for the synchronous axes, in the other the slowest axis takes its own time. Moves between two
+    exact `stops` (n,) tell them: how long a rounded move takes hangs on its corners, too. All moves do only where the
+    limits of those are not most moves'.
     """
-    told = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
+    moving = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
+    plain = moving & stops
+    found = _limits_told_by(plain, moving, turned, share, ramps, sim)
+    if found is None or found.confirmed.sum() < _OF_ALL * moving.sum():
+        found = _limits_told_by(moving, moving, turned, share, ramps, sim)
+    return found
+
+
+def _limits_told_by(
+    told: Mask, moving: Mask, turned: Floats, share: Floats, ramps: Floats, sim: Floats
+) -> AxisLimits | None:
+    """The limits behind the times of the moves `told`, and what they say of all that are `moving`."""
     if told.sum() < _ENOUGH_MOVES:
         return None
     per_speed, per_ramp = (
@@ -725,15 +740,17 @@ def limits_from_times(turned: Floats, share: Floats, ramps: Floats, sim: Floats)
         return None
     _, logs, together = best
     logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], together)
-    _, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(told, sim, 1.0), together)
+    _, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), together)
     speeds, accelerations = np.exp(logs.reshape(2, -1))
     at = np.arange(len(sim))
     leading = turns[fastest]
     with np.errstate(divide="ignore", invalid="ignore"):
-        pace = np.where(told, speeds[fastest] / per_speed[at, fastest], np.nan)
-        ramp = np.where(told, accelerations[strongest] / per_ramp[at, strongest], np.nan)
+        pace = np.where(moving, speeds[fastest] / per_speed[at, fastest], np.nan)
+        ramp = np.where(moving, accelerations[strongest] / per_ramp[at, strongest], np.nan)
     sure = told.copy()
     sure[told] = _confirmed(logs, per_speed[told], per_ramp[told], sim[told], together)
+    shown = np.isin(fastest, fastest[sure]) & np.isin(strongest, strongest[sure])
+    sure |= moving & ~told & shown
     way = turned[at, leading]
     whole = np.full((2, turned.shape[1]), np.inf)
     for row, limits, active in ((0, speeds, fastest), (1, accelerations, strongest)):

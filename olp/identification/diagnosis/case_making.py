@@ -194,7 +194,10 @@ def _axes_simulated(recording: Recording, joint: Mask) -> AxisLimits | None:
     if robot is not None and len(robot.axes) == turned.shape[1]:
         return None
     ramps = _whole(moves.acceleration_fraction)
-    return limits_from_times(turned, _whole(moves.speed_fraction), ramps, np.where(joint, moves.sim, np.nan))
+    unknown = np.full(len(moves), np.nan)
+    start, end, _ = _ends(moves, unknown, unknown)
+    sim = np.where(joint, moves.sim, np.nan)
+    return limits_from_times(turned, _whole(moves.speed_fraction), ramps, sim, start & end)
 
 
 def _leading(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Floats, NDArray[np.intp]]:
