@@ -13,7 +13,7 @@ from olp.identification.diagnosis import naming
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, Selection, drifts_on, fallen, matters
-from olp.identification.diagnosis.fitting import Noise, evaluate, fit, slopes_of, whiten
+from olp.identification.diagnosis.fitting import Noise, evaluate, fit, loss_each, slopes_of, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
@@ -41,10 +41,10 @@ def program(seed, count=COUNT):
     return start, end, way, rng.choice([0.15, 0.3, 0.5, 0.8], count)
 
 
-def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n", stretch=1.0):
-    """A recording of the program of a seed, with durations `real` (n,) [s]; the simulated ones are `stretch` times as
-    long as what is written takes."""
-    start, end, way, speed = program(seed, len(real))
+def record(folder, real, seed, more=None, toml="time_resolution_s = 0.001\n", stretch=1.0, made=None):
+    """A recording of the program of a seed, or of `made`, with durations `real` (n,) [s]; the simulated ones are
+    `stretch` times as long as what is written takes."""
+    start, end, way, speed = made or program(seed, len(real))
     sim, clock = (
         stretch * travel(way, speed, ACCELERATION),
         np.concatenate([[0.0], np.cumsum(real + 0.2)[:-1]]),
@@ -373,6 +373,40 @@ def test_names_are_kept_by_the_likelihood_of_unseen_moves_with_the_number_of_nam
     assert fallen([strong, weak], 1) == []  # with nothing else to choose from, less will do
     assert fallen([worse], 20) == [0]  # the error goes up
     assert fallen([Gain(40.0, 35.0, 0.02, 0.01, 9.0)], 20) == [0]  # one move alone
+
+
+def lifts(seed, count=COUNT):
+    """A program as `program` makes it, of moves up and down by few lengths at few speeds."""
+    rng = np.random.default_rng(seed)
+    end, way = (
+        rng.uniform([0.7, -0.6, 0.2], [1.3, 0.6, 0.8], (count, 3)),
+        rng.choice([0.08, 0.12, 0.2, 0.3], count),
+    )
+    up = np.where(np.arange(count) % 2, 1.0, -1.0)
+    start = end - (up * way)[:, None] * np.array([0.0, 0.0, 1.0])
+    return start, end, way, rng.choice([0.1, 0.25, 0.5], count)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_moves_that_are_rounded_alike_are_no_evidence_for_a_second_name(seed, tmp_path):
+    made = lifts(seed)
+    real = travel(made[2], made[3], 1.6) + np.random.default_rng(seed).normal(0.0, 0.001, COUNT)
+    toml = "time_resolution_s = 0.01\n"
+    found = diagnose_recording(
+        record(tmp_path / "r", np.round(real, 2), seed, toml=toml, made=made)
+    ).diagnosis
+    assert [finding.term for finding in found.findings] == ["acceleration"]
+    assert found.verdict == "explained"
+
+
+def test_a_rounded_duration_tells_that_the_true_one_is_within_half_a_width_and_no_more():
+    left = np.array([0.0, 0.002, 0.004, 0.006, 0.02, 1.0, 1e4])
+    told = loss_each(left, 1e-4, 0.01)
+    assert np.isfinite(told).all()
+    assert np.abs(np.diff(told[:3])).max() < 1e-3
+    assert np.diff(told[2:]).min() > 1.0
+    fine, exact = loss_each(left, 0.01, 1e-5), loss_each(left, 0.01, 0.0)
+    assert np.allclose(fine, exact, atol=1e-3)
 
 
 def heavy(seed):

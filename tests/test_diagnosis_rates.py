@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import recordings
@@ -11,6 +13,7 @@ from olp.core.units import deg, mm
 from olp.identification.diagnosis.axis_rates import PLACES, _over, limits_from_times, rates_of
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.search import shelf_of
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.robots.geometry import (
@@ -467,3 +470,21 @@ def test_an_arm_whose_points_do_not_follow_from_its_joints_is_not_learnt(tmp_pat
         rows.append(row(number, joints=joints + generator.normal(0.0, 0.02, 6), pose=ends))
     rates, _ = rates_of(read(tmp_path, rows), np.arange(24), np.ones(24))
     assert rates.bodies is None
+
+
+def test_moves_without_the_one_whose_arm_is_not_known_have_the_forms_of_all(tmp_path):
+    robot, generator = load_robot("yaskawa/ma2010"), np.random.default_rng(9)
+    rows = []
+    for number in range(1, 25):
+        joints, ends, _ = line_of(robot, generator)
+        rows.append(row(number, joints=joints, pose=ends, speed_mm_s="100", accel_mm_s2="2000", sim_s="2.0"))
+    moves = case_of(read(tmp_path, rows, robot.name, TOOL)).case
+    assert moves.bodies_known
+    bodies = moves.rates.bodies.copy()
+    bodies[0] = np.nan
+    moves = replace(moves, rates=replace(moves.rates, bodies=bodies), derived={}, numbers={})
+    parts = shelf_of(moves, [load_term("gravity"), load_term("reach-inertia")]).parts
+    some = moves.take(np.arange(1, len(moves)))
+    for part in parts:
+        model = DurationModel((part,))
+        np.testing.assert_allclose(model.seconds(some), model.seconds(moves)[1:], atol=1e-9)

@@ -18,7 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.conditions import fit_anew
-from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, fit, penalty, whiten
+from olp.identification.diagnosis.fitting import (
+    ModelFit,
+    Noise,
+    fit,
+    loss_each,
+    penalty,
+    rounded_bic,
+    rounding_of,
+    scale_before_rounding,
+    whiten,
+)
 from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interleaved, rms
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import remains_of
@@ -80,17 +90,20 @@ def chosen(
         will_do = []
         for one in [f for f in fits if len(f.model.parts) == size][:tries]:
             fitted = fit(one.model, case, noise, steps)
-            if worth(fitted, best) < TELLING * more or not matters(fitted, best, case, SMALL * more):
+            if worth(fitted, best, case, noise) < TELLING * more or not matters(
+                fitted, best, case, SMALL * more
+            ):
                 will_do.append(fitted)
         if will_do:
             return min(will_do, key=price)
     return best
 
 
-def worth(fewer: ModelFit, more: ModelFit) -> float:
+def worth(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
     """By how much the larger set is better in BIC; values that physics does not expect count against a set."""
     doubts = [sum(p.term.doubt(p.form, p.values) for p in fitted.model.parts) for fitted in (fewer, more)]
-    return fewer.bic + doubts[0] - more.bic - doubts[1]
+    told = [rounded_bic(fitted, case, noise) for fitted in (fewer, more)]
+    return told[0] + doubts[0] - told[1] - doubts[1]
 
 
 def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) -> bool:
@@ -127,12 +140,13 @@ def gain_of(
     labels = folds_for(fitted, (index,), case, folds).labels
     without, with_it = (np.full(len(case), np.nan) for _ in range(2))
     difference = np.zeros(len(case))
+    scale, width = scale_before_rounding(fitted, case, noise), rounding_of(case, noise)
     for label in np.unique(labels).tolist():
         seen, held = _parts(labels, label)
         train, test = case.take(seen), case.take(held)
         with_it[held] = test.measured - fit_anew(fitted.model, train, noise, 6).model.seconds(test)
         without[held] = test.measured - fit_anew(rest, train, noise, 6).model.seconds(test)
-        losses = [_loss(whiten(left[held], noise, test), fitted.scale) for left in (without, with_it)]
+        losses = [loss_each(whiten(left[held], noise, test), scale, width) for left in (without, with_it)]
         difference[held] = losses[0] - losses[1]
     error = float(difference.std() * np.sqrt(len(difference)))
     return Gain(
@@ -228,7 +242,7 @@ def confirmed(
         rests = [fit(best.model.without(k), case, noise, 30) for k in count]
         gains = [gain_of(best, k, rests[k].model, case, noise, folds, floor) for k in count]
         weak = fallen(gains, tried)
-        weak += [k for k in count if k not in weak and worth(rests[k], best) < TELLING]
+        weak += [k for k in count if k not in weak and worth(rests[k], best, case, noise) < TELLING]
         weak += [k for k in count if k not in weak and _has_a_number_for_each(best, k, case)]
         weak = [k for k in count if drifts_on(best, k, case)] or weak
         if not weak and patterned(best, case, noise):
@@ -425,8 +439,3 @@ def _absent(where: NDArray[np.bool_], folds: Folds) -> bool:
 
 def _parts(labels: NDArray[np.int64], label: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.nonzero(labels != label)[0].astype(np.int64), np.nonzero(labels == label)[0].astype(np.int64)
-
-
-def _loss(residual: Floats, scale: float) -> Floats:
-    """(n,) minus log-likelihood of each."""
-    return np.asarray(0.5 * (FREEDOM + 1.0) * np.log1p((residual / scale) ** 2 / FREEDOM))
