@@ -9,41 +9,9 @@ from lark import Token
 
 from olp.core.source import Source
 from olp.core.units import deg, mm, percent
-from olp.ir.expressions import (
-    Compare,
-    FrameRef,
-    Function,
-    Member,
-    Named,
-    Number,
-    PositionLiteral,
-    Quantity,
-    Signal,
-    Text,
-)
+from olp.ir import expressions as ex
+from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.program import (
-    Assign,
-    Blend,
-    BlendKind,
-    Break,
-    Call,
-    Comment,
-    Declare,
-    Dwell,
-    For,
-    Jump,
-    Label,
-    LineKind,
-    Message,
-    Move,
-    Path,
-    Program,
-    Routine,
-    SetOutput,
-    Speed,
-    SpeedUnit,
-)
 from olp.languages.findings import Findings
 from olp.languages.short_reader import (
     Codes,
@@ -73,72 +41,68 @@ class ToyRules(BlockRules):
 
     value = BlockRules.disjunction  # the rule `value` where it has several parts
 
-    def equal(self, children: list[Any]) -> Compare:
-        return Compare("=", *children)
+    def equal(self, children: list[Any]) -> ex.Compare:
+        return ex.Compare("=", *children)
 
     def name(self, children: list[Any]) -> Any:
         word = str(children[0]).upper()
         if word == "WORLD":
-            return FrameRef("base")
-        return FrameRef("tool", Number(0)) if word == "FLANGE" else super().name(children)
+            return ex.FrameRef("base")
+        return ex.FrameRef("tool", ex.Number(0)) if word == "FLANGE" else super().name(children)
 
     def rest(self, children: list[Any]) -> dict[str, Any]:
         blend, tool, frame = children
-        return {"blend": Blend(BlendKind.RADIUS, Quantity(blend, mm)), "tool": tool, "frame": frame}
+        return {"blend": st.Blend(st.BlendKind.RADIUS, ex.Quantity(blend, mm)), "tool": tool, "frame": frame}
 
-    def joint(self, children: list[Any]) -> Move:
+    def joint(self, children: list[Any]) -> st.Move:
+        target, share, rest = children
+        speed = st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(share, percent))
+        return st.Move(0, st.Path.JOINT, (target,), speed, **rest)
+
+    def line(self, children: list[Any]) -> st.Move:
         target, speed, rest = children
-        return Move(0, Path.JOINT, (target,), Speed(SpeedUnit.FRACTION, Quantity(speed, percent)), **rest)
+        return st.Move(0, st.Path.LINEAR, (target,), _travel(speed), **rest)
 
-    def line(self, children: list[Any]) -> Move:
-        target, speed, rest = children
-        return Move(0, Path.LINEAR, (target,), Speed(SpeedUnit.TRAVEL, Quantity(speed, mm)), **rest)
-
-    def arc(self, children: list[Any]) -> Move:
+    def arc(self, children: list[Any]) -> st.Move:
         via, target, speed, rest = children
-        return Move(
-            0, Path.CIRCULAR, (target,), Speed(SpeedUnit.TRAVEL, Quantity(speed, mm)), via=via, **rest
-        )
+        return st.Move(0, st.Path.CIRCULAR, (target,), _travel(speed), via=via, **rest)
 
-    def member(self, children: list[Token]) -> Member:
-        return Member(Named(self.spelled(str(children[0]))), str(children[1]).lower())
+    def member(self, children: list[Token]) -> ex.Member:
+        return ex.Member(ex.Named(self.spelled(str(children[0]))), str(children[1]).lower())
 
-    def input(self, children: list[Any]) -> Signal:
-        return Signal("in", children[0])
+    def input(self, children: list[Any]) -> ex.Signal:
+        return ex.Signal("in", children[0])
 
-    def offset(self, children: list[Any]) -> Function:
-        return Function("pose-offset", tuple(children))
+    def offset(self, children: list[Any]) -> ex.Function:
+        return ex.Function("pose-offset", tuple(children))
 
-    def assign(self, children: list[Any]) -> Assign:
-        return Assign(0, children[0], children[1])
+    def assign(self, children: list[Any]) -> st.Assign:
+        return st.Assign(0, children[0], children[1])
 
-    def output(self, children: list[Any]) -> SetOutput:
-        return SetOutput(0, Signal("out", children[0]), children[1])
+    def output(self, children: list[Any]) -> st.SetOutput:
+        return st.SetOutput(0, ex.Signal("out", children[0]), children[1])
 
-    def dwell(self, children: list[Any]) -> Dwell:
-        return Dwell(0, Quantity(children[0], 1.0))
+    def dwell(self, children: list[Any]) -> st.Dwell:
+        return st.Dwell(0, ex.Quantity(children[0], 1.0))
 
-    def for_(self, children: list[Any]) -> For:
+    def for_(self, children: list[Any]) -> st.For:
         name, start, stop, step = children
-        return For(0, Named(self.spelled(str(name))), start, stop, step)
+        return st.For(0, ex.Named(self.spelled(str(name))), start, stop, step)
 
-    def break_(self, _: list[Any]) -> Break:
-        return Break(0)
+    def label(self, children: list[Token]) -> st.Label:
+        return st.Label(0, self.spelled(str(children[0])))
 
-    def label(self, children: list[Token]) -> Label:
-        return Label(0, self.spelled(str(children[0])))
+    def goto(self, children: list[Token]) -> st.Jump:
+        return st.Jump(0, self.spelled(str(children[0])))
 
-    def goto(self, children: list[Token]) -> Jump:
-        return Jump(0, self.spelled(str(children[0])))
+    def call(self, children: list[Token]) -> st.Call:
+        return st.Call(0, self.spelled(str(children[0])))
 
-    def call(self, children: list[Token]) -> Call:
-        return Call(0, self.spelled(str(children[0])))
-
-    def say(self, children: list[Token]) -> Message:
-        return Message(0, Text(str(children[0])[1:-1]))
+    def say(self, children: list[Token]) -> st.Message:
+        return st.Message(0, ex.Text(str(children[0])[1:-1]))
 
 
-def read_program(source: Source) -> Program:
+def read_program(source: Source) -> st.Program:
     """The program in a text. Never raises on bad text."""
     findings = Findings(source)
     if not is_readable(findings, _CODES, _MARK, "TOY"):
@@ -146,26 +110,26 @@ def read_program(source: Source) -> Program:
     rules = ToyRules()
     parser = LineParser(findings, "toy", rules, _CODES, _KNOWN, _MOVES)
     routines: list[tuple[str, int, list[Any]]] = []
-    data: list[Declare] = []
+    data: list[st.Declare] = []
     for number, line in enumerate(source.lines, 1):
         text, mark, comment = line.partition("#")
         text, body = text.strip(), routines[-1][2] if routines else None
         if not text:
-            findings.kinds[number - 1] = LineKind.COMMENT if mark else LineKind.BLANK
+            findings.kinds[number - 1] = st.LineKind.COMMENT if mark else st.LineKind.BLANK
             if mark and body is not None:
-                body.append(Comment(number, comment.strip()))
+                body.append(st.Comment(number, comment.strip()))
         elif head := _HEAD.fullmatch(text):
-            findings.kinds[number - 1] = LineKind.RECORD
+            findings.kinds[number - 1] = st.LineKind.RECORD
             routines.append((rules.spelled(head[2]), number, []))
         elif found := _DATA.fullmatch(text):
-            findings.kinds[number - 1] = LineKind.RECORD
+            findings.kinds[number - 1] = st.LineKind.RECORD
             value = _value(found[1].upper(), found[3].split())
             if value is None:
                 span = findings.whole_line(number)
                 findings.error("P990", "this is no value of its type", span, "six numbers, or one of NUM")
                 continue
             name = rules.spelled(found[2])
-            data.append(Declare(number, name, _TYPES[found[1].upper()], value, comment=comment.strip()))
+            data.append(st.Declare(number, name, _TYPES[found[1].upper()], value, comment=comment.strip()))
         elif body is None:
             findings.error(
                 "P993",
@@ -179,10 +143,15 @@ def read_program(source: Source) -> Program:
     made = []
     for name, number, body in routines:
         check_blocks(findings, body, "P993")
-        made.append(Routine(name, number, tuple(body), PointTable()))
+        made.append(st.Routine(name, number, tuple(body), PointTable()))
     kinds = bytes(findings.kinds)
     main = made[0].name if made else ""
-    return Program("toy", source, tuple(made), findings.result(), kinds, tuple(data), main)
+    return st.Program("toy", source, tuple(made), findings.result(), kinds, tuple(data), main)
+
+
+def _travel(speed: ex.Expression) -> st.Speed:
+    """A speed in mm/s; the number stays as written, and `mm` makes it SI."""
+    return st.Speed(st.SpeedUnit.TRAVEL, ex.Quantity(speed, mm))
 
 
 def _value(word: str, texts: list[str]) -> Any:
@@ -191,9 +160,9 @@ def _value(word: str, texts: list[str]) -> Any:
     except ValueError:
         return None
     if word == "NUM":
-        return Number(int(texts[0]) if texts[0].isdigit() else numbers[0]) if len(numbers) == 1 else None
+        return ex.Number(int(texts[0]) if texts[0].isdigit() else numbers[0]) if len(numbers) == 1 else None
     if len(numbers) != 6:
         return None
     if word == "AXES":
-        return PositionLiteral("joint", tuple(one * deg for one in numbers))
-    return PositionLiteral("pose", (*(v * mm for v in numbers[:3]), *(v * deg for v in numbers[3:])))
+        return ex.PositionLiteral("joint", tuple(one * deg for one in numbers))
+    return ex.PositionLiteral("pose", (*(v * mm for v in numbers[:3]), *(v * deg for v in numbers[3:])))
