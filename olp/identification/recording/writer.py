@@ -111,7 +111,7 @@ def _whole(values: NDArray[Any], missing: int) -> list[str]:
 
 
 def settings_toml(settings: RecordingSettings, comment: str = "") -> str:
-    """The text of recording.toml: the keys that say something."""
+    """Return the text of recording.toml, with the keys that are set. `comment` stands above them."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
     lines += [
         f"{key} = {_quoted(value)}"

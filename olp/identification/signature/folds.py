@@ -29,12 +29,17 @@ class HeldOut(NamedTuple):
 
 
 def by_moves(count: int) -> Labels:
-    """Folds of every tenth move (of many moves every fifth), so that neighbours in time are learnt from."""
+    """Return the fold (n,) of each move: every tenth move, of many every fifth, is in the same one.
+
+    So the neighbours in time of a held-out move are learnt from.
+    """
     return np.arange(count, dtype=np.int64) % (10 if count <= _FEW else 5)
 
 
 def by_starts(moves: MoveSet) -> Labels | None:
-    """Folds by start points, several in one fold when there are many; None with fewer than three."""
+    """Return the fold (n,) of each move by its start point, several points in one fold when there are many; None with fewer
+    than three points.
+    """
     labels = moves.start_labels
     if labels.max(initial=0) < 2:
         return None
@@ -42,7 +47,7 @@ def by_starts(moves: MoveSet) -> Labels | None:
 
 
 def by_directions(moves: MoveSet) -> Labels | None:
-    """Folds by direction of motion; None with fewer than three, which say nothing of what directions cost."""
+    """Return the fold (n,) of each move by its direction; None with fewer than three directions, too few to compare."""
     labels = direction_labels(moves)
     return labels if len(np.unique(labels)) > 2 else None
 
@@ -56,7 +61,7 @@ class Trial(NamedTuple):
 
 
 def try_out(names: list[str], moves: MoveSet, robot: Robot | None) -> dict[str, Trial]:
-    """The methods of these names in all three situations; None where the moves cannot tell."""
+    """Return the predictions of each named method in all three situations; None where the moves do not allow one."""
     folds = (by_moves(len(moves)), by_starts(moves), by_directions(moves))
     held = [None if labels is None else hold_out(names, moves, robot, labels) for labels in folds]
     near, far, turned = held
@@ -68,7 +73,7 @@ def try_out(names: list[str], moves: MoveSet, robot: Robot | None) -> dict[str, 
 
 
 def hold_out(names: list[str], moves: MoveSet, robot: Robot | None, labels: Labels) -> dict[str, HeldOut]:
-    """Predictions of each method for each fold, learnt without that fold."""
+    """Return the predictions of each method for each fold, learnt without that fold."""
     result = {name: np.full(len(moves), np.nan) for name in names}
     for label in np.unique(labels).tolist():
         out = labels == label
@@ -101,7 +106,10 @@ def score_of(trial: Trial, moves: MoveSet) -> Score:
 
 
 def merit(score: Score) -> float:
-    """What the choice minimises: situations count by ratio, so that 10 % less error counts the same in each."""
+    """Return what the choice of a method minimises: the mean logarithm of its errors in the three situations.
+
+    So 10 % less error counts the same in each.
+    """
     known = [np.log(v) for v in score if np.isfinite(v) and v > 0]
     return float(np.mean(known)) if known else float("inf")
 

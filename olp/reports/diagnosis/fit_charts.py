@@ -89,7 +89,10 @@ class Rung(NamedTuple):
 
 
 def rungs(ladder: Ladder) -> list[Rung]:
-    """The unchanged simulation, then one cause after the other; a term that is added again is numbered."""
+    """Return the steps of the ladder: the unchanged simulation, then one cause after the other.
+
+    A term that is added a second time has a number behind its name.
+    """
     out: list[Rung] = []
     seen: dict[str, int] = {}
     for term, bic, heldout in ladder:
@@ -101,7 +104,7 @@ def rungs(ladder: Ladder) -> list[Rung]:
 
 
 def ladder(steps: list[Rung], noise: float) -> Markup:
-    """The error on unseen moves, cause by cause, down to the noise floor."""
+    """Draw the RMS error of held-out moves after each step, beside the `noise` floor [s]; empty without two finite steps."""
     values = [step.heldout * MS for step in steps]
     if len(steps) < 2 or not all(map(math.isfinite, values)):
         return Markup("")
@@ -120,7 +123,7 @@ def ladder(steps: list[Rung], noise: float) -> Markup:
 
 
 def waterfall(rows: MoveRows) -> Markup:
-    """From the simulated total to the measured one, by causes [s], summed over all moves."""
+    """Draw the way from the simulated total to the measured one: each cause's seconds, summed over all moves."""
     parts = [(name, float(np.nansum(values))) for name, values in rows.causes.items()]
     parts.append(("unexplained", float(np.nansum(rows.after))))
     known = np.isfinite(rows.measured) & np.isfinite(rows.simulated)
@@ -166,7 +169,7 @@ class Strip(NamedTuple):
 
 
 def over_time(rows: MoveRows, noise: float) -> Markup:
-    """Residuals in order of execution, over the recorder's clock if it was recorded."""
+    """Draw the residuals over the recorder's clock where it was recorded, else in order of execution. `noise` [s]."""
     clock = bool(np.isfinite(rows.time).all()) and len(rows) > 0
     x = rows.time - rows.time.min() if clock else np.arange(1.0, len(rows) + 1)
     y = _shown(rows)
@@ -182,7 +185,7 @@ def over_time(rows: MoveRows, noise: float) -> Markup:
 
 
 def _shown(rows: MoveRows) -> Floats:
-    """All values [ms] that the charts have to include."""
+    """Return all residuals [ms] that the axes of the charts must include."""
     return np.concatenate([rows.before, rows.after]) * MS
 
 
@@ -193,7 +196,7 @@ def _both(chart: Chart, rows: MoveRows, x: Floats, index: NDArray[np.int64]) -> 
 
 
 def by_direction(rows: MoveRows, noise: float) -> Markup:
-    """Mean residual by the direction of travel, seen from above; steep moves are left to `steep`."""
+    """Draw the mean residual by the direction of travel, seen from above. Steep moves are left out: `steep` has them."""
     on = rows.on_path
     way = np.where(on[:, None], rows.end - rows.start, np.nan)
     level = on & (np.abs(way[:, 2]) < _STEEP * np.linalg.norm(way, axis=1))
@@ -214,7 +217,7 @@ def _mean(values: Floats) -> float:
 
 
 def _polar(means: dict[str, Floats], noise: float) -> Markup:
-    """Polar chart of means. Zero is the dashed circle: outside the robot is slower, inside faster."""
+    """Draw a polar chart of mean residuals. Outside the dashed circle, zero, the robot is slower; inside it is faster."""
     size, zero, reach = 360.0, 88.0, 58.0  # [px]
     largest = float(np.nanmax(np.abs(np.concatenate(list(means.values()))))) or 1.0
     largest = max(largest, 2 * noise if math.isfinite(noise) else 0.0)
@@ -248,7 +251,10 @@ def _ring(centre: float, radius: float, css: str) -> str:
 
 
 def steep(rows: MoveRows) -> list[tuple[str, int, float, float]]:
-    """Moves up, level and down: number, and mean residual before and after [s]."""
+    """Return a row each for the moves that go up, level and down: name, how many, mean residual [s] before and after.
+
+    Only moves along a path count, and only rows that have moves are returned.
+    """
     on = rows.on_path
     way = np.where(on[:, None], rows.end - rows.start, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -263,7 +269,7 @@ def steep(rows: MoveRows) -> list[tuple[str, int, float, float]]:
 
 
 def strips(rows: MoveRows, groups: dict[str, list[str]], noise: float) -> list[Strip]:
-    """A row of dots per group, for every grouping of the moves."""
+    """Draw one chart per grouping of the moves, with a row of dots for each group. `groups`: name -> label of each move."""
     return [_strip(rows, name, labels, noise) for name, labels in groups.items()]
 
 
@@ -372,7 +378,7 @@ def _view(rows: MoveRows, on: NDArray[np.bool_], view: View, when: str, steps: N
 
 
 def _at(chart: Chart, points: Floats, view: View) -> list[tuple[float, float]]:
-    """Pixel positions [px] of `points` in a view."""
+    """Return the positions [px] of `points` (n, 3) [m] in a view."""
     return list(
         zip(
             chart.x(points[:, view.right] * MM).tolist(),
@@ -383,7 +389,7 @@ def _at(chart: Chart, points: Floats, view: View) -> list[tuple[float, float]]:
 
 
 def legend(rows: MoveRows) -> tuple[str, str]:
-    """Labels of both ends of the colour scale."""
+    """Return the labels of both ends of the colour scale."""
     on = rows.on_path
     limit = scale_limit(rows.before[on] if on.any() else rows.before)
     return phrasing.seconds(-limit), phrasing.seconds(limit, sign=True)

@@ -175,7 +175,7 @@ class LogReport:
         return tuple(axes), tuple(found), structured
 
     def _rivals(self) -> tuple[tuple[tuple[str, ...], ...], dict[str, tuple[Alternative, ...]]]:
-        """Clock and lag, of what was named, when their shapes cannot be told apart by these motions."""
+        """Return the groups of named terms that these motions cannot tell apart (clock and lag), and each one's alternatives."""
         result = self.position
         if result is None or not {n.evidence.term for n in self.named} & {"clock", "servo-lag"}:
             return (), {}
@@ -200,7 +200,10 @@ _NEXT = (
 
 
 def _pace_and_lateness(residual: Floats, speed: Floats, use: Mask) -> tuple[float, float]:
-    """RMS speed while the axis moves, and how late [s] it is: what a delay would leave is minus the speed times it."""
+    """Return the RMS speed [rad/s or m/s] of an axis while it moves, and its delay [s], fitted to `residual` (n,).
+
+    A delay d leaves the residual -d times the speed. `use`: the samples that count.
+    """
     moves = use & (np.abs(speed) > _STILL * np.abs(speed).max(initial=0.0))
     power = float((speed[moves] ** 2).sum())
     if not power > 0:
@@ -210,7 +213,7 @@ def _pace_and_lateness(residual: Floats, speed: Floats, use: Mask) -> tuple[floa
 
 
 def _motion_columns(axis: int, speed: Floats, acceleration: Floats, q: Floats) -> dict[str, Floats]:
-    """What a rest may go together with, by name."""
+    """Return what the residual of an axis (from 0) may correlate with, by name: (n,) columns from the simulated motion."""
     v, a = speed[:, axis], acceleration[:, axis]
     return {
         f"qd{axis + 1}": v,
@@ -252,7 +255,7 @@ class ConfirmedTerm(NamedTuple):
 
 
 def findings(named: list[ConfirmedTerm], rivals: dict[str, tuple[Alternative, ...]]) -> tuple[Finding, ...]:
-    """One per term, the terms that explain most first within their kind; clocks before physics."""
+    """Return one finding per term: clocks first, then physics; within each the terms that explain most first."""
     found = []
     for term in _ORDER:
         own = [n for n in named if n.evidence.term == term]
@@ -275,7 +278,7 @@ def _finding(term: str, own: list[ConfirmedTerm], rivals: tuple[Alternative, ...
 
 
 def equation_of(term: str) -> str:
-    """LaTeX, from the term's file."""
+    """Return the equation of a term in LaTeX, as its file in olp/timing/physics/ states it."""
     module = importlib.import_module(f"olp.timing.physics.{term.replace('-', '_')}")
     classes = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
     return next(
@@ -284,7 +287,7 @@ def equation_of(term: str) -> str:
 
 
 def says(term: str, own: list[ConfirmedTerm]) -> str:
-    """One sentence with the numbers."""
+    """Return the sentence that tells a term, with the fitted numbers of each axis."""
     parts = []
     for n in own:
         axis = n.evidence.axis
@@ -337,7 +340,12 @@ _STEADY = 0.05  # of it: change of pace over a phase's sample
 def late_moves(
     move: NDArray[np.int64], period: float, residual: Floats, speed: Floats, floor: Floats
 ) -> tuple[MoveResidual, ...]:
-    """From residuals (n, k), speeds (n, k) and noise (k,) per axis; nan where not used."""
+    """Return, for each numbered move of a log, its delay [s] and the phase in which the axes are off most.
+
+    `move` (n,): the move of each sample, -1 for none. `period` [s]: between samples. `residual` (n, k), `speed` (n, k) and
+    `floor` (k,), the noise, are in the units of each of the k axes; nan in `residual` where a sample is not used. Moves of
+    fewer than 8 samples are left out.
+    """
     found = []
     scale = np.maximum(floor, 1e-12)
     for number in np.unique(move[move >= 0]).tolist():
@@ -354,7 +362,7 @@ def late_moves(
 
 
 def _phase(off: Floats, speed: Floats) -> str:
-    """The phase with the largest share of squares."""
+    """Return the phase (settle, cruise, accelerate, decelerate) that has the largest share of the squared residuals."""
     pace = np.sqrt((speed**2).sum(axis=1))
     top = float(pace.max(initial=0.0))
     change = np.gradient(pace)
@@ -380,7 +388,10 @@ _WHOLE = 0.9  # of the mismatch's squares: more is explained, not partly
 
 
 def noise_floor(time: Floats, residual: Floats, speed: Floats, use: Mask) -> float:
-    """RMS of what no motion causes: scatter at rests around each rest's mean, or of neighbours, whichever is more."""
+    """Return the RMS noise of a residual (n,) that no motion causes, in its unit: the larger of two estimates.
+
+    One is the scatter around the mean of each rest, the other that between neighbouring samples.
+    """
     third = np.diff(residual, 3)
     good = use[3:] & use[:-3]
     white = 1.4826 * float(np.median(np.abs(third[good]))) / math.sqrt(20.0) if good.any() else math.nan
@@ -397,7 +408,7 @@ def noise_floor(time: Floats, residual: Floats, speed: Floats, use: Mask) -> flo
 
 
 def goes_with_motion(time: Floats, residual: Floats, motion: dict[str, Floats], use: Mask) -> float:
-    """p-value that columns of motion help to predict a residual on blocks that no fit saw."""
+    """Return the p-value of the test that the `motion` columns predict a residual on held-out blocks of samples."""
     library = np.column_stack([np.ones(len(residual)), *motion.values()])
     run = runs(time, use)
     order = order_of(run)
@@ -415,7 +426,10 @@ def goes_with_motion(time: Floats, residual: Floats, motion: dict[str, Floats], 
 def correlates(
     axis: int, signal: str, residual: Floats, columns: dict[str, Floats], use: Mask
 ) -> tuple[LogCorrelate, ...]:
-    """Columns that a rest goes together with, strongest first; neighbours count by how independent they are."""
+    """Return the columns that correlate with a residual, strongest first.
+
+    Neighbouring samples of a log are alike: they count by their effective number, after the correlation of neighbours.
+    """
     rest = residual[use] - residual[use].mean()
     found = []
     for name, values in columns.items():
@@ -436,13 +450,16 @@ def correlates(
 
 
 def _memory(values: Floats) -> float:
-    """Correlation of neighbours, from 0 to just below 1."""
+    """Return the correlation of neighbouring values, from 0 to just below 1."""
     power = float(values @ values)
     return float(np.clip(values[1:] @ values[:-1] / max(power, 1e-300), 0.0, 0.99999))
 
 
 def verdict_of(axes: tuple[AxisResidual, ...], named: bool, structured: set[tuple[int, str]]) -> str:
-    """Of what the simulation was judged by. `structured`: (axis, signal) whose rest follows the motion."""
+    """Return the verdict on the axes whose signals were compared. `named`: whether a term is confirmed.
+
+    `structured`: the (axis, signal) whose remaining residual correlates with the motion.
+    """
     if not axes:
         return "not-judged"
     before = after = 0.0
