@@ -37,8 +37,9 @@ def by_moves(count: int) -> Labels:
 
 
 def by_starts(moves: MoveSet) -> Labels | None:
-    """Return the fold (n,) of each move by its start point, several points in one fold when there are many; None with fewer
-    than three points.
+    """Return the fold (n,) of each move by its start point; None with fewer than three points.
+
+    Several points are in one fold when there are many.
     """
     labels = moves.start_labels
     if labels.max(initial=0) < 2:

@@ -104,7 +104,10 @@ def rungs(ladder: Ladder) -> list[Rung]:
 
 
 def ladder(steps: list[Rung], noise: float) -> Markup:
-    """Draw the RMS error of held-out moves after each step, beside the `noise` floor [s]; empty without two finite steps."""
+    """Draw the RMS error of held-out moves after each step, beside the `noise` floor [s].
+
+    Empty with fewer than two steps, or where an error is not known.
+    """
     values = [step.heldout * MS for step in steps]
     if len(steps) < 2 or not all(map(math.isfinite, values)):
         return Markup("")
@@ -196,7 +199,7 @@ def _both(chart: Chart, rows: MoveRows, x: Floats, index: NDArray[np.int64]) -> 
 
 
 def by_direction(rows: MoveRows, noise: float) -> Markup:
-    """Draw the mean residual by the direction of travel, seen from above. Steep moves are left out: `steep` has them."""
+    """Draw the mean residual by the direction of travel, seen from above, without the moves of `steep`."""
     on = rows.on_path
     way = np.where(on[:, None], rows.end - rows.start, np.nan)
     level = on & (np.abs(way[:, 2]) < _STEEP * np.linalg.norm(way, axis=1))
@@ -217,7 +220,7 @@ def _mean(values: Floats) -> float:
 
 
 def _polar(means: dict[str, Floats], noise: float) -> Markup:
-    """Draw a polar chart of mean residuals. Outside the dashed circle, zero, the robot is slower; inside it is faster."""
+    """Draw a polar chart of mean residuals: outside the dashed circle (zero) the robot is slower, inside faster."""
     size, zero, reach = 360.0, 88.0, 58.0  # [px]
     largest = float(np.nanmax(np.abs(np.concatenate(list(means.values()))))) or 1.0
     largest = max(largest, 2 * noise if math.isfinite(noise) else 0.0)
@@ -269,7 +272,7 @@ def steep(rows: MoveRows) -> list[tuple[str, int, float, float]]:
 
 
 def strips(rows: MoveRows, groups: dict[str, list[str]], noise: float) -> list[Strip]:
-    """Draw one chart per grouping of the moves, with a row of dots for each group. `groups`: name -> label of each move."""
+    """Draw one chart per grouping of the moves, a row of dots for each group. `groups`: name -> label of each move."""
     return [_strip(rows, name, labels, noise) for name, labels in groups.items()]
 
 

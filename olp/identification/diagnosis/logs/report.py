@@ -175,7 +175,7 @@ class LogReport:
         return tuple(axes), tuple(found), structured
 
     def _rivals(self) -> tuple[tuple[tuple[str, ...], ...], dict[str, tuple[Alternative, ...]]]:
-        """Return the groups of named terms that these motions cannot tell apart (clock and lag), and each one's alternatives."""
+        """Return the groups of named terms that these motions cannot tell apart, and the alternatives of each term."""
         result = self.position
         if result is None or not {n.evidence.term for n in self.named} & {"clock", "servo-lag"}:
             return (), {}
@@ -213,7 +213,7 @@ def _pace_and_lateness(residual: Floats, speed: Floats, use: Mask) -> tuple[floa
 
 
 def _motion_columns(axis: int, speed: Floats, acceleration: Floats, q: Floats) -> dict[str, Floats]:
-    """Return what the residual of an axis (from 0) may correlate with, by name: (n,) columns from the simulated motion."""
+    """Return what the residual of an axis (from 0) may correlate with: name -> (n,) of the simulated motion."""
     v, a = speed[:, axis], acceleration[:, axis]
     return {
         f"qd{axis + 1}": v,
@@ -342,9 +342,9 @@ def late_moves(
 ) -> tuple[MoveResidual, ...]:
     """Return, for each numbered move of a log, its delay [s] and the phase in which the axes are off most.
 
-    `move` (n,): the move of each sample, -1 for none. `period` [s]: between samples. `residual` (n, k), `speed` (n, k) and
-    `floor` (k,), the noise, are in the units of each of the k axes; nan in `residual` where a sample is not used. Moves of
-    fewer than 8 samples are left out.
+    `move` (n,): the move of each sample, -1 for none. `period` [s]: between samples. `residual` (n, k), `speed` (n, k)
+    and `floor` (k,), the noise, are in the units of each of the k axes; `residual` is nan where a sample is not used.
+    Moves of fewer than 8 samples are left out.
     """
     found = []
     scale = np.maximum(floor, 1e-12)
