@@ -192,3 +192,32 @@ def test_lines_that_were_read_before_stand_where_they_stand_now() -> None:
         again = [program(*one).routines for one in versions]
     assert again == fresh
     assert [one.line for one in moves(program(*versions[1]))] == [3, 6, 7]
+
+
+SAVED = """.SYSDATA
+BASE           -120.000   143.000     0.000     0.000     0.000     0.000
+TOOL              0.000     0.000    50.000     0.000     0.000     0.000
+.END
+.AUXDATA
+1HOME            56.469     1.695   -86.766   -65.905   -71.719    -9.451     0.000     0.000
+.END
+"""
+
+
+def test_a_saved_controller_says_the_base_the_tool_and_where_home_is() -> None:
+    found = program("HOME", "LMOVE TRANS(500,10,300)", tables=SAVED)
+    assert codes(found) == []
+    plan = found.plan(robot="kawasaki/rs007n")
+    there = plan.positions.position[plan.moves.target][-1]
+    np.testing.assert_allclose(there / mm, [380, 153, 300], atol=1e-9)
+    assert "#HOME" in {one.name for one in found.data}
+
+
+def test_functions_of_places_and_texts_are_read() -> None:
+    found = program("x = DZ(a)+INSTR($s,\"b\")*PI", "LMOVE a+RX(30)", "x = ASC($MID($s,2,1))",
+                    tables='.TRANS\na 1 2 3 0 0 0\n.END\n.STRINGS\n$s = "ab"\n.END\n')  # fmt: skip
+    assert codes(found) == []
+    plan = found.plan()
+    w, x, y, z = plan.positions.quaternion[plan.moves.target][0]
+    turned = Rotation.from_quat((x, y, z, w)).as_rotvec(degrees=True)
+    np.testing.assert_allclose(turned, [30, 0, 0], atol=1e-9)

@@ -180,7 +180,7 @@ def test_routines_take_arguments_and_names_have_no_case() -> None:
         ("MOVE ABOUT p BY 10", "P595"),
         ("MOVE LINEAR ALONG track[1..4] WITH $LIN_SPD = 0.3", "P595"),
         ("MOVE ARM[1] TO p SYNCMOVE ARM[2] TO q", "P595"),
-        ("$TERM_TYPE := NOSETTLE", "P591"),
+        ("$HDIN_SUSP := 3", "P591"),
         ("OPEN HAND 1", "P591"),
         ("MOVE RELATIVE p", "P595"),
         ("n := " + "(" * 150 + "1" + ")" * 150, "P592"),

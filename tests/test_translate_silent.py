@@ -2243,3 +2243,47 @@ def test_the_load_of_a_tool_with_a_name_is_asked_for():
     translation = converted(text, "rapid", "urscript").translated
     asked = before_it_runs(link(read(text, "rapid")), translation, "urscript", None, True)
     assert any("loads of the tools" in one for one in asked)
+
+
+# --- AS ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_departure_counts_from_the_target_of_the_move_before_however_that_is_passed():
+    text = ".PROGRAM part()\nSPEED 500 MM/S ALWAYS\nLMOVE a\nLDEPART 20\nTDRAW 0,0,-10\n.END\n"
+    made = translated(text + ".TRANS\na 400 0 500 0 180 0\n.END\n", "as", "krl")
+    assert made.count(" #TOOL") == 2
+    assert "POS_ACT" not in made
+
+
+def test_tables_that_as_hands_over_are_tables():
+    text = ".PROGRAM part()\nPOINT t[1,2] = a\nCALL sub(&t[,])\n.END\n.PROGRAM sub(.&p[,])\nLMOVE .p[1,2]\n.END\n"
+    made = translated(text + ".TRANS\na 400 0 500 0 180 0\n.END\n", "as", "krl")
+    assert "sub (t_1[,])" in made
+    assert "DECL E6POS _p[,]" in made
+
+
+def test_an_offset_from_the_target_before_names_no_posture():
+    text = ".PROGRAM part()\nSPEED 50 ALWAYS\nJMOVE a\nJDEPART 20\n.END\n.TRANS\na 900 0 500 0 180 0\n.END\n"
+    made = translated(text, "as", "krl")
+    assert re.search(r"PTP_REL \{X 0,Y 0,Z -20,A 0,B 0,C 0\}", made)
+
+
+# --- PDL2 -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "inform", "urscript"])
+def test_settings_of_how_moves_are_made_are_comments_that_are_told(target):
+    rows = ("$FLY_TYPE := FLY_CART", "$TERM_TYPE := NOSETTLE", "$CNFG_CARE := TRUE", "$STRESS_PER:= 65")
+    body = (*rows, "$SPD_OPT := SPD_LIN", "$LIN_SPD := 0.25", "MOVE LINEAR TO POS(900,0,500,0,90,0,'')")
+    text = "\n".join(["PROGRAM part", "BEGIN", *body, "END part", ""])
+    made = converted(text, "pdl2", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    assert {loss.line for loss in made.translated.losses if loss.fate is Fate.APPROXIMATED} >= {3, 4, 5, 6}
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_a_loop_that_asks_at_its_end_waits_as_long_as_a_jump(target):
+    text = "PROGRAM part\nBEGIN\n  REPEAT\n    DELAY 100\n  UNTIL $DIN[5] = ON\nEND part\n"
+    here, there = read(text, "pdl2").plan(), run_elsewhere(text, "pdl2", target)
+    assert [step.duration for step in here.steps()] == pytest.approx([0.1])
+    assert [step.duration for step in there.steps()] == pytest.approx([0.1])

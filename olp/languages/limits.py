@@ -212,7 +212,6 @@ class Limits:
     )  # "relative" (to where the arm stands), "relative-tool" (the same along the tool), "offset" (to the target)
     watches: bool = False  # a statement says what runs as soon as a condition comes true
     has_xor: bool = False  # conditions may be joined by an exclusive OR
-    has_shift: bool = False  # a statement that shifts all following targets
     computed_turns: bool = True  # an offset may turn by a computed angle
     near_joints: bool = False  # a pose can be given with joint values near which it is reached
     watches_flags: bool = False  # a statement says whether joint moves obey the arm flags

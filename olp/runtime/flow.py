@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from olp.core.diagnostic import Severity
 from olp.ir import program as st
-from olp.ir.expressions import CallValue, Expression, Named, Store, Variable
+from olp.ir.expressions import CallValue, Expression, Named, Store, Unary, Variable
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.runtime.assumptions import SignalKey
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
@@ -110,7 +110,7 @@ def until(m: Machine, s: st.Until) -> int | None:
     opener = m.frame.job.flow.opener.get(here)
     if opener is None or test(m, s.condition):
         return None
-    return way_back(m, opener, here, s.condition)
+    return way_back(m, opener, here, Unary("not", s.condition))
 
 
 def break_(m: Machine, s: st.Break) -> int | None:

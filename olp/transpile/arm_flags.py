@@ -104,6 +104,8 @@ class _Literals:
         return self.work.target_conventions.arm_flags
 
     def note(self, s: Move, routine: str) -> None:
+        if s.relative is not None:
+            return  # an offset has no posture
         for target in (*s.targets, *(() if s.via is None else (s.via,))):
             value = literal_of_target(target, self.symbols, routine)
             if value is not None and self._is_open(value):

@@ -19,6 +19,7 @@ from olp.transpile.blends import STOP
 from olp.transpile.context import BETWEEN, SETTING, Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.partial_positions import component, written_component
+from olp.transpile.reaching_definitions import Key, reaching
 from olp.transpile.symbols import Symbols
 
 HERE: Final = ex.SystemValue("current-pose")
@@ -265,22 +266,15 @@ def relative(program: st.Program, work: TranslationContext) -> st.Program:
     for routine in program.routines:
         own.name = routine.name
         rows: list[st.Statement] = []
-        shifted = external = False
+        external = False
         for s in routine.body:
-            if isinstance(s, (st.ShiftOn, st.ShiftOff)):
-                shifted = isinstance(s, st.ShiftOn) and not work.limits.has_shift
             if isinstance(s, st.ExternalTool):
                 external = s.tool is not None
             if isinstance(s, st.Move):
                 if external:
                     says = "a move with the tool fixed in space, where the arm holds the work"
                     work.lose(s, Fate.REFUSED, "statement", says)
-                if shifted:  # elsewhere than where it is meant
-                    work.lose(s, Fate.REFUSED, "shift", "a move within a shift of all targets")
                 rows += own.move(s)
-            elif isinstance(s, (st.ShiftOn, st.ShiftOff)) and not work.limits.has_shift:
-                work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")
-                rows.append(s)
             else:
                 rows.append(s)
         routines.append(with_rows(routine, rows))
@@ -472,3 +466,157 @@ def _moved(values: tuple[float, ...]) -> tuple[float, ...]:
 
 def _is_base(frame: ex.FrameRef) -> bool:
     return frame.kind in ("base", "robot")
+
+
+# --- Shifts ---
+# Shifts of all following targets, for languages that have no such statement: an offset of each target.
+
+_SHIFT: Final = ("shift",)
+_NO_SHIFT: Final = ex.PositionLiteral("pose", (0.0,) * 6)
+_PART_OF_OTHERS: Final = "a move within a shift of all targets"
+
+
+def shifts(program: st.Program, work: TranslationContext) -> st.Program:
+    """Every move with the shift that holds for it; the statements that switch shifts set what is added, or go."""
+    if not any(isinstance(s, st.ShiftOn) for s in program.statements()):
+        return program
+    return _Shifts(program, work, work.symbols(program)).program_without()
+
+
+@dataclass(slots=True)
+class _Shifts:
+    """`changes`: the statements that switch a shift, by their numbers. `held`: what each of them leaves, in a variable,
+    where a move may be reached by several, or by one whose values are not the same throughout."""
+
+    program: st.Program
+    work: TranslationContext
+    symbols: Symbols
+    changes: list[tuple[str, st.ShiftOn | st.ShiftOff]] = field(default_factory=list)
+    held: ex.Named | None = None
+    needed: set[int] = field(default_factory=set)  # changes that a move with the variable may be reached by
+    refused: set[int] = field(default_factory=set)
+
+    def program_without(self) -> st.Program:
+        program = self.program
+        self.changes = [
+            (r.name, s) for r in program.routines for s in r.body if isinstance(s, (st.ShiftOn, st.ShiftOff))
+        ]
+        numbers = {id(s): number for number, (_, s) in enumerate(self.changes)}
+
+        def sets(s: st.Statement) -> dict[Key, int]:
+            return {_SHIFT: numbers[id(s)]} if id(s) in numbers else {}
+
+        ways = reaching(program, sets, frozenset({st.ShiftOn, st.ShiftOff}))
+        moved = [
+            [
+                self._move(r.name, s, ways.at(r.name, at, _SHIFT)) if isinstance(s, st.Move) else s
+                for at, s in enumerate(r.body)
+            ]
+            for r in program.routines
+        ]
+        routines = [
+            with_rows(r, [new for s in rows for new in self._switched(s)])
+            for r, rows in zip(program.routines, moved, strict=True)
+        ]
+        program = with_routines(program, routines)
+        if self.held is None:
+            return program
+        kept = st.Declare(0, self.held.name, "position", _NO_SHIFT, shared=True)
+        return replace(program, data=(*program.data, kept))
+
+    def _switched(self, s: st.Statement) -> list[st.Statement]:
+        """What stands for a statement that switches a shift."""
+        if not isinstance(s, (st.ShiftOn, st.ShiftOff)):
+            return [s]
+        number = next(at for at, (_, one) in enumerate(self.changes) if one is s)
+        if number in self.refused or s.coordinated:
+            self.work.lose(s, Fate.REFUSED, "shift", "a shift of all following targets")
+            return [s]
+        if self.held is None or number not in self.needed:
+            return [st.Comment(s.line, s.comment)] if s.comment else []
+        value = s.offset if isinstance(s, st.ShiftOn) else _NO_SHIFT
+        return [st.Assign(s.line, self.held, value, comment=s.comment)]
+
+    def _move(self, routine: str, s: st.Move, found: Set[int]) -> st.Move:
+        on = {
+            number: one
+            for number in found
+            if number >= 0 and isinstance(one := self.changes[number][1], st.ShiftOn)
+        }
+        if not on or s.relative is not None:
+            return s
+        frames = {one.frame for one in on.values()}
+        constants = [self.symbols.fixed_position(self.changes[n][0], one.offset) for n, one in on.items()]
+        says = self._objection(routine, s, frames, constants, list(on.values()))
+        if says:
+            self.refused |= set(on)
+            self.work.lose(s, Fate.REFUSED, "shift", says)
+            return s
+        (frame,) = frames
+        by = constants[0] if len(found) == 1 else None
+        if by is None:
+            self.held = self.held or ex.Named(self.work.helper("shift"))
+            self.needed |= found
+        targets = tuple(self._shifted(target, frame, by) for target in s.targets)
+        return replace(s, targets=targets, via=None if s.via is None else self._shifted(s.via, frame, by))
+
+    def _objection(
+        self,
+        routine: str,
+        s: st.Move,
+        frames: Set[ex.FrameRef | None],
+        constants: list[ex.PositionLiteral | None],
+        on: list[st.ShiftOn],
+    ) -> str:
+        """Why a move cannot be told its shift; empty where it can."""
+        if len(frames) > 1 or any(one.coordinated for one in on) or s.offset is not None:
+            return _PART_OF_OTHERS
+        (frame,) = frames
+        if (
+            frame is not None
+            and frame.kind != "tool"
+            and frame != s.frame
+            and not _is_same_base(frame, s.frame)
+        ):
+            return f"{_PART_OF_OTHERS}, which is meant in another frame than its own"
+        for target in (*s.targets, *(() if s.via is None else (s.via,))):
+            fixed = self.symbols.fixed_position(routine, target)
+            if fixed is not None and fixed.kind == "joint":
+                return f"{_PART_OF_OTHERS} to axis values"
+        turns = any(by is None or any(by.values[3:6]) or by.kind == "joint" for by in constants)
+        if (
+            frame is not None
+            and turns
+            and not all(self._keeps_turn(one, by) for one, by in zip(on, constants, strict=True))
+        ):
+            return f"{_PART_OF_OTHERS} that may turn the tool"
+        return ""
+
+    def _keeps_turn(self, one: st.ShiftOn, by: ex.PositionLiteral | None) -> bool:
+        """Whether a shift that turns about the tool's centre point has no angles."""
+        if by is not None:
+            return by.kind != "joint" and not any(by.values[3:6])
+        relative = _Relative(self.program, self.work, self.symbols, frozenset())
+        return isinstance(one.offset, ex.Named) and all(relative._never(one.offset, turn) for turn in _TURNS)
+
+    def _shifted(
+        self, target: ex.Expression, frame: ex.FrameRef | None, by: ex.PositionLiteral | None
+    ) -> ex.Expression:
+        """The target under a shift in `frame`; None: one more frame inside the target's own."""
+        held = self.held
+        if by is None:
+            assert held is not None
+            if frame is None:
+                return ex.Function("pose-product", (held, target))
+            along: list[ex.Expression] = [ex.Member(held, name) for name in ("x", "y", "z")]
+        else:
+            if frame is None and any(by.values[3:6]):
+                return ex.Function("pose-product", (by, target))
+            along = list(_written(by)[:3])
+        if frame is not None and frame.kind == "tool":
+            return ex.Function("pose-relative-tool", (target, *along, *[ex.Number(0)] * 3))
+        return ex.Function("pose-offset", (target, *along))
+
+
+def _is_same_base(one: ex.FrameRef, other: ex.Expression | None) -> bool:
+    return _is_base(one) and isinstance(other, ex.FrameRef) and _is_base(other)

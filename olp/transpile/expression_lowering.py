@@ -22,7 +22,7 @@ from olp.transpile.first_values import (
     saved_points,
     saved_values,
 )
-from olp.transpile.move_lowering import Points, carried_systems, has_names, lifted_move
+from olp.transpile.move_lowering import Points, carried_systems, framed_shift, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
 from olp.transpile.symbols import STORED
 
@@ -371,6 +371,8 @@ class _Lift:
             case st.Assign(line, ex.Element() as element, value, comment):
                 member, scale = self._element(element)
                 return [st.Assign(line, member, in_units(self.value(value), scale), comment)]
+            case st.ShiftOn(frame=None) if self.work.conventions.taught_frames:
+                return [mapped(framed_shift(self.points, s, self.value), self._change)]
             case st.Return(line, value, condition, comment) if self._returns_by_register(routine, value):
                 target = self._returned()
                 if condition is not None:

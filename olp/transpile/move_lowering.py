@@ -14,7 +14,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir.points import Point, PointKind, PointState
-from olp.ir.program import Assign, Declare, Move, Path, Program, Routine, Statement, Update
+from olp.ir.program import Assign, Declare, Move, Path, Program, Routine, ShiftOn, Statement, Update
 from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, is_written_out
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, reaching
@@ -312,6 +312,20 @@ def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list
         says = "in which frame and with which tool this position is meant is not known: base and flange are written"
         points.work.lose(s, Fate.APPROXIMATED, "frame", says)
     return [edited(s, changes) if changes else s]
+
+
+def framed_shift(points: Points, s: ShiftOn, value: Value) -> ShiftOn:
+    """A shift that names no frame with that of the variable: in its directions the targets are moved."""
+    offset = value(s.offset)
+    base = offset.base if isinstance(offset, ex.Item) else offset
+    state = points.states.get(base.name) if isinstance(base, ex.Named) else None
+    if state is not None and state.kind is not PointKind.POSE:
+        points.work.lose(s, Fate.REFUSED, "shift", "a shift by axis values")
+    frame = None if state is None else frame_of(state)
+    if frame is None:
+        says = "in which frame this shift is meant is not known: the base is written"
+        points.work.lose(s, Fate.APPROXIMATED, "frame", says)
+    return replace(s, frame=frame if isinstance(frame, ex.FrameRef) else ex.FrameRef("base"))
 
 
 def _stands_still(points: Points, s: Move) -> bool:

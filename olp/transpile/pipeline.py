@@ -49,7 +49,7 @@ from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import held_systems, known_systems
 from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
 from olp.transpile.control_flow import flow
-from olp.transpile.current_position import here, relative, standing
+from olp.transpile.current_position import here, relative, shifts, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
 from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import begun, begun_anew, first_values, lasting
@@ -293,6 +293,7 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         functions,
         typed_values,
         standing,
+        shifts,
         relative,
         arcs,
         frames,

@@ -44,6 +44,7 @@ def _move(path: st.Path, **more: Any) -> st.Move:
 _START = _move(st.Path.LINEAR, targets=(_Q,))
 
 
+_SHIFT = ex.PositionLiteral("pose", (0.01, -0.02, 0.03, 0.0, 0.0, 0.1))
 _STEP = st.Assign(0, _N, ex.Number(3))
 _SHORT = st.Dwell(0, ex.Quantity(ex.Number(1), 1.0))
 _DOWN = st.Update(0, "-", _N, ex.Number(1))
@@ -68,7 +69,7 @@ _MOVES: Probes = {
     "SetFrame": (st.SetFrame(0, _TOOL), _move(st.Path.LINEAR, frame=None)),
     "SetOverride": (st.SetOverride(0, _HALF), _move(st.Path.LINEAR)),
     "ObeyFlags": (st.ObeyFlags(0, False), _move(st.Path.JOINT)),
-    "ShiftOn": (st.ShiftOn(0, _P), _move(st.Path.LINEAR), st.ShiftOff(0)),
+    "ShiftOn": (st.ShiftOn(0, _SHIFT), _move(st.Path.LINEAR), st.ShiftOff(0)),
     "ExternalTool": (st.ExternalTool(0, ex.Number(1)),),
     "DefineFrame": (
         st.DefineFrame(0, ex.FrameRef("user", ex.Number(1)), (_R, _R, _R)),

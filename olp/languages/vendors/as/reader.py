@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import shelf
@@ -35,6 +35,7 @@ from olp.languages.short_reader import (
 from .block_steps import LEVELS, Levels, TaughtStep, step_of
 from .rules import (
     FIRST_OF,
+    HOMES,
     Arc,
     AsRules,
     BlockEnd,
@@ -52,14 +53,17 @@ _MARK = re.compile(
 )
 _HEAD = re.compile(r"\s*\.PROGRAM\s+([A-Z_][\w.]*)\s*(?:\(([^)]*)\))?", re.IGNORECASE)
 _LABEL = re.compile(r"(\d+)(?:\s*:|\s+|$)\s*|([A-Z_][\w.]*)\s*:(?!=)\s*", re.IGNORECASE)
-_ROW = re.compile(r"([#$]?[A-Z_][\w.]*)\s*(?:\[([\d,\s]+)\])?\s*=?\s*(.*)", re.IGNORECASE)
+_ROW = re.compile(r"([#$@]?[A-Z_][\w.]*)\s*(?:\[([\d,\s]+)\])?\s*=?\s*(.*)", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?", re.IGNORECASE)
 _TABLES: Final = (".TRANS", ".JOINTS", ".REALS", ".STRINGS", ".INTEGER")
 _KNOWN: Final = words(
     "JMOVE LMOVE HMOVE C1MOVE C2MOVE XMOVE LAPPRO JAPPRO LDEPART JDEPART DRAW TDRAW TWAIT STABLE DELAY BREAK CALL GOTO "
     "IF ELSE ELSEIF END WHILE DO UNTIL FOR CASE SCASE VALUE SVALUE ANY RETURN SIGNAL SWAIT WAIT POINT TOOL BASE"
 )
-_MOVES: Final = words("C1MOVE DRAW TDRAW DRIVE ALIGN JOINT LINEAR LIN2 CIR1 CIR2")
+_MOVES: Final = words(
+    "JMOVE LMOVE HMOVE XMOVE LAPPRO JAPPRO LDEPART JDEPART C1MOVE C2MOVE DRAW TDRAW DRIVE ALIGN JOINT "
+    "LINEAR LIN2 CIR1 CIR2"
+)
 _UNTAUGHT: Final = ex.PositionLiteral("pose", (float("nan"),) * 6)
 _MOST_ELEMENTS: Final = 5000  # per index of an array
 _DEEP: Final = 4  # variables that are set to variables
@@ -68,6 +72,8 @@ _FIRST_ACCURACY: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(1),
 _FULL: Final = ex.Quantity(ex.Number(100), percent)  # the braking of moves without DECEL
 _STOP: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm))
 _NUMERIC: Final = words("sqrt abs sin cos tan atan2 trunc min max length-of-text value-of-text pose-distance")
+_HOME_ROWS: Final = ("1HOME", "2HOME")  # of .AUXDATA
+_SYSTEM_ROWS: Final = ("TOOL", "BASE")  # of .SYSDATA
 _SIZES: Final = {1: 1000, 2: 100}  # of an array that only the program fills, by its number of indices
 
 
@@ -89,6 +95,8 @@ class _AsFile:
         self.elements: dict[str, dict[tuple[int, ...], ex.Expression]] = {}
         self._values = shelf("as rows")
         self.levels = LEVELS | _levels(findings.source.lines)
+        self.saved = _places(findings.source.lines, ".SYSDATA", _SYSTEM_ROWS)
+        self.saved |= _places(findings.source.lines, ".AUXDATA", _HOME_ROWS)
 
     def read(self) -> st.Program:
         source = self.findings.source
@@ -107,6 +115,7 @@ class _AsFile:
                 self.kinds[number - 1] = st.LineKind.RECORD if text else st.LineKind.BLANK
                 number += 1
         self._close_arrays()
+        self._declare_homes()
         routines = _SignalNumbers(self.findings, routines, self.data).known()
         self._declare_groups(routines)
         sizes = _constant_sizes(routines)
@@ -115,6 +124,8 @@ class _AsFile:
         if main:
             at = next(i for i, one in enumerate(routines) if one.name == main)
             routines[at] = self._with_defaults(routines[at])
+        started = _started(routines)
+        routines = [self._with_saved(one) if one.name in started else one for one in routines]
         return st.Program(
             "as",
             source,
@@ -288,6 +299,26 @@ class _AsFile:
             signals = ex.RecordLiteral("SIGNAL", (("", first), ("", last)))
             name = e.index.value
             self.data.setdefault(name.casefold(), st.Declare(0, name, "signal", signals, native="SIGNAL"))
+
+    def _with_saved(self, routine: st.Routine) -> st.Routine:
+        """With the tool and the base that a saved controller held, for a program that nothing calls."""
+        held = (("TOOL", st.SetTool), ("BASE", st.SetFrame))
+        first = tuple(
+            kind(routine.line, zyz_pose(self.saved[word][:6])) for word, kind in held if word in self.saved
+        )
+        return replace(routine, body=(*first, *routine.body))
+
+    def _declare_homes(self) -> None:
+        """The places of HOME, as the controller's tables have them: `1HOME` and six or more axes."""
+        for word, name in zip(_HOME_ROWS, HOMES, strict=True):
+            if word in self.saved:
+                place = joints(self.saved[word][: self._axes()])
+                self.data.setdefault(name.casefold(), st.Declare(0, name, "joints", place, shared=True))
+
+    def _axes(self) -> int:
+        """How many axes the joint values of this file have; six where it has none."""
+        known = [len(d.value.values) for d in self.data.values() if _is_joints(d.value)]
+        return max(set(known), key=known.count) if known else 6
 
     def _with_defaults(self, routine: st.Routine) -> st.Routine:
         """What a controller holds before any instruction: corners of 1 mm."""
@@ -563,19 +594,35 @@ _TYPES: Final = {
 
 def _levels(lines: Sequence[str]) -> dict[str, tuple[float, ...]]:
     """What the tables of a saved controller say of the levels of steps that were taught."""
+    rows = _rows(lines, ".AUXDATA", tuple(LEVELS))
+    found = {word: values for word, values in rows.items() if len(values) >= len(LEVELS[word])}
+    return found | {"saved": (1.0,)} if found else found
+
+
+def _rows(lines: Sequence[str], section: str, wanted: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+    """The first rows of these words, with nothing but numbers behind them, in a section of a saved controller."""
     found: dict[str, tuple[float, ...]] = {}
     inside = False
-    for line in lines if any(".auxdata" in line[:20].casefold() for line in lines) else ():
+    mark = section.casefold()
+    for line in lines if any(line[:20].lstrip().casefold().startswith(mark) for line in lines) else ():
         parts = line.split()
         if line.lstrip().startswith("."):
-            inside = line.lstrip().upper().startswith(".AUXDATA") or (
-                inside and line.lstrip().startswith(".*")
-            )
-        elif inside and parts and parts[0].upper() in LEVELS and all(map(_NUMBER.fullmatch, parts[1:])):
+            inside = line.lstrip().casefold().startswith(mark) or (inside and line.lstrip().startswith(".*"))
+        elif (
+            inside
+            and len(parts) > 1
+            and parts[0].upper() in wanted
+            and all(map(_NUMBER.fullmatch, parts[1:]))
+        ):
             values = tuple(map(float, parts[1:]))
-            if len(values) >= len(LEVELS[parts[0].upper()]) and all(map(math.isfinite, values)):
+            if all(map(math.isfinite, values)):
                 found.setdefault(parts[0].upper(), values)
-    return found | {"saved": (1.0,)} if found else found
+    return found
+
+
+def _places(lines: Sequence[str], section: str, wanted: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+    """The rows of these words that hold a place: six values or more."""
+    return {word: values for word, values in _rows(lines, section, wanted).items() if len(values) >= 6}
 
 
 def _counter(s: st.Statement) -> str:
@@ -656,19 +703,29 @@ def _parameters(text: str, rules: AsRules) -> Iterator[st.Parameter]:
         if name:
             yield st.Parameter(
                 rules.spelled(name),
-                "" if indices else kind,
+                kind,
                 by_reference=True,
                 native="[]" if indices else "",
+                sizes=(ex.Unknown(""),) * (indices.count(",") + 1) if indices else (),
             )
 
 
 def _main(routines: list[st.Routine]) -> str:
     """The first program that no other one calls: a file does not say which of its programs runs."""
+    free = _started(routines)
+    return next((one.name for one in routines if one.name in free or not free), "")
+
+
+def _started(routines: list[st.Routine]) -> frozenset[str]:
+    """The programs that no other one calls."""
     called = {
         one.routine.casefold()
         for routine in routines
         for one in routine.body
         if isinstance(one, (st.Call, st.StartTask))
     }
-    free = [one.name for one in routines if one.name.casefold() not in called]
-    return (free or [one.name for one in routines] or [""])[0]
+    return frozenset(one.name for one in routines if one.name.casefold() not in called)
+
+
+def _is_joints(value: ex.Expression | None) -> TypeGuard[ex.PositionLiteral]:
+    return isinstance(value, ex.PositionLiteral) and value.kind == "joint"

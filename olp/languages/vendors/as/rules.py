@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+import math
+from collections.abc import Hashable, Sequence
 from typing import Any, Final, NamedTuple
 
 from lark import Token
@@ -11,7 +12,7 @@ from olp.core.units import deg, minute, mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError
-from olp.languages.short_reader import NotModelledError, constants, from_zero, zyz_pose
+from olp.languages.short_reader import NotModelledError, constants, from_zero, xyz_pose, zyz_pose
 from olp.languages.statement_rules import BlockRules
 from olp.languages.vendor import ENDS_CYCLE
 
@@ -30,7 +31,9 @@ _FUNCTIONS: Final = {
     "MIN": "min", "MAX": "max", "$ENCODE": "text-of-value", "LEN": "length-of-text", "VAL": "value-of-text",
     "DISTANCE": "pose-distance",
 }  # fmt: skip
+_COORDINATES: Final = {"DX": "x", "DY": "y", "DZ": "z"}
 _HERE: Final = ex.SystemValue("current-pose")
+HOMES: Final = ("#HOME", "#HOME2")  # where HOME 1 and HOME 2 go
 
 
 class BlockEnd(NamedTuple):
@@ -80,6 +83,8 @@ class AsRules(BlockRules):
         return ex.Item(ex.Named(self.spelled(str(children[0]))), tuple(map(from_zero, children[1])))
 
     def name(self, children: list[Any]) -> ex.Expression:
+        if str(children[0]).upper() == "PI":
+            return ex.Number(math.pi)
         return ex.Named(self.spelled(str(children[0]).replace("&", "")))
 
     # --- positions --------------------------------------------------------------------------------------
@@ -102,8 +107,15 @@ class AsRules(BlockRules):
     def ppoint(self, children: list[Any]) -> ex.Expression:
         return self.joints(children[0])
 
-    def frame(self, children: list[ex.Expression]) -> ex.Expression:
+    def other_place(self, children: list[Any]) -> ex.Expression:
+        """FRAME and its like, which compute a place from several others."""
         raise NotModelledError(children)
+
+    def turn_about(self, children: list[Any]) -> ex.Expression:
+        """RX, RY, RZ: a turn about one axis, at the origin."""
+        values: list[ex.Expression] = [ex.Number(0)] * 6
+        values[3 + "XYZ".index(str(children[0])[1].upper())] = children[1]
+        return ex.Function("pose-angles", tuple(values))
 
     def shift(self, children: list[ex.Expression]) -> ex.Expression:
         return ex.Function("pose-offset", (children[0], *_padded(children[1:], 3)))
@@ -151,7 +163,9 @@ class AsRules(BlockRules):
             return ex.SystemValue("timer", int(arguments[0].value))
         if word in _FUNCTIONS:
             return ex.Function(_FUNCTIONS[word], arguments)
-        return ex.CallValue(self.spelled(name), arguments)
+        if word in _COORDINATES and len(arguments) == 1 and isinstance(arguments[0], (ex.Named, ex.Item)):
+            return ex.Member(arguments[0], _COORDINATES[word])
+        return _of_text(word, arguments) or ex.CallValue(self.spelled(name), arguments)
 
     # --- moves ------------------------------------------------------------------------------------------
 
@@ -170,32 +184,32 @@ class AsRules(BlockRules):
         return self._away(str(word), target, distance)
 
     def depart(self, children: list[Any]) -> st.Move:
-        return self._away(str(children[0]), _HERE, children[1])
+        zero = ex.Number(0)
+        return _from_before(_PATHS[str(children[0])[0].upper()], (zero, zero, _back(children[1])), "tool")
 
     def _away(self, word: str, start: ex.Expression, distance: ex.Expression) -> st.Move:
         """`distance` [mm] back along the tool's z from `start`."""
-        back = ex.Number(-distance.value) if isinstance(distance, ex.Number) else ex.Unary("-", distance)
         zero = ex.Number(0)
         if isinstance(start, ex.PositionLiteral) and start.kind == "joint":
             start = ex.Function("forward", (start,))
-        target = ex.Function("pose-relative-tool", (start, zero, zero, back, zero, zero, zero))
+        target = ex.Function("pose-relative-tool", (start, zero, zero, _back(distance), zero, zero, zero))
         return st.Move(0, _PATHS[word[0].upper()], (target,), blend=MODAL)
 
     def draw(self, children: list[Any]) -> st.Move:
         *values, speed = _padded(children[1:], 7)
-        turned = any(value != ex.Number(0) for value in values[3:])
-        if speed != ex.Number(0) or (turned and str(children[0]).upper() == "DRAW"):
+        turns = sum(value != ex.Number(0) for value in values[3:])
+        along_tool = str(children[0]).upper() != "DRAW"
+        if speed != ex.Number(0) or (turns and not along_tool):
             raise NotModelledError(children)  # a turn about the axes of the base, or a speed of its own
-        if str(children[0]).upper() == "DRAW":
+        if turns > 1:  # about x first
             return st.Move(
-                0, st.Path.LINEAR, (ex.Function("pose-offset", (_HERE, *values[:3])),), blend=MODAL
+                0, st.Path.LINEAR, (ex.Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL
             )
-        return st.Move(0, st.Path.LINEAR, (ex.Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL)
+        return _from_before(st.Path.LINEAR, values, "tool" if along_tool else "own")
 
     def home(self, children: list[Any]) -> st.Move:
-        number = children[0]
-        second = isinstance(number, ex.Number) and number.value == 2
-        return st.Move(0, st.Path.JOINT, (ex.Named("#HOME2" if second else "#HOME"),), blend=MODAL)
+        second = children[0] == ex.Number(2)
+        return st.Move(0, st.Path.JOINT, (ex.Named(HOMES[second]),), blend=MODAL)
 
     def block_step(self, children: list[Any]) -> BlockStep:
         return BlockStep(str(children[0]), children[1])
@@ -266,6 +280,12 @@ class AsRules(BlockRules):
         joints = isinstance(base, ex.Named) and base.name.startswith("#")
         return st.Assign(0, children[0], ex.SystemValue("current-joints") if joints else _HERE)
 
+    def set_home(self, children: list[Any]) -> st.Assign:
+        """The place that HOME, or HOME 2, goes to; the accuracy is that of the signal that the arm is there."""
+        word, _, place = children
+        place = ex.SystemValue("current-joints") if place == _HERE else place
+        return st.Assign(0, ex.Named(HOMES["2" in word]), place)
+
     def set_timer(self, children: list[Any]) -> st.Assign:
         number, value = children
         if not isinstance(number, ex.Number):
@@ -334,6 +354,37 @@ class AsRules(BlockRules):
 
     def message(self, children: list[Any]) -> st.Message:
         return st.Message(0, ex.Text("") if children[1] is None else children[1])
+
+
+def _back(distance: ex.Expression) -> ex.Expression:
+    return ex.Number(-distance.value) if isinstance(distance, ex.Number) else ex.Unary("-", distance)
+
+
+def _from_before(path: st.Path, values: Sequence[ex.Expression], frame: str) -> st.Move:
+    """A move by an offset [mm, deg] that counts from the target of the move before, however that one is passed."""
+    values = _padded(list(values), 6)
+    numbers = constants(values)
+    offset = ex.Function("pose-angles", tuple(values)) if numbers is None else xyz_pose(numbers)
+    return st.Move(0, path, (offset,), blend=MODAL, relative=ex.FrameRef(frame))
+
+
+def _of_text(word: str, arguments: tuple[ex.Expression, ...]) -> ex.Expression | None:
+    """A function of texts, whose characters are counted from 1."""
+    one = ex.Number(1)
+    if word == "$LEFT" and len(arguments) == 2:
+        return ex.Function("part-of-text", (arguments[0], one, arguments[1]))
+    if word == "$MID" and len(arguments) == 3:
+        return ex.Function("part-of-text", arguments)
+    if word == "INSTR" and len(arguments) in (2, 3):
+        first = arguments[:-2] or (one,)
+        return ex.Function("find-in-text", (arguments[-2], *first, arguments[-1]))
+    if word == "$CHR" and len(arguments) == 1:
+        return ex.Function("character-of-code", arguments)
+    if word == "ASC" and len(arguments) in (1, 2):
+        start = arguments[1] if len(arguments) == 2 else one
+        text = arguments[0] if start == one else ex.Function("part-of-text", (arguments[0], start, one))
+        return ex.Function("code-of-character", (text,))
+    return None
 
 
 def _padded(values: list[ex.Expression], count: int) -> tuple[ex.Expression, ...]:

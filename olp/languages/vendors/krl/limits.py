@@ -103,8 +103,6 @@ LIMITS: Final = Limits(
             "Opaque",
             "Process",
             "Reference",
-            "ShiftOff",
-            "ShiftOn",
             "StartTask",
             "Synchronise",
             "WaitTask",

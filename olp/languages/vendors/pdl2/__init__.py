@@ -7,7 +7,8 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import Conventions, Vendor, statements
+from olp.languages.vendor import Conventions, MoveOptions, Vendor, statements
+from olp.languages.vendors.pdl2.manners import MANNERS
 
 _MARK: Final = re.compile(
     r"^\s*PROGRAM\s+[A-Z_]\w*\s*(?:&|,|--|$|EZ\b|HOLD|NOHOLD|PROG_ARM|PRIORITY)", re.IGNORECASE
@@ -26,7 +27,12 @@ class Pdl2(Vendor):
         "Pause StartTask Repeat Until Break Declare SetAcceleration SetBlend SetTool SetFrame "
         "SetOverride Opaque"
     )
-    conventions = Conventions(clocks_run=True, sums_of_texts=True)
+    conventions = Conventions(
+        clocks_run=True,
+        sums_of_texts=True,
+        manner_settings=MANNERS,
+        move_options=MoveOptions(manner=frozenset(MANNERS)),
+    )
     comment_prefix = "--"
     trailing_comment_prefix = " --"
     comment_length = 200

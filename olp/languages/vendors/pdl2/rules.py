@@ -13,6 +13,7 @@ from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import NotModelledError, constants, zyz_pose
 from olp.languages.statement_rules import BlockRules
+from olp.languages.vendors.pdl2.manners import MANNERS
 
 _EXACT: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm))
 _FULL: Final = st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(ex.Number(100), percent))
@@ -246,6 +247,10 @@ class Pdl2Rules(BlockRules):
             return st.SetBlend(0, (st.Blend(st.BlendKind.RADIUS, ex.Quantity(value, mm)),))
         if word == "$MOVE_TYPE" and isinstance(value, ex.Named) and value.name.upper() in ("JOINT", "LINEAR"):
             return MoveType(st.Path(value.name.lower()))
+        if word.casefold() in MANNERS:
+            return st.Assign(0, target, ex.Text(value.name) if isinstance(value, ex.Named) else value)
+        if word == "$SPD_OPT" and value == ex.Named("SPD_LIN"):
+            return []  # as a controller begins: the speeds are those of the tool along and about its path
         raise NotModelledError(target)
 
     # --- everything else ----------------------------------------------------------------------------------

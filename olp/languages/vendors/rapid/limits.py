@@ -111,8 +111,6 @@ LIMITS = Limits(
             "Opaque",
             "Process",
             "Reference",
-            "ShiftOff",
-            "ShiftOn",
             "StartTask",
             "Synchronise",
             "WaitTask",

@@ -143,8 +143,6 @@ LIMITS: Final = Limits(
             "Opaque",
             "Process",
             "Reference",
-            "ShiftOff",
-            "ShiftOn",
             "Synchronise",
             "WaitTask",
             "the tool or frame is computed",

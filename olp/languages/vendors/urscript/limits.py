@@ -73,8 +73,6 @@ LIMITS: Final = Limits(
             "PulseOutput",
             "ReadInput",
             "Reference",
-            "ShiftOff",
-            "ShiftOn",
             "Synchronise",
             "data of the type",
         }
