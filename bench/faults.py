@@ -216,14 +216,11 @@ def files_of(folder: Path, names: Sequence[str]) -> list[str]:
 
 def run_tests(folder: Path, tests: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """These tests or files of tests up to the first failure. Raises subprocess.TimeoutExpired."""
-    # All other plugins only take time.
-    plugins = ["-p", "no:cacheprovider", "-p", "_hypothesis_pytestplugin", "-p", "pytest_asyncio.plugin"]
-    options = ["-x", "-q", "--tb=no", "--hypothesis-seed=0", *plugins]
+    options = ["-x", "-q", "--tb=no", "--hypothesis-seed=0", "-p", "no:cacheprovider"]
     environment = {
         **os.environ,
         "PYTHONPATH": str(folder),
         "OPENBLAS_NUM_THREADS": "1",
-        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
         "COLUMNS": "250",
     }
     command = [sys.executable, "-m", "pytest", *options, *tests]

@@ -10,6 +10,7 @@ from dataclasses import replace
 from importlib import import_module
 from pathlib import Path as FilePath
 
+import faults
 import pytest
 from contract_faults import KINDS
 from contract_faults.code import EQUIVALENT, source_of
@@ -334,6 +335,11 @@ def test_faults_are_planted_in_the_source_of_every_member_that_has_one() -> None
             modules = KINDS[kind].modules(member)
             assert modules, (kind, member)
             assert all(FilePath(source_of(name)).exists() for name in modules), (kind, member)
+
+
+def test_each_fault_that_is_planted_fits_the_code():
+    rows = [(part, fault) for part, it in faults.PARTS.items() for fault in it.faults]
+    assert not [found for part, fault in rows if (found := faults.misfit(part, fault, faults.ROOT))]
 
 
 def test_mutants_that_are_no_faults_stand_in_the_code_as_they_are_listed() -> None:

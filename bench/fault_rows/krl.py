@@ -152,7 +152,6 @@ FAULTS: Final = (
         "RelTool turns about Z instead of X",
     ),
     Fault("write_moves.py", "parts[place] = angle", "parts[9 - place] = angle", "RelTool: Ry and Rz swapped"),
-    Fault("writer.py", "self.nested[-1] += 1", "pass", "ELSEIF leaves an ENDIF out"),
     Fault(
         "writer.py",
         "st.Repeat, st.Label, st.Call}",

@@ -35,13 +35,11 @@ FAULTS: Final = (
     ),
     Fault(
         "moves.py",
-        "Quantity(_number(values[0]), mm), Quantity",
-        "Quantity(_number(values[0]), 1.0), Quantity",
+        "as_number(values[0]), mm)",
+        "as_number(values[0]), 1.0)",
         "v_tcp in m/s",
     ),
-    Fault(
-        "moves.py", "Quantity(_number(values[1]), deg)", "Quantity(_number(values[1]), 1.0)", "v_ori in rad/s"
-    ),
+    Fault("moves.py", "as_number(values[1]), deg)", "as_number(values[1]), 1.0)", "v_ori in rad/s"),
     Fault(
         "moves.py",
         "_blend(0.0 if flag[0].on else rest[0], native)",
@@ -68,8 +66,8 @@ FAULTS: Final = (
     ),
     Fault(
         "moves.py",
-        "return Blend(BlendKind.RADIUS, Quantity(_number(radius), mm), native)",
-        "return Blend(BlendKind.RADIUS, Quantity(_number(radius), 1.0), native)",
+        "return Blend(BlendKind.RADIUS, ex.Quantity(radius, mm), native)",
+        "return Blend(BlendKind.RADIUS, ex.Quantity(radius, 1.0), native)",
         "zones in metres",
     ),
     Fault(
@@ -109,12 +107,6 @@ FAULTS: Final = (
         '("pose-product", (there, ex.Function("pose-inverse", (point,))))',
         '("pose-product", (point, ex.Function("pose-inverse", (there,))))',
         "PDispOn \\Rot the other way round",
-    ),
-    Fault(
-        "statements.py",
-        "self._plain(child) for child in children if",
-        "self._plain(child) for child in children[:1] if",
-        "CASE 1,2: only the first value",
     ),
     Fault(
         "statements.py",
@@ -158,14 +150,14 @@ FAULTS: Final = (
     ),
     Fault(
         "write_moves.py",
-        "{conc}{via}{self._position(target)},{self._speed(s)}",
-        "{conc}{self._position(target)},{via}{self._speed(s)}",
+        "{conc}{via}{self._position(target)},{how}",
+        "{conc}{self._position(target)},{via}{how}",
         "MoveC written with its points swapped",
     ),
     Fault(
         "write_moves.py",
-        'return f"{text}{self._work_object(s)};"',
-        'return f"{text};"',
+        '{self._tool(s)}{self._work_object(s)}"',
+        '{self._tool(s)}"',
         "work object dropped",
     ),
     Fault(

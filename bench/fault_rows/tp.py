@@ -160,12 +160,6 @@ FAULTS: Final = (
         '(("Tool_Offset", s.offset), ("Offset", s.tool_offset))',
         "Offset and Tool_Offset swapped",
     ),
-    Fault(
-        "write_moves.py",
-        '[*lines, f"C {self._position(s.via, s, lines)}    \\n{target}{tail}"]',
-        '[*lines, f"C {target}    \\n{self._position(s.via, s, lines)}{tail}"]',
-        "C written with its points swapped",
-    ),
     Fault("write_moves.py", "lines.append(self.select_frame(s.frame))", "pass", "UFRAME_NUM dropped"),
     Fault(
         "writer.py",
@@ -206,7 +200,6 @@ FAULTS: Final = (
         'yield "       ! ELSE"',
         "SELECT without its default",
     ),
-    Fault("writer.py", "self._blocks[-1] += 1", "pass", "ELSEIF leaves an ENDIF out"),
     Fault("writer.py", "self.rows += _comment_lines(comment)", "pass", "comments dropped"),
     Fault(
         "writer.py",
@@ -216,8 +209,8 @@ FAULTS: Final = (
     ),
     Fault(
         "writer.py",
-        '",".join(map(self._call_argument, s.arguments))',
-        '",".join(map(self._call_argument, reversed(s.arguments)))',
+        "map(self._call_argument, given)",
+        "map(self._call_argument, reversed(given))",
         "arguments of CALL swapped",
     ),
     Fault("__init__.py", 'name = "tp"', 'name = "tp"\n    newline = "\\n"', "line ends LF"),

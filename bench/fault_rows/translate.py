@@ -109,8 +109,8 @@ FAULTS: Final = (
     ),
     Fault(
         "current_position.py",
-        'target = Function("pose-relative-tool", (here, *values))',
-        'target = Function("pose-offset", (here, *values[:3]))',
+        'return ex.Function("pose-relative-tool", (here, *values))',
+        'return ex.Function("pose-offset", (here, *values[:3]))',
         "a move along the tool goes along the base",
     ),
     Fault(
@@ -163,12 +163,6 @@ FAULTS: Final = (
         "CRobT seen in the world, not in the last work object",
     ),
     Fault(
-        "modal_state.py",
-        "seen_in(tool, frame) if e == HERE",
-        'seen_in(tool, FrameRef("base")) if e == HERE',
-        "$POS_ACT seen in the world",
-    ),
-    Fault(
         "move_lowering.py",
         'changes["tool"] = tool_of(state)',
         'changes["tool"] = frame_of(state)',
@@ -209,12 +203,6 @@ FAULTS: Final = (
         "Jump(head.line, end, negated(head.condition), head.comment)",
         "Jump(head.line, end, head.condition, head.comment)",
         "WHILE as jumps: condition inverted",
-    ),
-    Fault(
-        "modal_state.py",
-        "Number(written * known / speed.value.scale)",
-        "Number(written / speed.value.scale)",
-        "override lost",
     ),
     Fault(
         "modal_state.py",
@@ -287,12 +275,6 @@ FAULTS: Final = (
     ),
     Fault(
         "frames.py",
-        "            if target is not s.target:",
-        "            if target is None:",
-        "one element of a frame set as a variable",
-    ),
-    Fault(
-        "frames.py",
         "if (kind, number) in written and",
         "if (kind, number) not in written and",
         "what a frame holds before it is set: lost",
@@ -315,18 +297,6 @@ FAULTS: Final = (
         "                self._set(caller, value, None)\n",
         "                pass\n",
         "a number that a routine changes counts as whole",
-    ),
-    Fault(
-        "schedules.py",
-        'work.lose(s, Fate.APPROXIMATED, "speed", says)',
-        'work.lose(s, Fate.EXACT, "speed", says)',
-        "speeds of the weld schedule count as exact",
-    ),
-    Fault(
-        "schedules.py",
-        " if (name := spelt.format(n)) not in taken]",
-        " if (name := spelt.format(n))]",
-        "two tasks with one number",
     ),
     Fault("blends.py", "if size < room:", "if size < 2 * room:", "URScript: blends that meet"),
     Fault(

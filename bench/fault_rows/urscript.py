@@ -46,11 +46,11 @@ FAULTS: Final = (
     Fault("builtins.py", '"pose_trans": "pose-product"', '"pose_trans": "pose-add"', "pose_trans adds"),
     Fault(
         "moves.py",
-        "return _STOP if radius.literal == 0.0 else Blend(BlendKind.RADIUS, radius)",
-        "return Blend(BlendKind.RADIUS, Quantity(radius.written, 0.001))",
+        "_STOP if radius.literal == 0.0 else Blend(BlendKind.RADIUS, radius)",
+        "Blend(BlendKind.RADIUS, Quantity(radius.written, 0.001))",
         "r in mm",
     ),
-    Fault("moves.py", 'if "r" not in arguments:', 'if "t" not in arguments:', "blend dropped"),
+    Fault("moves.py", 'arguments.get("r")', 'arguments.get("t")', "blend dropped"),
     Fault(
         "moves.py",
         "word, arguments, SpeedUnit.AXIS if joint else SpeedUnit.TRAVEL, defaults[1]",
