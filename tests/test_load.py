@@ -131,6 +131,13 @@ def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one
         ("count:=height+Sum(3,most);", "label:=pPick.trans.x;", "K108"),
         ("tool0\\WObj:=wobj0", "tool0\\WobjData:=wobj0", "K112"),
         ('TPWrite "part "', "TPWrite labell", "K101"),
+        ('TPWrite "part "\\Num:=count;', 'TPWrite "part "+count;', "K108"),
+        ("SetDO doGrip,1;", "IF busy AND count THEN\n        ENDIF", "K108"),
+        ("count:=height+Sum(3,most);", "busy:=count=1 OR count;", "K108"),
+        ("MoveJ pPick", "MoveJ pPick+100", "K108"),
+        ("VAR num height:=12.5;", "VAR num height;\n        VAR num rows{3};\n        height:=rows;", "K109"),
+        ("count:=height+Sum(3,most);", "ConfL Off;", "K112"),
+        ("VAR num height", "PERS num height", "K115"),
     ],
 )
 def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:
@@ -165,6 +172,15 @@ def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code:
         ("PTP XHOME", "PTP HEIGHT", "K108"),
         ("RETURN N + 1", "RETURN", "K108"),
         ("RETURN N + 1", "RETURN N > 1", "K108"),
+        ("RETURN N + 1", "N = 1", "K108"),
+        ("DONE = TRUE", "RETURN 5", "K108"),
+        ("REAL HEIGHT", "REAL HEIGHT=3", "K115"),
+        ("REAL HEIGHT", "REAL HEIGHT\nSTRING TEXT", "K101"),
+        ("REAL HEIGHT", "REAL HEIGHT\nDECL BOOLEAN OK", "K101"),
+        ("COUNT = 3", "IF BUSY THEN\nELSEIF COUNT==1 THEN\nENDIF", "K115"),
+        ("COUNT = 3", "$IN[3]=TRUE", "K115"),
+        ("PTP XHOME", "LIN XHOME C_PTP", "K115"),
+        ("PTP XHOME", "SPLINE\nLIN XHOME\nENDSPLINE", "K115"),
     ],
 )
 def test_each_mistake_in_krl_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:
@@ -218,6 +234,9 @@ ENDFCT
         ("IF PALLETS[1,1].FREE THEN", "IF I THEN", "K108"),
         ("DEFFCT BOOL READY()", "DEF READY()", "K112"),
         ("INT I\n", "INT I\nINT J=COUNTS[1]\n", "K107"),
+        ("COUNTS[1]=4", "COUNTS=4", "K109"),
+        ("INT I\n", "INT I\nFRAME F\nF={X 1,Y 2,S 2}\n", "K109"),
+        ("INT I\n", "INT I\nAXIS J\nJ={X 1}\n", "K109"),
     ],
 )
 def test_what_a_list_of_krl_declares_is_what_statements_may_name(

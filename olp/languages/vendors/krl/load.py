@@ -21,7 +21,7 @@ from olp.languages.vendors.krl.known_routines import FUNCTIONS, KNOWN_ROUTINES
 from olp.languages.vendors.krl.neighbours import stem
 
 _TOKEN: Final = re.compile(
-    r"(?P<text>\"[^\"]*\"?|'[^']*'?)|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+)|(?P<word>[$A-Za-z_][\w$]*)"
+    r"(?P<text>\"[^\"]*\"?|'[^']*'?)|(?P<number>(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)|(?P<word>[$A-Za-z_][\w$]*)"
     r"|(?P<sign>==|<>|<=|>=|[-+*/=<>(){}\[\],:.#&?!^])|(?P<odd>\S)"
 )
 _LONGEST: Final = 24  # characters of a name
@@ -132,6 +132,7 @@ class File:
     enums: dict[str, set[str]] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)  # names in statements, in small letters
     computed: list[Name] = field(default_factory=list)  # declared with a value that is no constant
+    valued: list[Name] = field(default_factory=list)  # declared with a value
 
 
 _POSE: Final = dict.fromkeys(("x", "y", "z", "a", "b", "c"), "real")
@@ -188,6 +189,11 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     beside = [file for one, file in files[1:] if stem(one.path) == mine and file.list_name is not None]
     _characters(found)
     _heads(found, own, mine)
+    inside = {name.span for routine in own.routines for name, _ in routine.names}
+    for name in own.valued:
+        if name.span in inside:
+            help = "set it in a statement, or declare it in the list"
+            found.tell("K115", f"{name.text} gets a value where a routine declares it", name.span, help)
     shared: dict[str, str] = {}
     for _, file in files:
         for name, kind in file.names:
@@ -330,7 +336,7 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
             else:
                 file.members[name[0].casefold()] = _components(rest)
         return []
-    explicit = re.search(r"\b(?:DECL|CONST)\b", match["head"], re.IGNORECASE) or kind in _TYPES
+    explicit = re.search(r"\b(?:DECL|CONST)\b", match["head"], re.IGNORECASE) or kind in _TYPES | _FOREIGN
     if not explicit or kind in _WORDS - _IN_PLACE:
         return None
     found = []
@@ -340,8 +346,11 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
             found.append((Name(name[1], _span(line, number, name[1])), kind + _indices(name[2])))
             if "const" in match["head"].casefold():
                 file.constants.add(name[1].casefold())
-            if _COMPUTED.match(part[name.end() :]):
+            value = part[name.end() :].strip()
+            if _COMPUTED.match(value):
                 file.computed.append(found[-1][0])
+            if value.startswith("="):
+                file.valued.append(found[-1][0])
     return found
 
 
@@ -444,13 +453,49 @@ def _routine(
             help = f"declare it below {routine.kind}: DECL REAL {parameter.text}"
             found.tell("K101", f"the parameter {parameter.text} has no type", parameter.span, help)
     scope = _KrlScope(local | set(lists), set(shared), routines, kinds, structures, routine)
+    in_spline = ""
     for number, code in routine.body:
+        word = code.split(None, 1)[0].upper()
+        in_spline = word if word in ("SPLINE", "PTP_SPLINE") else "" if word in _SPLINE_ENDS else in_spline
+        _placed(found, number, code, word, in_spline)
         _line(found, number, code, scope)
+    if routine.kind == "DEFFCT" and not any(re.match(r"RETURN\b", c, re.IGNORECASE) for _, c in routine.body):
+        found.tell("K108", f"{routine.name.text} is a DEFFCT and returns nothing", routine.name.span)
+
+
+_SPLINE_ENDS: Final = ("ENDSPLINE", "END_SPLINE")
+_OLD_MOVES: Final = ("PTP", "LIN", "CIRC", "PTP_REL", "LIN_REL", "CIRC_REL")
+
+
+def _placed(found: LoadFindings, number: int, code: str, word: str, in_spline: str) -> None:
+    """Words that may not stand where they do."""
+    if in_spline and word in _OLD_MOVES:
+        says, help = f"{word} within {in_spline}", f"write S{word}, or SPL"
+    elif word == "ELSEIF":
+        says, help = "KRL has no ELSEIF", "write ELSE and IF … ENDIF"
+    elif word in ("LIN", "CIRC", "LIN_REL", "CIRC_REL") and re.search(r"\bC_PTP\b", code, re.IGNORECASE):
+        says, help = f"C_PTP belongs to PTP, not to {word}", "write C_DIS, C_VEL or C_ORI"
+    elif match := re.match(r"(\$IN(?:GRP)?\s*\[[^\]]*\]|\$ANIN\s*\[[^\]]*\])\s*=(?!=)", code, re.IGNORECASE):
+        says, help = f"{match[1]} is an input and cannot be set", "set an output: $OUT[n]"
+    else:
+        return
+    line = found.source.line(number)
+    begin = len(line) - len(line.lstrip()) + 1
+    found.tell("K115", says, Span(number, begin, begin + len(word)), help)
+
+
+# Types of other languages, which no cell declares.
+_FOREIGN: Final = frozenset(
+    ("string", "integer", "double", "float", "boolean", "num", "byte", "word", "long")
+)
 
 
 def _type(found: LoadFindings, name: Name, kind: str, types: set[str]) -> None:
     bare = kind.partition("[")[0]
-    if bare not in types and bare != "signal" and bare[-2:] != "_t":
+    if bare in _FOREIGN - types:
+        help = "KRL has INT, REAL, BOOL, CHAR and CHAR[]"
+        found.tell("K101", f"KRL has no type {bare.upper()}", name.span, help)
+    elif bare not in types and bare != "signal" and bare[-2:] != "_t":
         found.unknown.append((bare.upper(), name.span, "the type"))
 
 
@@ -480,6 +525,7 @@ def _line(found: LoadFindings, number: int, code: str, scope: _KrlScope) -> None
         return  # the reader knows the labels
     _types(found, number, tokens, scope)
     _constants(found, number, tokens, scope)
+    _aggregates(found, number, tokens, scope)
     for i, token in enumerate(tokens):
         kind, text, _ = token
         key = text.casefold()
@@ -541,7 +587,7 @@ def _part(
                 found.tell("K109", says, _at(number, name))
                 return
             at = end
-        elif bracket and at + 1 < len(tokens) and tokens[at + 1][1] == ".":
+        elif bracket and (at + 1 == len(tokens) or tokens[at + 1][1] != "["):
             found.tell("K109", f"{name[1]} is declared with indices, and none are given", _at(number, name))
             return
         known = structures.members.get(bare)
@@ -604,6 +650,8 @@ def _types(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlSc
         _condition(found, number, tokens[2:], scope)
     elif head == "wait":
         _fits(found, number, "real", tokens[2:], scope, "WAIT SEC takes a")
+    elif head == "return" and scope.routine.kind == "DEF" and len(tokens) > 1:
+        found.tell("K108", "only a DEFFCT returns a value", _at(number, tokens[1]))
     elif head == "return":
         result, says = scope.routine.result, f"{scope.routine.name.text} returns"
         _fits(found, number, result, tokens[1:], scope, says)
@@ -726,6 +774,24 @@ def _named(tokens: list[_Token], scope: _KrlScope) -> str:
 
 def _depth(tokens: list[_Token], at: int) -> int:
     return sum((t[1] in "([{") - (t[1] in ")]}") for t in tokens[:at])
+
+
+def _aggregates(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlScope) -> None:
+    """`NAME = {X 1, S 2}`: whether the structure of the name has the components."""
+    sign = next((i for i, t in enumerate(tokens) if t[1] == "="), 0)
+    if not sign or tokens[sign + 1 : sign + 2] == [] or tokens[sign + 1][1] != "{":
+        return
+    known = scope.structures.members.get(_kind_of(tokens[:sign], scope))
+    part = tokens[sign + 1 :]
+    if known is None or any(t[1] == ":" for t in part):
+        return
+    for i in range(1, len(part)):
+        name = part[i]
+        begins = part[i - 1][1] in ("{", ",") and _depth(part, i) == 1 and name[0] == "word"
+        if begins and name[1].casefold() not in known:
+            kind = _kind_of(tokens[:sign], scope).upper()
+            help = f"one of {', '.join(one.upper() for one in list(known)[:_SHOWN])}"
+            found.tell("K109", f"{kind} has no component {name[1]}", _at(number, name), help)
 
 
 def _constants(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlScope) -> None:

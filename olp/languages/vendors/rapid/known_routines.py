@@ -187,6 +187,9 @@ _TEXT_SIGNATURES: Final = """
     - stopmove
     - startmove
     - exitcycle
+    - confj | on off
+    - confl | on off
+    - singarea | wrist lockaxis4 off
     - tperase
     - tpshow ?
     - tpwrite string | num bool pos orient dnum

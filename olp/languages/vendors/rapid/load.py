@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, NamedTuple
@@ -496,6 +496,10 @@ def _routine(found: LoadFindings, shared: _SharedNames, routine: RapidRoutine) -
     for token in routine.late:
         help = "data of a routine are declared before its first statement"
         found.tell("K106", "a declaration behind a statement", token.span, help)
+    for d in routine.data:
+        if d.kind == "pers":
+            help = "declare it in the module, or write VAR"
+            found.tell("K115", "a routine declares no PERS", d.name.span, help)
     local = {d.name.key: d for d in (*routine.parameters, *routine.data)}
     for d in (*routine.parameters, *routine.data):
         if d.type not in shared.types and d.type != "switch":
@@ -564,6 +568,8 @@ def _statement(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list
             found.tell(
                 "K108", f"{s[1].text} is {given}, and no condition", s[1].span, "compare it with a value"
             )
+    elif head in ("if", "elseif", "while"):
+        _operators(found, shared, scope, s[1:])
     elif (
         s[0].kind == "word"
         and head not in _BLOCKS
@@ -619,6 +625,48 @@ def _assignment(
         else:
             given = _type_of(right, shared, scope.local)
             _match(found, shared, one.type, given, right[0].span, f"{target.text} is {one.type}")
+            _whole_array(found, shared, scope, right)
+    if right:
+        _operators(found, shared, scope, right)
+
+
+def _whole_array(found: LoadFindings, shared: _SharedNames, scope: _Scope, given: list[RapidToken]) -> None:
+    """The name of an array where one element is taken."""
+    one = scope.local.get(given[0].key) or shared.data.get(given[0].key)
+    if len(given) == 1 and one is not None and one.array:
+        says = f"{given[0].text} is declared with indices, and none are given"
+        found.tell("K109", says, given[0].span, f"write {given[0].text}{{1}} for its first element")
+
+
+def _operators(found: LoadFindings, shared: _SharedNames, scope: _Scope, given: list[RapidToken]) -> None:
+    """Operands of AND, OR, XOR and NOT that are no bool; + with values that it does not add."""
+    places = [i for i, t in enumerate(given) if not _depth(given, i)]
+    if any(given[i].key in _LOGIC for i in places):
+        for operand in _between(given, lambda t: t.key in _LOGIC):
+            type_ = _type_of(operand, shared, scope.local)
+            if type_ in ("num", "dnum", "string", "robtarget", "jointtarget"):
+                says = f"{operand[0].text} is {type_}, and no condition"
+                found.tell("K108", says, operand[0].span, "compare it with a value")
+    elif any(given[i].text == "+" for i in places) and not any(given[i].text in _TRUTHS for i in places):
+        operands = _between(given, lambda t: t.text == "+")
+        types = [_type_of(operand, shared, scope.local) for operand in operands]
+        for operand, type_ in zip(operands, types, strict=True):
+            if type_ in ("bool", "robtarget", "jointtarget", "pose") and len(operands) > 1:
+                found.tell("K108", f"{operand[0].text} is {type_}, which + does not add", operand[0].span)
+            elif type_ in ("num", "dnum") and "string" in types:
+                says = f"{operand[0].text} is {type_}, and + joins texts"
+                found.tell("K108", says, operand[0].span, "write NumToStr, or an argument as \\Num:=")
+
+
+def _between(tokens: list[RapidToken], is_sign: Callable[[RapidToken], bool]) -> list[list[RapidToken]]:
+    """What stands between the signs that no bracket holds."""
+    found: list[list[RapidToken]] = [[]]
+    for i, token in enumerate(tokens):
+        if is_sign(token) and not _depth(tokens, i):
+            found.append([])
+        else:
+            found[-1].append(token)
+    return [one for one in found if one]
 
 
 def _call(
@@ -656,6 +704,7 @@ def _given(
     for type_, tokens in zip(wanted.takes, given, strict=False):
         is_type = _type_of(tokens, shared, scope.local)
         _match(found, shared, type_, is_type, tokens[0].span, f"{name.text} takes a {type_} here")
+        _operators(found, shared, scope, tokens)
         if not is_type and type_ in _SIMPLE and len(tokens) == 1 and tokens[0].kind == "word":
             _argument(found, shared, scope, tokens[0], type_)
     for option in options:
