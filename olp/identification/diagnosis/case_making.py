@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
+from olp.runtime.folder import DEFAULT_ZONES
 from olp.timing.accelerations import MotionLimits, constant_axes
 from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import EACH, Motion, MoveCorners
@@ -456,9 +457,7 @@ def _blends(recording: Recording, notes: list[str]) -> Floats:
         return blend
     zones = robot.blend_zones if robot is not None else None
     if zones is None:
-        from olp.robots.robot import load_robot
-
-        zones = load_robot("yaskawa/ma2010").blend_zones or ()
+        zones = DEFAULT_ZONES
         notes.append("position levels without a robot: the zones of a Yaskawa MA2010 are assumed")
     table = np.array([0.0, *zones])
     return np.where(tagged, table[np.clip(moves.level, 0, len(table) - 1)], blend)

@@ -20,6 +20,7 @@ from olp.ir import program as st
 from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointTable, written_poses
 from olp.languages.vendor import find_vendor, maker_of, probe_language, vendor_names
+from olp.runtime.folder import DEFAULT_ZONES
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
@@ -187,11 +188,7 @@ def _in_order(
 
 def _zones(robot: Robot | None) -> tuple[float, ...]:
     """[m] of PL = 1..8; those of a common arm where the robot's are not known."""
-    if robot is not None and robot.blend_zones is not None:
-        return robot.blend_zones
-    from olp.robots.robot import load_robot
-
-    return load_robot("yaskawa/ma2010").blend_zones or ()
+    return DEFAULT_ZONES if robot is None or robot.blend_zones is None else robot.blend_zones
 
 
 def _points(writer: _Writer, recording: Recording, tool: int) -> PointTable:
