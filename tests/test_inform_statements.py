@@ -653,6 +653,8 @@ def test_a_statement_knows_its_line() -> None:
         "MUL P004 (3) 2",
         "DIV LP001 (1) D000",
         "SPEED V=138.0 VE=20.0",
+        "PULSE OG#(1) B000 T=0.30",
+        "PULSE OT#(1) OT#(2)",
     ],
 )
 def test_legal_forms_that_are_not_modelled_are_kept_and_told(text: str) -> None:

@@ -242,3 +242,14 @@ def test_a_call_with_words_for_arguments_is_kept():
     text = listing("CALL USER(Basic1,Nr1 Service,ProgNr=31, , ,S-Point=31)")
     assert codes(text) == ["P521"]
     assert read(text).routines[0].body[0].text == "CALL USER(Basic1,Nr1 Service,ProgNr=31, , ,S-Point=31)"
+
+
+def test_instructions_of_options_are_no_macros_and_pallet_moves_are_told_with_a_warning():
+    text = listing("PALLETIZING-B_3", "J PAL_3[A_1] 50% CNT30", "L PAL_3[BTM] 100mm/sec FINE", "PALLETIZING-END_3",
+                   "Touch Offset PR[1]", "Touch Offset End", "Search End", "Track End")  # fmt: skip
+    program = read(text)
+    assert {s.text for s in program.routines[0].body} >= {"PALLETIZING-END_3", "L PAL_3[BTM] 100mm/sec FINE"}
+    assert not [one for one in program.diagnostics if one.is_error or one.code == "P522"]
+    assert [one.severity.name for one in program.diagnostics if "PALLETIZING" in one.message].count(
+        "WARNING"
+    ) == 1

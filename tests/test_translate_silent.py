@@ -2287,3 +2287,24 @@ def test_a_loop_that_asks_at_its_end_waits_as_long_as_a_jump(target):
     here, there = read(text, "pdl2").plan(), run_elsewhere(text, "pdl2", target)
     assert [step.duration for step in here.steps()] == pytest.approx([0.1])
     assert [step.duration for step in there.steps()] == pytest.approx([0.1])
+
+
+# --- TP's registers ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "inform", "urscript"])
+def test_a_component_by_a_computed_number_is_left_out_with_what_needs_it(target):
+    text = tp("PR[1]=P[1]", "R[2]=3", "PR[1,R[2]]=R[1]+5", "L PR[1] 100mm/sec FINE")
+    made = converted(text, "tp", target)
+    assert {loss.says for loss in made.translated.losses if loss.leaves_out} >= {
+        "an element of a position by a computed number"
+    }
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_a_frame_that_is_a_sum_of_registers_gets_the_sum(target):
+    rows = [f"PR[{n},{at}]={value}" for n in (1, 2) for at, value in enumerate((10 * n, 5, 0, 0, 0, 0), 1)]
+    rows += ["UFRAME[1]=PR[1]+PR[2]", "UFRAME_NUM[GP1]=1", "UTOOL_NUM[GP1]=1", "PR[3]=PR[1]-PR[1]"]
+    made = run_elsewhere(tp(*rows, "L PR[3] 100mm/sec FINE"), "tp", target)
+    there = made.positions.position[made.moves.target]
+    np.testing.assert_allclose(there, [[0.03, 0.01, 0.0]], atol=2e-6)

@@ -467,12 +467,16 @@ class _Sums:
         if type(s) is not st.Assign or type(s.value) is not ex.Binary or s.value.operator not in ("+", "-"):
             return [s]
         kind = kind or kind_of_value(self.symbols, routine, s.target)
+        if type(s.target) is ex.FrameRef:  # a tool or a frame by its number gets the sum as a whole
+            rows: list[st.Statement] = []
+            whole = self._place(s.value, s, "position", routine, rows)
+            return [*rows, replace(s, value=whole)]
         if kind not in ("position", "joints") or isinstance(s.target, ex.Member):
             return [s]
         sign, left, right = s.value.operator, s.value.left, s.value.right
         if sign == "-" and left == right:
             return [replace(s, value=ex.PositionLiteral("joint" if kind == "joints" else "pose", (0.0,) * 6))]
-        rows: list[st.Statement] = []
+        rows = []
         first, second = (self._place(e, s, kind, routine, rows) for e in (left, right))
         if left != s.target:
             rows.append(st.Assign(s.line, s.target, first, s.comment))

@@ -510,7 +510,8 @@ def _compare_blends(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
     off = abs((0.0 if math.isnan(x) else x) - (0.0 if math.isnan(y) else y))
     result.worst_blend = max(result.worst_blend, off)
     if off > rules.tolerances.blend or a.exact is not b.exact:
-        result.differ(a, b, "blend", f"blends of {x / mm:g} mm and {y / mm:g} mm")
+        one, other = ("unknown size" if math.isnan(size) else f"{size / mm:g} mm" for size in (x, y))
+        result.differ(a, b, "blend", f"blends of {one} and {other}")
 
 
 def _distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:

@@ -412,14 +412,7 @@ def runs_of(
     first += [plan_of(left, robots[0], inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
     further = [plan_of(one, robots[0], None, None, plain) for one in others]
     target = robots[1] or robots[0]
-    try:
-        with _read_again(converted, vendor, target, source) as (written, again):
-            there = [again({}, _MOST_STEPS, MadeUp())]
-            there += [again(inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
-            there += [again({}, _MOST_STEPS, MadeUp(), start) for start in starts]
-            origins = origins_of(converted.translated.program, map(shown_at_ends, written))
-    except OlpError:
-        return PlanRuns(tuple(first), (None,) * len(first))
+    reading: list[PlanAgain] = []  # what runs the translation, as long as its files are there
 
     def both(
         program: Program, start: str, here: MadeUp, those: Callable[[], MadeUp]
@@ -429,14 +422,26 @@ def runs_of(
             return None, None
         # What the source comes to the end of, the translation has to end, too: its waits may be loops that ask.
         most = _MOST_MADE_UP if any(d.code in CUT_SHORT for d in plan.diagnostics) else _MOST_STEPS
+        if reading:
+            return plan, reading[0]({}, most, those(), start)
         with _read_again(converted, vendor, target, source) as (_, again):
             return plan, again({}, most, those(), start)
 
-    made_up = [
-        run
-        for program, start in zip((left, *others), ("", *starts), strict=True)
-        for run in unknown.runs(partial(both, program, start), plain.asked)
-    ]
+    try:
+        with _read_again(converted, vendor, target, source) as (written, again):
+            there = [again({}, _MOST_STEPS, MadeUp())]
+            there += [again(inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
+            there += [again({}, _MOST_STEPS, MadeUp(), start) for start in starts]
+            origins = origins_of(converted.translated.program, map(shown_at_ends, written))
+            reading.append(again)
+            made_up = [
+                run
+                for program, start in zip((left, *others), ("", *starts), strict=True)
+                for run in unknown.runs(partial(both, program, start), plain.asked)
+            ]
+            reading.clear()
+    except OlpError:
+        return PlanRuns(tuple(first), (None,) * len(first))
     labels = (*("" for _ in first), *starts)
     return PlanRuns((*first, *further), tuple(there), origins, tuple(made_up), labels)
 

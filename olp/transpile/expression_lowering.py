@@ -26,6 +26,7 @@ from olp.transpile.move_lowering import Points, carried_systems, framed_shift, h
 from olp.transpile.occurrences import with_rows
 from olp.transpile.symbols import STORED
 
+_COMPUTED_ELEMENT: Final = "an element of a position by a computed number"
 LETTERS: Final = {
     ex.Store.BYTE: "B",
     ex.Store.INTEGER: "I",
@@ -361,6 +362,9 @@ class _Lift:
         self.line = s.line
         if type(s) is st.Move:
             return lifted_move(self.points, routine, s, self.value)
+        if not calls_nothing(s) and any(map(_is_computed_element, expressions_of(s))):
+            self.work.lose(s, Fate.REFUSED, "element", _COMPUTED_ELEMENT)
+            return [s]
         match s:
             case st.Update():
                 return self._update(s)
@@ -495,9 +499,7 @@ class _Lift:
             self.work.lose(self.line, Fate.REFUSED, "statement", says)
             return e, 1
         if not isinstance(e.index, ex.Number) or not 1 <= int(e.index.value) <= len(_ELEMENTS):
-            self.work.lose(
-                self.line, Fate.REFUSED, "element", "an element of a position by a computed number"
-            )
+            self.work.lose(self.line, Fate.REFUSED, "element", _COMPUTED_ELEMENT)
             return e, 1
         at = int(e.index.value) - 1
         inner: Any = e.variable
@@ -514,6 +516,11 @@ def _owner(e: Any) -> ex.Named | None:
     """The name of a position, or of the array that it is in."""
     base = e.base if isinstance(e, ex.Item) else e
     return base if isinstance(base, ex.Named) else None
+
+
+def _is_computed_element(e: ex.Expression) -> bool:
+    """Whether this is a component of a numbered position whose own number is computed."""
+    return isinstance(e, ex.Item) and isinstance(e.base, ex.Variable) and e.base.store in ex.POSITION_STORES
 
 
 def _is_position(e: ex.Expression | None) -> bool:

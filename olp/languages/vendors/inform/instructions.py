@@ -150,7 +150,8 @@ _LONG_NUMBER = re.compile(r"\d{19,}")
 _STRING = re.compile(r'"[^"]*"')
 # Legal forms of known words: jobs and labels by a number, speeds of external axes, single elements of a position.
 _UNMODELLED: Final = re.compile(
-    r"\s*(?:(?:CALL|JUMP)\s+(?:IGH?#|L?[BID]\d)|SPEED\s[^'/]*\bVE=|(?:ADD|SUB|MUL|DIV)\s+L?(?:P|BP|EX)\d+\s*\()"
+    r"\s*(?:(?:CALL|JUMP)\s+(?:IGH?#|L?[BID]\d)|SPEED\s[^'/]*\bVE=|(?:ADD|SUB|MUL|DIV)\s+L?(?:P|BP|EX)\d+\s*\("
+    r"|PULSE\s+O(?:T|GH?)#\([^()]*\)\s+(?:L?[BID]\d|O))"  # of the group's signals that a value says, or of several
 )
 _MOST_SUGGESTED = 50  # unknown words that are compared with all known ones
 _MOST_CACHED = 50_000

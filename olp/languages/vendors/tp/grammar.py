@@ -102,7 +102,7 @@ class TpInstructionRules(TpMoveRules, BlockWords):
 
     def select_frame(self, children: list[Any]) -> st.Statement:
         word, number = children
-        if word == "UTOOL_NUM":
+        if word.startswith("UTOOL_NUM"):
             return st.SetTool(0, ex.FrameRef("tool", number))
         return st.SetFrame(0, BASE if number == ex.Number(0) else ex.FrameRef("user", number))
 

@@ -408,6 +408,12 @@ _ODD_CALL = re.compile(r"CALL\s+[A-Za-z_]\w*\s*\(.*\)")
 _EDGE_WAIT = re.compile(r"(WAIT\s+[A-Z]{2}\[[^\]]*\]\s*=\s*)(ON\+|OFF-)")
 _EDGE = re.compile(r"\b(?:ON\+|OFF-)")
 _MOTION = re.compile(r"[JLCAS]\s+P")
+# Instructions of options that stand alone, as macros do: palletizing, touch sensing, seam tracking, multi-pass.
+_OPTION: Final = re.compile(
+    r"PALLETIZING-|(?:TOUCH|SEARCH|TRACK|MP|RPM|RTPM|SENSOR)\b|SENSOR_O|FOLLOW UP|STOP_TRACKING|CLEAR_RESUME_PROG",
+    re.IGNORECASE,
+)
+_PALLET_MOVE: Final = re.compile(r"[JL]\s+PAL_\d{1,2}\s*\[")
 _OPERATORS = "+-*/("
 _MOST_OPERATORS = 200
 _MOST_CHARACTERS = 4096
@@ -500,10 +506,12 @@ class TpLineParser:
             return self._opaque(text, number, "waiting for an edge of a signal")
         if _ODD_CALL.fullmatch(text):
             return self._opaque(text, number, "a call with other arguments than values")
+        if _PALLET_MOVE.match(text):
+            return self._opaque(text, number, "a move of PALLETIZING", Severity.WARNING)
         if word in _KNOWN or _MOTION.match(text):
             self._report(problem, number, text)
             return ()
-        macro = _MACRO.fullmatch(text)
+        macro = None if _OPTION.match(text) else _MACRO.fullmatch(text)
         if macro is None:
             return self._opaque(text, number, word or text[:20])
         return self._macro(macro, number, text)
@@ -525,11 +533,11 @@ class TpLineParser:
         self._findings.once(Severity.INFO, "P522", name, message, self._span(number), help)
         return ((st.Call, values_of(replace(call, routine=name, spelling="macro"))),)
 
-    def _opaque(self, text: str, number: int, what: str) -> _Template:
+    def _opaque(self, text: str, number: int, what: str, severity: Severity = Severity.INFO) -> _Template:
         self._kinds[number - 1] = st.LineKind.OPAQUE
         message = f"{what[:40]} is kept but not modelled"
         help = "its effect on the time is unknown"
-        self._findings.once(Severity.INFO, "P521", what, message, self._span(number), help)
+        self._findings.once(severity, "P521", what, message, self._span(number), help)
         return ((st.Opaque, (text,)),)
 
     # --- what is wrong ----------------------------------------------------------------------------------
