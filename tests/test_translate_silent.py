@@ -969,6 +969,47 @@ def test_a_routine_of_the_maker_that_moves_nothing_is_a_comment():
     assert "! not translated: SET_CD_PARAMS(0)" in text
 
 
+@pytest.mark.parametrize("target", ["krl", "inform"])
+def test_the_time_of_a_move_that_goes_nowhere_is_told_where_it_is_lost(target):
+    text = module("MoveJ p1,v100,fine,tool0;", "MoveL p1,v100\\T:=3,fine,tool0;", data=TARGETS)
+    assert any(
+        "takes 3 s for it: here it takes no time" in loss.says for loss in losses(text, "rapid", target)
+    )
+    assert not any("takes 3 s" in loss.says for loss in losses(text, "rapid", "tp"))
+
+
+def test_a_turned_target_of_a_joint_move_leaves_the_arm_to_kuka():
+    told = {
+        loss.line
+        for loss in losses(
+            module(
+                "MoveJ RelTool(p1,0,0,-50),v100,fine,tool0;",
+                "MoveJ Offs(p1,0,0,50),v100,fine,tool0;",
+                data=TARGETS,
+            ),
+            "rapid",
+            "krl",
+        )
+        if "arm configuration is left to the controller" in loss.says
+    }
+    assert told == {6}
+
+
+@pytest.mark.parametrize("target", ["inform", "tp", "urscript"])
+@pytest.mark.parametrize(
+    ("call", "refused_there"), [("grow x;", True), ("add_to x,x;", True), ("add_to x,y;", False)]
+)
+def test_a_variable_that_a_routine_reaches_in_two_ways_is_no_copy(target, call, refused_there):
+    text = (
+        "MODULE M\r\nVAR num x:=1;\r\nVAR num y:=1;\r\nPROC main()\r\n" + call + "\r\nENDPROC\r\n"
+        "PROC grow(INOUT num a)\r\nx:=x+1;\r\na:=a+x;\r\nENDPROC\r\n"
+        "PROC add_to(INOUT num a,INOUT num b)\r\na:=a+1;\r\nb:=b+a;\r\nENDPROC\r\nENDMODULE\r\n"
+    )
+    said = [loss for loss in losses(text, "rapid", target) if "reaches x in another way" in loss.says]
+    assert bool(said) is refused_there
+    assert not [loss for loss in losses(text, "rapid", "krl") if "in another way" in loss.says]
+
+
 # --- comments about routines --------------------------------------------------------------------------------
 
 KRL_REMARKS = (

@@ -182,6 +182,7 @@ class Limits:
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
     for_counts_whole: bool = False  # FOR counts with integers alone
     has_configuration: bool = True  # a pose can say how the arm stands
+    products_forget_flags: bool = False  # a product of poses has the arm flags of its last factor
     speed_steps: Mapping[SpeedUnit, float] = field(default_factory=dict)  # the finest that is written, SI
     speed_ranges: Mapping[SpeedUnit, Range] = field(default_factory=dict)  # what is taken, SI
     largest_turning: float = inf  # that a move can bound its turning to [rad/s]

@@ -8,10 +8,10 @@ from typing import Final
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
-from olp.ir.transformer import expressions_of, mapped
+from olp.ir.transformer import expressions_of, mapped, note_names
 from olp.transpile.constant_folding import paired
-from olp.transpile.context import TranslationContext
-from olp.transpile.symbols import Symbols, symbols_of
+from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 PLACES: Final = ("joints", "tool", "frame", "position")
 TARGET: Final = "target"  # of a joint move, which goes to axis values or to a pose
@@ -112,6 +112,7 @@ def references(program: st.Program, work: TranslationContext) -> st.Program:
         foreign = work.source.vendor != work.target
         return _by_value(program) if foreign and _hands_values(program) else program
     program = _by_value(program)
+    _tell_aliases(program, work)
     return _in_variables(_returned(program), work) if work.limits.returned_parameters else program
 
 
@@ -241,6 +242,54 @@ def _in_variables(program: st.Program, work: TranslationContext) -> st.Program:
         for r in bodies
     ]
     return replace(program, routines=tuple(made), data=(*program.data, *data))
+
+
+def _tell_aliases(program: st.Program, work: TranslationContext) -> None:
+    """Refuses calls whose routine also reaches by its name what they hand over to be changed: it gets a copy."""
+    routines = {r.name.casefold(): r for r in program.routines}
+    changing = {name for name, r in routines.items() if any(p.by_reference for p in r.parameters)}
+    named: dict[str, set[str]] = {}
+    for routine in program.routines if changing else ():
+        for s in routine.body:
+            calls: list[st.Call | ex.CallValue] = [s] if isinstance(s, st.Call) else []
+            calls += [e for e in expressions_of(s) if isinstance(e, ex.CallValue)]
+            for call in calls:
+                name = call.routine.casefold()
+                if name not in changing:
+                    continue
+                if name not in named:
+                    named[name] = _names_within(name, routines)
+                given = paired(routines[name].parameters, call.arguments)
+                references = {p.name for p in routines[name].parameters if p.by_reference}
+                places = [e for p, e in given if p in references and base_of(e) is not None]
+                shared = named[name] - _own_names(routine)
+                for one in places:
+                    base = base_of(one)
+                    if base is not None and (base.name in shared or places.count(one) > 1):
+                        says = f"{call.routine} reaches {base.name} in another way, too: there it gets a copy of it"
+                        work.lose(s, Fate.REFUSED, "argument", says)
+                        break
+
+
+def _names_within(name: str, routines: Mapping[str, st.Routine]) -> set[str]:
+    """The variables of the program that a routine, and what it calls, names."""
+    found: set[str] = set()
+    for one in {name, *_reached_from(name, routines)}:
+        routine = routines.get(one)
+        if routine is None:
+            continue
+        names: set[str] = set()
+        for s in routine.body:
+            for e in expressions_of(s):
+                note_names(e, names)
+        found |= names - _own_names(routine)
+    return found
+
+
+def _own_names(routine: st.Routine) -> set[str]:
+    return {p.name for p in routine.parameters} | {
+        s.name for s in (*routine.data, *routine.body) if isinstance(s, st.Declare)
+    }
 
 
 def _may_be_variables(r: st.Routine) -> bool:

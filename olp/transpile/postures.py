@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Set
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -388,10 +388,18 @@ def configurations(program: Program, work: TranslationContext) -> Program:
 
     Each other joint move that led to a pose with flags is a loss.
     """
-    if work.limits.has_configuration or not any(e.configuration for e in work.literals(program)):
+    limits = work.limits
+    kept = limits.has_configuration and not limits.products_forget_flags
+    if kept or not any(e.configuration for e in work.literals(program)):
         return program
     symbols = work.symbols(program)
     carriers = carriers_of_flags(program)
+    if limits.has_configuration:
+        for routine in program.routines:
+            for s in routine.body:
+                if _forgets_flags(s, carriers) and takes_flags(s, routine.name, symbols, carriers):
+                    work.lose(s, Fate.APPROXIMATED, "configuration", NEAREST)
+        return program
     routines = []
     for routine in program.routines:
         rows: list[Statement] = []
@@ -410,6 +418,21 @@ def configurations(program: Program, work: TranslationContext) -> Program:
         )
     data = tuple(mapped(d, _without) for d in program.data)
     return replace(program, data=data, routines=tuple(routines))
+
+
+def _forgets_flags(s: Statement, carriers: Set[str]) -> TypeGuard[Move]:
+    """Whether a joint move leads to a product of poses, whose last factor has no flags."""
+    if type(s) is not Move or s.path is not Path.JOINT:
+        return False
+    target = s.targets[0]
+    if type(target) is not ex.Function or target.name not in ("pose-product", "pose-relative-tool"):
+        return False
+    last = target.arguments[-1]
+    return not any(
+        (isinstance(e, ex.Named) and e.name in carriers)
+        or (isinstance(e, ex.PositionLiteral) and bool(e.configuration))
+        for e in expressions_of(last)
+    )
 
 
 def _near(s: Move, work: TranslationContext) -> Move:

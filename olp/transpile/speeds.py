@@ -259,7 +259,10 @@ class _Speeds:
         if unit is st.SpeedUnit.FRACTION:
             guess = min(max(guess, _LEAST), _MOST)
         executed = list(self.rows.of(s))
-        if executed and not any(map(moves_at_all, executed)):
+        if executed and not any(map(moves_at_all, executed)) and speed.unit is st.SpeedUnit.TIME:
+            says = f"the move goes nowhere in this run, and takes {value:g} s for it: here it takes no time"
+            self.work.lose(s, Fate.APPROXIMATED, "speed", says, value, "s")
+        elif executed and not any(map(moves_at_all, executed)):
             says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
             self.work.note_at(s, says)
         else:

@@ -23,6 +23,7 @@ _WORDS: Final = """
 RESERVED: Final = frozenset(_WORDS.split())
 
 LIMITS: Final = Limits(
+    products_forget_flags=True,  # POS:FRAME is a FRAME
     joint_lines=False,
     routine_name=24,
     variable_name=24,
