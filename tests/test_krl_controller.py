@@ -182,7 +182,13 @@ def test_channels_are_calls_and_the_states_that_they_set_are_handed_over(target)
 
 
 @pytest.mark.parametrize(
-    "row", ["P00(#EXT_PGNO,#PGNO_GET,DMY[],0)", "H50(2)", 'MsgDialog(N,"Go on?","CELL",,"Yes","No")']
+    "row",
+    [
+        "P00(#EXT_PGNO,#PGNO_GET,DMY[],0)",
+        "H50(2)",
+        'MsgDialog(N,"Go on?","CELL",,"Yes","No")',
+        "ArcMainNG(#ArcOnBeforeMoveStd,N,N)",
+    ],
 )
 def test_routines_of_options_are_called_by_their_names(row):
     losses = converted(krl("DECL INT N", row), "krl", "rapid").translated.losses

@@ -702,3 +702,9 @@ def test_a_zone_whose_finep_is_assigned_is_no_corner_in_another_language():
         with pytest.raises(OlpError, match="zone-or-stop"):
             convert(program, target)
     assert convert(program, "rapid").files
+
+
+@pytest.mark.parametrize("row", ["CornerPathWarning FALSE;", "UseReachableTargets TRUE;", "RecoveryMenu;"])
+def test_instructions_of_options_are_known(row: str) -> None:
+    found = read(module(row)).plan(robot="abb/irb2600-12-1.65").diagnostics
+    assert "I102" not in {one.code for one in found}

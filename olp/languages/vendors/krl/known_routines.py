@@ -28,6 +28,7 @@ _OUTSIDE: Final = """
     copen cclose cread cwrite cioctl sread swrite cast_to cast_from
     strcomp strfind strtobool strtoint strtoreal strtostring strtoframe strtopos strtoe6pos strtoaxis strtoe6axis
     err_clear err_raise p00 user_grp grp h50 userspot spot arc10 arc20 a10_ini a20_ini a10 a20 h70
+    arcmainng arcgetdelay arcgetpath glueonup
 """
 REPLACEABLE: Final = frozenset(_OUTSIDE.split())
 # Functions and commands of the language itself: "KRL Syntax", "CREAD/CWRITE" (KSS 8).
@@ -49,5 +50,7 @@ KNOWN_ROUTINES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("user_grp", "grp", "h50"), _GRIPPER),
     **dict.fromkeys(("userspot", "spot"), _SPOT),
     **dict.fromkeys(("arc10", "arc20", "a10_ini", "a20_ini", "a10", "a20", "h70"), _ARC),
+    **dict.fromkeys(("arcmainng", "arcgetdelay", "arcgetpath"), _ARC),
+    "glueonup": "a dispensing routine of KUKA.GlueTech",
     "p00": _EXTERNAL,
 }

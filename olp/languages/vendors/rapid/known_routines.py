@@ -69,6 +69,10 @@ _INSTRUCTIONS: Final = """
     triggl trigglios triggrampao triggspeed triggstopproc trynext tunereset tuneservo uimsgbox uimsgwrite
     uimsgwriteabort uishow unload unpackrawbytes velset waitai waitao waitdi waitdo waitgi waitgo waitload
     waitrob waitsensor waitsynctask waittestandset waittime waituntil waitwobj warmstart worldacclim write
+    cornerpathwarning arcrefresh recoverymenu recoveryposreset recoveryposset setwrprocname ackitmtgt flushitmsrc
+    getitmtgt nextitmtgt qstartitmsrc qstopitmsrc resetflowcount resetmaxusagetime usereachabletargets setforce
+    calibrate indgunmove indgunmovereset openhighlift closehighlift recalctcp removesuperv setupsuperv
+    cyclicbrakecheck setbrush cssact cssdeact cssdeactmovel cssforceoffsetact
     writeanybin writebin writeblock writecfgdata writerawbytes writestrbin writevar writevararr wzboxdef
     wzcyldef wzdisable wzdoset wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef
 """
