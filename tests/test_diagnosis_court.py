@@ -131,6 +131,21 @@ def test_a_term_under_a_condition_is_named_with_it_and_with_its_moves(tmp_path):
     assert 2 * len(told & true) / (len(told) + len(true)) > 0.9
 
 
+def test_what_acts_where_the_middle_of_a_move_is_has_one_statement(tmp_path):
+    """Two statements about start and end leave moves out, whose ends are on either side: they were called waits."""
+    start, end, way, speed = program(6)
+    where = start[:, 2] + end[:, 2] < 2 * 0.45
+    real = np.where(where, travel(way, np.minimum(speed, 0.2), ACCELERATION), plain(6))
+    real += np.random.default_rng(6).normal(0.0, 0.002, COUNT)
+    case, noise = case_of(record(tmp_path / "r", real, 6)).case, Noise(1e-3)
+    shelf = shelf_of(case, move_terms())
+    (part,) = conditioned(fit(DurationModel(), case, noise, 8), case, noise, shelf, 2).model.parts
+    assert part.term.name == "speed-clamp"
+    (statement,) = part.condition.statements
+    assert statement.column == "middle z"
+    assert part.condition.mask(case)[(speed > 0.2)].tolist() == where[speed > 0.2].tolist()
+
+
 def test_what_acts_in_few_moves_and_is_far_larger_than_the_scatter_is_named_and_foretold(tmp_path):
     """To first order such moves are outliers without weight: they were called waits."""
     _, end, way, _ = program(6)
@@ -789,6 +804,16 @@ def test_ten_moves_that_are_late_the_more_the_longer_they_take_do_not_wait(tmp_p
     for late, waits in ((0.1 * plain_times, False), (rng.uniform(0.05, 0.3, COUNT), True)):
         real = plain_times + late * few + 0.001 * rng.normal(size=COUNT)
         case = case_of(record(tmp_path / "moves", real, 25)).case
+        assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
+
+
+@pytest.mark.parametrize("column", ["payload_kg", "payload_inertia_kg_m2"])
+def test_moves_that_are_late_the_more_the_more_they_carry_do_not_wait(column, tmp_path):
+    plain_times, rng = plain(25), np.random.default_rng(25)
+    few, load = np.arange(COUNT) % 8 == 3, rng.uniform(2.0, 6.0, COUNT).round(2)
+    for late, waits in ((0.03 * load, False), (rng.permutation(0.03 * load), True)):
+        real = plain_times + late * few + 0.001 * rng.normal(size=COUNT)
+        case = case_of(record(tmp_path / "moves", real, 25, {column: load.tolist()})).case
         assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
 
 

@@ -58,6 +58,7 @@ class Condition(NamedTuple):
 
 _UNITS = {
     **dict.fromkeys(("x", "y", "z", "start x", "start y", "start z", "length"), ("mm", 1000.0)),
+    **dict.fromkeys(("middle x", "middle y", "middle z"), ("mm", 1000.0)),
     **dict.fromkeys(("turn",), ("deg", 180.0 / math.pi)),
     **{"speed": ("mm/s", 1000.0), "time": ("s", 1.0), "payload": ("kg", 1.0)},
 }
@@ -71,6 +72,9 @@ FEATURES = (
         "start x",
         "start y",
         "start z",
+        "middle x",
+        "middle y",
+        "middle z",
         "length",
         "incline",
         "speed",
@@ -85,7 +89,8 @@ FEATURES = (
 def feature(case: MeasuredMoves, name: str) -> Floats | tuple[str, ...]:
     """What a condition can be about, one of `FEATURES`: numbers (n,) in SI, nan where not known, or words, "" likewise.
 
-    x, y, z: of the end of a move; incline: the sine of its direction, up is positive; axis: the one that turns most.
+    x, y, z: of the end of a move; middle: halfway from start to end; incline: the sine of its direction, up is
+    positive; axis: the one that turns most.
     """
     if name in _NUMBERS:
         return case.once(f"feature {name}", lambda: _NUMBERS[name](case))
@@ -102,6 +107,10 @@ def feature(case: MeasuredMoves, name: str) -> Floats | tuple[str, ...]:
 _NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
     **{axis: lambda case, k=k: case.end[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
     **{f"start {axis}": lambda case, k=k: case.start[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
+    **{
+        f"middle {axis}": lambda case, k=k: 0.5 * (case.start[:, k] + case.end[:, k])  # type: ignore[misc]
+        for k, axis in enumerate("xyz")
+    },
     "length": lambda case: case.length,
     "incline": lambda case: np.where(np.isfinite(case.length), case.rise, np.nan),
     "speed": lambda case: np.where(case.moving & ~case.joint, case.base.speed, np.nan),

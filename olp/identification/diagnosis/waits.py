@@ -53,7 +53,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    if excess < _SURE or _sized_by_the_motion(residual[late], case.simulated[late]):
+    if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
     if _chosen_by_the_motion(late, corrected, case) and not at_a_line(late, residual, case):
         return nothing
@@ -71,9 +71,7 @@ def at_a_line(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
         return False
     if waits.std() < _DIFFER * waits.mean():
         return False
-    columns = [case.simulated, *(c for c in _of_the_motion(case) if np.isfinite(c[late]).all())]
-    together = [abs(rank_correlation(waits, column[late])) for column in columns]
-    return 2.0 * _tail(max(together), few) * len(columns) > LEVEL
+    return _with_the_motion(residual, late, case) > LEVEL
 
 
 def _flaw(fitted: ModelFit, case: MeasuredMoves) -> Floats:
@@ -187,12 +185,18 @@ def _of_the_motion(case: MeasuredMoves) -> tuple[Floats, ...]:
     """(n,) each: what a move is like."""
     turned = np.nan_to_num(case.turn) / np.maximum(case.base.way, 1e-6)
     reaches = [np.hypot(place[:, 0], place[:, 1]) for place in (case.start, case.end)]
-    return (case.rise, case.base.way, case.base.speed, case.turn, turned, case.payload, *reaches)
+    loads = (case.payload, case.payload_inertia)
+    return (case.rise, case.base.way, case.base.speed, case.turn, turned, *loads, *reaches)
 
 
-def _sized_by_the_motion(waits: Floats, simulated: Floats) -> bool:
-    """Whether moves are late the more, the longer they take: a wait does not know how long the move is."""
-    return len(waits) > _KINDS and _tail(rank_correlation(waits, simulated), len(waits)) < _BY_CHANCE
+def _with_the_motion(residual: Floats, late: Mask, case: MeasuredMoves) -> float:
+    """Probability that chance makes sizes of waits go with a property of the moves as far as these do: a wait does not
+    know how long, fast or loaded the move is. One look per property that differs between the late moves."""
+    waits = residual[late]
+    columns = [column[late] for column in (case.simulated, *_of_the_motion(case))]
+    columns = [column for column in columns if np.isfinite(column).all() and np.ptp(column) > 0]
+    together = max((abs(rank_correlation(waits, column)) for column in columns), default=0.0)
+    return 2.0 * _tail(together, len(waits)) * len(columns)
 
 
 def _tail(rho: float, count: int) -> float:
