@@ -82,8 +82,8 @@ FAULTS: Final = (
     ),
     Fault(
         "grammar.py",
-        'if word == "UTOOL_NUM":',
-        'if word == "UFRAME_NUM":',
+        'if word.startswith("UTOOL_NUM"):',
+        'if word.startswith("UFRAME_NUM"):',
         "UTOOL_NUM and UFRAME_NUM swapped",
     ),
     Fault(
