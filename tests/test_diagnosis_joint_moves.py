@@ -1,13 +1,17 @@
 """What slows joint moves: recordings of `bench/joint_moves.py`, without the search."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from bench.joint_moves import case, write
-from olp.identification.diagnosis.evidence import CUT, clipped_cut, cut, gain_of
+from olp.identification.diagnosis.diagnose import _says
+from olp.identification.diagnosis.evidence import CUT, clipped_cut, confirmed, cut, gain_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.result import FittedParameter
 from olp.identification.diagnosis.search import move_terms, shelf_of
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -57,7 +61,7 @@ def test_a_term_that_makes_up_for_the_form_of_another_takes_away_less_than_it_le
     both = [fit(DurationModel((reach, part)), moves, NOISE) for part in added]
     best, folds = min(both, key=lambda f: f.bic), Folds("", interleaved(np.arange(len(moves))))
     rests = [fit(best.model.without(k), moves, NOISE).model for k in (0, 1)]
-    true, false = (gain_of(best, k, rests[k], moves, NOISE, folds, scatter) for k in (0, 1))
+    true, false = (gain_of(best, (k,), rests[k], moves, NOISE, folds, scatter) for k in (0, 1))
     assert true.cut > 2.0 * CUT > 2.0 * false.cut
     assert false.after < false.before
     assert false.loglik > 10.0  # which is why likelihood alone would name it
@@ -192,3 +196,48 @@ def test_some_of_the_moves_take_by_every_term_what_they_take_among_all(tmp_path)
         np.testing.assert_allclose(
             model.seconds(some), model.seconds(moves)[rows], atol=1e-9, err_msg=part.label
         )
+
+
+def test_a_cut_in_few_moves_is_one_where_all_others_agree():
+    """Most moves are as simulated, to the digit: the typical error says nothing of what is far off."""
+    without = np.where(np.arange(100) < 12, 0.05, 0.0)
+    assert CUT < clipped_cut(without, 0.2 * without, 0.003) < 100.0
+    assert clipped_cut(without, 0.9 * without, 0.003) < CUT
+    assert clipped_cut(without, without, 0.003) == 0.0
+    odd = np.where(np.arange(100) == 7, 0.5, 0.003)
+    assert clipped_cut(odd, np.full(100, 0.003), 0.001) < CUT
+
+
+def test_the_axes_of_one_term_are_held_against_unseen_moves_together(tmp_path):
+    """Three of four axes are slower than simulated, some moves of the first are off for no reason: what one axis'
+    number takes away is less than that, what all three take away is more."""
+    rng, rows = np.random.default_rng(5), list[str]()
+    for k, (way, share, axis) in enumerate(product((0.5, 0.9, 1.4, 2.0, 2.6), (0.4, 0.7, 1.0), range(4))):
+        sim = way / (3.0 * share) + 3.0 * share / 20.0
+        took = way / (3.0 * share * (0.9 if axis else 1.0)) + 3.0 * share * (0.9 if axis else 1.0) / 20.0
+        off = 0.2 * rng.choice([-1.0, 1.0]) if axis == 0 and k % 5 < 2 else rng.normal(0.0, 0.002)
+        ends = ",".join(f"{np.degrees(way) * (axis == k):.6f}" for k in range(4))
+        rows.append(f"{k},joint,{100 * share:.0f},{took + off:.4f},{sim:.6f},0,0,0,0,{ends}")
+    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 5)]
+    table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names]), *rows]
+    (tmp_path / "moves.csv").write_text("\n".join(table) + "\n")
+    moves, term = case_of(read_recording(tmp_path)).case, load_term("speed-scale")
+    slower = [ModelPart(term, form, np.array([0.9])) for form in term.forms(moves) if form.axis > 0]
+    best, folds = (
+        fit(DurationModel(tuple(slower)), moves, NOISE, 30),
+        Folds("", interleaved(np.arange(len(moves)))),
+    )
+    kept, gains = confirmed(best, moves, NOISE, folds, shelf_of(moves, [term]))
+    assert [part.form.axis for part in kept.model.parts] == [1, 2, 3]
+    alone = fit(best.model.without(0), moves, NOISE, 30).model
+    assert gain_of(best, (0,), alone, moves, NOISE, folds, 0.002).cut < CUT < gains[0].cut
+    every = next(form for form in term.forms(moves) if form.key == "")
+    both = [slower[0], ModelPart(term, every, np.array([0.95]))]
+    told = [
+        {one.form.parameters[0].name: FittedParameter(v, "1", v - 0.001, v + 0.001)}
+        for one, v in zip(both, (0.9, 0.95), strict=True)
+    ]
+    assert _says(list(zip(both, told, strict=True)), moves) == (
+        "moves cruise at 95.00% of the simulated speed; "
+        "beside that, where axis 2 leads, moves cruise at 90.00% of the simulated speed"
+    )

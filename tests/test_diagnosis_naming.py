@@ -259,7 +259,7 @@ def test_a_fold_that_holds_most_of_what_a_name_does_is_dealt_among_all():
         by_speed = Folds("speed", np.where(quick, 0, 1 + np.arange(MOVES) % 4))
         dealt = evidence.folds_for(acting, (0,), made, by_speed)
         assert dealt.by == EACH_FIFTH
-        where = evidence.acts(acting, 0, made)
+        where = evidence.acts(acting, (0,), made)
         assert {k for k, w in zip(dealt.labels.tolist(), where.tolist(), strict=True) if w} == set(range(5))
         for one in np.unique(programmed[where]).tolist():
             assert len(np.unique(dealt.labels[where & (programmed == one)])) == 1
@@ -276,7 +276,7 @@ def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
     own = part("orientation-limit", turned, 1.0, 9.0, key="of its own")
     late = replace(turned, measured=DurationModel((own,)).seconds(turned) + scatter(), derived={})
     fitted = evaluate(DurationModel((own,)), late, Noise(NOISE / 2))
-    assert set(programmed[evidence.acts(fitted, 0, late)].tolist()) == {4}
+    assert set(programmed[evidence.acts(fitted, (0,), late)].tolist()) == {4}
     folds, shelf = Folds("", np.arange(MOVES) % 5), shelf_of(late, [load_term("orientation-limit")])
     assert evidence.confirmed(fitted, late, Noise(NOISE / 2), folds, shelf)[0].names == ()
     one = part("orientation-limit", turned, 1.0, key="slows the path")
@@ -319,9 +319,9 @@ def test_what_a_name_brings_is_against_the_others_at_their_best():
     ]
     best = fit(DurationModel(tuple(parts)), up20, noise, 30)
     rest = fit(best.model.without(2), up20, noise, 30).model
-    gain = evidence.gain_of(best, 2, rest, up20, noise, folds, 0.01)
+    gain = evidence.gain_of(best, (2,), rest, up20, noise, folds, 0.01)
     assert gain.before == pytest.approx(evidence.held_out_error(rest, up20, noise, folds), rel=1e-6)
-    hasty = evidence.gain_of(best, 2, best.model.without(2), up20, noise, folds, 0.01)
+    hasty = evidence.gain_of(best, (2,), best.model.without(2), up20, noise, folds, 0.01)
     assert hasty.before > 1.3 * gain.before
 
 

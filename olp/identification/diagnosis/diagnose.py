@@ -640,7 +640,7 @@ def _as_waits(best: ModelFit, index: int, named: NamingResult) -> list[Alternati
     if best.model.parts[index].condition is None or len(case.repeats) != len(case):
         return []
     bare = fit(best.model.without(index), case, noise, 15)
-    programmed = np.unique(case.repeats[evidence.acts(best, index, case)])
+    programmed = np.unique(case.repeats[evidence.acts(best, (index,), case)])
     left = case.measured - bare.model.seconds(case)
     for one in programmed.tolist():
         some = case.repeats == one
@@ -699,12 +699,17 @@ def _condition(members: list[ModelPart]) -> str | None:
 
 
 def _says(parts: list[tuple[ModelPart, dict[str, FittedParameter]]], case: MeasuredMoves) -> str:
-    """A clause per part under the condition that all have, or each under its own."""
-    clauses = [_clause(part, fitted, case) for part, fitted in parts]
+    """A clause per part, that of all axes before those of one; what all begin with is said once."""
+    parts = sorted(parts, key=lambda one: one[0].form.axis)
     where = [f"where {part.condition}: " if part.condition is not None else "" for part, _ in parts]
-    if len(set(where)) == 1:
-        return where[0] + "; ".join(clauses)
-    return "; ".join(place + clause for place, clause in zip(where, clauses, strict=True))
+    clauses = [
+        place + _clause(part, fitted, case) for place, (part, fitted) in zip(where, parts, strict=True)
+    ]
+    head = "".join(clauses[0].rpartition(": ")[:2])
+    all_axes = parts[0][0].form.axis < 0
+    rest = [clause.removeprefix(head) for clause in clauses[1:]]
+    besides = ["beside that, " * (all_axes and part.form.axis >= 0) for part, _ in parts[1:]]
+    return "; ".join([clauses[0], *map("".join, zip(besides, rest, strict=True))])
 
 
 def _clause(part: ModelPart, fitted: dict[str, FittedParameter], case: MeasuredMoves) -> str:

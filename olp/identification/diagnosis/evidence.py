@@ -11,7 +11,7 @@ second name.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -125,19 +125,19 @@ def matters(fewer: ModelFit, more: ModelFit, case: MeasuredMoves, small: float) 
 
 def gain_of(
     fitted: ModelFit,
-    index: int,
+    parts: Sequence[int],
     rest: DurationModel,
     case: MeasuredMoves,
     noise: Noise,
     folds: Folds,
     floor: float,
 ) -> Gain:
-    """Adding part `index` to the others, held out by the folds; `floor` [s]: the noise.
+    """Adding the `parts` to the others, held out by the folds; `floor` [s]: the noise.
 
     `rest`: the others at their own best values. Those beside the part may be far from these, and the few steps of a
     fold's fit do not lead there: the part would seem to bring what the steps did not reach.
     """
-    labels = folds_for(fitted, (index,), case, folds).labels
+    labels = folds_for(fitted, parts, case, folds).labels
     without, with_it = (np.full(len(case), np.nan) for _ in range(2))
     difference = np.zeros(len(case))
     scale, width = scale_before_rounding(fitted, case, noise), rounding_of(case, noise)
@@ -155,8 +155,13 @@ def gain_of(
 
 
 def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
-    """`cut`, where what is far off counts as no more than far: no single move decides."""
-    far = _CLIP * 1.4826 * float(np.median(np.abs(without)))
+    """`cut`, where what is far off counts as no more than far: no single move decides.
+
+    Far is what is far among all moves, or among those that differ: in most moves a name need not act at all.
+    """
+    differs = np.abs(without - with_it) > ACTS * floor
+    some = without[differs] if differs.sum() >= _FEWEST else without
+    far = _CLIP * 1.4826 * max(float(np.median(np.abs(moves))) for moves in (without, some))
     return cut(np.clip(without, -far, far), np.clip(with_it, -far, far), floor)
 
 
@@ -164,7 +169,7 @@ def cut(without: Floats, with_it: Floats, floor: float) -> float:
     """[1] How many times the mean square beyond the noise `floor` [s] is larger in `without` (k,) [s] than in `with_it`
     (m,) [s]; 0 where the whole error hardly differs."""
     before, after = rms(without), rms(with_it)
-    if before < NOTICED * after:
+    if before <= NOTICED * after:
         return 0.0
     return (before**2 - floor**2) / (after**2 - floor**2) if after > floor else math.inf
 
@@ -216,10 +221,10 @@ def _together(seconds: Floats, case: MeasuredMoves) -> tuple[float, float]:
     return sum(float(product.sum()) for product, _ in pairs) / size, math.sqrt(squares) / size
 
 
-def acts(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]:
-    """(n,) moves that a part changes by more than half of the scatter."""
+def acts(fitted: ModelFit, parts: Sequence[int], case: MeasuredMoves) -> NDArray[np.bool_]:
+    """(n,) moves that some parts together change by more than half of the scatter."""
     whole = fitted.model.seconds(case)
-    return np.asarray(np.abs(whole - fitted.model.without(index).seconds(case)) > ACTS * fitted.scale)
+    return np.asarray(np.abs(whole - _leaving(fitted.model, parts).seconds(case)) > ACTS * fitted.scale)
 
 
 def confirmed(
@@ -237,36 +242,56 @@ def confirmed(
     """
     tried = len({part.label for part in shelf.parts})
     while best.model.parts:
-        count = range(len(best.model.parts))
+        count, names = range(len(best.model.parts)), _names(best.model)
         floor = noise_left(best, case, noise)
-        rests = [fit(best.model.without(k), case, noise, 30) for k in count]
-        gains = [gain_of(best, k, rests[k].model, case, noise, folds, floor) for k in count]
-        weak = fallen(gains, tried)
-        weak += [k for k in count if k not in weak and worth(rests[k], best, case, noise) < TELLING]
+        rests = {name: fit(_leaving(best.model, name), case, noise, 30) for name in names}
+        gains = [gain_of(best, name, rests[name].model, case, noise, folds, floor) for name in names]
+        fewer = [rests[(k,)] if (k,) in rests else fit(best.model.without(k), case, noise, 30) for k in count]
+        weak = [k for at in fallen(gains, tried) for k in names[at]]
+        weak += [k for k in count if k not in weak and worth(fewer[k], best, case, noise) < TELLING]
         weak += [k for k in count if k not in weak and _has_a_number_for_each(best, k, case)]
         weak = [k for k in count if drifts_on(best, k, case)] or weak
         if not weak and patterned(best, case, noise):
-            weak = _misleading(best, [one.model for one in rests], case, noise, kinds)
+            weak = _misleading(best, {name: one.model for name, one in rests.items()}, case, noise, kinds)
+        told = {k: gain for name, gain in zip(names, gains, strict=True) for k in name}
         if not weak:
-            return best, tuple(gains)
-        worst = min(weak, key=lambda k: gains[k].loglik)
-        best = fit(best.model.without(worst), case, noise, 30)
+            return best, tuple(told[k] for k in count)
+        worst = min(weak, key=lambda k: (told[k].loglik, worth(fewer[k], best, case, noise)))
+        best = fit(fewer[worst].model, case, noise, 30)
     return best, ()
 
 
+def _names(model: DurationModel) -> list[tuple[int, ...]]:
+    """The parts of each term: of several axes, one name has several."""
+    names: dict[str, tuple[int, ...]] = {}
+    for k, part in enumerate(model.parts):
+        names[part.term.name] = (*names.get(part.term.name, ()), k)
+    return list(names.values())
+
+
+def _leaving(model: DurationModel, parts: Sequence[int]) -> DurationModel:
+    """The model without some of its parts."""
+    return DurationModel(tuple(part for k, part in enumerate(model.parts) if k not in parts))
+
+
 def _misleading(
-    best: ModelFit, rests: Sequence[DurationModel], case: MeasuredMoves, noise: Noise, kinds: Sequence[Folds]
+    best: ModelFit,
+    rests: Mapping[tuple[int, ...], DurationModel],
+    case: MeasuredMoves,
+    noise: Noise,
+    kinds: Sequence[Folds],
 ) -> list[int]:
-    """The parts without which whole groups of some kind are predicted better, by all others but one or by one of them
-    alone. `rests`: the models without each part."""
-    parts = range(len(best.model.parts))
-    fewer = [({k}, rests[k]) for k in parts]
-    if len(parts) > 2:
-        alone = [fit(DurationModel((part,)), case, noise, 30).model for part in best.model.parts]
-        fewer += [({k for k in parts if k != kept}, alone[kept]) for kept in parts]
-    acting = [acts(best, k, case) for k in parts]
-    for folds in kinds if len(parts) > 1 else ():
-        known = {k for k in parts if not _absent(acting[k], folds)}
+    """The parts of the name without which whole groups of some kind are predicted better, by all others but one or by
+    one of them alone. `rests`: the models without the parts of each name."""
+    fewer = [(set(name), rest) for name, rest in rests.items()]
+    every = set(range(len(best.model.parts)))
+    if len(rests) > 2:
+        for name in rests:
+            alone = _leaving(best.model, sorted(every - set(name)))
+            fewer.append((every - set(name), fit(alone, case, noise, 30).model))
+    acting = {name: acts(best, name, case) for name in rests}
+    for folds in kinds if len(rests) > 1 else ():
+        known = {k for name in rests if not _absent(acting[name], folds) for k in name}
         told = [(held_out_error(model, case, noise, folds), gone) for gone, model in fewer if gone & known]
         least, gone = min(told, key=lambda one: one[0], default=(np.inf, set[int]()))
         if least < held_out_error(best.model, case, noise, folds):
@@ -286,7 +311,7 @@ def held_out_error(model: DurationModel, case: MeasuredMoves, noise: Noise, fold
 
 def _has_a_number_for_each(best: ModelFit, index: int, case: MeasuredMoves) -> bool:
     """Whether part `index` acts in fewer programmed moves than it has numbers: that is no law, but a list of them."""
-    return len(np.unique(_programmed(case)[acts(best, index, case)])) < len(best.model.parts[index].values)
+    return len(np.unique(_programmed(case)[acts(best, (index,), case)])) < len(best.model.parts[index].values)
 
 
 def _programmed(case: MeasuredMoves) -> NDArray[np.int64]:
@@ -374,7 +399,7 @@ def _held_against(
         floor = noise_left(found, case, noise)
         rests = [fit(found.model.without(k), case, noise, 15) for k in more]
         gains = [
-            gain_of(found, k, rest.model, case, noise, folds, floor)
+            gain_of(found, (k,), rest.model, case, noise, folds, floor)
             for k, rest in zip(more, rests, strict=True)
         ]
         weak = fallen(gains, tried)
@@ -410,7 +435,7 @@ def placebo(
 
 def folds_for(fitted: ModelFit, parts: Iterable[int], case: MeasuredMoves, folds: Folds) -> Folds:
     """The folds, unless one holds most of what one of the parts does: nobody could know that from the others."""
-    acting = {k: acts(fitted, k, case) for k in parts}
+    acting = {k: acts(fitted, (k,), case) for k in parts}
     lumped = [where for k, where in acting.items() if _lumped(fitted, k, where, case, folds)]
     if not lumped:
         return folds
