@@ -2349,3 +2349,34 @@ def test_a_frame_that_is_a_sum_of_registers_gets_the_sum(target):
     made = run_elsewhere(tp(*rows, "L PR[3] 100mm/sec FINE"), "tp", target)
     there = made.positions.position[made.moves.target]
     np.testing.assert_allclose(there, [[0.03, 0.01, 0.0]], atol=2e-6)
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_parameters_of_pdl2_have_their_defaults_and_tables(target):
+    head = ["PROGRAM part", "VAR t : ARRAY[3] OF INTEGER"]
+    head += ["ROUTINE twice(a : INTEGER; b : INTEGER (150))", "BEGIN", "DELAY b * a", "END twice"]
+    head += ["ROUTINE fill(c : ARRAY[*] OF INTEGER)", "BEGIN", "c[2] := 30", "END fill"]
+    text = "\n".join(
+        [
+            *head,
+            "BEGIN",
+            "t[1] := 1",
+            "t[2] := 2",
+            "t[3] := 3",
+            "twice(2)",
+            "twice(2, 5)",
+            "fill(t)",
+            "DELAY t[2]",
+            "END part",
+            "",
+        ]
+    )
+    for plan in (read(text, "pdl2").plan(), run_elsewhere(text, "pdl2", target)):
+        assert [step.duration for step in plan.steps()] == pytest.approx([0.3, 0.01, 0.03])
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "inform"])
+def test_a_hybrid_move_is_told(target):
+    text = ".PROGRAM part()\nSPEED 500 MM/S ALWAYS\nHMOVE a\n.END\n.TRANS\na 900 0 500 0 180 0\n.END\n"
+    made = converted(text, "as", target)
+    assert [loss.line for loss in made.translated.losses if loss.part == "option"] == [3]

@@ -10,7 +10,7 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import Conventions, Vendor, statements
+from olp.languages.vendor import Conventions, MoveOptions, Vendor, statements
 
 _MARK: Final = re.compile(
     r"^\s*\.(?:PROGRAM|TRANS|JOINTS|REALS|STRINGS|AUXDATA|SYSDATA|ROBOTDATA\d|NETCONF\d?)\b", re.IGNORECASE
@@ -31,6 +31,7 @@ class As(Vendor):
         sums_of_texts=True,
         clocks_run=True,
         name_signs={"#": "joints", "$": "string"},
+        move_options=MoveOptions(manner=frozenset({"hmove"})),
         assumed_codes=frozenset({"P588", "P589"}),
     )
     comment_prefix = ";"

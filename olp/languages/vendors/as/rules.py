@@ -33,6 +33,7 @@ _FUNCTIONS: Final = {
 }  # fmt: skip
 _COORDINATES: Final = {"DX": "x", "DY": "y", "DZ": "z"}
 _HERE: Final = ex.SystemValue("current-pose")
+HYBRID: Final = "HMOVE"  # the tool's point goes along a line, while the wrist turns axis by axis
 HOMES: Final = ("#HOME", "#HOME2")  # where HOME 1 and HOME 2 go
 
 
@@ -173,7 +174,9 @@ class AsRules(BlockRules):
         word, target, clamp = str(children[0]).upper(), children[1], children[2]
         if word[0] == "C":
             return Arc(target, word[1] == "2")
-        other = () if clamp is None else (("clamp", clamp),)
+        other: tuple[tuple[str, ex.Expression], ...] = () if clamp is None else (("clamp", clamp),)
+        if word[0] == "H":
+            other += ((HYBRID, ex.Number(1)),)
         return st.Move(0, _PATHS[word[0]], (target,), blend=MODAL, other=other)
 
     def move_till(self, children: list[Any]) -> st.Move:

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 from olp.core.diagnostic import Severity
 from olp.core.source import Source
 from olp.ir import program as st
-from olp.ir.expressions import Expression, Number, SignalState, Text
+from olp.ir.expressions import Expression, Number, SignalState, Text, Unknown
 from olp.ir.points import PointTable
 from olp.languages.findings import Findings
 from olp.languages.short_reader import (
@@ -28,10 +28,15 @@ _CODES: Final = Codes("P590", "P591", "P592", "P593", "P594", "P595")
 _MARK = re.compile(r"^\s*PROGRAM\s+[A-Z_]\w*", re.IGNORECASE)
 _NAME = r"([A-Z_]\w*)"
 _PROGRAM = re.compile(rf"PROGRAM\s+{_NAME}\b.*", re.IGNORECASE)
-_ROUTINE = re.compile(rf"ROUTINE\s+{_NAME}\s*(?:\(([^)]*)\))?\s*(?::\s*(\w+))?\s*(.*)", re.IGNORECASE)
+_ROUTINE = re.compile(
+    rf"ROUTINE\s+{_NAME}\s*(?:\(((?:[^()]|\([^()]*\))*)\))?\s*(?::\s*(\w+))?\s*(.*)", re.IGNORECASE
+)
 _VARIABLES = re.compile(r"((?:[A-Z_]\w*\s*,\s*)*[A-Z_]\w*)\s*:(?!=)\s*(.+)", re.IGNORECASE)
 _CONSTANT = re.compile(rf"{_NAME}\s*=\s*(.+)", re.IGNORECASE)
 _SIZED = re.compile(r"ARRAY\s*(?:\[([^\]]*)\])?\s*OF\s+(\w+).*", re.IGNORECASE)
+_DEFAULT = re.compile(
+    r"\w+(?:\[\d+\])?\s*\(([^()]*)\)"
+)  # the value of a parameter that a caller may leave out
 _END = re.compile(rf"END(?:\s+{_NAME})?", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d{1,2})?", re.IGNORECASE)
 _KNOWN: Final = words(
@@ -338,9 +343,18 @@ def _parameters(text: str, rules: Pdl2Rules) -> Iterator[st.Parameter]:
     for group in text.split(";"):
         names, _, type_ = group.partition(":")
         changed = re.match(r"\s*VAR\s+", names, re.IGNORECASE)
-        word = re.split(r"\W", type_.strip(), maxsplit=1)[0].upper()
+        sized = _SIZED.fullmatch(type_.strip())
+        word = (sized[2] if sized else re.split(r"\W", type_.strip(), maxsplit=1)[0]).upper()
+        given = None if sized else _DEFAULT.fullmatch(type_.strip())
+        default = None if given is None else _literal(given[1].strip())
         for name in names[changed.end() if changed else 0 :].split(","):
             if name.strip():
                 yield st.Parameter(
-                    rules.spelled(name.strip()), _TYPES.get(word, ""), by_reference=bool(changed)
+                    rules.spelled(name.strip()),
+                    _TYPES.get(word, ""),
+                    by_reference=bool(changed or sized),
+                    optional=default is not None,
+                    default=default,
+                    native="[]" if sized else "",
+                    sizes=(Unknown(""),) * ((sized[1] or "").count(",") + 1) if sized else (),
                 )
