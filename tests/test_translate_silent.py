@@ -978,6 +978,14 @@ def test_the_time_of_a_move_that_goes_nowhere_is_told_where_it_is_lost(target):
     assert not any("takes 3 s" in loss.says for loss in losses(text, "rapid", "tp"))
 
 
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_numbers_of_fifteen_digits_are_told(target):
+    text = module("VAR dnum near:=0;", "far:=4294967295;", "near:=far;", data=("VAR dnum far:=0;", *TARGETS))
+    said = {loss.line for loss in losses(text, "rapid", target) if "15 digits" in loss.says}
+    assert said == {2, 7}
+    assert not [loss for loss in losses(text, "rapid", "rapid") if "15 digits" in loss.says]
+
+
 def test_a_turned_target_of_a_joint_move_leaves_the_arm_to_kuka():
     told = {
         loss.line

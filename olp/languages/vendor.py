@@ -224,6 +224,7 @@ class Conventions:
     manner_settings: Mapping[str, str] = field(
         default_factory=dict
     )  # system variable, case folded -> what it says of how moves are made
+    wide_numbers: frozenset[str] = frozenset()  # types, case folded, of numbers with more than 7 digits
     idle_words: frozenset[str] = (
         frozenset()
     )  # first words, case folded, of declarations that olp keeps as text

@@ -88,6 +88,11 @@ def foreign_words(program: st.Program, work: TranslationContext) -> st.Program:
             elif not (isinstance(s, st.Assign) and _is_resolved(s.target, resolved, unresolved)):
                 rows += words.translated(words.answered(s))
         routines.append(replace(routine, body=tuple(words.switched_off(routine, rows))))
+    own = (s for r in routines for s in r.body if isinstance(s, st.Declare))
+    for d in (*program.data, *own):
+        if d.native.casefold() in work.conventions.wide_numbers:
+            says = f"{d.name} holds numbers of 15 digits: {language_of(work.target)} may keep 7 of them"
+            work.lose(d, Fate.APPROXIMATED, "value", says)
     kept = [d for d in program.data if not (words.axes_stand and d.name in words.held)]
     return set_elsewhere(replace(program, routines=tuple(routines), data=tuple(kept)), words.lost, work)
 

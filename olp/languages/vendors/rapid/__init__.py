@@ -67,6 +67,7 @@ class Rapid(Vendor):
         arm_flags=ArmFlags.QUARTERS,
         actions_at_ends=True,
         data_begin_anew=True,
+        wide_numbers=frozenset({"dnum"}),
         override_begins_anew=True,
         systems_stay=True,  # CRobT()
         stops_early=True,  # "RAPID kernel" (3HAC050946), order of evaluation
