@@ -241,3 +241,17 @@ def test_the_axes_of_one_term_are_held_against_unseen_moves_together(tmp_path):
         "moves cruise at 95.00% of the simulated speed; "
         "beside that, where axis 2 leads, moves cruise at 90.00% of the simulated speed"
     )
+
+
+@pytest.mark.parametrize(
+    ("sim", "told"), [(0.5, []), (4.0, ["no speed_pct of 3 joint moves: taken as 100 %"])]
+)
+def test_joint_moves_without_a_speed_that_are_simulated_slower_are_told(tmp_path, sim, told):
+    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 7)]
+    rows = [f"{k},joint,{sim},{sim},0,0,0,0,0,0,60,0,0,0,0,0" for k in range(3)]
+    (tmp_path / "moves.csv").write_text(
+        "\n".join([",".join(["move", "type", "duration_s", "sim_s", *names]), *rows]) + "\n"
+    )
+    (tmp_path / "recording.toml").write_text('robot = "yaskawa/gp25"\n')
+    notes = case_of(read_recording(tmp_path)).notes
+    assert [note.partition(", but")[0] for note in notes if "speed_pct" in note] == told

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
+from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.runtime.folder import DEFAULT_ZONES
@@ -30,6 +31,7 @@ Mask = NDArray[np.bool_]
 Rows = NDArray[np.int64]
 
 _JOINT_RAMP = 0.3  # of a joint move's time that goes into ramps, where nothing tells speed and ramp apart
+_SLOWER = 1.5  # times what a joint move takes at 100 %: it was programmed at less
 _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of the accelerations
 _FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them with: fewer tell nothing
 _SHOWN = 8  # moves named in a note
@@ -249,7 +251,16 @@ def _joint_pace(
         ramp = constant_axes(robot, MotionLimits(None, lambda says: None))[axis] * np.where(
             np.isfinite(moves.acceleration_fraction), moves.acceleration_fraction, 1.0
         )
-        return share * robot.speeds[axis], ramp
+        rated = share * robot.speeds[axis]
+        slower = (
+            joint & ~np.isfinite(moves.speed_fraction) & (moves.sim > _SLOWER * trapezoid(lead, rated, ramp))
+        )
+        if slower.any():
+            notes.append(
+                f"no speed_pct of {phrasing.counted(int(slower.sum()), 'joint move')}: taken as 100 %, but the simulation "
+                f"takes more than {_SLOWER:g} times as long; give speed_pct"
+            )
+        return rated, ramp
     notes.append("no robot is named: rated axis speeds are read off the simulated times of joint moves")
     if axes is not None:
         return axes.speed, axes.acceleration
