@@ -257,8 +257,8 @@ def _joint_pace(
         )
         if slower.any():
             notes.append(
-                f"no speed_pct of {phrasing.counted(int(slower.sum()), 'joint move')}: taken as 100 %, but the simulation "
-                f"takes more than {_SLOWER:g} times as long; give speed_pct"
+                f"no speed_pct of {phrasing.counted(int(slower.sum()), 'joint move')}: taken as 100 %, but the "
+                f"simulation takes more than {_SLOWER:g} times as long; give speed_pct"
             )
         return rated, ramp
     notes.append("no robot is named: rated axis speeds are read off the simulated times of joint moves")
