@@ -184,3 +184,11 @@ def test_the_sample_is_read_whole() -> None:
 @pytest.mark.parametrize("name", ["start.pgx", "handling.dtx", "handling.pjx"])
 def test_no_damage_makes_the_reader_raise_or_hang(name: str) -> None:
     check_damage(FOLDER / name, 9)
+
+
+def test_characters_of_texts_are_counted_from_0() -> None:
+    found = program(
+        's = "abcd"', "n = asc(mid(s,2,1),1)", "s = left(s,1)+chr(65)", "delay(n)", "delay(asc(s,1))"
+    )
+    steps = [step.duration for step in found.plan().steps()]
+    assert steps == pytest.approx([ord("c"), ord("A")])

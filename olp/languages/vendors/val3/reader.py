@@ -281,6 +281,23 @@ _TIMED_OUT: Final = ex.SystemValue("timed-out")
 _POSE_FUNCTIONS: Final = frozenset(("pose-product", "pose-inverse", "pose-angles", "forward"))
 
 
+def _of_text(name: str, arguments: tuple[ex.Expression, ...]) -> ex.Expression | None:
+    """A function of texts, whose characters are counted from 0."""
+    one = ex.Number(1)
+    if name == "chr" and len(arguments) == 1:
+        return ex.Function("character-of-code", arguments)
+    if name == "left" and len(arguments) == 2:
+        return ex.Function("part-of-text", (arguments[0], one, arguments[1]))
+    if name == "mid" and len(arguments) == 3:
+        text, size, first = arguments
+        return ex.Function("part-of-text", (text, from_zero(first), size))
+    if name == "asc" and len(arguments) == 2:
+        return ex.Function(
+            "code-of-character", (ex.Function("part-of-text", (arguments[0], from_zero(arguments[1]), one)),)
+        )
+    return None
+
+
 _ANGLES: Final = ("rx", "ry", "rz")
 
 
@@ -416,7 +433,9 @@ class Val3Rules(BlockRules):
         if name == "jointToPoint" and len(arguments) == 3:
             return ex.Function("forward", arguments[2:])
         return (
-            ex.Function(_FUNCTIONS[name], arguments) if name in _FUNCTIONS else ex.CallValue(name, arguments)
+            ex.Function(_FUNCTIONS[name], arguments)
+            if name in _FUNCTIONS
+            else _of_text(name, arguments) or ex.CallValue(name, arguments)
         )
 
     def _port(self, name: str, value: ex.Expression, direction: str) -> ex.Signal:
