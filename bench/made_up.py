@@ -120,7 +120,6 @@ def _contradictions(answer: dict[str, Any], told: dict[str, Any]) -> dict[str, f
     idle = any(
         f["evidence"]["heldout_rmse_after_s"] >= f["evidence"]["heldout_rmse_before_s"]
         for f in told["findings"]
-        if f["term"] != "external-wait"
     )
     figures = {
         "contradiction: explained above 1.5 floors": told["verdict"] == "explained"

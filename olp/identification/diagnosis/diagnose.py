@@ -135,8 +135,7 @@ def _answer(
     if told.findings:
         predicted = np.where(named.waiting, case.measured, predicted)
     findings = _together(told.findings, log)
-    raw = named.clean.residual
-    held = named.clean.measured - named.selection.predicted if model.parts else raw
+    unseen = _unseen(named) if told.findings else case.residual
     diagnosis = Diagnosis(
         verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
         moves=len(case),
@@ -149,14 +148,20 @@ def _answer(
         next_experiment=_experiment(told, named, case, sigma, recording),
         remainder=Remainder(rms(case.measured - predicted), named.remains.correlates),
         before=errors_of(case.residual, case.measured),
-        heldout_before=errors_of(raw, named.clean.measured),
-        heldout_after=errors_of(held, named.clean.measured),
+        heldout_before=errors_of(case.residual, case.measured),
+        heldout_after=errors_of(unseen, named.clean.measured if told.findings else case.measured),
         placebo=evidence.placebo(named.fit, named.clean, named.shelf),
         notes=(*notes, *_held_back(named), *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
         log=_log_json(log),
     )
     return DiagnosisOutcome(diagnosis, case, model, predicted, _ladder(named), log, named)
+
+
+def _unseen(named: NamingResult) -> Floats:
+    """(n,) [s] of the moves that are not late, by names that were found and fitted without them."""
+    predicted = named.selection.predicted if named.fit.model.parts else named.clean.simulated
+    return np.asarray(named.clean.measured - predicted)
 
 
 def _beside_the_judged(recording: Recording, case: MeasuredMoves, floor: float) -> tuple[str, ...]:
@@ -764,6 +769,8 @@ def _waiting(named: NamingResult, case: MeasuredMoves) -> Finding | None:
     error = 1.96 * float(waits.std(ddof=1)) / math.sqrt(count) if count > 1 else 1.96 * sigma
     mean = float(waits.mean())
     gain = float(np.sum((waits / sigma) ** 2)) - 2.0 * count * math.log(len(case))
+    unseen = _unseen(named)
+    off = np.concatenate([unseen, (case.measured - named.fit.model.seconds(case))[named.late]])
     return Finding(
         "external-wait",
         says,
@@ -771,5 +778,5 @@ def _waiting(named: NamingResult, case: MeasuredMoves) -> Finding | None:
         {"mean": FittedParameter(mean, "s", mean - error, mean + error)},
         tuple(case.move[late].tolist()),
         dict(zip(case.move.tolist(), lost.tolist(), strict=True)),
-        Evidence(gain, LEVEL * min(1.0, math.exp(-0.5 * max(gain, 0.0))), rms(lost[late]), sigma),
+        Evidence(gain, LEVEL * min(1.0, math.exp(-0.5 * max(gain, 0.0))), rms(off), rms(unseen)),
     )

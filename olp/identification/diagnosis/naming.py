@@ -34,7 +34,13 @@ from olp.identification.diagnosis.search import (
     search,
     shelf_of,
 )
-from olp.identification.diagnosis.waits import at_a_line, late_moves, spread, waiting_moves
+from olp.identification.diagnosis.waits import (
+    at_a_line,
+    late_moves,
+    spread,
+    told_by_unseen_moves,
+    waiting_moves,
+)
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -148,9 +154,11 @@ def _order(best: ModelFit, clean: MeasuredMoves) -> float:
 
 
 def _waits(best: ModelFit, case: MeasuredMoves, noise: Noise) -> Mask:
-    """(n,) the late moves, or none where that takes away less than it leaves: waits are a name, too."""
+    """(n,) the late moves, or none where that takes away less than it leaves, or unseen moves do not tell it from the
+    tails of a scatter: waits are a name, too."""
     late = late_moves(best, case, noise.least)
     rest = np.nonzero(~late)[0].astype(np.int64)
     left = case.measured - best.model.seconds(case)
     floor = noise_left(best, case.take(rest), noise)
-    return late if late.any() and cut(left, left[rest], floor) >= CUT else np.zeros_like(late)
+    held = late.any() and cut(left, left[rest], floor) >= CUT and told_by_unseen_moves(left, noise.least)
+    return late if held else np.zeros_like(late)

@@ -7,7 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.identification.diagnosis.evidence import FALSE_DISCOVERIES
 from olp.identification.diagnosis.fitting import ModelFit
+from olp.identification.diagnosis.folds import COUNT
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import LEVEL, rank_correlation, ranks
 from olp.identification.diagnosis.scatter import far_out
@@ -34,6 +36,9 @@ _ROUNDS, _LEAST = (
     2.0,
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
 _ONE_SIDED = 5  # times as many late moves as early ones
+_TAILS = (1.5, 2.5, 4.0, 8.0, 30.0)  # degrees of freedom of a scatter
+_CLEARLY = 4.0  # times the scatter: where waits are looked for at first
+_LEAST_WAITS = 1e-6  # less is none
 
 
 def spread(residual: Floats, least: float) -> float:
@@ -61,6 +66,58 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if many and _the_same_moves(residual, late, case, sigma):
         return nothing
     return np.asarray(late, dtype=bool)
+
+
+def told_by_unseen_moves(residual: Floats, least: float) -> bool:
+    """Whether moves that were not fitted are likelier, as all names have to make them, where some moves wait than where
+    the scatter alone has tails, however heavy, on both sides. `residual` (n,) [s] of all moves."""
+    off = residual - np.median(residual)
+    folds = np.random.default_rng(1).permutation(len(off)) % COUNT
+    gain = 0.0
+    for label in range(COUNT):
+        seen, held = off[folds != label], off[folds == label]
+        gain += float((_foretold(seen, held, least, True) - _foretold(seen, held, least, False)).sum())
+    return gain >= -math.log(FALSE_DISCOVERIES)
+
+
+def _foretold(seen: Floats, held: Floats, least: float, waits: bool) -> Floats:
+    """(m,) log density of residuals `held` (m,) by those that are `seen`: Student's t, and with `waits` beside it an
+    exponential, whose mean is as uncertain as that of so few waits is. The degrees of freedom are weighted by how
+    likely they make what is seen."""
+    sigma = spread(seen, least)
+    start = np.where(waits & (seen > _CLEARLY * sigma), 1.0, 0.0)
+    told, density = [], []
+    for freedom in _TAILS:
+        likely, scale = start, sigma
+        for _ in range(_ROUNDS):
+            weight = (1.0 - likely) * (freedom + 1.0) / (freedom + (seen / scale) ** 2)
+            scale = max(math.sqrt(float(weight @ seen**2) / max(float((1.0 - likely).sum()), 1.0)), least)
+            wait = _waiting(seen, seen, likely)
+            likely = wait / np.maximum(wait + (1.0 - likely.mean()) * _student(seen, scale, freedom), 1e-300)
+        rest = 1.0 - float(likely.mean())
+        both = [_waiting(x, seen, likely) + rest * _student(x, scale, freedom) for x in (seen, held)]
+        told.append(float(np.log(np.maximum(both[0], 1e-300)).sum()))
+        density.append(both[1])
+    share = np.exp(np.array(told) - max(told))
+    return np.asarray(np.log(np.maximum(share @ np.stack(density) / share.sum(), 1e-300)))
+
+
+def _waiting(values: Floats, seen: Floats, likely: Floats) -> Floats:
+    """(m,) density of waits of `values` (m,) [s], where moves late by `seen` (n,) [s] are `likely` (n,) to wait: an
+    exponential whose mean is known by these (Lomax's distribution)."""
+    count, whole = float(likely.sum()), float(likely @ seen)
+    if count < _LEAST_WAITS or whole <= 0:
+        return np.zeros(len(values))
+    far = (1.0 + np.maximum(values, 0.0) / whole) ** -(count + 1.0)
+    return np.where(values > 0, count / len(seen) * count / whole * far, 0.0)
+
+
+def _student(values: Floats, scale: float, freedom: float) -> Floats:
+    """(m,) density of Student's t."""
+    size = math.lgamma(0.5 * (freedom + 1.0)) - math.lgamma(0.5 * freedom) - 0.5 * math.log(freedom * math.pi)
+    return np.asarray(
+        math.exp(size) / scale * (1.0 + (values / scale) ** 2 / freedom) ** (-0.5 * (freedom + 1.0))
+    )
 
 
 def at_a_line(late: Mask, residual: Floats, case: MeasuredMoves) -> bool:
@@ -178,7 +235,22 @@ def _chosen_by_the_motion(
         z = abs(excess) / math.sqrt(few * many * (few + many + 1) / 12.0)
         if math.erfc(z / math.sqrt(2.0)) * len(columns) < level:
             return True
-    return False
+    axes = [case.led(k)[one] for k in range(len(case.rates.names))] if case.rates is not None else []
+    return any(_as_many_by_chance(late, led) * len(axes) < level for led in axes)
+
+
+def _as_many_by_chance(late: Mask, inside: Mask) -> float:
+    """Probability that as many of the `late` (n,) are `inside` (n,) where chance deals them (hypergeometric)."""
+    count, size, few = len(late), int(inside.sum()), int(late.sum())
+
+    def ways(of: int, some: int) -> float:
+        return math.lgamma(of + 1) - math.lgamma(some + 1) - math.lgamma(of - some + 1)
+
+    most = min(size, few)
+    return sum(
+        math.exp(ways(size, k) + ways(count - size, few - k) - ways(count, few))
+        for k in range(max(int((late & inside).sum()), few + size - count), most + 1)
+    )
 
 
 def _of_the_motion(case: MeasuredMoves) -> tuple[Floats, ...]:
