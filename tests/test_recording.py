@@ -592,3 +592,14 @@ def test_commas_within_cells_and_quotes_are_kept(between, tmp_path):
     assert moves.duration.tolist() == [2.5]
     assert (moves.joints_start / deg).tolist() == [pytest.approx([1.25, 3.0])]
     assert moves.texts == {"note": ('a, "b"',), "other": ("c, d",)}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["move,duration_s,type,,\n1,2.5,wait,,\n2,3,wait\n", "move;duration_s;type;\n1;2,5;wait;\n2;3;wait;\n"],
+)
+def test_separators_at_the_end_of_lines_are_no_column(tmp_path, text):
+    (tmp_path / "moves.csv").write_text(text)
+    assert read_recording(tmp_path).moves.duration.tolist() == [2.5, 3.0]
+    (tmp_path / "moves.csv").write_text("move,duration_s,\n1,2.5,7\n")
+    assert [found.code for found in refused(tmp_path)] == ["D013"]

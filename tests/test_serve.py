@@ -364,7 +364,7 @@ def archive(files: dict[str, bytes]) -> bytes:
     ("name", "data", "code"),
     [
         ("x.csv", b"", "D002"),
-        ("x.csv", b"a;;;", "D011"),
+        ("x.csv", b"a;;b", "D011"),
         ("x.txt", b"nothing", "Z013"),
         ("x.zip", b"PK\x03\x04 no archive", "Z012"),
         ("x.zip", archive({"../moves.csv": b"move\n"}), "Z012"),

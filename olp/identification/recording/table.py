@@ -241,7 +241,16 @@ def read_table(path: Path) -> RecordingTable:
         raise OlpError(
             error("D002", f"not CSV: {problem}", span, file=file, help="check the quotes")
         ) from None
+    # Separators at the end of every line make no column, where nothing stands behind them.
+    width = _width(rows[0] if rows else [])
+    if rows and 0 < width < len(rows[0]):
+        rows = [row if any(row[width:]) else row[:width] for row in rows]
     return _from_rows(file, tuple(lines), rows, starts)
+
+
+def _width(header: Sequence[str]) -> int:
+    """Columns up to the last one with a name."""
+    return max((i + 1 for i, name in enumerate(header) if name), default=0)
 
 
 def _read_workbook(path: Path) -> RecordingTable:
@@ -276,7 +285,7 @@ def _read_workbook(path: Path) -> RecordingTable:
     if len(cells) > MOST_ROWS + 1:
         raise OlpError(error("D003", f"more than {MOST_ROWS:,} moves", file=file))
     # Sheets remember cells that were once used: what lies right of the header and is empty is no column.
-    width = max((i + 1 for i, name in enumerate(cells[0] if cells else []) if name), default=0)
+    width = _width(cells[0] if cells else [])
     rows = [
         [*row[:width], *([""] * (width - len(row))), *(cell for cell in row[width:] if cell)] for row in cells
     ]
