@@ -2388,3 +2388,26 @@ def test_a_hybrid_move_is_told(target):
     text = ".PROGRAM part()\nSPEED 500 MM/S ALWAYS\nHMOVE a\n.END\n.TRANS\na 900 0 500 0 180 0\n.END\n"
     made = converted(text, "as", target)
     assert [loss.line for loss in made.translated.losses if loss.part == "option"] == [3]
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl"])
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        (["x = 1.5", 'x = "text"'], "texts in a variable of numbers: the target has a type for each"),
+        (["x = 1.5", "x = [1, 2, 3]"], "in a variable of numbers|x with 1 index"),
+        (["x = 1.5", "p = get_actual_tcp_pose()", "x = p"], "places in a variable of numbers"),
+        (['s = "text"', "x = sqrt(s)"], "sqrt of texts, where it takes numbers"),
+        (["p = get_actual_tcp_pose()", "x = not (p)"], "the operator not on places"),
+    ],
+)
+def test_values_of_another_kind_than_a_typed_language_takes_are_told(rows, says, target):
+    text = script(*rows)
+    made = converted(text, "urscript", target)
+    assert any(re.search(says, loss.says) for loss in made.translated.losses)
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "inform", "urscript"])
+def test_an_input_that_is_set_is_told(target):
+    made = converted(krl("SIGNAL CODE $IN[1] TO $IN[4]", "CODE=5"), "krl", target)
+    assert any(loss.says == "an input that is set" for loss in made.translated.losses if loss.leaves_out)

@@ -34,7 +34,8 @@ from olp.core.units import mm
 from olp.ir.expressions import Compare, Number, Quantity, Signal, SignalState
 from olp.ir.program import Comment, Declare, Move, Opaque, PathTrigger, Program, SetOutput, Wait
 from olp.languages.limits import limits_of, writable
-from olp.languages.vendor import Vendor, find_vendor, vendor_names
+from olp.languages.loading import cell_of
+from olp.languages.vendor import Vendor, find_vendor, part_of, vendor_names
 from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
@@ -273,6 +274,27 @@ def writes_the_same_again(it: WriterUnderTest) -> Iterator[Difference]:
     contract, made = it.contracts[BRANCHES[0]]
     if it.written(contract.program).files != made.files:
         yield f"contract_program({BRANCHES[0]})", "another text the second time"
+
+
+def writes_what_controllers_load(it: WriterUnderTest) -> Iterator[Difference]:
+    """A controller loads the contract program and other languages' programs as they are written, but for names that
+    these have from elsewhere"""
+    loading = part_of(it.vendor.name, "load")
+    if loading is None:
+        return
+    contracts = [(f"contract_program({n})", made) for n, (_, made) in it.contracts.items()]
+    others = [(f"{n} of {v}", made) for v, n, made in it.foreign if isinstance(made, Converted)]
+    for given, made in (*contracts, *others):
+        with temporary_cell() as folder:
+            for name, data in made.files.items():
+                (folder / name).write_bytes(data)
+            for path in sorted(folder.iterdir()):
+                if path.suffix.lower() not in it.vendor.suffixes:
+                    continue
+                source = load(path)
+                for found in loading.check(source, cell_of(source, it.vendor, loading)):
+                    if found.code != _ELSEWHERE:
+                        yield f"{given}, {path.name}:{found.line}: {found.source_line.strip()}", found.message
 
 
 # --- what the text does ------------------------------------------------------------------------------------
@@ -611,6 +633,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     spells_poses_as_the_sample,
     spells_speeds_as_the_sample,
     keeps_words,
+    writes_what_controllers_load,
     loses_nothing_else,
     writes_each_kind_of_statement,
     keeps_inputs_and_outputs_apart,
@@ -632,6 +655,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
 # and what the receipt tells of it, new names included, is a part of its own.
 
 
+_ELSEWHERE: Final = "K101"  # a name that no file of the cell declares
 _WRITTEN: Final = ".written"
 _CONTRACT: Final = "contract"
 _EDGES: Final = "edges"

@@ -47,14 +47,29 @@ _TAKES: Final[Mapping[str, tuple[str, ...]]] = {
     "code-of-character": ("string",),
     "text-of-value": ("",),
 }
-_NUMBERS: Final = frozenset(
-    {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "abs", "round", "trunc", "floor", "ceil"}
+NUMERIC_FUNCTIONS: Final = frozenset(
+    {
+        "sqrt",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "abs",
+        "round",
+        "trunc",
+        "floor",
+        "ceil",
+        "power",
+    }
 )
 
 
 def taken(function: str, count: int) -> tuple[str, ...]:
     """What a function takes its `count` arguments for, "" where that tells nothing."""
-    takes = _TAKES.get(function, ("real",) if function in _NUMBERS else ("",))
+    takes = _TAKES.get(function, ("real",) if function in NUMERIC_FUNCTIONS else ("",))
     return tuple(takes[min(at, len(takes) - 1)] for at in range(count))
 
 

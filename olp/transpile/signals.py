@@ -125,6 +125,9 @@ class _Signals:
             self._tell_analog(s)
         if self.from_zero and any(map(_is_computed, expressions_of(s))):
             self.work.lose(s, Fate.APPROXIMATED, "index", _FROM_ZERO)
+        if isinstance(s, (st.SetOutput, st.PulseOutput)) and "in" in s.signal.bus.split("-"):
+            self.work.lose(s, Fate.REFUSED, "signal", "an input that is set")
+            return s
         s = mapped(s, self.change)
         if self.work.target_conventions.group_sizes:
             self._tell_group(s)

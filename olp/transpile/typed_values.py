@@ -16,7 +16,9 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, sets_numbers
 from olp.languages.limits import ValueTypes
+from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.name_types import NUMERIC_FUNCTIONS, taken
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
 from olp.transpile.symbols import Symbols, kind_of_value
 
@@ -26,6 +28,18 @@ _LITERALS: Final = frozenset(
     {ex.Number, ex.Text, ex.SignalState, ex.PositionLiteral, ex.RecordLiteral, ex.Unary, ex.Binary}
 )
 _MODULE_DATA: Final = frozenset({"tool", "frame"})
+# What no language converts into one another, in a receipt's words.
+_FAMILIES: Final = {
+    "integer": "numbers",
+    "real": "numbers",
+    "boolean": "numbers",
+    "string": "texts",
+    "position": "places",
+    "joints": "places",
+    "tool": "places",
+    "frame": "places",
+    "list": "lists",
+}
 _NOTHING: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
@@ -59,8 +73,11 @@ class _Typing:
     def statement(self, routine: str, s: st.Statement) -> list[st.Statement]:
         if not isinstance(s, (st.Move, st.Declare)):
             s = mapped(s, lambda e: self._handed(routine, self._compared(routine, e)))
+        self._refuse_misuse(routine, s)
         if isinstance(s, st.Declare):
             return self._begun(routine, s)
+        if isinstance(s, st.Message):
+            return [replace(s, text=self._as_text(routine, s.text))]
         if isinstance(s, st.Assign):
             return self._assigned(routine, s, self._kind(routine, s.target))
         if isinstance(s, st.Return) and s.value is not None:
@@ -96,9 +113,15 @@ class _Typing:
         return replace(s, arguments=arguments, result=ex.Named(self.unused[kind].name))
 
     def _handed(self, routine: str, e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Function and e.name == _JOINED:
+            return replace(e, arguments=tuple(self._as_text(routine, one) for one in e.arguments))
         if type(e) is not ex.CallValue or not e.arguments:
             return e
         return replace(e, arguments=tuple(self._argument(routine, one) for one in e.arguments))
+
+    def _as_text(self, routine: str, e: ex.Expression) -> ex.Expression:
+        """What is shown; a variable that is a number for want of a declaration was no number to `shown_values`."""
+        return ex.Function(AS_TEXT, (e,)) if self._certain(routine, e) in _NUMBERS else e
 
     def _argument(self, routine: str, e: ex.Expression) -> ex.Expression:
         return ex.Compare("=", e, ex.SignalState(True)) if self._kind(routine, e) == "signal" else e
@@ -106,6 +129,12 @@ class _Typing:
     def _assigned(self, routine: str, s: st.Assign | st.Return, wanted: str) -> list[st.Statement]:
         """A statement whose value is of the type `wanted`."""
         given = self._kind(routine, s.value)
+        takes = self._certain(routine, s.target) if isinstance(s, st.Assign) else wanted
+        sure = "list" if isinstance(s.value, ex.RecordLiteral) else self._certain(routine, s.value)
+        if _differ(takes, sure):
+            says = f"{_FAMILIES[sure]} in a variable of {_FAMILIES[takes]}: the target has a type for each"
+            self.work.lose(s, Fate.REFUSED, "statement", says)
+            return [s]
         if wanted == given or not wanted or not given or s.value is None:
             return [s]
         if wanted == "boolean" and given == "signal":
@@ -124,6 +153,70 @@ class _Typing:
             says = "joint values and a pose in one variable: the target has a type for each"
             self.work.lose(s, Fate.REFUSED, "statement", says)
         return [s]
+
+    def _certain(self, routine: str, e: ex.Expression | None) -> str:
+        """As `kind_of_value`, "" where that takes a type for granted: of members, system values, most functions."""
+        kind = kind_of_value(self.symbols, routine, e)
+        granted = (
+            isinstance(e, (ex.Member, ex.SystemValue))
+            or (isinstance(e, ex.Item) and not self._sizes(routine, e))
+            or (isinstance(e, ex.Function) and e.name not in NUMERIC_FUNCTIONS)
+        )
+        return "" if kind == "real" and granted else kind
+
+    def _sizes(self, routine: str, e: ex.Item) -> tuple[ex.Expression, ...]:
+        """The declared sizes of what an element is of, () where none are known."""
+        symbol = self.symbols.find(routine, e.base.name) if isinstance(e.base, ex.Named) else None
+        return () if symbol is None else symbol.sizes
+
+    def _refuse_misuse(self, routine: str, s: st.Statement) -> None:
+        """Refuses a statement that uses a value as what it is not: a text as a number, a number as an array."""
+        called = self._hands_others(routine, s) if isinstance(s, st.Call) else ""
+        misused = (self._misused(routine, e) for e in expressions_of(s))
+        if says := called or next(filter(None, misused), ""):
+            self.work.lose(s, Fate.REFUSED, "statement", says)
+
+    def _misused(self, routine: str, e: ex.Expression) -> str:
+        if isinstance(e, ex.Function):
+            wanted = taken(e.name, len(e.arguments))
+            given = [self._certain(routine, one) for one in e.arguments]
+            pairs = ((w, g) for w, g in zip(wanted, given, strict=True) if _differ(w, g))
+            return next((f"{e.name} of {_FAMILIES[g]}, where it takes {_FAMILIES[w]}" for w, g in pairs), "")
+        if isinstance(e, ex.Item) and isinstance(e.base, ex.Named):
+            return self._counted_otherwise(routine, e.base.name, e)
+        if isinstance(e, (ex.Binary, ex.Unary, ex.Logic)):
+            word, sides = _operands(e)
+            families = {_FAMILIES.get(self._certain(routine, one), "") for one in sides}
+            if "places" in families or ("texts" in families and not isinstance(e, ex.Binary)):
+                return f"the operator {word} on {'places' if 'places' in families else 'texts'}"
+        if isinstance(e, ex.CallValue):
+            return self._hands_others(routine, e)
+        return ""
+
+    def _counted_otherwise(self, routine: str, name: str, e: ex.Item) -> str:
+        """What is wrong with an element of an array of numbers; a name that a pass made may be the copy of one."""
+        symbol, count = self.symbols.find(routine, name), len(self._sizes(routine, e))
+        if symbol is None or symbol.type not in _NUMBERS or count == len(e.indices):
+            return ""
+        declared = self.symbols.declared.get(name)
+        made = not symbol.scope and (declared is None or not declared.line)
+        if not count and (made or isinstance(symbol.value, ex.Named)):
+            return ""
+        given = f"{len(e.indices)} {'index' if len(e.indices) == 1 else 'indices'}"
+        return f"{name} with {given}, declared with {count or 'none'}"
+
+    def _hands_others(self, routine: str, call: st.Call | ex.CallValue) -> str:
+        called = self.symbols.routines.get(call.routine)
+        if called is None:
+            return ""
+        if len(call.arguments) > len(called.parameters):
+            return f"{call.routine} with {len(call.arguments)} arguments, which has {len(called.parameters)}"
+        types = {p.name: p.type for p in called.parameters if not p.sizes}
+        for name, one in paired(called.parameters, call.arguments):
+            wanted, given = types.get(name, ""), self._certain(routine, one)
+            if _differ(wanted, given):
+                return f"{call.routine} with {_FAMILIES[given]}, where it takes {_FAMILIES[wanted]}"
+        return ""
 
     def _kind(self, routine: str, e: ex.Expression | None) -> str:
         """As `kind_of_value`; "signal" for the state of one where that is a number and still no plain one."""
@@ -155,6 +248,18 @@ class _Typing:
             states = [self._as_state(routine, side) for side in (e.left, e.right)]
             return replace(e, left=states[0], right=states[1])
         return e
+
+
+def _differ(wanted: str, given: str) -> bool:
+    """Whether two types are of two families; False where one is not known."""
+    return wanted in _FAMILIES and given in _FAMILIES and _FAMILIES[wanted] != _FAMILIES[given]
+
+
+def _operands(e: ex.Binary | ex.Unary | ex.Logic) -> tuple[str, tuple[ex.Expression, ...]]:
+    """The word of an operation and what it is of."""
+    if isinstance(e, ex.Logic):
+        return e.rest[0][0] if e.rest else "and", (e.first, *(one for _, one in e.rest))
+    return e.operator, (e.operand,) if isinstance(e, ex.Unary) else (e.left, e.right)
 
 
 def _is_digital(e: ex.Signal) -> bool:
