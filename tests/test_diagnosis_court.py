@@ -838,6 +838,15 @@ def test_moves_that_are_late_the_more_the_more_they_carry_do_not_wait(column, tm
         assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
 
 
+def test_a_few_waits_that_grow_with_a_property_by_chance_are_waits(tmp_path):
+    plain_times, load = plain(25), np.random.default_rng(25).uniform(2.0, 6.0, COUNT).round(2)
+    few = np.arange(COUNT) % (COUNT // 5) == 3
+    late = np.where(few, 0.3 + 0.01 * load, 0.0)  # all five in the order of their loads: one of 120 orders
+    real = plain_times + late + 0.001 * np.random.default_rng(26).normal(size=COUNT)
+    case = case_of(record(tmp_path / "moves", real, 25, {"payload_kg": load.tolist()})).case
+    assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).sum() == few.sum()
+
+
 def test_moves_that_one_axis_leads_do_not_wait(tmp_path):
     real = plain(19) + np.random.default_rng(19).normal(0.0, 0.002, COUNT)
     some = np.arange(5, COUNT, 20)

@@ -89,7 +89,8 @@ FEATURES = (
 def feature(case: MeasuredMoves, name: str) -> Floats | tuple[str, ...]:
     """What a condition can be about, one of `FEATURES`: numbers (n,) in SI, nan where not known, or words, "" likewise.
 
-    x, y, z: of the end of a move; middle: halfway from start to end; incline: the sine of its direction, up is
+    x, y, z: of the end of a move; middle: halfway from start to end of a straight move, as no joint
+    move passes there; incline: the sine of its direction, up is
     positive; axis: the one that turns most.
     """
     if name in _NUMBERS:
@@ -108,7 +109,9 @@ _NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
     **{axis: lambda case, k=k: case.end[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
     **{f"start {axis}": lambda case, k=k: case.start[:, k] for k, axis in enumerate("xyz")},  # type: ignore[misc]
     **{
-        f"middle {axis}": lambda case, k=k: 0.5 * (case.start[:, k] + case.end[:, k])  # type: ignore[misc]
+        f"middle {axis}": lambda case, k=k: np.where(  # type: ignore[misc]
+            case.joint, np.nan, 0.5 * (case.start[:, k] + case.end[:, k])
+        )
         for k, axis in enumerate("xyz")
     },
     "length": lambda case: case.length,

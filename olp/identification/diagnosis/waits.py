@@ -274,9 +274,9 @@ def _with_the_motion(residual: Floats, late: Mask, case: MeasuredMoves) -> float
 def _tail(rho: float, count: int) -> float:
     """Probability of a correlation of ranks of at least that by chance (C. Spearman, American Journal of Psychology 15,
     1904): its inverse hyperbolic tangent is near enough normal (E. Fieller, H. Hartley, E. Pearson, Biometrika 44,
-    1957)."""
+    1957), but no order of few ranks is rarer than one in all of them."""
     z = math.atanh(max(min(rho, 1.0 - 1e-9), 1e-9 - 1.0)) * math.sqrt((count - 3) / 1.06)
-    return 0.5 * math.erfc(z / math.sqrt(2.0))
+    return max(0.5 * math.erfc(z / math.sqrt(2.0)), 1.0 / math.factorial(min(count, 20)))
 
 
 def _the_same_moves(residual: Floats, late: Mask, case: MeasuredMoves, sigma: float) -> bool:
