@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 _DIGITS: Final = re.compile(r"[0-9]+")
-# 0x1F is a number and 1x1F is none; C1MOVE is a move; grammars bound the digits of numbers and of exponents.
-_EXACT: Final = re.compile(r"[0-9](?:x|\.?e[-+]?[0-9]{3})|c[0-9]+move|[0-9]{19}", re.IGNORECASE)
+# 0x1F is a number and 1x1F is none; C1MOVE and SET2HOME are words; grammars bound the digits of numbers and exponents.
+_EXACT: Final = re.compile(r"[0-9](?:x|\.?e[-+]?[0-9]{3})|c[0-9]+move|set[0-9]+home|[0-9]{19}", re.IGNORECASE)
 _MOST: Final = 2000  # shapes that are kept: about 10 MB
 
 

@@ -157,12 +157,10 @@ class MeasuredMoves:
     def bodies_known(self) -> bool:
         """Whether the positions of elbow and wrist are known along every straight move, also of those that were not
         taken: forms stay what they are."""
-        return self.number("bodies known", self._bodies_known) > 0
-
-    def _bodies_known(self) -> float:
         if self.rates is None or self.rates.bodies is None:
-            return 0.0
-        return float(np.isfinite(self.rates.bodies[self.moving & ~self.joint]).all())
+            return False
+        along = self.rates.bodies[self.moving & ~self.joint]
+        return self.number("bodies known", lambda: float(np.isfinite(along).all())) > 0
 
     def once(self, name: str, make: Callable[[], Floats]) -> Floats:
         """A column derived from this case, computed by `make` on the first call and then kept under `name`."""
