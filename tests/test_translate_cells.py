@@ -136,3 +136,14 @@ def test_a_program_with_an_error_stops_itself_and_what_shares_with_it_alone(tmp_
     assert "good.mod" in told.out
     assert main(["convert", str(folder / "bad.mod"), "--to", "krl", "-o", str(tmp_path / "none")]) == 2
     assert not (tmp_path / "none").exists()
+
+
+def test_a_routine_of_another_file_is_the_global_one_and_no_file_s_own(tmp_path):
+    """A file's own routine stood before in the folder, and was called by all."""
+    (tmp_path / "AREA.src").write_text("DEF AREA ( )\nEND\nDEF TELL (n :IN)\nINT n\nWAIT SEC 7\nEND\n")
+    (tmp_path / "LIB.src").write_text("DEF LIB ( )\nEND\nGLOBAL DEF TELL (n :IN)\nINT n\nWAIT SEC n\nEND\n")
+    (tmp_path / "PART.src").write_text("DEF PART ( )\nTELL (2)\nEND\n")
+    assert read(tmp_path / "PART.src").plan().durations.sum() == pytest.approx(2.0)
+    linked = link(read(tmp_path / "PART.src")).program
+    made = convert(linked, "rapid", Context())
+    assert b"WaitTime 7" not in b"".join(made.files.values())

@@ -243,6 +243,9 @@ class Jobs:
     _own: dict[tuple[int, str], RunnableRoutine] = field(
         default_factory=dict
     )  # (source, name): a file's own routines win
+    _private: dict[str, RunnableRoutine] = field(
+        default_factory=dict
+    )  # other files' own, which no other may call
     _read_files: set[Path] = field(default_factory=set)
     _beside: dict[Path, bytes] | None = None  # files not read so far, and what they hold in lower case
     _searched: set[str] = field(default_factory=set)  # names that no file left in `_beside` holds
@@ -268,7 +271,7 @@ class Jobs:
             job = self._jobs.get(key)
         if job is None and self.read_naming((name,)):
             job = self._jobs.get(key)
-        return job
+        return job or self._private.get(key)
 
     def read_file(self, path: Path) -> int | None:
         """The index of a file's source; it is read where no name has led to it. None where it cannot be read."""
@@ -327,11 +330,12 @@ class Jobs:
         for routine in program.routines:
             routine = with_raised(program, routine)
             body = with_end_actions(program.vendor, routine.body)
-            job = RunnableRoutine(program, routine, len(self._jobs), source, body, _points(routine))
-            self._jobs.setdefault(_key(routine.name), job)
+            job = RunnableRoutine(program, routine, len(self._own), source, body, _points(routine))
+            seen = self._jobs if routine.shared or source == 0 else self._private
+            seen.setdefault(_key(routine.name), job)
             self._own.setdefault((source, _key(routine.name)), job)
         if file_name and program.routines:
-            self._jobs.setdefault(file_name, self._jobs[_key(program.routines[0].name)])
+            self._jobs.setdefault(file_name, self._own[(source, _key(program.routines[0].name))])
 
     def _read(self, key: str) -> None:
         """Reads the file called like the job, else the one whose head names it."""
