@@ -218,6 +218,28 @@ def test_a_vendor_that_hands_on_what_others_do_not_have_breaks_its_contract(
     assert [told for path in paths for told in unlike_derived(vendor, path, suffix)]
 
 
+@pytest.mark.parametrize(
+    ("language", "was", "becomes"),
+    [
+        ("rapid", rb"(?m)^(.*VAR num .*\n)", rb"\1\1"),
+        ("krl", rb"\$OUT\[", rb"$IN["),
+    ],
+)
+def test_a_writer_whose_text_no_controller_loads_breaks_its_contract(
+    language: str, was: bytes, becomes: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = writers.convert
+
+    def careless(*given, **how):
+        made = whole(*given, **how)
+        return replace(made, files={n: re.sub(was, becomes, data) for n, data in made.files.items()})
+
+    monkeypatch.setattr(writers, "convert", careless)
+    under = WriterUnderTest(find_vendor(language), None)
+    told = [given for given, _ in writers.writes_what_controllers_load(under)]
+    assert any(given.startswith("contract_program") for given in told)
+
+
 def test_a_name_that_editors_are_not_told_breaks_the_contract(monkeypatch: pytest.MonkeyPatch) -> None:
     vendor = find_vendor("tp")
     declared = samples_folder(vendor) / "readings" / "moves.reading"

@@ -2396,9 +2396,9 @@ def test_a_hybrid_move_is_told(target):
     [
         (["x = 1.5", 'x = "text"'], "texts in a variable of numbers: the target has a type for each"),
         (["x = 1.5", "x = [1, 2, 3]"], "in a variable of numbers|x with 1 index"),
-        (["x = 1.5", "p = get_actual_tcp_pose()", "x = p"], "places in a variable of numbers"),
+        (["x = 1.5", "p = get_actual_tcp_pose()", "x = p"], "positions in a variable of numbers"),
         (['s = "text"', "x = sqrt(s)"], "sqrt of texts, where it takes numbers"),
-        (["p = get_actual_tcp_pose()", "x = not (p)"], "the operator not on places"),
+        (["p = get_actual_tcp_pose()", "x = not (p)"], "the operator not on positions"),
     ],
 )
 def test_values_of_another_kind_than_a_typed_language_takes_are_told(rows, says, target):

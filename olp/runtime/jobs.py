@@ -243,9 +243,8 @@ class Jobs:
     _own: dict[tuple[int, str], RunnableRoutine] = field(
         default_factory=dict
     )  # (source, name): a file's own routines win
-    _private: dict[str, RunnableRoutine] = field(
-        default_factory=dict
-    )  # other files' own, which no other may call
+    # Routines that another file has for itself: called only where no file shares one of the name.
+    _private: dict[str, RunnableRoutine] = field(default_factory=dict)
     _read_files: set[Path] = field(default_factory=set)
     _beside: dict[Path, bytes] | None = None  # files not read so far, and what they hold in lower case
     _searched: set[str] = field(default_factory=set)  # names that no file left in `_beside` holds

@@ -34,10 +34,10 @@ _FAMILIES: Final = {
     "real": "numbers",
     "boolean": "numbers",
     "string": "texts",
-    "position": "places",
-    "joints": "places",
-    "tool": "places",
-    "frame": "places",
+    "position": "positions",
+    "joints": "positions",
+    "tool": "positions",
+    "frame": "positions",
     "list": "lists",
 }
 _NOTHING: Final = ex.PositionLiteral("pose", (0.0,) * 6)
@@ -187,8 +187,8 @@ class _Typing:
         if isinstance(e, (ex.Binary, ex.Unary, ex.Logic)):
             word, sides = _operands(e)
             families = {_FAMILIES.get(self._certain(routine, one), "") for one in sides}
-            if "places" in families or ("texts" in families and not isinstance(e, ex.Binary)):
-                return f"the operator {word} on {'places' if 'places' in families else 'texts'}"
+            if "positions" in families or ("texts" in families and not isinstance(e, ex.Binary)):
+                return f"the operator {word} on {'positions' if 'positions' in families else 'texts'}"
         if isinstance(e, ex.CallValue):
             return self._hands_others(routine, e)
         return ""
