@@ -98,3 +98,25 @@ def test_groups_of_inform_are_declared_in_krl():
     )
     assert not [one for one in found.verdict.objections if one.kind == "difference"]
     assert sum(one.steps for one in found.made_up) >= 4 * 4
+
+
+NAMED = """DEF N()
+SIGNAL grip $OUT[12] TO $OUT[15]
+SIGNAL lamp $OUT[3]
+PTP {A1 0,A2 -90,A3 90,A4 0,A5 45,A6 0}
+grip=3
+lamp=TRUE
+END
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "rows"), [("rapid", ["SetGO grip,3;", "SetDO do3,1;"]), ("tp", ["GO[1]=3", "DO[3]=ON"])]
+)
+def test_a_name_that_a_routine_gives_a_signal_is_no_variable(target, rows):
+    """Names of signals are declared in a routine as variables are, and no run sets them: nothing is refused."""
+    result = converted(NAMED, "krl", target, on_loss="error")
+    written = b"".join(result.files.values()).decode("cp1252")
+    assert all(row in written for row in rows)
+    asked = [thing for things in result.translated.asks.values() for thing in things]
+    assert "out-group grip is out 12 to 15" in asked

@@ -167,6 +167,8 @@ class _Signals:
                 return self._group(e, shown, ((int(shown) - 1) * size + 1, int(shown) * size))
         if shown and e.bus in self.work.target_conventions.group_sizes:
             return self._sized_group(e, shown)
+        if shown and e.bus in _GROUPS:
+            self._tell_ends(e, shown)
         if self.work.target_conventions.controller_names and isinstance(e.index, ex.Number):
             name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
@@ -188,6 +190,13 @@ class _Signals:
                 numbers = [int(end.value) for end in ends if isinstance(end, ex.Number)]
                 return (numbers[0], numbers[1]) if len(numbers) == 2 else None
         return None
+
+    def _tell_ends(self, e: ex.Signal, shown: str) -> None:
+        """What a group consists of, where the configuration of the target says it and no program."""
+        if (ends := self._declared(shown)) is not None:
+            way = e.bus.partition("-")[0]
+            says = "configure these groups with the signals of the source"
+            self.work.ask(says, f"{e.bus} {shown} is {way} {ends[0]} to {ends[1]}")
 
     def _sized_group(self, e: ex.Signal, shown: str) -> ex.Signal:
         """A group where the target has groups of a size alone, one behind the other; those of others are refused."""
@@ -249,7 +258,9 @@ class _Signals:
             value = ex.RecordLiteral(_DECLARED, tuple(("", ex.Signal(way, ex.Number(end))) for end in ends))
             own = number if number.isidentifier() else f"{way.upper()}_{ends[0]}_{ends[1]}"
             name = own if self._declared(number) else self.work.fresh(own)
-            declared = self.groups[(e.bus, number)] = st.Declare(0, name, "signal", value, native=_DECLARED)
+            declared = self.groups[(e.bus, number)] = st.Declare(
+                0, name, "signal", value, storage="constant", native=_DECLARED
+            )
         self.work.names[("signal", f"{e.bus} {number}")] = f"{bus} {declared.name}"
         return replace(e, bus=bus, index=ex.Text(declared.name))
 

@@ -149,7 +149,8 @@ class DeclarationRules(KrlMoveRules):
             signal = Signal(f"{signal.bus}-group", Text(spelt))
         self.scope.declare(name, "SIGNAL")
         self.scope.name_signal(name, signal)
-        return (Declare(0, spelt, "signal", value, shared="GLOBAL" in modifiers, native="SIGNAL"),)
+        shared = "GLOBAL" in modifiers
+        return (Declare(0, spelt, "signal", value, storage="constant", shared=shared, native="SIGNAL"),)
 
     def _signal(self, it: KrlReference) -> Signal:
         found = self.lower(it)
