@@ -12,7 +12,7 @@ from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.result import FittedParameter
-from olp.identification.diagnosis.search import move_terms, shelf_of
+from olp.identification.diagnosis.search import in_its_place, move_terms, of_all_axes, shelf_of
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
@@ -255,3 +255,88 @@ def test_joint_moves_without_a_speed_that_are_simulated_slower_are_told(tmp_path
     (tmp_path / "recording.toml").write_text('robot = "yaskawa/gp25"\n')
     notes = case_of(read_recording(tmp_path)).notes
     assert [note.partition(", but")[0] for note in notes if "speed_pct" in note] == told
+
+
+SPEEDS, RAMPS = np.array([3.0, 2.5, 4.0, 5.0]), np.array([12.0, 10.0, 16.0, 20.0])  # of the simulation's axes
+
+
+def together(turned, share, speeds, ramps):
+    """(n,) [s] of joint moves by (n, 4) [rad], all axes from rest to rest at the same time."""
+    top = (share[:, None] * speeds / np.maximum(turned, 1e-12)).min(axis=1)
+    slow = (ramps / np.maximum(turned, 1e-12)).min(axis=1)
+    return np.where(top**2 <= slow, 1.0 / top + top / slow, 2.0 / np.sqrt(slow))
+
+
+def of_four_axes(folder, turned, share, speeds, ramps, scatter=0.0):
+    """The moves of a recording whose axes have other `speeds` and `ramps` than simulated."""
+    noise = np.random.default_rng(5).normal(0.0, scatter, len(turned))
+    took, sim = together(turned, share, speeds, ramps) + noise, together(turned, share, SPEEDS, RAMPS)
+    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 5)]
+    table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names])]
+    for k, way in enumerate(np.degrees(turned)):
+        ends = ",".join(f"{q:.9f}" for q in way)
+        table.append(f"{k},joint,{100 * share[k]:.9f},{took[k]:.9f},{sim[k]:.9f},0,0,0,0,{ends}")
+    (folder / "moves.csv").write_text("\n".join(table) + "\n")
+    return case_of(read_recording(folder)).case
+
+
+def of_axes(name, moves, axes, value):
+    term = load_term(name)
+    return [ModelPart(term, form, np.array([value])) for form in term.forms(moves) if form.axis in axes]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("speed-scale", 0.6), ("speed-scale", 1.7), ("acceleration", 2.5), ("acceleration", 0.4)],
+)
+def test_another_axis_leads_where_the_first_one_is_slower_or_quicker_than_simulated(tmp_path, name, value):
+    """A joint move takes as long as its slowest axis needs, whichever that is then."""
+    rng = np.random.default_rng(8)
+    turned = rng.uniform(0.1, 2.0, (80, 4)) * np.where(rng.random((80, 4)) < 0.3, 0.0, 1.0)
+    turned[np.arange(80), np.arange(80) % 4] += 1.5
+    share = rng.choice([0.3, 0.6, 1.0], 80)
+    changed = np.where(np.arange(4) == 1, value, 1.0)
+    speeds = SPEEDS * (changed if name == "speed-scale" else 1.0)
+    ramps = RAMPS * (changed if name == "acceleration" else 1.0)
+    moves = of_four_axes(tmp_path, turned, share, speeds, ramps)
+    model = DurationModel(tuple(of_axes(name, moves, (1,), value)))
+    np.testing.assert_allclose(model.seconds(moves), moves.measured, atol=2e-4)
+    alone = np.where(moves.led(1), 1.0, 0.0)
+    assert np.abs(moves.measured - moves.simulated)[alone == (value > 1)].max() > 0.05
+    some = np.arange(80)[::-3].copy()
+    np.testing.assert_allclose(model.seconds(moves.take(some)), model.seconds(moves)[some], atol=1e-12)
+    (many,) = model.smooth_with([(0, model.parts[0])], moves)
+    np.testing.assert_allclose(many, model.seconds(moves), atol=1e-12)
+
+
+def one_by_one(shares):
+    """Moves of one axis each, of each at every share of its speed."""
+    told = list(product((0.5, 0.9, 1.4, 2.0), shares, range(4)))
+    turned = np.array([[way * (axis == k) for k in range(4)] for way, _, axis in told])
+    return turned, np.array([share for _, share, _ in told])
+
+
+def test_all_axes_of_the_terms_that_some_have_are_found_where_each_alone_is_worth_little(tmp_path):
+    """Axes are slower and accelerate more: at some speeds the one makes up for the other."""
+    turned, share = one_by_one((0.1, 0.5, 0.7, 1.0))
+    off = np.array([1.0, 0.9, 0.94, 0.96])
+    ramps = RAMPS * np.array([1.0, 2.4, 1.7, 1.4])
+    moves = of_four_axes(tmp_path, turned, share, SPEEDS * off, ramps, 0.002)
+    first = of_axes("speed-scale", moves, (1,), 0.9) + of_axes("acceleration", moves, (1,), 2.0)
+    shelf, best = shelf_of(moves, move_terms()), fit(DurationModel(tuple(first)), moves, NOISE, 20)
+    full = of_all_axes(best, shelf, moves, NOISE)
+    found = {(p.term.name, p.form.axis): float(p.values[0]) for p in full.model.parts}
+    assert set(found) == set(product(("speed-scale", "acceleration"), (1, 2, 3)))
+    for axis in (1, 2, 3):
+        assert found["speed-scale", axis] == pytest.approx(off[axis], abs=0.01)
+        assert found["acceleration", axis] == pytest.approx(ramps[axis] / RAMPS[axis], rel=0.1)
+
+
+def test_where_a_name_of_an_axis_falls_those_that_stay_act_on_that_axis(tmp_path):
+    turned, share = one_by_one((0.4, 0.7, 1.0))
+    moves = of_four_axes(tmp_path, turned, share, SPEEDS * np.array([1.0, 0.9, 0.9, 0.9]), RAMPS, 0.002)
+    shelf, slower = shelf_of(moves, move_terms()), of_axes("speed-scale", moves, (1, 2), 0.9)
+    bare, (gone,) = fit(DurationModel(tuple(slower)), moves, NOISE), of_axes("acceleration", moves, (3,), 0.8)
+    found = in_its_place(bare, gone, shelf, moves, NOISE, set())
+    assert [(p.term.name, p.form.axis) for p in found.model.parts] == [("speed-scale", k) for k in (1, 2, 3)]
+    assert in_its_place(bare, gone, shelf, moves, NOISE, {"speed-scale/3"}) is bare

@@ -19,7 +19,7 @@ from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_time
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.runtime.folder import DEFAULT_ZONES
 from olp.timing.accelerations import MotionLimits, constant_axes
-from olp.timing.physics._case import MeasuredMoves
+from olp.timing.physics._case import MeasuredMoves, Rivals
 from olp.timing.physics._motion import EACH, Motion, MoveCorners
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def _case(
     if rates is not None and rates.rated is None and pace.axes is not None:
         rates = replace(rates, rated=pace.axes.speeds, rated_acceleration=pace.axes.accelerations)
     notes.extend(told)
-    return MeasuredMoves(
+    case = MeasuredMoves(
         move=moves.move[rows],
         measured=moves.duration[rows],
         simulated=simulated,
@@ -152,6 +152,7 @@ def _case(
         stretch=stretch,
         began=float(np.nanmin(moves.t_start[rows])) if np.isfinite(moves.t_start[rows]).any() else math.nan,
     )
+    return with_rivals(case, _whole(moves.acceleration_fraction)[rows])
 
 
 # --- ways, speeds, accelerations --------------------------------------------------------------------------------------
@@ -401,6 +402,56 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
         np.where(runs, pace.speed[following], pace.speed[rows]),
         np.where(runs & np.isfinite(next_ratio), next_ratio, 1.0),
     )
+
+
+# --- rivals ---
+# Axes that may take over from the one that leads a joint move in the judged simulation.
+
+_ACCELERATIONS_KNOWN = 3  # moves that an axis leads: fewer do not tell its acceleration
+_IDLE = 8.0  # times what the leading axis allows: an axis that allows more takes over from none
+
+
+def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
+    """The case with the rivals of its leading axes; `ramps` (n,) [1]: of the axes' accelerations.
+
+    Speeds are in proportion to the rated ones; an axis has the acceleration that the simulation shows where that axis
+    leads. No rival allows less than the leading axis: the simulation's durations stay what they are.
+    """
+    rates, base = case.rates, case.base
+    if rates is None or rates.rated is None:
+        return replace(case, rivals=None)
+    turned = np.abs(rates.path[:, 0])
+    at, lead = np.arange(len(case)), np.argmax(turned / rates.rated, axis=1)
+    mine = case.joint & case.moving & rates.known & (base.way > 0)
+    strongest = np.full(len(rates.names), np.inf)
+    for axis in range(len(strongest)):
+        led = (base.accelerate / ramps)[mine & (lead == axis)]
+        if len(led) >= _ACCELERATIONS_KNOWN:
+            strongest[axis] = np.median(led)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # What each axis allows, as a share of what the leading one does.
+        faster = (rates.rated / turned) / (rates.rated[lead] / turned[at, lead])[:, None]
+        stronger = (strongest / turned) * ((ramps / base.accelerate) * turned[at, lead])[:, None]
+    rival = mine[:, None] & (turned > 0) & (np.minimum(faster, stronger) < _IDLE)
+    rival[at, lead] = False
+    of, leader = np.nonzero(rival)
+    if not len(of):
+        return replace(case, rivals=None)
+    faster, stronger = (np.clip(more[of, leader], 1.0, _IDLE) for more in (faster, stronger))
+    turns = turned[of, leader] / turned[of, lead[of]]  # of the rival axis per turn of the leading one
+    moves = replace(case, rivals=None).take(of)
+    assert moves.rates is not None
+    limits = {
+        name: getattr(base, name)[of] * more * turns
+        for name, more in (("speed", faster), ("accelerate", stronger), ("decelerate", stronger))
+    }
+    own = replace(
+        moves,
+        base=moves.base.with_(way=base.way[of] * turns, corners=None, law="stop", **limits),
+        rates=replace(moves.rates, path=moves.rates.path / turns[:, None, None]),
+        leader=leader.astype(np.int64),
+    )
+    return replace(case, rivals=Rivals(own, of))
 
 
 # --- circumstances ----------------------------------------------------------------------------------------------------

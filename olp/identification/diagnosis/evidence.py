@@ -33,7 +33,7 @@ from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interlea
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import remains_of
 from olp.identification.diagnosis.scatter import digits_of, scatter_of
-from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, price, search
+from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, in_its_place, price, search
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -240,7 +240,7 @@ def confirmed(
     `kinds`: further ways to hold out whole groups. Where more than scatter is left, moves of a group have errors in
     common: then the set has to do no worse than a smaller one in each.
     """
-    tried = len({part.label for part in shelf.parts})
+    tried, gone = len({part.label for part in shelf.parts}), set[str]()
     while best.model.parts:
         count, names = range(len(best.model.parts)), _names(best.model)
         floor = noise_left(best, case, noise)
@@ -257,7 +257,9 @@ def confirmed(
         if not weak:
             return best, tuple(told[k] for k in count)
         worst = min(weak, key=lambda k: (told[k].loglik, worth(fewer[k], best, case, noise)))
-        best = fit(fewer[worst].model, case, noise, 30)
+        gone.add(best.model.parts[worst].label)
+        left = in_its_place(fewer[worst], best.model.parts[worst], shelf, case, noise, gone)
+        best = fit(left.model, case, noise, 30)
     return best, ()
 
 

@@ -1,4 +1,6 @@
-"""Which moves are held out together: start points, jobs, cycles or speeds where the recording has them, else blocks.
+"""Which moves are held out together: start points, jobs or cycles where the recording has them, else blocks.
+
+Not speeds: a law is told by how they differ, and nobody could know it without one of few.
 
 Groups are dealt so that the difference is spread over the folds, as in stratified k-fold validation by groups: a fold
 with nearly all moves in which something acts would ask for what nobody can know from the others.
@@ -27,7 +29,11 @@ HALF = 0.5  # of the square of a difference: no fold holds more, nobody could kn
 _BEYOND = 3.0  # times the middle's scatter: what a move differs by beyond that counts as the difference
 _CAPPED = 0.9  # quantile of it that a single move counts at most: no single wait decides
 EACH_FIFTH = "every fifth move"  # what the groups are where every fifth move is one
-_ORDER = ("start", "job", "cycle", "speed")
+_FIRST, _LAST = (
+    ("start", "job"),
+    "cycle",
+)  # kinds of groups; between them those that the recording's texts name
+_NO_FOLDS = ("speed", "type")
 
 
 class Folds(NamedTuple):
@@ -38,10 +44,10 @@ class Folds(NamedTuple):
 def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None) -> Folds:
     """Groups dealt out into folds of about equal size. `residual` (n,) [s] measured less simulated of the `rows`."""
     groups = {name: labels[rows] for name, labels in recording.groups().items()}
-    texts = sorted(name for name in groups if name not in (*_ORDER, "type"))
+    texts = sorted(name for name in groups if name not in (*_FIRST, _LAST, *_NO_FOLDS))
     weight = _beyond(residual) if residual is not None else np.zeros(len(rows))
     found = list[Folds]()
-    for name in (*_ORDER[:2], *texts, *_ORDER[2:]):
+    for name in (*_FIRST, *texts, _LAST):
         labels = groups.get(name)
         if labels is not None and _serves(labels):
             found.append(Folds(name, _dealt(labels, weight)))
@@ -55,9 +61,9 @@ def folds_of(recording: Recording, rows: Labels, residual: Floats | None = None)
 def kinds_of(groups: dict[str, Labels], late: NDArray[np.bool_]) -> list[Folds]:
     """Every way to hold out whole places, programs and what columns tell, of the moves that are not `late` (n,).
 
-    Not speeds and types of moves: a law is told by how they differ, and nobody could know it without one of few.
+    Not speeds and types of moves, see above.
     """
-    some = {name: labels[~late] for name, labels in groups.items() if name not in ("speed", "type")}
+    some = {name: labels[~late] for name, labels in groups.items() if name not in _NO_FOLDS}
     even = np.zeros(int((~late).sum()))
     return [Folds(name, _dealt(labels, even)) for name, labels in some.items() if _serves(labels, 2)]
 

@@ -160,6 +160,46 @@ class ModelPart(NamedTuple):
         return self.condition.mask(case).astype(np.float64)
 
 
+class _Led(NamedTuple):
+    """The motion of the axes that lead in the simulation, and of those that may take over."""
+
+    motion: Motion
+    rivals: Motion | None
+
+    @classmethod
+    def of(cls, case: MeasuredMoves) -> _Led:
+        return cls(case.base, None if case.rivals is None else case.rivals.moves.base)
+
+    def with_(self, part: ModelPart, case: MeasuredMoves) -> _Led:
+        """The same with one more part in it: what is of no single axis acts on all of a move's axes alike."""
+        motion, rivals = part.act(self.motion, case), self.rivals
+        if rivals is None or case.rivals is None:
+            return _Led(motion, None)
+        if part.form.axis >= 0:
+            return _Led(motion, part.act(rivals, case.rivals.moves))
+        more = {
+            name: getattr(rivals, name) * (after / before)[case.rivals.of]
+            for name in _SET_BY_AXES
+            if (after := getattr(motion, name)) is not (before := getattr(self.motion, name))
+        }
+        return _Led(motion, rivals.with_(**more))
+
+    def together(self, case: MeasuredMoves) -> Motion:
+        """All axes start and end together: whichever allows the least speed or acceleration sets it for all."""
+        if self.rivals is None or case.rivals is None:
+            return self.motion
+        of = case.rivals.of
+        per_turn = self.motion.way[of] / self.rivals.way
+        least = dict[str, Floats]()
+        for name in _SET_BY_AXES:
+            least[name] = getattr(self.motion, name).copy()
+            np.minimum.at(least[name], of, getattr(self.rivals, name) * per_turn)
+        return self.motion.with_(**least)
+
+
+_SET_BY_AXES = ("speed", "accelerate", "decelerate")
+
+
 class DurationModel(NamedTuple):
     """Prediction of durations: the judged simulation's, plus what the parts change in its motion."""
 
@@ -185,16 +225,16 @@ class DurationModel(NamedTuple):
     def smooth_with(self, changes: Sequence[tuple[int, ModelPart]], case: MeasuredMoves) -> list[Floats]:
         """Per change (n,) [s] `smooth` with another part in the place of one; what acts before that is kept."""
         order = sorted(range(len(self.parts)), key=lambda k: self.parts[k].term.stage)
-        before = [case.base]
+        before = [_Led.of(case)]
         for k in order[:-1]:
-            before.append(self.parts[k].act(before[-1], case))
+            before.append(before[-1].with_(self.parts[k], case))
         motions = []
         for index, part in changes:
             place = order.index(index)
-            motion = part.act(before[place], case)
+            led = before[place].with_(part, case)
             for k in order[place + 1 :]:
-                motion = self.parts[k].act(motion, case)
-            motions.append(motion)
+                led = led.with_(self.parts[k], case)
+            motions.append(led.together(case))
         base, found = _base(case), []
         for motion, seconds in zip(motions, durations(motions), strict=True):
             smooth = (case.simulated + seconds - base) * motion.rate
@@ -207,10 +247,10 @@ class DurationModel(NamedTuple):
 
     def motion(self, case: MeasuredMoves) -> Motion:
         """The simulation's motion with all parts in it."""
-        motion = case.base
+        led = _Led.of(case)
         for part in sorted(self.parts, key=lambda p: p.term.stage):
-            motion = part.act(motion, case)
-        return motion
+            led = led.with_(part, case)
+        return led.together(case)
 
     def without(self, index: int) -> DurationModel:
         return DurationModel(self.parts[:index] + self.parts[index + 1 :])

@@ -30,6 +30,7 @@ from olp.identification.diagnosis.search import (
     exchanged,
     merged,
     move_terms,
+    of_all_axes,
     plainer,
     search,
     shelf_of,
@@ -142,7 +143,8 @@ def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf, known: ModelFit
 def _everywhere(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:
     """Without conditions."""
     best = chosen(search(clean, noise, shelf, WIDE), clean, noise)
-    best = merged(exchanged(best, shelf, clean, noise), shelf, clean, noise)
+    best = of_all_axes(exchanged(best, shelf, clean, noise), shelf, clean, noise)
+    best = merged(best, shelf, clean, noise)
     return plainer(best, shelf, clean, noise)
 
 

@@ -80,10 +80,10 @@ def shelf_of(case: MeasuredMoves, terms: Iterable[MoveTerm]) -> PartShelf:
 
 
 def price(fitted: ModelFit) -> float:
-    """BIC and the price of the names; what sets are ranked by."""
+    """BIC and the price of the names; what sets are ranked by. The axes of one term are one name."""
     parts = fitted.model.parts
     doubts = sum(part.term.doubt(part.form, part.values) for part in parts)
-    return fitted.bic + PRICE * len(parts) + doubts
+    return fitted.bic + PRICE * len({part.term.name for part in parts}) + doubts
 
 
 def most_names(case: MeasuredMoves) -> int:
@@ -211,15 +211,14 @@ def exchanged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Nois
     for _ in range(_EXCHANGES):
         tried = [swaps(best, k, shelf, case, noise) for k in range(len(best.model.parts))]
         others = [fits[0] for fits in tried if fits]
-        if len(best.model.parts) < min(MOST, most_names(case)):
+        names = {part.term.name for part in best.model.parts}
+        if len(names) < min(MOST, most_names(case)):
             more = additions(shelf, best, case, noise, WIDE.additions)
             others += [
                 fit(DurationModel((*best.model.parts, part)), case, noise, WIDE.steps) for part in more
             ]
         others = [
-            f
-            for f in others
-            if len(f.model.parts) == len(best.model.parts) or price(f) < price(best) - TELLING + PRICE
+            f for f in others if len(f.model.parts) == len(best.model.parts) or f.bic < best.bic - TELLING
         ]
         first = min(others, key=price, default=best)
         if price(first) >= price(best):
@@ -244,6 +243,45 @@ def merged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) 
         if price(first) < price(best):
             return merged(first, shelf, case, noise)
     return best
+
+
+def of_all_axes(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
+    """The fit, with all those axes of the terms that it has for some that are worth it: one by one each may be worth
+    less than what the others, without theirs, make up for."""
+    names = {part.term.name for part in best.model.parts if part.form.axis >= 0}
+    more: dict[str, list[ModelPart]] = {}
+    for one in shelf.parts:
+        if one.term.name in names and not any(_rivals(one, part) for part in best.model.parts):
+            more.setdefault(one.label, []).append(one)
+    if not more:
+        return best
+    model = best.model
+    for guesses in more.values():
+        tried = [DurationModel((*model.parts, one)) for one in guesses]
+        model = min(tried, key=lambda one: evaluate(one, case, noise).loss)
+    full = fit(model, case, noise, _SETTLED)
+    while True:
+        axes = [k for k, part in enumerate(full.model.parts) if part.form.axis >= 0]
+        fewer = min((fit(full.model.without(k), case, noise) for k in axes), key=lambda f: f.bic)
+        if fewer.bic >= full.bic + TELLING or len(fewer.model.parts) <= len(best.model.parts):
+            break
+        full = fewer
+    return full if price(full) < price(best) - TELLING else best
+
+
+def in_its_place(
+    bare: ModelFit, gone: ModelPart, shelf: PartShelf, case: MeasuredMoves, noise: Noise, tried: set[str]
+) -> ModelFit:
+    """The fit without the part `gone`, or with what terms that it has for other axes do for the same axis; not with
+    labels that were `tried`."""
+    names = {part.term.name for part in bare.model.parts if part.form.axis >= 0}
+    more = [
+        fit(DurationModel((*bare.model.parts, one)), case, noise, _SETTLED)
+        for one in shelf.parts
+        if one.form.axis == gone.form.axis >= 0 and one.term.name in names and one.label not in tried
+        if not any(_rivals(one, part) for part in bare.model.parts)
+    ]
+    return min((f for f in more if f.bic < bare.bic - TELLING), key=price, default=bare)
 
 
 def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
@@ -326,4 +364,4 @@ def _promising_pairs(
 
 def _rivals(a: ModelPart, b: ModelPart) -> bool:
     """Whether two parts cannot stand in one model: forms of one term, unless of different axes."""
-    return a.term.name == b.term.name and (a.form.axis < 0 or a.form.axis == b.form.axis)
+    return a.term.name == b.term.name and (min(a.form.axis, b.form.axis) < 0 or a.form.axis == b.form.axis)

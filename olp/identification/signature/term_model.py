@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError, error
-from olp.identification.diagnosis.case_making import case_beside
+from olp.identification.diagnosis.case_making import case_beside, with_rivals
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, RecordedMoves
 from olp.identification.recording.recording import Recording
@@ -193,13 +193,14 @@ def _beside(named: NamedModel, case: MeasuredMoves, recording: Recording, rows: 
     base = case.base.with_(
         accelerate=slow, decelerate=slow, law=named.law, overlap=named.overlap, split=named.split
     )
-    return replace(
+    asked = replace(
         case,
         base=base,
         simulated=base.duration(),
         numbers=named.numbers,
         derived={_RUNNING_TIME: np.full(len(case), np.inf)},
     )
+    return with_rivals(asked, np.ones(len(asked)))
 
 
 def seconds_of(named: NamedModel, case: MeasuredMoves) -> Floats:

@@ -4,9 +4,9 @@ on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,43 @@ class Rates:
     def end(self) -> Floats:
         """Rates at the end of each move (n, k)."""
         return np.asarray(self.path[:, -1, :])
+
+
+class Rivals(NamedTuple):
+    """Axes that may take over from the leading one of joint moves when something slows them: each as a move of its
+    own that it leads, with the limits that the judged simulation has for it.
+    """
+
+    moves: MeasuredMoves  # r rows: `base` and `rates` are per turn of the rival axis, `leader` is that axis
+    of: NDArray[np.intp]  # (r,) rows of the moves, ascending
+
+    def take(self, rows: NDArray[np.int64]) -> Rivals | None:
+        """Those of these moves; None where these have none."""
+        first, last = np.searchsorted(self.of, rows, "left"), np.searchsorted(self.of, rows, "right")
+        count = last - first
+        if not count.any():
+            return None
+        of = np.repeat(np.arange(len(rows)), count)
+        mine = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
+        return Rivals(self.moves.take(mine), of)
+
+
+class _NumbersOf(Mapping[str, float]):
+    """The numbers that forms refer to in other moves, also those that are worked out later."""
+
+    def __init__(self, moves: MeasuredMoves) -> None:
+        self.moves = moves
+
+    def __getitem__(self, name: str) -> float:
+        if name in self.moves.numbers:
+            return self.moves.numbers[name]
+        return float(self.moves.derived[f"{_NUMBER}{name}"][0])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.moves.numbers_used)
+
+    def __len__(self) -> int:
+        return len(self.moves.numbers_used)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,10 +127,19 @@ class MeasuredMoves:
     override: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [1] real over simulated
     stretch: float = 1.0  # of the simulated durations over what the written speeds and accelerations take
     began: float = float("nan")  # [s] when the recording did, on the clock of `t_start`
+    leader: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, np.int64)
+    )  # (n,) axes that lead the moves, from 0, where `rates` do not tell
+    rivals: Rivals | None = None  # None: no axis takes over
     derived: dict[str, Floats] = field(default_factory=dict)  # what terms work out once per case
     numbers: Mapping[str, float] = field(
         default_factory=dict
     )  # of the moves a model was fitted to, see `number`
+
+    def __post_init__(self) -> None:
+        if self.rivals is not None:
+            moves = replace(self.rivals.moves, numbers=_NumbersOf(self), derived={})
+            object.__setattr__(self, "rivals", self.rivals._replace(moves=moves))
 
     def __len__(self) -> int:
         return len(self.move)
@@ -118,8 +164,11 @@ class MeasuredMoves:
         rates = self.rates
         if rates is None:
             return ("",) * len(self)
-        turned = np.abs(rates.path).mean(axis=1) / (1.0 if rates.rated is None else rates.rated)
-        most = np.argmax(turned, axis=1).tolist()
+        if len(self.leader) == len(self):
+            most = self.leader.tolist()
+        else:
+            turned = np.abs(rates.path).mean(axis=1) / (1.0 if rates.rated is None else rates.rated)
+            most = np.argmax(turned, axis=1).tolist()
         return tuple(
             rates.names[k] if known else "" for k, known in zip(most, rates.known.tolist(), strict=True)
         )
@@ -232,8 +281,6 @@ class MeasuredMoves:
 
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
         """Some of the moves; their neighbours' properties, and the numbers that forms refer to, stay unchanged."""
-        from dataclasses import replace
-
         columns = {
             name: getattr(self, name)[rows] for name in _COLUMNS if len(getattr(self, name)) == len(self)
         }
@@ -249,6 +296,7 @@ class MeasuredMoves:
             derived={},
             numbers=self.numbers_used,
             covariates={name: values[rows] for name, values in self.covariates.items()},
+            rivals=None if self.rivals is None else self.rivals.take(rows),
             **columns,
         )
 
@@ -258,5 +306,5 @@ _LED = 6  # joint moves that an axis leads
 _COLUMNS = (
     *("move", "measured", "simulated", "moving", "joint", "start", "end", "turn", "stop_start", "stop_end"),
     *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),
-    *("place", "sim_payload", "sim_payload_inertia", "override"),
+    *("place", "sim_payload", "sim_payload_inertia", "override", "leader"),
 )
