@@ -6,8 +6,9 @@ import pytest
 
 from olp.core.source import decode
 from olp.fluent import read_source
-from olp.ir.program import PulseOutput
+from olp.ir.program import Move, PulseOutput, StartTask
 from olp.transpile import Context
+from olp.transpile.context import Fate
 from olp.transpile.convert import convert
 
 SOURCES = {
@@ -31,7 +32,7 @@ def converted(text, source, target):
     return made, read_source(decode(made.files[made.main], made.main), vendor=target)
 
 
-@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp", "urscript"])
 @pytest.mark.parametrize("source", SOURCES)
 def test_a_pulse_without_a_time_lasts_as_long_as_in_its_own_language(source, target):
     if source == target:
@@ -54,3 +55,36 @@ def test_a_pulse_to_off_is_not_written_as_one_to_on(target):
     made, program = converted(text, "krl", target)
     assert not [s for s in program.statements() if isinstance(s, PulseOutput)]
     assert [loss.line for loss in made.translated.losses if loss.leaves_out] == [2]
+
+
+def test_a_pulse_is_a_thread_in_urscript_and_the_receipt_says_that_it_ends_with_the_program():
+    made, program = converted(SOURCES["rapid"], "rapid", "urscript")
+    text = made.files[made.main].decode()
+    lines = [line.strip() for line in text.splitlines()]
+    at = lines.index("thread olp_pulse_do3_0_2s():")
+    assert lines[at + 1 : at + 5] == ["set_standard_digital_out(3, True)", "sleep(0.2)",
+                                      "set_standard_digital_out(3, False)", "end"]  # fmt: skip
+    assert "run olp_pulse_do3_0_2s()" in lines
+    assert [one.says for one in made.translated.remarks if "thread" in one.says]
+    assert len(program.routines) == 1  # the thread stands for the pulse
+
+
+def test_a_pulse_thread_that_a_person_has_changed_is_no_pulse():
+    made, _ = converted(SOURCES["rapid"], "rapid", "urscript")
+    text = made.files[made.main].replace(b"sleep(0.2)", b"sleep(0.7)")
+    program = read_source(decode(text, "p.script"), vendor="urscript")
+    assert not [s for s in program.statements() if isinstance(s, PulseOutput)]
+    assert [s.routine for s in program.statements() if isinstance(s, StartTask)] == ["olp_pulse_do3_0_2s"]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid"])
+def test_a_time_that_is_always_zero_means_nothing_to_a_move(target):
+    """`t=t_fun` with `t_fun = 0`, as programs of functions write it."""
+    text = "def p():\n  t_fun = 0\n  movel(p[0.4, 0.1, 0.3, 0, 3.14, 0], a=1.2, v=0.2, t=t_fun)\nend\n"
+    made, program = converted(text, "urscript", target)
+    assert any(isinstance(s, Move) for s in program.statements())
+    assert [
+        loss.says for loss in made.translated.losses if loss.line == 3 and loss.fate is Fate.REFUSED
+    ] == []
+    own, _ = converted(text, "urscript", "urscript")
+    assert b"t=t_fun" in own.files[own.main]

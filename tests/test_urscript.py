@@ -69,6 +69,7 @@ from olp.ir.program import (
 )
 from olp.languages import vendor
 from olp.languages.vendor import recognise
+from olp.languages.vendors.urscript import builtins
 from olp.languages.vendors.urscript.grammar import instruction_parser
 from olp.languages.vendors.urscript.lines import quick
 from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
@@ -180,7 +181,7 @@ def test_a_time_that_is_always_nothing_is_kept_beside_the_speed_that_counts() ->
     found = body("t_fun = 0", "movel(p[1, 0, 0, 0, 0, 0], 1.2, v=0.4, t=t_fun)")[-1]
     assert isinstance(found, Move)
     assert found.speed == Speed(SpeedUnit.TRAVEL, Quantity(Number(0.4), 1.0))
-    assert found.other == (("t", Named("t_fun")),)
+    assert found.other == ((builtins.NO_TIME, Named("t_fun")),)
 
 
 def test_an_arc_has_both_its_points_and_its_mode() -> None:

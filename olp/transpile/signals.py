@@ -336,6 +336,8 @@ def pulses(program: st.Program, work: TranslationContext) -> st.Program:
             work.lose(s, Fate.REFUSED, "statement", says, help=help)
         elif longest and lasts is None:
             work.note_at(s, f"a pulse that is computed must not last longer than {longest:g} s")
+        if work.limits.pulse_note:
+            work.note_at(s, work.limits.pulse_note)
         if s.duration is not None or not usual:
             return s
         if own.pulse_setting:

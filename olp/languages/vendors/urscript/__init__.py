@@ -8,6 +8,7 @@ import zlib
 from olp.core.source import Source
 from olp.ir.program import Program
 from olp.languages.vendor import Conventions, CornerSpelling, MoveOptions, Vendor, statements
+from olp.languages.vendors.urscript.builtins import NO_TIME
 
 _DEFINITION = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\([^)]*\)\s*:")
 _MOVE = re.compile(r"\s*(?:move[jlpc]|set_tcp|set_payload|set_(?:standard_)?digital_out)\s*\(")
@@ -37,7 +38,7 @@ class UrScript(Vendor):
     title = "Universal Robots URScript"
     suffixes = (".script", ".urp", ".urscript")
     reads = statements(
-        "ElseIf While EndWhile Pause StartTask WaitTask Break Continue Declare SetTool Process Opaque"
+        "ElseIf While EndWhile Pause StartTask WaitTask Break Continue Declare SetTool PulseOutput Process Opaque"
     )
     comment_prefix = "#"
     trailing_comment_prefix = "  # "
@@ -47,7 +48,9 @@ class UrScript(Vendor):
     conventions = Conventions(
         analog_values="a share of the output's range",
         pose_lists=True,
-        move_options=MoveOptions(manner=frozenset({"mode", "process", "v"})),  # v beside a time, which counts
+        move_options=MoveOptions(
+            harmless=frozenset({NO_TIME}), manner=frozenset({"mode", "process", "v"})
+        ),  # v beside a time, which counts
         arguments_are_values=True,
         data_set_by_run=True,
         window_process="popup",

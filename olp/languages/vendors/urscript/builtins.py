@@ -68,6 +68,7 @@ INPUT_WORDS: Final = {
     "tool-analog-in": "get_tool_analog_in",
     "flag": "get_flag",
 }
+NO_TIME: Final = "no time"  # `Move.other`: a time that is written and never above 0
 OUTPUT_WORDS: Final = {
     "out": "set_standard_digital_out",
     "configurable-out": "set_configurable_digital_out",

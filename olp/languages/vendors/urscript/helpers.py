@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from decimal import Decimal
 from typing import Final
 
-from olp.ir.expressions import Expression, Function, Member
+from olp.ir.expressions import Expression, Function, Member, Number, Quantity, Signal
+from olp.ir.program import PulseOutput
+from olp.languages.vendors.urscript.builtins import OUTPUT_WORDS
 
 # Angles of a pose [deg], R = Rz(rz) Ry(ry) Rx(rx): the manual's roll, pitch and yaw.
 TEXTS: Final = {
@@ -59,7 +64,49 @@ _FUNCTIONS: Final = {
     "olp_max": "max",
 }
 WORDS: Final = {neutral: name for name, neutral in _FUNCTIONS.items()}
+# A pulse of an output is a thread, for nothing of URScript goes on by itself. Its name says what it does.
+PULSED: Final = {"out": "do", "configurable-out": "co", "tool-out": "to", "flag": "flag"}
+_PULSE: Final = re.compile(rf"olp_pulse_({'|'.join(PULSED.values())})(\d+)_(\d+(?:_\d+)?)s")
 COUNTER: Final = "olp_left"  # [s] that a wait may still last
+
+
+def pulse_name(signal: Signal, seconds: float) -> str:
+    """The thread that switches an output with a number on for this long."""
+    assert type(signal.index) is Number
+    lasts = f"{Decimal(repr(float(seconds))):f}".removesuffix(".0").replace(".", "_")
+    return f"olp_pulse_{PULSED[signal.bus]}{signal.index.value:g}_{lasts}s"
+
+
+def is_helper(name: str, lines: Sequence[str]) -> bool:
+    """Whether olp wrote this function. `lines`: its text; a pulse that a person has changed is a thread like others."""
+    found = _PULSE.fullmatch(name)
+    if found is None:
+        return name in TEXTS
+    text = " ".join(line.strip() for line in lines)
+    word = r"set_(?:standard_)?digital_out" if found[1] == "do" else OUTPUT_WORDS[_bus(found)]
+    made = re.fullmatch(
+        rf"thread {name}\(\): ({word})\({found[2]}, True\) sleep\(([\d.e-]+)\) \1\({found[2]}, False\) end",
+        text,
+    )
+    return made is not None and float(made[2]) == _lasts(found)
+
+
+def _bus(name: re.Match[str]) -> str:
+    return next(bus for bus, word in PULSED.items() if word == name[1])
+
+
+def _lasts(name: re.Match[str]) -> float:
+    """How long a pulse lasts by its thread's name [s]."""
+    return float(name[3].replace("_", "."))
+
+
+def pulse(line: int, name: str, comment: str) -> PulseOutput | None:
+    """The pulse that a thread of this name is, None of others."""
+    found = _PULSE.fullmatch(name)
+    if found is None:
+        return None
+    signal = Signal(_bus(found), Number(int(found[2])))
+    return PulseOutput(line, signal, Quantity(Number(_lasts(found)), 1.0), comment=comment)
 
 
 def meaning(name: str, arguments: tuple[Expression, ...]) -> Expression:

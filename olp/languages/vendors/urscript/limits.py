@@ -61,6 +61,7 @@ LIMITS: Final = Limits(
     shares_programs=False,
     program_end="halt",
     lacks=frozenset({"and", "or", "xor"}),
+    pulse_note="a thread of the program makes the pulse, and ends with it: keep the program going as long",
     text_quote='"',
     refuses=frozenset(
         {
@@ -70,7 +71,6 @@ LIMITS: Final = Limits(
             "Move spline",
             "Opaque",
             "Process",
-            "PulseOutput",
             "ReadInput",
             "Reference",
             "Synchronise",

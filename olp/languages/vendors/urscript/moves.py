@@ -188,7 +188,7 @@ class UrscriptMoveRules:
         if value is None and type(time) is UrscriptName:
             value = self._expressions.names.constant(self._expressions.part, time.text)
             if value is not None and value <= 0:
-                return travel, (("t", written),)
+                return travel, ((builtins.NO_TIME, written),)
         if value is None and "v" in arguments:
             message = f"{word} with a time that is computed: taken as 0, so that the speed counts"
             self._tell("P561", message, "a time above 0 overrides the speed")

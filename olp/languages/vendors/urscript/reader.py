@@ -56,7 +56,7 @@ def read_lines(source: Source) -> st.Program:
         return st.Program("urscript", source, (), findings.result(), bytes(findings.kinds))
     with no_garbage_collection():
         root = Outliner(findings).read(UrscriptLineReader(findings).read())
-        _forget_helpers(root)
+        _forget_helpers(root, source)
         main = _main(root, source)
         names = UrscriptNames(root, main)
         bodies = Bodies(findings, names)
@@ -78,11 +78,12 @@ def read_lines(source: Source) -> st.Program:
     )
 
 
-def _forget_helpers(root: UrscriptPart) -> None:
+def _forget_helpers(root: UrscriptPart, source: Source) -> None:
     """Functions that olp wrote into the script stand for what they compute."""
     for part in list(root.all()):
-        for name in helpers.TEXTS.keys() & part.parts.keys():
-            del part.parts[name]
+        for name, one in list(part.parts.items()):
+            if helpers.is_helper(name, source.lines[one.line - 1 : one.last_line]):
+                del part.parts[name]
 
 
 def _without(main: st.Routine, data: list[st.Declare]) -> st.Routine:
@@ -560,6 +561,13 @@ class _UrscriptBody:
         if type(call) is not Invocation or type(call.function) is not UrscriptName or call.arguments:
             return st.Process(self._number, "run", (("", self._expressions.lower(call)),), self._comment)
         called = self._part.find(call.function.text)
+        pulse = (
+            None
+            if called is not None or task
+            else helpers.pulse(self._number, call.function.text, self._comment)
+        )
+        if pulse is not None:
+            return pulse
         name = call.function.text if called is None else called.unique
         return st.StartTask(self._number, name, task, comment=self._comment)
 

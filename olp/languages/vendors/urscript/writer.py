@@ -27,7 +27,7 @@ from olp.languages.vendors.urscript.write_values import PLACES, UrscriptValues
 
 _JOINT = {st.SpeedUnit.AXIS: "movej", st.SpeedUnit.TIME: "movej", st.SpeedUnit.FRACTION: "optimovej"}
 _LINEAR = {st.SpeedUnit.TRAVEL: "movel", st.SpeedUnit.TIME: "movel", st.SpeedUnit.FRACTION: "optimovel"}
-_OWN_TAGS: Final = frozenset({"t", "v", "mode", "process"})
+_OWN_TAGS: Final = frozenset({"t", builtins.NO_TIME, "v", "mode", "process"})
 _UNITS: Final = {"movej": st.AccelerationUnit.AXIS}
 
 
@@ -154,7 +154,7 @@ class UrscriptMoves(UrscriptValues):
         if s.speed.unit is st.SpeedUnit.TIME:
             speed = [f"v={self.value(other['v'])}"] if "v" in other else []
             return [*speed, f"t={value}"]
-        time = [f"t={self.value(other['t'])}"] if "t" in other else []
+        time = [f"t={self.value(value)}" for name, value in other.items() if name in ("t", builtins.NO_TIME)]
         return [f"v={value}", *time]
 
     def _blend(self, blend: st.Blend | None) -> list[str]:
@@ -247,6 +247,7 @@ class UrscriptWriter(UrscriptMoves):
         super().__init__(program)
         for declare in program.data:
             _note(self.types, declare)
+        self.pulses: dict[str, tuple[str, ...]] = {}  # thread -> its lines
         self.returns = {routine.name: routine.returns for routine in program.routines}
         self.started = set() if self.own else self._started()
         self.late = {one.name for one in program.data if one.value is None} if self.own else set()
@@ -312,6 +313,25 @@ class UrscriptWriter(UrscriptMoves):
         if s.signal.bus != "analog-out" and value in (ex.Number(0), ex.Number(1)):
             value = ex.SignalState(value == ex.Number(1))
         return [f"{word}({self.value(s.signal.index)}, {self.value(value)})"]
+
+    def write_pulse_output(self, s: st.PulseOutput) -> Lines:
+        """A thread switches the output on and off again, for nothing here goes on by itself."""
+        if s.condition is not None:
+            raise CannotSayError("a pulse under a condition")
+        switch = self.signal_function(builtins.OUTPUT_WORDS, s.signal)
+        seconds = None if s.duration is None else s.duration.literal
+        if s.signal.bus not in helpers.PULSED or type(s.signal.index) is not ex.Number or not seconds:
+            raise CannotSayError("a pulse of a computed output, or of a time that is not known")
+        name = helpers.pulse_name(s.signal, seconds)
+        set_to = f"{switch}({self.value(s.signal.index)}"
+        self.pulses[name] = (
+            f"thread {name}():",
+            f"  {set_to}, True)",
+            f"  sleep({self.value(ex.Number(seconds))})",
+            f"  {set_to}, False)",
+            "end",
+        )
+        return [f"run {name}()"]
 
     def write_message(self, s: st.Message) -> Lines:
         text = s.text
@@ -450,7 +470,7 @@ class UrscriptWriter(UrscriptMoves):
         functions = [self._function(one, 1) for one in others if one.details.get("kind") != "sec"]
         secondary = [self._function(one, 0) for one in others if one.details.get("kind") == "sec"]
         whole = UrscriptFunction("def program()", "", "") if main is None else self._function(main, 0)
-        texts = [helpers.TEXTS[name] for name in helpers.TEXTS if name in self.used]
+        texts = [helpers.TEXTS[name] for name in helpers.TEXTS if name in self.used] + [*self.pulses.values()]
         return {
             "secondary": secondary,
             "program": whole,
