@@ -262,6 +262,17 @@ def test_ramps_of_torque_speed_cost_what_integrating_the_force_costs(law):
     assert seen >= 3
 
 
+@pytest.mark.parametrize("law", ["line", "power"])
+def test_durations_of_short_moves_follow_torque_speed_without_steps(law):
+    """A fit takes slopes over far less than a thousandth of the idle speed."""
+    case, term = CASE.take(STRAIGHT), load_term("torque-speed")
+    form = next(f for f in term.forms(case) if f.key == f"path {law}")
+    middle = term.guesses(form, case)[0] * 1.01
+    near = middle * (1.0 + 1e-5 * np.arange(40))
+    seconds = np.stack([term.act(case.base, form, np.array([v]), case).duration() for v in near])
+    assert np.abs(np.diff(seconds, n=2, axis=0)).max() < 2e-8
+
+
 def test_no_move_passes_the_speed_at_which_no_torque_is_left():
     case, term = long_case(), load_term("torque-speed")
     form = next(f for f in term.forms(case) if f.key == "path line")

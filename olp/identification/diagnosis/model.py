@@ -123,6 +123,9 @@ _NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
 }
 
 
+_LATELY = 512  # motions that a case keeps
+
+
 class ModelPart(NamedTuple):
     """One term of a model, in one of its forms, in all moves or under a condition."""
 
@@ -148,12 +151,20 @@ class ModelPart(NamedTuple):
         return first.low < first.null < first.high
 
     def act(self, motion: Motion, case: MeasuredMoves) -> Motion:
-        """The motion with the part in it."""
+        """The motion with the part in it. A fit asks again and again for the parts whose values it leaves."""
+        of = (self.term.name, self.form.key, self.form.axis, self.condition)
+        key = (id(motion), self.values.tobytes(), of)
+        known = case.acted.get(key)
+        if known is not None:
+            return known[1]
         changed = self.term.act(motion, self.form, self.values, case)
-        if self.condition is None:
-            return changed
-        mask = case.once(f"where {self.condition!r}", lambda: self._mask(case)) > 0
-        return motion.where(mask, changed)
+        if self.condition is not None:
+            mask = case.once(f"where {self.condition!r}", lambda: self._mask(case)) > 0
+            changed = motion.where(mask, changed)
+        if len(case.acted) >= _LATELY:
+            del case.acted[next(iter(case.acted))]
+        case.acted[key] = (motion, changed)  # it keeps the motion: no other one has its number meanwhile
+        return changed
 
     def _mask(self, case: MeasuredMoves) -> Floats:
         assert self.condition is not None

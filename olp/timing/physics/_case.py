@@ -4,7 +4,7 @@ on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -135,6 +135,9 @@ class MeasuredMoves:
     numbers: Mapping[str, float] = field(
         default_factory=dict
     )  # of the moves a model was fitted to, see `number`
+    acted: dict[Hashable, tuple[Motion, Motion]] = field(
+        default_factory=dict, init=False
+    )  # what terms made of a motion lately, with that motion
 
     def __post_init__(self) -> None:
         if self.rivals is not None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -137,16 +135,16 @@ def _swept(motion: Motion, most: Floats) -> Floats:
     Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for
     constant acceleration between two places.
     """
-    square = most**2
+    square, at = most**2, np.arange(len(most))[:, None]
     step = motion.way / (len(most) - 1)
     # At rounded corners the ramps are whole too: they overlap with the neighbours' ones.
     square[0], square[-1] = 0.0, 0.0
-    gain, loss = 2.0 * motion.accelerate * step, 2.0 * motion.decelerate * step
-    places, reached = list(square), np.empty_like(step)
-    for before, at in pairwise(places):
-        np.minimum(at, np.add(before, gain, out=reached), out=at)
-    for after, at in pairwise(reversed(places)):
-        np.minimum(at, np.add(after, loss, out=reached), out=at)
+    # A place is reached from any place before it, at a gain for each step between: over all places in one go.
+    gained, lost = 2.0 * motion.accelerate * step * at, 2.0 * motion.decelerate * step * at[::-1]
+    square = np.minimum.accumulate(square - gained) + gained
+    square = np.minimum.accumulate((square - lost)[::-1])[::-1] + lost
+    # What was taken off and added again leaves a rounding, at rest below nothing.
+    square = np.maximum(square, 0.0)
     return _along(step, square)
 
 

@@ -6,13 +6,14 @@ import numpy as np
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
-from olp.timing.physics._ramps import PASSED, longer, where_passed
+from olp.timing.physics._ramps import PASSED, where_passed
+from olp.timing.physics._ramps import slower as longer_by
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SPREAD = 1.3  # the fastest over the slowest speed that has to be there
 _MOST = 0.98
 _WAYS = PASSED / len(PASSED)  # that a ramp covers while it passes each of these speeds
-_HALVINGS, _ROUNDED = 14, 1e-6
+_STEPS, _EXACT, _ROUNDED = 25, 1e-6, 1e-6  # of Newton's method at most; shares of a way that are nothing
 
 
 class TorqueSpeed(MoveTerm):
@@ -67,21 +68,18 @@ class TorqueSpeed(MoveTerm):
             # No motor passes the speed at which nothing is left.
             speed = np.minimum(speed, _MOST * values[0] / np.maximum(_per_speed(case, key), 1e-12))
         knee = float(values[1]) if law == "knee" else 0.0
-        slower = motion.with_(speed=speed)
-        top = slower.top()
-        start, end = (_along(case, key, k) * top[:, None] for k in (0, 1))
-        found = slower.with_(
-            accelerate=motion.accelerate / longer(_force(start / values[0], knee, law)),
-            decelerate=motion.decelerate / longer(_force(end / values[0], knee, law)),
-        )
-        ramps = [
-            (per / values[0], slow)
-            for per, slow in (
-                (_along(case, key, 0), motion.accelerate),
-                (_along(case, key, 1), motion.decelerate),
-            )
-        ]
-        return _on_short_ways(found, slower, ramps, knee, law)
+        limited = motion.with_(speed=speed)
+        shares, top = _both_along(case, key) / values[0], limited.top()
+        slows = np.stack([motion.accelerate, motion.decelerate])
+        over = _over(shares * top[:, None], knee, law)
+        accelerate, decelerate = slows / longer_by(over)
+        covered = top**2 * (over @ _WAYS / slows).sum(axis=0)
+        short = np.nonzero((limited.way > 0) & (covered > (1.0 + _ROUNDED) * limited.way))[0]
+        if len(short):
+            ways = (limited.way[short], speed[short], top[short])
+            slow = _on_short_ways(*ways, shares[:, short], slows[:, short], knee, law)
+            accelerate[short] = decelerate[short] = slow
+        return limited.with_(accelerate=accelerate, decelerate=decelerate)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         key, law = form.key.split()
@@ -95,56 +93,52 @@ class TorqueSpeed(MoveTerm):
         return f"acceleration falls with {of} speed{above} and would be nothing at {values[0]:.3g} {unit}"
 
 
-def _force(share: Floats, knee: float, law: str) -> Floats:
-    """Remaining share (n, k) of the acceleration. `share`: axis speed over its idle or base speed, at the full
-    speed of the path, at the places where the ramp passes the speeds of `PASSED`.
+def _over(share: Floats, knee: float, law: str) -> Floats:
+    """Divisor (2, n, k) of the acceleration of each ramp. `share`: axis speed over its idle or base speed, where the
+    ramp passes the speeds of `PASSED`.
     """
-    share = share * PASSED
     if law == "power":
-        return np.asarray(np.minimum(1.0, 1.0 / np.maximum(share, 1e-9)))
-    return np.asarray(np.minimum(1.0, np.maximum((1.0 - share) / (1.0 - knee), 1.0 - _MOST)))
+        return np.maximum(share, 1.0)
+    whole = 1.0 - knee
+    return np.asarray(whole / np.minimum(np.maximum(1.0 - share, (1.0 - _MOST) * whole), whole))
+
+
+def _growth(share: Floats, over: Floats, knee: float, law: str) -> Floats:
+    """Slope (2, n, k) of the divisor `over` by the logarithm of the speed."""
+    if law == "power":
+        return np.where(over > 1.0, over, 0.0)
+    return np.where((over > 1.0) & (over * (1.0 - _MOST) < 1.0), over**2 * share / (1.0 - knee), 0.0)
 
 
 def _on_short_ways(
-    found: Motion, slower: Motion, ramps: list[tuple[Floats, Floats]], knee: float, law: str
-) -> Motion:
-    """`found`, with an acceleration of the same total time where both ramps together are longer than the path.
+    way: Floats, speed: Floats, peak: Floats, shares: Floats, slows: Floats, knee: float, law: str
+) -> Floats:
+    """Acceleration (n,) that takes the same total time where both ramps together are longer than the path.
 
-    The less force is left, the longer the path covered at high speed: bisection finds the peak speed. `ramps`: for
-    each ramp the share of the idle or base speed per speed of the path (n, k), and the whole acceleration (n,).
+    The less force is left, the longer the path covered at high speed: Newton's method in logarithms finds the speed at
+    which both ramps cover the way (n,) [m], from the highest one without jerk on, `peak` (n,) [m/s]. `shares`: of the
+    idle or base speed per speed of the path, for each ramp (2, n, k); `slows` (2, n): its whole acceleration.
     """
-
-    shares, slows = (np.stack(columns) for columns in zip(*ramps, strict=True))
-
-    def over(peak: Floats) -> Floats:
-        """Divisor (2, r, k) of each ramp's acceleration where the ramp passes the speeds of `PASSED`."""
-        return np.asarray(1.0 / _force(shares * peak[:, None], knee, law))
-
-    def covered(peak: Floats) -> Floats:
-        """Length (r,) [m] of both ramps."""
-        return np.asarray(peak**2 * (over(peak) @ _WAYS / slows).sum(axis=0))
-
-    rows = np.nonzero(slower.way > 0)[0]
-    shares, slows = shares[:, rows], slows[:, rows]
-    short = np.nonzero(covered(slower.top()[rows]) > (1.0 + _ROUNDED) * slower.way[rows])[0]
-    if not len(short):
-        return found
-    rows, shares, slows = rows[short], shares[:, short], slows[:, short]
-    way, speed = slower.way[rows], slower.speed[rows]
-    low, high = np.zeros(len(rows)), slower.top()[rows]
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        fits = covered(middle) <= way
-        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
-    # Ramps that are a little too short go on at the speed that they reach.
-    time = low * (over(low).mean(axis=2) / slows).sum(axis=0)
-    time = time + (way - covered(low)) / np.maximum(low, 1e-9)
-    slow = np.where(
-        2.0 * way <= speed * time, 4.0 * way / time**2, speed / np.maximum(time - way / speed, 1e-9)
+    low, high = np.zeros(len(way)), peak
+    for _ in range(_STEPS):
+        share = shares * peak[:, None]
+        over = _over(share, knee, law)
+        ramps = (over @ _WAYS / slows).sum(axis=0)
+        covered = peak**2 * ramps
+        off = np.log(covered / way)
+        if np.abs(off).max() <= _EXACT:
+            break
+        slope = 2.0 + (_growth(share, over, knee, law) @ _WAYS / slows).sum(axis=0) / ramps
+        low, high = np.where(off <= 0, peak, low), np.where(off <= 0, high, peak)
+        tried = peak * np.exp(-off / slope)
+        tried = np.where((tried > low) & (tried < high), tried, 0.5 * (low + high))
+        peak = np.where(np.abs(off) <= _EXACT, peak, tried)
+    time = peak * (over.mean(axis=2) / slows).sum(axis=0)
+    # What the ramps fall short of the way is passed at the speed that they reach.
+    time = time + (way - covered) / np.maximum(peak, 1e-9)
+    return np.asarray(
+        np.where(2.0 * way <= speed * time, 4.0 * way / time**2, speed / np.maximum(time - way / speed, 1e-9))
     )
-    accelerate, decelerate = found.accelerate.copy(), found.decelerate.copy()
-    accelerate[rows] = decelerate[rows] = slow
-    return found.with_(accelerate=accelerate, decelerate=decelerate)
 
 
 def _unit(case: MeasuredMoves, key: str) -> str:
@@ -175,7 +169,11 @@ def _fastest(case: MeasuredMoves, key: str) -> Floats:
     return np.asarray((np.abs(rates.path) / rated).max(axis=2))
 
 
-def _along(case: MeasuredMoves, key: str, end: int) -> Floats:
-    """`_fastest` (n, k) where the simulation's ramp at one end passes the speeds of `PASSED`."""
+def _both_along(case: MeasuredMoves, key: str) -> Floats:
+    """`_fastest` (2, n, k) where each ramp of the simulation passes the speeds of `PASSED`, times these."""
 
-    return case.once(f"fastest {key} {end}", lambda: where_passed(case, _fastest(case, key), end))
+    def work_out() -> Floats:
+        fastest = _fastest(case, key)
+        return np.stack([where_passed(case, fastest, end) for end in (0, 1)]) * PASSED
+
+    return case.once(f"fastest {key} along", work_out)
