@@ -18,6 +18,8 @@ from olp.timing.result import Timing
 Floats = NDArray[np.float64]
 CAUSES: Final = ("speed", "acceleration", "exact stop", "wait", "I/O")
 _SPEED, _RAMP, _STOP, _WAIT, _IO = range(len(CAUSES))
+_AT_REST: Final = 1e-9
+"""[m/s or rad/s] A slower arm stands: what is left of a ramp that ends there differs from processor to processor."""
 
 
 def seconds_by_cause(timing: Timing) -> Floats:
@@ -43,8 +45,8 @@ def _of_moves(timing: Timing, rows: NDArray[np.int32], seconds: Floats) -> Float
     stops_after = exact[rows]
     stops_before = np.concatenate(([False], stops_after[:-1]))
     rising = profile.speeds[:, 1:] > profile.speeds[:, :-1]
-    from_rest = (ramps * rising).sum(axis=1) * (profile.speeds[:, 0] == 0.0) * stops_before
-    to_rest = (ramps * ~rising).sum(axis=1) * (profile.speeds[:, -1] == 0.0) * stops_after
+    from_rest = (ramps * rising).sum(axis=1) * (profile.speeds[:, 0] < _AT_REST) * stops_before
+    to_rest = (ramps * ~rising).sum(axis=1) * (profile.speeds[:, -1] < _AT_REST) * stops_after
     found = np.zeros((len(rows), len(CAUSES)))
     corners = clock.corners.span[rows] / 2 + clock.entry[rows] / 2
     found[:, _SPEED] = even.sum(axis=1) + corners
