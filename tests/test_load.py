@@ -189,6 +189,11 @@ def test_each_mistake_in_krl_is_told(tmp_path: Path, old: str, new: str, code: s
     assert code in codes or (code == "K105" and codes)
 
 
+def test_a_name_that_stands_twice_in_a_list_is_told(tmp_path: Path) -> None:
+    text = "DEFDAT CELL PUBLIC\nDECL INT COUNT=1\nDECL E6POS XP1={X 1}\nDECL REAL Count=2\nENDDAT\n"
+    assert told(tmp_path, "cell.dat", text) == [("K102", 4)]
+
+
 def test_an_unknown_name_is_no_mistake_where_another_file_may_declare_it(tmp_path: Path) -> None:
     text = "DEF CELL()\nPTP XTABLE\nGRIP_OPEN()\nEND\n"
     assert told(tmp_path, "cell.src", text) == []

@@ -147,3 +147,12 @@ def test_a_routine_of_another_file_is_the_global_one_and_no_file_s_own(tmp_path)
     linked = link(read(tmp_path / "PART.src")).program
     made = convert(linked, "rapid", Context())
     assert b"WaitTime 7" not in b"".join(made.files.values())
+
+
+@pytest.mark.parametrize("rows", ["GLOBAL DEF TELL ( )", "DEF TELL ( )"])
+def test_a_routine_that_another_file_has_for_itself_is_told_where_none_is_shared(tmp_path, capsys, rows):
+    (tmp_path / "LIB.src").write_text(f"DEF LIB ( )\nTELL ( )\nEND\n{rows}\nWAIT SEC 7\nEND\n")
+    (tmp_path / "PART.src").write_text("DEF PART ( )\nTELL ( )\nEND\n")
+    main(["convert", str(tmp_path / "PART.src"), "--to", "rapid", "-o", str(tmp_path / "made")])
+    says = "see that these routines are meant, as their files share them with no other: TELL (LIB.src)"
+    assert (says in capsys.readouterr().out) == (not rows.startswith("GLOBAL"))

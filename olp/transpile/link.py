@@ -40,8 +40,11 @@ class LinkedPart:
 
 @dataclass(frozen=True, slots=True)
 class Linked:
+    """`borrowed`: routines that a file has for itself and another one calls, each with the path of the first."""
+
     program: st.Program
     parts: tuple[LinkedPart, ...]
+    borrowed: tuple[tuple[str, str], ...] = ()
 
     @property
     def starts(self) -> tuple[str, ...]:
@@ -240,6 +243,7 @@ class _Joined:
     renamed_routines: dict[tuple[int, str], str] = field(default_factory=dict)
     renamed_data: dict[tuple[int, str], str] = field(default_factory=dict)
     errors: list[Diagnostic] = field(default_factory=list)  # of the routines of other files
+    borrowed: dict[str, str] = field(default_factory=dict)  # other files' own routines -> path
     public: dict[str, str] = field(
         default_factory=dict
     )  # shared data of a name that is another file's own here
@@ -258,7 +262,8 @@ class _Joined:
         routines, data = self._respelt()
         found = (*program.diagnostics, *self.errors)
         joined = replace(program, source=source, routines=routines, data=data, main=main, diagnostics=found)
-        return Linked(_as_called(joined, self.plainly), tuple(self.parts))
+        borrowed = tuple(self.borrowed.items())
+        return Linked(_as_called(joined, self.plainly), tuple(self.parts), borrowed)
 
     def _respelt(self) -> tuple[tuple[st.Routine, ...], tuple[st.Declare, ...]]:
         """Routines and data with the names of other files spelt as these declare them."""
@@ -302,6 +307,8 @@ class _Joined:
             if job is None or (self.plainly and _is_library(job)):
                 continue
             found = job.routine
+            if not found.shared and job.source != source:
+                self.borrowed[found.name] = job.program.path
             if id(found) not in names:
                 other = job.program
                 if id(other) not in self.offsets:

@@ -36,6 +36,7 @@ def before_it_runs(
         *_commented(linked, translated),
         *(() if plan is None else _beyond(plan)),
         *(f"{says}: {some(things)}" for says, things in translated.asks.items()),
+        *_borrowed(linked),
         *_tool_zero(linked.program, target),
         *_systems(translated),
         *_routines(translated.program),
@@ -83,6 +84,13 @@ def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
     lines = {x.line for x in translated.losses if x.leaves_out and x.fate is not Fate.EXACT}
     if lines:
         yield f"rewrite what is only a comment now: {_lines(linked, lines)}"
+
+
+def _borrowed(linked: Linked) -> Iterator[str]:
+    """Routines that the source's controller does not find where they are called."""
+    if linked.borrowed:
+        named = some(f"{name} ({Path(path).name})" for name, path in linked.borrowed)
+        yield f"see that these routines are meant, as their files share them with no other: {named}"
 
 
 def _beyond(plan: Plan) -> Iterator[str]:

@@ -182,6 +182,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         help = "give it a number here, and compute it in a statement"
         found.tell("K107", f"the first value of {name.text} is computed", name.span, help)
     if not own.routines:
+        found.doubles((name.key, name.text, name.span) for name, _ in own.names)
         for name, kind in own.names:
             _type(found, name, kind, types)
         return found.finish({kind.upper() for kind in types}, whole=False, shared=True)
