@@ -2,7 +2,9 @@
 
     python bench/structure.py
 
-A floor is one more than the highest floor among a module's imports; imports in functions and for types count too.
+A floor is one more than the highest floor among a module's imports; imports in functions and for types count too. A
+condition on a vendor is a comparison, a `case`, a key of a table or of a look-up that names a vendor, a maker or one of
+a maker's robots; other lines that name a maker mention it: sources, examples, files of laws.
 """
 
 from __future__ import annotations
@@ -87,6 +89,33 @@ def classes_twice(trees: dict[str, ast.Module]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
+def asked_for(node: ast.AST) -> list[ast.AST]:
+    """The expressions in a node whose value decides what happens: compared, matched, or a key."""
+    match node:
+        case ast.Compare(left, _, comparators):
+            return [left, *comparators]
+        case ast.MatchValue(value) | ast.Subscript(slice=value):
+            return [value]
+        case ast.Dict(keys):
+            return [key for key in keys if key is not None]
+        case ast.Call(ast.Attribute(attr="get" | "startswith" | "endswith"), [key, *_]):
+            return [key]
+    return []
+
+
+def conditions(trees: dict[str, ast.Module], names: re.Pattern[str]) -> list[str]:
+    """Where a text that `names` matches as a whole decides something: place and text."""
+    found = {
+        (name, text.lineno, text.value)
+        for name, tree in trees.items()
+        for node in ast.walk(tree)
+        for asked in asked_for(node)
+        for text in ast.walk(asked)
+        if isinstance(text, ast.Constant) and isinstance(text.value, str) and names.fullmatch(text.value)
+    }
+    return [f"{name}:{line} {text}" for name, line, text in sorted(found)]
+
+
 def lines_with(word: re.Pattern[str], texts: dict[str, str]) -> int:
     return sum(word.search(line) is not None for text in texts.values() for line in text.splitlines())
 
@@ -104,10 +133,13 @@ def main() -> None:
     small = sum(sizes[name] < SMALL for name, _ in alone)
     print(f"{small} of these have fewer than {SMALL} lines")
     outside = {name: text for name, text in texts.items() if not name.startswith(VENDORS)}
-    makers = re.compile(
-        "|".join(sorted({rf"\b{maker_of(name)}\b" for name in vendor_names()})), re.IGNORECASE
-    )
-    print(f"{lines_with(makers, outside)} lines outside vendors' folders name a maker")
+    makers = "|".join(sorted({maker_of(name) for name in vendor_names()}))
+    decides = re.compile(rf"(?:{'|'.join(vendor_names())}|(?:{makers})(?:/.*)?)", re.IGNORECASE)
+    asked = conditions({name: trees[name] for name in outside}, decides)
+    print(*asked, sep="\n")
+    print(f"{len(asked)} conditions on a vendor outside vendors' folders")
+    mentions = lines_with(re.compile(rf"\b(?:{makers})\b", re.IGNORECASE), outside)
+    print(f"{mentions} lines outside vendors' folders name a maker")
     print(f"{lines_with(MARK, texts)} lines with a mark of unfinished work")
     twice = classes_twice(trees)
     print(f"{max(floors(imports).values())} floors, {len(twice)} class names given twice", *twice)
