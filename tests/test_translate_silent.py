@@ -2411,3 +2411,18 @@ def test_values_of_another_kind_than_a_typed_language_takes_are_told(rows, says,
 def test_an_input_that_is_set_is_told(target):
     made = converted(krl("SIGNAL CODE $IN[1] TO $IN[4]", "CODE=5"), "krl", target)
     assert any(loss.says == "an input that is set" for loss in made.translated.losses if loss.leaves_out)
+
+
+def test_a_frame_that_held_where_a_loop_was_left_is_no_frame_behind_its_end():
+    """EXIT leaves the loop with the first base, UNTIL with the second: `F=$BASE` took the second."""
+    loop = (
+        "REPEAT",
+        "$BASE=BASE_DATA[1]",
+        "IF $IN[1] THEN",
+        "EXIT",
+        "ENDIF",
+        "$BASE=BASE_DATA[2]",
+        "UNTIL $IN[2]",
+    )
+    text = krl("DECL FRAME F", *loop, "F=$BASE", "LIN F")
+    assert "the frame in use" in " ".join(refused(text, "krl", "rapid").values())

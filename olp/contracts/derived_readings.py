@@ -37,7 +37,7 @@ from olp.core.diagnostic import OlpError
 from olp.core.source import load
 from olp.ir.program import Program, Routine
 from olp.languages.literals import Token, language, speeds
-from olp.languages.loading import Loading, cell_of
+from olp.languages.loading import Loading
 from olp.languages.tokens import Word, Words
 from olp.languages.vendor import Vendor, part_of
 from olp.transpile.occurrences import with_routines, with_rows
@@ -166,7 +166,7 @@ def _refused(
         for name in texts:
             if Path(name).suffix.lower() in vendor.suffixes:
                 source = load(folder / name)
-                told = loading.check(source, cell_of(source, vendor, loading, controller))
+                told = loading.refused(source, vendor, controller)
                 rows = [(one.source_line, f"{one.line}: {finding_text(one, source.path)}") for one in told]
                 if rows:
                     found[f"{name}{how}"] = [

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic
 from olp.core.fast_dataclass import fast_init
@@ -680,6 +680,12 @@ Statement = (
     | Repeat | Until | Break | Continue | Declare
     | SetAcceleration | SetBlend | SetTool | SetFrame | SetOverride | ObeyFlags
     | ShiftOn | ShiftOff | DefineFrame | ExternalTool | Message | Process | Comment | Begin | End | Disabled | Opaque
+)  # fmt: skip
+# Neither move nor wait nor compute: notes, declarations, and what later moves take over.
+MOVES_NOTHING: Final = (Comment, Declare, Begin, SetSpeed, SetBlend, SetAcceleration, SetTool, SetFrame)
+# Reached in several ways: what held at the line above need not hold here. Behind UNTIL stands who left the loop, too.
+WAYS_MEET: Final = (
+    Label, Else, ElseIf, EndIf, While, EndWhile, Repeat, Until, For, Next, Case, Default, EndSwitch,
 )  # fmt: skip
 
 

@@ -215,8 +215,12 @@ class Loading:
     suffixes: tuple[str, ...] = ()  # of further files that declare names
     looks_above: bool = False  # whether the folder above may declare names, too
 
+    def refused(self, source: Source, vendor: Vendor, controller: str = "") -> list[Diagnostic]:
+        """What a controller refuses of a program, with the files that it loads with it."""
+        return self.check(source, _cell_of(source, vendor, self, controller))
 
-def cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str = "") -> LoadedCell:
+
+def _cell_of(source: Source, vendor: Vendor, loading: Loading, controller: str) -> LoadedCell:
     """The program with the files that a controller loads with it."""
     sources: tuple[Source, ...] = (source,)
     above: tuple[Source, ...] = ()

@@ -29,16 +29,6 @@ from olp.transpile.reaching_definitions import Key, reaching
 
 _STOP: Final = st.Blend(st.BlendKind.RADIUS, Quantity(Number(0), mm))
 _WAITING: Final = (st.PulseOutput, st.Wait, st.Dwell, st.Pause)
-_QUIET: Final = (
-    st.Comment,
-    st.Declare,
-    st.Begin,
-    st.SetSpeed,
-    st.SetBlend,
-    st.SetAcceleration,
-    st.SetTool,
-    st.SetFrame,
-)
 _ACTUAL: Final = frozenset({"current-pose", "current-joints", "timer"})
 CONTINUE: Final = "continue"  # what the statement is called as which it is read and written
 _WORD: Final = (("", Text("CONTINUE")),)
@@ -165,7 +155,7 @@ class _Stops:
                 return False
             if not continued and self._waits(s):
                 return True
-            if not isinstance(s, (*_QUIET, *_WAITING, st.Process, st.SetOutput, st.Assign)):
+            if not isinstance(s, (*st.MOVES_NOTHING, *_WAITING, st.Process, st.SetOutput, st.Assign)):
                 return None
             continued = continued and isinstance(s, st.Comment)
         return False if is_main else None
@@ -200,7 +190,7 @@ def waits_for_the_arm(s: st.Statement) -> bool:
     """Whether a statement sets or reads what belongs to the moment when it runs."""
     if isinstance(s, _WAITING):
         return True
-    if isinstance(s, (st.Process, *_QUIET)):
+    if isinstance(s, (st.Process, *st.MOVES_NOTHING)):
         return False
     return any(
         e.bus in PERIPHERY if isinstance(e, Signal) else isinstance(e, SystemValue) and e.name in _ACTUAL

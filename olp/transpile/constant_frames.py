@@ -155,21 +155,6 @@ def _number(e: ex.Expression) -> float | None:
 # routine set them, whatever way led here.
 
 _CURRENT: Final = {"current-tool": "tool", "current-frame": "frame"}
-_LEADS_HERE: Final = (
-    st.Label,
-    st.Else,
-    st.ElseIf,
-    st.EndIf,
-    st.While,
-    st.EndWhile,
-    st.Repeat,
-    st.For,
-    st.Next,
-    st.Case,
-    st.Default,
-    st.EndSwitch,
-    st.Call,
-)
 _ZERO_FRAME: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
@@ -190,7 +175,7 @@ def _with_held(body: tuple[st.Statement, ...]) -> tuple[st.Statement, ...]:
             holds["tool"] = s.tool
         elif isinstance(s, st.SetFrame):
             holds["frame"] = s.frame
-        elif isinstance(s, _LEADS_HERE):
+        elif isinstance(s, (*st.WAYS_MEET, st.Call)):
             holds.clear()
         elif isinstance(s, st.Assign):
             if _reads_system(s.value):

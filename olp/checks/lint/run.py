@@ -133,7 +133,6 @@ def lint_load(path: str, job: TimingJob, controller: str) -> Linted:
     Raises OlpError (W903) for a controller that the file's language does not have.
     """
     from olp.core.source import load
-    from olp.languages.loading import cell_of
     from olp.languages.vendor import part_of, read, recognise
 
     try:
@@ -151,7 +150,7 @@ def lint_load(path: str, job: TimingJob, controller: str) -> Linted:
                 error("W903", f"no controller {controller[:40]} runs {vendor.title}", help=f"one of {known}")
             )
         broken = {d.line for d in found}
-        told = loading.check(source, cell_of(source, vendor, loading, controller))
+        told = loading.refused(source, vendor, controller)
         found += [d for d in told if d.line not in broken]
     findings = [of_diagnostic(d, path) for d in sorted(found, key=lambda d: (d.line, d.code))]
     kept = [f for f in findings if not _excused_above(source, f)]

@@ -21,21 +21,6 @@ from olp.languages.vendors.krl.scope import Scope
 from olp.languages.vendors.krl.system import Modal
 from olp.languages.vendors.krl.values import number as number_of
 
-FORGETS = (
-    st.Label,
-    st.Else,
-    st.ElseIf,
-    st.EndIf,
-    st.While,
-    st.EndWhile,
-    st.Repeat,
-    st.Until,
-    st.For,
-    st.Next,
-    st.Case,
-    st.Default,
-    st.EndSwitch,
-)
 # Blocks that a broken line opens or closes all the same, for the check of blocks.
 _MARKERS: Final[dict[str, Callable[[int], st.Statement]]] = {
     "IF": lambda line: st.If(line, Text("")),
@@ -150,7 +135,7 @@ class BodyReader:
         result = self._modal.fixed(result) or result
         modal = isinstance(result, _MODAL)
         if len(self._seen) < _MOST_CACHED:
-            plain = not modal and not isinstance(result, (*FORGETS, st.Opaque, st.Move))
+            plain = not modal and not isinstance(result, (*st.WAYS_MEET, st.Opaque, st.Move))
             self._seen[code] = (type(result), values_of(result), modal, plain)
         self._add(placed(result, number), comment, number, modal)
         return None
@@ -192,7 +177,7 @@ class BodyReader:
             return
         if self._block is not None and isinstance(it, st.Move):
             it = self._within(it)
-        if isinstance(it, FORGETS):
+        if isinstance(it, st.WAYS_MEET):
             self._modal.forget()
             if isinstance(it, st.ElseIf):
                 help = "write it as ELSE and IF … ENDIF"

@@ -29,18 +29,7 @@ _TRIGGER: Final = re.compile(
     re.IGNORECASE,
 )
 _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)")
-_QUIET: Final = (
-    st.Comment,
-    st.Declare,
-    st.Begin,
-    st.SetSpeed,
-    st.SetBlend,
-    st.SetAcceleration,
-    st.SetTool,
-    st.SetFrame,
-    st.Assign,
-    st.Process,
-)
+_QUIET: Final = (*st.MOVES_NOTHING, st.Assign, st.Process)
 # What takes no time.
 _INSTANT: Final = (
     st.Assign, st.Comment, st.Declare, st.Begin, st.If, st.Else, st.EndIf, st.Switch, st.Case, st.Default, st.EndSwitch,

@@ -28,7 +28,6 @@ from olp.languages.generator import (
     framing_comments,
 )
 from olp.languages.vendors.krl import interrupts, texts
-from olp.languages.vendors.krl.body import FORGETS
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
 from olp.languages.vendors.krl.neighbours import CONFIG_MARK
 from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
@@ -53,7 +52,7 @@ class BasCalls:
 
     def follow(self, it: st.Statement) -> None:
         """Notes what a statement says about the motion data."""
-        if isinstance(it, FORGETS):
+        if isinstance(it, st.WAYS_MEET):
             self._data.forget()
         elif isinstance(it, st.ExternalTool):
             self._data.external = it.tool is not None

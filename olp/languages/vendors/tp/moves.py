@@ -288,17 +288,6 @@ def _literal(value: ex.Expression) -> str:
 # --- Conditions of offsets ---
 # `OFFSET CONDITION PR[1]`, `TOOL_OFFSET CONDITION PR[2]`: by what moves are offset that name no register.
 
-_BRANCHES: Final = (
-    st.Label,
-    st.Else,
-    st.ElseIf,
-    st.EndIf,
-    st.Case,
-    st.Default,
-    st.EndSwitch,
-    st.For,
-    st.Next,
-)  # reached in several ways
 _CONDITIONS: Final = {
     "OFFSET CONDITION": ("offset", "Offset"),
     "TOOL_OFFSET CONDITION": ("tool_offset", "Tool_Offset"),
@@ -318,7 +307,7 @@ def with_conditions(body: Sequence[st.Statement]) -> Sequence[st.Statement]:
     for s in body:
         if isinstance(s, st.Process) and s.name in _CONDITIONS:
             holds[_CONDITIONS[s.name][0]] = s.arguments[0][1]
-        elif isinstance(s, _BRANCHES):
+        elif isinstance(s, st.WAYS_MEET):
             holds = {part: e for part, e in holds.items() if len(given[part]) == 1}
         rows.append(_with_offsets(s, holds) if isinstance(s, st.Move) and s.other else s)
     return rows
