@@ -2426,3 +2426,15 @@ def test_a_frame_that_held_where_a_loop_was_left_is_no_frame_behind_its_end():
     )
     text = krl("DECL FRAME F", *loop, "F=$BASE", "LIN F")
     assert "the frame in use" in " ".join(refused(text, "krl", "rapid").values())
+
+
+@pytest.mark.parametrize("arm", ["ARM[2]", "ARM[which]"])
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp"])
+def test_a_move_of_another_arm_is_no_move_of_the_only_one(arm, target):
+    place, moves = (
+        "p := POS(900, 0, 400, 0, 90, 0, '')",
+        ("MOVE ARM[1] LINEAR TO p", f"MOVE {arm} LINEAR TO p"),
+    )
+    text = pdl2(place, "which := 2", *moves, data=("p : POSITION\n", "which : INTEGER\n"))
+    told = [line for line, says in refused(text, "pdl2", target).items() if "arm" in says]
+    assert told == [1 + text.splitlines().index(next(row for row in text.splitlines() if arm in row))]

@@ -132,19 +132,19 @@ class Pdl2Rules(BlockRules):
         return "with", children[-1]
 
     def move(self, children: list[Any]) -> Any:
-        word, _, path, _, target, *tails = children
-        return self._move(str(word), path, target, tails)
+        word, arm, path, _, target, *tails = children
+        return self._move(str(word), arm, path, target, tails)
 
     def near(self, children: list[Any]) -> Any:
-        word, _, path, target, distance, *tails = children
-        return self._move(str(word), path, _back(target, distance), tails)
+        word, arm, path, target, distance, *tails = children
+        return self._move(str(word), arm, path, _back(target, distance), tails)
 
     def away(self, children: list[Any]) -> Any:
-        word, _, path, distance, *tails = children
-        return self._move(str(word), path, _back(_HERE, distance), tails)
+        word, arm, path, distance, *tails = children
+        return self._move(str(word), arm, path, _back(_HERE, distance), tails)
 
     def relative(self, children: list[Any]) -> Any:
-        word, _, path, vector, frame, *tails = children
+        word, arm, path, vector, frame, *tails = children
         if not isinstance(vector, ex.RecordLiteral) or len(vector.members) != 3:
             raise NotModelledError(vector)
         way = tuple(value for _, value in vector.members)
@@ -157,11 +157,19 @@ class Pdl2Rules(BlockRules):
             target = ex.Function("pose-offset", (_HERE, *way))
         else:
             raise NotModelledError(frame)
-        return self._move(str(word), path, target, tails)
+        return self._move(str(word), arm, path, target, tails)
 
-    def _move(self, word: str, path: Token | None, target: ex.Expression, tails: list[Any]) -> Any:
+    def _move(
+        self,
+        word: str,
+        arm: ex.Expression | None,
+        path: Token | None,
+        target: ex.Expression,
+        tails: list[Any],
+    ) -> Any:
+        """`arm`: which of the controller's arms moves; only the first one is that of the program."""
         fields: dict[str, Any] = {}
-        other: list[tuple[str, ex.Expression]] = []
+        other = [("arm", arm)] if arm is not None and arm != ex.Number(1) else []
         settings: list[tuple[ex.Expression, ex.Expression | None]] = []
         for name, value in tails:
             if name == "with":
