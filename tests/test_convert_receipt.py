@@ -133,7 +133,7 @@ def test_every_kind_of_thing_has_words_of_its_own():
 
 
 def test_a_statement_that_is_refused_is_told_once(tmp_path):
-    job = SAMPLES / "inform/welding/WELD-MAIN.JBI"
+    job = SAMPLES / "inform/generations/dx100.jbi"
     program = read(job)
     with pytest.raises(OlpError) as refused:
         convert(program, "urscript", Context(robot=load_robot(ROBOT)))
