@@ -540,7 +540,7 @@ def _ended_from_outside(
             _forget(m, moved.steps)
         why = "" if condition is None else f" while {spell(condition)}"
         m.assume(f"{_lines(m, first, last)} repeats{why}, which nothing here changes: one pass is timed")
-    elif following is not None:
+    elif following is not None and not m.seeks_move:
         m.assume(f"{_lines(m, first, last)} waits for something outside: taken to come at once")
     return following
 

@@ -238,6 +238,9 @@ class Machine:
 
     def fault(self, fault: StatementError, taken: str = "") -> None:
         """Keeps what went wrong in the current statement. `taken`: what is assumed for it."""
+        if self.seeks_move:  # a try, of which nobody reads what is found
+            self.unsure = self.unsure or self.may_assume(fault)
+            return
         source, line = self.frame.job.program.source, self.line
         text = source.line(line)
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
