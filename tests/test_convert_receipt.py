@@ -200,20 +200,63 @@ def test_the_receipt_begins_with_how_much_is_exact(tmp_path, capsys):
 ROBOTS_OWN = "/PROG  GRIP\n/ATTR\n/MN\n   1:  RO[3]=ON ;\n   2:  WAIT RI[2]=ON ;\n/POS\n/END\n"
 
 
-@pytest.mark.parametrize("target", ["inform", "krl", "urscript"])
-def test_signals_of_the_robot_itself_are_mapped_by_the_file_that_the_message_names(tmp_path, capsys, target):
+MAPPED = '[signals]\n"robot-out 3" = "out 12"\n"robot-in 2" = "in 7"\n'
+NUMBERED = """/PROG  GRIP
+/ATTR
+/MN
+   1:  RO[R[1]]=ON ;
+   2:  IF RI[R[2]]=ON,JMP LBL[1] ;
+   3:  RO[3]=ON ;
+   4:  LBL[1] ;
+/POS
+/END
+"""
+
+
+def test_signals_of_the_robot_itself_are_mapped_by_the_file_that_the_message_names(tmp_path, capsys):
     listing = written(tmp_path, "GRIP.LS", ROBOTS_OWN)
-    assert main(["convert", str(listing), "--to", target, "-o", str(tmp_path / "out")]) == 2
+    assert main(["convert", str(listing), "--to", "urscript", "-o", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     advice = re.findall(r'map it under (\[signals\]) in the mapping file, as in (.*) = "(in|out) 12"', said)
     assert [(name, kind) for _, name, kind in advice] == [('"robot-out 3"', "out"), ('"robot-in 2"', "in")]
-    cell = written(tmp_path, "cell.toml", '[signals]\n"robot-out 3" = "out 12"\n"robot-in 2" = "in 7"\n')
+    mapped(tmp_path, capsys, listing, "urscript")
+
+
+@pytest.mark.parametrize("target", ["inform", "krl"])
+def test_signals_of_the_robot_itself_get_numbers_of_their_own(tmp_path, capsys, target):
+    listing = written(tmp_path, "GRIP.LS", ROBOTS_OWN)
+    text, found = receipt(tmp_path, capsys, listing, target)
+    assert found["totals"]["exact"] == 2
+    assert not found["difference"]["says"]
+    assert "connect these signals with their new numbers" in text
+    assert "robot-out 3 is out 2003, robot-in 2 is in 2002" in text
+    (file,) = (tmp_path / "out").iterdir()
+    assert "2003" in file.read_text()
+    mapped(tmp_path, capsys, listing, target)
+
+
+def mapped(tmp_path, capsys, listing: Path, target: str) -> None:
+    """The mapping file puts the signals of ROBOTS_OWN elsewhere."""
+    cell = written(tmp_path, "cell.toml", MAPPED)
     text, found = receipt(tmp_path, capsys, listing, target, "--map", str(cell))
     assert found["totals"]["exact"] == 2
     assert not found["difference"]["says"]
     assert "connect the signals as they are called now: robot-out 3 is out 12, robot-in 2 is in 7" in text
-    (file,) = (tmp_path / "out").iterdir()
+    (file,) = [f for f in (tmp_path / "out").iterdir() if f.suffix != ".json"]
     assert "12" in file.read_text()
+
+
+def test_a_computed_number_counts_from_where_the_signals_of_the_robot_begin(tmp_path, capsys):
+    listing = written(tmp_path, "GRIP.LS", NUMBERED)
+    text, found = receipt(tmp_path, capsys, listing, "krl")
+    assert found["agrees"], text
+    assert "robot-in * is in 2000+*, robot-out 3 is out 2003" in text
+    made = (tmp_path / "out" / "GRIP.src").read_text()
+    assert "$OUT[2000+R1]=TRUE" in made
+    assert "$IN[2000+R2]" in made
+    beside = Context(mapping=Mapping(signals={"robot-in 2": "in 12"}))
+    with pytest.raises(OlpError, match="a signal with a computed number"):
+        convert(read(listing), "krl", beside)
 
 
 def test_where_signals_have_names_those_of_the_robot_have_some_too(tmp_path, capsys):

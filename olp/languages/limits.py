@@ -14,6 +14,7 @@ from olp.ir.expressions import Store
 from olp.ir.program import AccelerationUnit, BlendKind, Path, PathTrigger, SpeedUnit
 
 Range = tuple[float, float]
+SPARE_SIGNALS: Final = 100  # numbers for each kind, from `Limits.spare_signals` on
 _SAME: Final = 1e-6  # relative: so far outside, a number is still within
 
 
@@ -228,6 +229,7 @@ class Limits:
     )  # the largest of "tool" and "user"; {}: none
     frame_functions: bool = False  # tools and frames are set by functions of their number
     first_signal: int = 0
+    spare_signals: int = 0  # where a robot's own signals, a tool's and configurable ones go; 0: nowhere
     declared_groups: bool = False  # a declaration makes a group of signals that follow each other
     speeds_needed: bool = False  # each move says its speed
     angles_together: bool = (

@@ -16,7 +16,7 @@ from olp.core.diagnostic import OlpError
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of
-from olp.languages.limits import limits_of
+from olp.languages.limits import SPARE_SIGNALS, limits_of
 from olp.languages.vendor import conventions_of, find_vendor
 from olp.runtime.assumptions import NAMED_SIGNAL, VARIABLE_LETTERS, SignalKey, signal_key, signal_name
 from olp.runtime.made_up import FrameAndTool, MadeUp, MadeUpPosition, UnknownThing
@@ -113,7 +113,7 @@ def _next_pair(
 # --- Signals ---
 
 
-_ANY: Final = "*"  # a computed number
+_ANY: Final = "*"  # a computed number: "in *" is "di*", "robot-in *" is "in 2000+*"
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,10 @@ class SignalsThere:
                 continue
             bus, _, shown = name.rpartition(" ")
             there, _, index = to.rpartition(" ")
-            if shown == _ANY:
+            if shown == _ANY and "+" in index:
+                first = int(index.partition("+")[0])
+                single |= {SignalKey(bus, n): SignalKey(there, first + n) for n in range(SPARE_SIGNALS)}
+            elif shown == _ANY:
                 numbered[bus] = index
             else:
                 single[_key(bus, shown)] = _key(there or bus, index)

@@ -16,7 +16,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.points import PointTable
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, sets_numbers
-from olp.languages.limits import limits_of, writable
+from olp.languages.limits import SPARE_SIGNALS, limits_of, writable
 from olp.languages.vendor import language_of
 from olp.runtime.assumptions import holds_number
 from olp.runtime.end_actions import shown_at_ends, split_at_end
@@ -45,6 +45,12 @@ _FROM_ZERO: Final = (
 )
 _FIRST_FREE, _FREE_SIZE = 1025, 16  # behind the signals that most programs use; as many as a word has bits
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
+# Signals beside the usual ones, and which hundred of the target's spare numbers is theirs: the same in each program of
+# a cell, and far enough from the next for a computed number.
+_BESIDE: Final[Mapping[str, int]] = {
+    "robot-in": 0, "robot-out": 0, "tool-in": 1, "tool-out": 1, "configurable-in": 2, "configurable-out": 2,
+}  # fmt: skip
+_BESIDE_OTHERS: Final = "a signal with a computed number, beside names under [signals] for others"
 
 
 def stem_of(bus: str) -> str:
@@ -123,6 +129,9 @@ class _Signals:
             return s
         if any(type(e) is ex.Signal and "analog" in e.bus for e in expressions_of(s)):
             self._tell_analog(s)
+        if bus := _beside_named(self.work, s):
+            self.work.lose(s, Fate.REFUSED, "signal", f"{_BESIDE_OTHERS} ({bus})")
+            return s
         if self.from_zero and any(map(_is_computed, expressions_of(s))):
             self.work.lose(s, Fate.APPROXIMATED, "index", _FROM_ZERO)
         if isinstance(s, (st.SetOutput, st.PulseOutput)) and "in" in s.signal.bus.split("-"):
@@ -156,6 +165,8 @@ class _Signals:
             return replace(
                 e, bus=bus or e.bus, index=ex.Number(int(index)) if index.isdecimal() else ex.Text(index)
             )
+        if self.work.limits.spare_signals and e.bus in _BESIDE and not isinstance(e.index, ex.Text):
+            return self._beside(e, shown)
         if self.work.limits.declared_groups and shown and e.bus in _GROUPS:
             ends = self._declared(shown)
             if ends is not None:
@@ -178,6 +189,19 @@ class _Signals:
         if not self.work.target_conventions.controller_names and isinstance(e.index, ex.Text):
             return replace(e, index=ex.Number(self._number(e.bus, e.index.value)))
         return e
+
+    def _beside(self, e: ex.Signal, shown: str) -> ex.Signal:
+        """A signal of a kind that the target lacks, among the usual ones."""
+        first = self.work.limits.spare_signals + SPARE_SIGNALS * _BESIDE[e.bus]
+        there = plain_bus(e.bus)
+        index = ex.Number(first + int(shown)) if shown else ex.Binary("+", ex.Number(first), e.index)
+        to = f"{there} {first + int(shown)}" if shown else f"{there} {first}+*"
+        self.work.names[("signal", f"{e.bus} {shown or '*'}")] = to
+        says = (
+            "connect these signals with their new numbers, or give others under [signals] in the mapping file"
+        )
+        self.work.ask(says, f"{e.bus} {shown or '*'} is {to}")
+        return replace(e, bus=there, index=index)
 
     def _declared(self, name: str) -> tuple[int, int] | None:
         """The first and last signal of a group that the source declares."""
@@ -443,6 +467,15 @@ def _counts_from_zero(vendor: str) -> bool:
     return vendor in writable() and not limits_of(vendor).first_signal
 
 
+def _beside_named(work: TranslationContext, s: st.Statement) -> str:
+    """The bus of a signal with a computed number whose others the mapping file puts elsewhere, one by one."""
+    named = work.context.mapping.signals
+    if not named or not work.limits.spare_signals:
+        return ""
+    buses = (e.bus for e in expressions_of(s) if isinstance(e, ex.Signal) and _is_computed(e))
+    return next((b for b in buses if b in _BESIDE and any(key.startswith(f"{b} ") for key in named)), "")
+
+
 def _kind(bus: str) -> str:
     """What a variable for a signal is declared as: registers are groups of outputs."""
     plain = plain_bus(bus)
@@ -476,8 +509,7 @@ class _Aliases:
         signals = [e for e in expressions_of(s) if isinstance(e, ex.Signal) and _is_computed(e)]
         renamed = self.work.context.mapping.signals
         if bus := next((e.bus for e in signals if any(k.startswith(f"{e.bus} ") for k in renamed)), ""):
-            says = f"a signal with a computed number, beside names under [signals] for others ({bus})"
-            self.work.lose(s, Fate.REFUSED, "signal", says)
+            self.work.lose(s, Fate.REFUSED, "signal", f"{_BESIDE_OTHERS} ({bus})")
             return [s]
         for e in signals:
             self.work.names[("signal", f"{e.bus} *")] = f"{stem_of(e.bus)}*"

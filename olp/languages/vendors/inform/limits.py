@@ -94,6 +94,7 @@ LIMITS: Final = Limits(
     frame_numbers={"tool": 63, "user": 63},
     frame_functions=True,
     first_signal=1,
+    spare_signals=2000,  # of 4096 inputs and outputs
     position_read_in="base",
     # A variable counts in finer units than a literal: 0.1 mm/s, 0.01 %, 0.1 deg/s, 0.01 s.
     variable_scales={0.001: 0.0001, 0.01: 0.0001, round(deg, 12): 0.1 * deg, 1.0: 0.01},

@@ -76,6 +76,7 @@ LIMITS: Final = Limits(
     native_offsets=frozenset({"relative", "relative-tool"}),
     frame_numbers={"tool": 16, "user": 32},
     first_signal=1,
+    spare_signals=2000,  # of 4096 inputs and outputs
     declared_groups=True,
     has_xor=True,
     watches=True,
