@@ -49,6 +49,32 @@ def test_an_element_that_a_record_was_copied_to_keeps_its_value() -> None:
     assert [round(1000 * float(v)) for v in plan.moves.travel] == [270, 200, 270]
 
 
+_TAKEN = """MODULE M
+RECORD tray
+  num row;
+  bool full;
+ENDRECORD
+PROC main()
+  WaitTime 0.3;
+ENDPROC
+PROC pick(tray here)
+  WaitTime here.row/10;
+  here:=emptied(here);
+ENDPROC
+FUNC tray emptied(tray t)
+  t.full:=FALSE;
+  RETURN t;
+ENDFUNC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+def test_a_type_of_which_there_are_parameters_and_no_data_is_a_record_too(target: str) -> None:
+    made = convert(read_source(decode(_TAKEN.encode(), "M.mod")), target, Context(on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+
+
 @pytest.mark.parametrize("target", ["krl", "tp"])
 def test_speeds_handed_to_functions_and_kept_in_arrays_are_carried_over(target: str) -> None:
     made = convert(read_source(decode(_PROGRAM.encode(), "M.mod")), target, Context(on_loss="comment"))

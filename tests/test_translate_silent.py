@@ -928,6 +928,42 @@ def test_an_array_of_rows_is_one_row_where_there_is_no_other(target):
     assert compare_plans(one, other).steps == 6
 
 
+HANDED = """MODULE M
+PERS num g{2,3}:=[[1,2,3],[4,5,6]];
+CONST robtarget a{2}:=[[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],
+  [[800,70,450],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]];
+VAR robtarget p;
+PROC fill(num n, INOUT num table{*,*})
+  FOR k FROM 1 TO 3 DO
+    table{2,k}:=n*k+table{1,k};
+  ENDFOR
+  again table;
+ENDPROC
+PROC again(INOUT num rows{*,*})
+  rows{1,3}:=rows{2,1};
+ENDPROC
+PROC main()
+  MoveJ a{1},v1000,fine,tool0;
+  fill 10,g;
+  p:=a{1};
+  p.trans.y:=g{2,3}+g{1,3};
+  p.trans.z:=a{2}.trans.z;
+  MoveL p,v500,fine,tool0;
+  WaitTime g{2,1+g{1,1}}/100;
+ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "krl"])
+def test_a_table_is_handed_over_and_back_through_several_routines(target):
+    one, other = read(HANDED, "rapid").plan(robot=ROBOT), run_elsewhere(HANDED, "rapid", target)
+    assert compare_plans(one, other).is_equal
+    # by hand: y is 10*3+3+11, as `again` copied 10*1+1; the wait is of 10*2+2
+    assert (1000 * other.positions.position[other.moves.target[1]]).round(3).tolist() == [900, 44, 450]
+    assert other.durations[other.row[other.kind == StepKind.WAIT]].round(6).tolist() == [0.22]
+
+
 def test_an_element_beyond_one_of_the_rows_is_refused():
     text = module("WaitTime g{1,4};", data=TABLES)
     with pytest.raises(OlpError, match="3 elements"):

@@ -12,7 +12,7 @@ from typing import Final
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
-from olp.transpile.constant_folding import calls_of, paired
+from olp.transpile.constant_folding import calls_of, handed_over, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
@@ -197,17 +197,24 @@ KEPT_ROWS: Final = 10  # of a dimension with a computed index, where nothing dec
 
 
 def single_rows(program: st.Program, work: TranslationContext) -> st.Program:
-    """`g{2,3}` of an array of 2 by 4 as the element 7 of a row of 8. What is named as a whole stays as it is."""
+    """`g{2,3}` of an array of 2 by 4 as the element 7 of a row of 8, also where a routine takes it as a parameter.
+
+    What is named as a whole otherwise stays as it is.
+    """
     if work.limits.dimensions == _ANY:
         return program
     symbols = symbols_of(program)
     sizes = {key: found for key, (found, s) in _tables(program, symbols).items() if _is_flat(s, work)}
     if work.limits.dimensions == _ONE:
         sizes |= _undeclared_tables(program, symbols, work)
+    handed = _handed_tables(program, symbols) if sizes else []
     for routine in program.routines if sizes else ():
         for s in routine.body:
             for key in _named_whole(s, routine.name, symbols):
                 sizes.pop(key, None)
+    while odd := [pair for pair in handed if sizes.get(pair[0]) != sizes.get(pair[1])]:
+        for key in {key for pair in odd for key in pair}:
+            sizes.pop(key, None)
     if not sizes:
         return program
     for (_, name), dimensions in sizes.items():
@@ -219,6 +226,7 @@ def single_rows(program: st.Program, work: TranslationContext) -> st.Program:
             r,
             body=tuple(rows.statement(s, r.name) for s in r.body),
             data=tuple(rows.declared(d, r.name) for d in r.data),
+            parameters=tuple(rows.taken(p, r.name) for p in r.parameters),
         )
         for r in program.routines
     )
@@ -236,7 +244,7 @@ def _tables(program: st.Program, symbols: Symbols) -> dict[tuple[str, str], tupl
         if len(d.sizes) > 1:
             symbols.find("", d.name)  # which makes its symbol
     for symbol in symbols.table.values():
-        if len(symbol.sizes) > 1 and symbol.parameter is None:
+        if len(symbol.sizes) > 1:
             sizes = sizes_of(symbols, symbol)
             if sizes and len(sizes) == len(symbol.sizes) and all(size > 0 for size in sizes):
                 found[(symbol.scope, symbol.name)] = (sizes, symbol)
@@ -268,11 +276,35 @@ def _undeclared_tables(
     return found
 
 
+def _handed_tables(program: st.Program, symbols: Symbols) -> list[tuple[tuple[str, str], tuple[str, str]]]:
+    """Each array that a call hands over as a whole, with the parameter that takes it, by scope and name."""
+    found = []
+    for routine in program.routines:
+        for s in routine.body:
+            for called, arguments in handed_over(s):
+                taker = symbols.routines.get(called)
+                for name, e in paired(taker.parameters, arguments) if taker is not None else ():
+                    if type(e) is ex.Named:
+                        found.append((_key(symbols, routine.name, e.name), (called, name)))
+    return found
+
+
+def _key(symbols: Symbols, routine: str, name: str) -> tuple[str, str]:
+    symbol = symbols.find(routine, name)
+    return ("", name) if symbol is None else (symbol.scope, symbol.name)
+
+
 def _named_whole(s: st.Statement, routine: str, symbols: Symbols) -> Iterator[tuple[str, str]]:
-    """Names that a statement takes otherwise than element by element."""
+    """Names that a statement takes otherwise than element by element, or as what a routine of the program takes."""
     if calls_nothing(s) or isinstance(s, st.Declare):
         return
-    elements: Counter[str] = Counter()
+    elements = Counter(
+        e.name
+        for called, arguments in handed_over(s)
+        if called in symbols.routines
+        for e in arguments
+        if type(e) is ex.Named
+    )
     names: Counter[str] = Counter()
     for e in expressions_of(s):
         if type(e) is ex.Named:
@@ -281,8 +313,7 @@ def _named_whole(s: st.Statement, routine: str, symbols: Symbols) -> Iterator[tu
             elements[e.base.name] += 1
     for name, count in names.items():
         if count != elements[name]:
-            symbol = symbols.find(routine, name)
-            yield ("", name) if symbol is None else (symbol.scope, symbol.name)
+            yield _key(symbols, routine, name)
 
 
 @dataclass(slots=True)
@@ -294,8 +325,11 @@ class _SingleRows:
     sizes: dict[tuple[str, str], tuple[int, ...]]
 
     def _of(self, routine: str, name: str) -> tuple[int, ...] | None:
-        symbol = self.symbols.find(routine, name)
-        return self.sizes.get(("", name) if symbol is None else (symbol.scope, symbol.name))
+        return self.sizes.get(_key(self.symbols, routine, name))
+
+    def taken(self, p: st.Parameter, routine: str) -> st.Parameter:
+        sizes = self._of(routine, p.name) if len(p.sizes) > 1 else None
+        return p if sizes is None else replace(p, sizes=(ex.Number(math.prod(sizes)),))
 
     def statement(self, s: st.Statement, routine: str) -> st.Statement:
         if isinstance(s, st.Declare):

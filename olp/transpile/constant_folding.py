@@ -323,7 +323,7 @@ def _computed(e: ex.Expression, limits: Limits) -> ex.Expression:
 
 
 def fold_constants(program: Program, work: TranslationContext) -> Program:
-    """Names that always hold the same number, text or state are written as it."""
+    """Names that always hold the same number, text or state are written as it, and so are components of points."""
     symbols = work.symbols(program)
     elsewhere = _changeable(program)
     told: list[str] = []  # of them, in the statement under way
@@ -335,7 +335,7 @@ def fold_constants(program: Program, work: TranslationContext) -> Program:
                 if e.name in elsewhere:
                     told.append(e.name)
                 return value
-        if type(e) is ex.Member and isinstance(e.base, ex.Named) and e.name in _MEMBERS:
+        if type(e) is ex.Member and isinstance(e.base, (ex.Named, ex.Item)) and e.name in _MEMBERS:
             literal = symbols.fixed_value("", e.base)
             if isinstance(literal, ex.PositionLiteral) and literal.kind == "pose":
                 at = _MEMBERS.index(e.name)

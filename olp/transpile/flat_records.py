@@ -187,6 +187,13 @@ def _found(program: st.Program, work: TranslationContext) -> _Records:
         if leaves:
             found.shapes[kind] = leaves
             found.variables[(symbol.scope, symbol.name)] = kind
+    for kind in dict.fromkeys(_taken(program)) if layouts else ():
+        if (
+            kind in layouts
+            and kind not in found.shapes
+            and (laid := tuple(_laid_out(kind, layouts, types, ())))
+        ):
+            found.shapes[kind] = laid
     _add_unknown(program, found, layouts.keys())
     _add_undeclared(program, found, work)
     handed = {
@@ -208,6 +215,12 @@ def _found(program: st.Program, work: TranslationContext) -> _Records:
             if kind in found.shapes and not (optional and kind in _PARTS):
                 found.parameters.setdefault(routine.name.casefold(), {})[parameter.name] = kind
     return found
+
+
+def _taken(program: st.Program) -> Iterator[str]:
+    """The types that routines take and return, case folded."""
+    for routine in program.routines:
+        yield from (kind.casefold() for kind in (*(p.type for p in routine.parameters), routine.returns))
 
 
 def _keep_used(program: st.Program, found: _Records) -> None:
