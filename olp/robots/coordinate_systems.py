@@ -176,7 +176,9 @@ class Cell:
             np.full((count, 3), np.nan), np.full((count, 3, 3), np.nan), np.full_like(values, np.nan)
         )
         if robot is None:
-            says = f"the points of {name} are written in pulses or joint angles, and this robot is not known"
+            whose = f" of {name}" if len(self.mechanisms) > 1 else ""
+            unit = "pulses" if state.kind is PointKind.PULSE else "joint angles"
+            says = f"the points{whose} are written in {unit}, and this robot is not known"
             self._gap(f"{ROBOT_GAP}{name}", says, True)
             return unknown
         from olp.robots.kinematics.configuration import forward, pulses_to_joints

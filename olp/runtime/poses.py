@@ -72,7 +72,7 @@ def pose_of(m: Machine, mechanism: int, value: PositionValue) -> Pose:
 
 def _check_whole(value: PositionValue) -> None:
     if not is_whole(value):
-        raise StatementError("I213", "this needs the position of a robot", "use a P variable")
+        raise StatementError("I213", "this needs the position of a robot", "use a position variable")
 
 
 def raw_pose(value: PositionValue) -> Pose:
@@ -169,7 +169,7 @@ def here(m: Machine, mechanism: int) -> PositionValue:
         raise StatementError(
             "I215",
             f"the position of {name} before its first move is not known",
-            f"say it in olp.toml: [start] {name} = {{ pulse = [ … ] }}",
+            f"say it in olp.toml: [start] {name} = {{ joint_deg = [ … ] }}",
         )
     state, values = m.recorder.written(index)
     return PositionValue(state, tuple(float(v) for v in values))
