@@ -268,6 +268,26 @@ def test_a_fold_that_holds_most_of_what_a_name_does_is_dealt_among_all():
     assert interleaved(np.zeros(10, dtype=int)).tolist() == [0, 1, 2, 3, 4] * 2
 
 
+def test_a_fold_that_holds_all_that_a_condition_leaves_out_is_dealt_among_all():
+    """By the others the name acts everywhere: nobody could know its condition from them."""
+    made = case()
+    high = made.end[:, 2] > 0.3
+    own = part("acceleration", made, 1.5)._replace(condition=Condition((Statement("z", above=0.3),)))
+    slow = replace(made, measured=DurationModel((own,)).seconds(made) + scatter(), derived={})
+    fitted = evaluate(DurationModel((own,)), slow, Noise(NOISE / 2))
+    first = Folds("cycle", np.where(high, 1 + np.arange(MOVES) % 4, 0))
+    dealt = evidence.folds_for(fitted, (0,), slow, first)
+    assert dealt.by == EACH_FIFTH
+    for side in (high, ~high):
+        assert set(dealt.labels[side].tolist()) == set(range(5))
+    found = name(slow, Noise(NOISE / 2), first, {})
+    assert found.fit.names == ("acceleration",)
+    unseen = slow.measured - found.selection.predicted
+    assert np.sqrt(np.mean(unseen**2)) < 1.5 * NOISE
+    some = Folds("cycle", np.where(high | (np.arange(MOVES) % 3 > 0), 1 + np.arange(MOVES) % 4, 0))
+    assert evidence.folds_for(fitted, (0,), slow, some) is some
+
+
 def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
     """Two numbers for one move that is always late by the same: that is a list."""
     programmed = np.arange(MOVES) % 9

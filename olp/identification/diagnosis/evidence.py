@@ -227,6 +227,17 @@ def acts(fitted: ModelFit, parts: Sequence[int], case: MeasuredMoves) -> NDArray
     return np.asarray(np.abs(whole - _leaving(fitted.model, parts).seconds(case)) > ACTS * fitted.scale)
 
 
+def spared(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool_]:
+    """(n,) moves that part `index` would change by more than half of the scatter, were it not for its condition."""
+    part = fitted.model.parts[index]
+    if part.condition is None:
+        return np.zeros(len(case), dtype=bool)
+    parts = list(fitted.model.parts)
+    parts[index] = part._replace(condition=None)
+    always = DurationModel(tuple(parts)).seconds(case)
+    return np.asarray(np.abs(always - fitted.model.seconds(case)) > ACTS * fitted.scale)
+
+
 def confirmed(
     best: ModelFit,
     case: MeasuredMoves,
@@ -436,9 +447,11 @@ def placebo(
 
 
 def folds_for(fitted: ModelFit, parts: Iterable[int], case: MeasuredMoves, folds: Folds) -> Folds:
-    """The folds, unless one holds most of what one of the parts does: nobody could know that from the others."""
+    """The folds, unless one holds most of what one of the parts does, or all moves that its condition leaves out:
+    nobody could know that from the others."""
     acting = {k: acts(fitted, (k,), case) for k in parts}
     lumped = [where for k, where in acting.items() if _lumped(fitted, k, where, case, folds)]
+    lumped += [where for k in acting if _absent(where := spared(fitted, k, case), folds)]
     if not lumped:
         return folds
     programmed = _programmed(case)
