@@ -11,7 +11,7 @@ from translated_texts import converted, inform, krl, module, read, run_elsewhere
 
 import olp
 from olp.core.diagnostic import OlpError
-from olp.core.source import decode
+from olp.core.source import decode, load
 from olp.fluent import read_source
 from olp.robots.robot import load_robot
 from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey
@@ -19,7 +19,7 @@ from olp.runtime.interpreter import run
 from olp.runtime.plan import BlendCode, StepKind
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
-from olp.transpile.context import PROCESS, Fate
+from olp.transpile.context import PROCESS, Fate, Mapping
 from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
 from olp.transpile.preflight import before_it_runs
@@ -1246,7 +1246,7 @@ PROC main()
 VAR num i:=5;
 Count 1;
 Count 2;
-SetAO ao9,i;
+SetAO ao1,i;
 ENDPROC
 PROC Count(num by)
 VAR num i:=1;
@@ -1258,8 +1258,7 @@ i:=i+sum;
 place.x:=place.x+i;
 list{by}:=list{by}+i;
 SetAO ao1,i;
-SetAO ao2,place.x;
-SetAO ao3,list{1}+list{2};
+SetAO ao2,10*place.x+list{1}+list{2};
 ENDPROC
 ENDMODULE
 """
@@ -1269,13 +1268,13 @@ ENDMODULE
 def test_variables_of_a_routine_begin_anew_with_each_call(target):
     plan = run_elsewhere(OWN, "rapid", target)
     set_to = [event.value for _, event in sorted(plan.events.items()) if event.kind == "set"]
-    assert set_to == [2, 3, 2, 3, 4, 3, 5]
+    assert set_to == [2, 32, 3, 43, 5]
 
 
 def test_a_routine_leaves_variables_of_its_callers_with_the_same_name_alone():
     plan = run(read(OWN, "rapid"), ROBOT)
     set_to = [event.value for _, event in sorted(plan.events.items()) if event.kind == "set"]
-    assert set_to == [2, 3, 2, 3, 4, 3, 5]
+    assert set_to == [2, 32, 3, 43, 5]
 
 
 # --- whether a wait has reached its limit -------------------------------------------------------------------
@@ -2474,3 +2473,54 @@ def test_a_move_of_another_arm_is_no_move_of_the_only_one(arm, target):
     text = pdl2(place, "which := 2", *moves, data=("p : POSITION\n", "which : INTEGER\n"))
     told = [line for line, says in refused(text, "pdl2", target).items() if "arm" in says]
     assert told == [1 + text.splitlines().index(next(row for row in text.splitlines() if arm in row))]
+
+
+# --- Comments of data ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "krl"])
+def test_comments_between_the_data_of_a_rapid_module_are_kept(target):
+    data = "! made for cell 7", "CONST num turns:=3; ! of the table", "! counts parts", "VAR num parts:=0;"
+    written = translated(module("parts:=turns;", "WaitTime parts;", data=data), "rapid", target)
+    for said in ("made for cell 7", "of the table", "counts parts"):
+        assert written.count(said) == 1, (said, written)
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "rapid"])
+def test_comments_of_a_list_beside_krl_are_kept(tmp_path, target):
+    (tmp_path / "job.dat").write_text(
+        "DEFDAT job\n; made for cell 7\nDECL INT turns=3 ; of the table\nENDDAT\n"
+    )
+    (tmp_path / "job.src").write_text("DEF job()\nWAIT SEC turns\nEND\n")
+    result = convert(read_source(load(tmp_path / "job.src")), target)
+    written = b"".join(result.files.values()).decode("cp1252")
+    for said in ("made for cell 7", "of the table"):
+        assert written.count(said) == 1, (said, written)
+
+
+# --- Signals that the target's controller lacks ---------------------------------------------------------------
+
+
+def test_an_output_beyond_those_of_the_box_gets_a_free_number_and_is_asked_for():
+    text = krl("$OUT[127]=TRUE", "$OUT[1]=FALSE", "WAIT FOR $IN[200]", "$OUT[127]=FALSE")
+    result = converted(text, "krl", "urscript")
+    asked = next(things for says, things in result.translated.asks.items() if "free ones" in says)
+    assert sorted(asked) == ["in 200 is 1", "out 127 is 2"]
+    written = translated(text, "krl", "urscript")
+    assert code(written, "#")[1:4:2] == [
+        "set_standard_digital_out(2, True)",
+        "while (not (get_standard_digital_in(1))):",
+    ]
+
+
+def test_more_outputs_than_the_box_has_are_refused():
+    text = krl(*(f"$OUT[{n}]=TRUE" for n in range(100, 119)))
+    assert refused(text, "krl", "urscript") == {
+        20: "URScript cannot express this: out 118, as all 18 of these signals are taken"
+    }
+
+
+def test_a_mapped_output_keeps_the_mapping():
+    mapping = Mapping(signals={"out 127": "tool-out 1"})
+    result = convert(read(krl("$OUT[127]=TRUE"), "krl"), "urscript", Context(robot=ROBOT, mapping=mapping))
+    assert b"set_tool_digital_out(1, True)" in b"".join(result.files.values())

@@ -474,7 +474,8 @@ class Declare:
 
     `type`: integer, real, boolean, string, position, joints, tool, frame, speed, zone, signal, or the language's word.
     `storage`: variable, constant or persistent. `sizes`: of an array. `shared`: other files see it. `native`: the
-    type as written. A declaration of a position may be taught data that only looks like a program line.
+    type as written. `above`: comments on the lines above it, outside of routines. A declaration of a position may be
+    taught data that only looks like a program line.
     """
 
     line: int
@@ -486,6 +487,7 @@ class Declare:
     shared: bool = False
     native: str = field(default="", compare=False)
     comment: str = ""
+    above: tuple[str, ...] = field(default=(), compare=False)
 
 
 def is_same(one: Declare, other: Declare) -> bool:

@@ -230,6 +230,9 @@ class Limits:
     frame_functions: bool = False  # tools and frames are set by functions of their number
     first_signal: int = 0
     spare_signals: int = 0  # where a robot's own signals, a tool's and configurable ones go; 0: nowhere
+    last_signals: Mapping[str, int] = field(
+        default_factory=dict
+    )  # bus -> number of the last one; of others there are as many as are named
     declared_groups: bool = False  # a declaration makes a group of signals that follow each other
     speeds_needed: bool = False  # each move says its speed
     angles_together: bool = (

@@ -72,7 +72,7 @@ from olp.transpile.records import records
 from olp.transpile.register_allocation import number
 from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, long_waits, pulses, signal_aliases, signals
-from olp.transpile.source_only import comment_texts, foreign_words, plain_texts
+from olp.transpile.source_only import comment_texts, data_comments, foreign_words, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import decided_early, hoist, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
@@ -304,7 +304,9 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         prune,
         own_components,
     )
-    return (*first, *(_TO_NUMBERS if work.limits.numbered else _TO_NAMES))
+    if work.limits.numbered:
+        return (data_comments, *first, *_TO_NUMBERS)
+    return (*first, *_TO_NAMES)
 
 
 def canonical(

@@ -69,8 +69,9 @@ def plain_bus(bus: str) -> str:
 def signals(program: st.Program, work: TranslationContext) -> st.Program:
     """Every signal as the target addresses it."""
     own = _Signals(work)
-    if work.limits.first_signal:
+    if work.limits.first_signal or work.limits.last_signals:
         own.keep_numbers(program)
+    if work.limits.first_signal:
         own.from_zero = not work.conventions.controller_names and _counts_from_zero(program.vendor)
     if work.conventions.controller_names and not work.target_conventions.controller_names:
         own.note(program)
@@ -88,7 +89,7 @@ class _Signals:
         default_factory=dict
     )  # by bus and number or name in the source
     from_zero: bool = False  # the source has signals with the number 0, and the target none
-    refused: str = ""  # a group of the statement under way that the target does not have
+    refused: str = ""  # a signal of the statement under way that the target does not have
 
     def keep_numbers(self, program: st.Program) -> None:
         """The numbers that signals have already, as long as one of them has none that the target has."""
@@ -99,9 +100,13 @@ class _Signals:
             for e in expressions_of(s)
             if type(e) is ex.Signal and isinstance(e.index, ex.Number)
         }
-        if any(number < 1 for _, number in numbers):
+        if not all(self._exists(bus, number) for bus, number in numbers):
             for bus, number in numbers:
                 self.taken.setdefault(bus, set()).add(number)
+
+    def _exists(self, bus: str, number: int) -> bool:
+        """Whether the target has a signal of this number."""
+        return self.work.limits.first_signal <= number <= self.work.limits.last_signals.get(bus, math.inf)
 
     def note(self, program: st.Program) -> None:
         """Gives numbers to names: those that show a number keep it, all others get the numbers after them."""
@@ -117,7 +122,7 @@ class _Signals:
         for bus, name in names:
             digits = re.search(r"(\d+)\D*$", name)
             number = int(digits[1]) if digits else 0
-            if number and number not in self.taken.setdefault(bus, set()):
+            if number and self._exists(bus, number) and number not in self.taken.setdefault(bus, set()):
                 self._take(bus, name, number)
 
     def _take(self, bus: str, name: str, number: int) -> None:
@@ -138,6 +143,10 @@ class _Signals:
             self.work.lose(s, Fate.REFUSED, "signal", "an input that is set")
             return s
         s = mapped(s, self.change)
+        if self.refused:
+            help = "map it under [signals] in the mapping file, or set or read its signals one by one"
+            self.work.lose(s, Fate.REFUSED, "signal", self.refused, help=help)
+            self.refused = ""
         if self.work.target_conventions.group_sizes:
             self._tell_group(s)
         return s
@@ -184,7 +193,7 @@ class _Signals:
             name = f"{stem_of(e.bus)}{int(e.index.value)}"
             self.work.names[("signal", f"{e.bus} {shown}")] = name
             return replace(e, bus=plain_bus(e.bus), index=ex.Text(name))
-        if self.work.limits.first_signal and isinstance(e.index, ex.Number) and e.index.value < 1:
+        if isinstance(e.index, ex.Number) and not self._exists(e.bus, int(e.index.value)):
             return replace(e, index=ex.Number(self._number(e.bus, shown)))
         if not self.work.target_conventions.controller_names and isinstance(e.index, ex.Text):
             return replace(e, index=ex.Number(self._number(e.bus, e.index.value)))
@@ -242,11 +251,7 @@ class _Signals:
         return e
 
     def _tell_group(self, s: st.Statement) -> None:
-        """Refuses a group that the target does not have, and numbers that its groups are too small for."""
-        if self.refused:
-            help = "map it under [signals] in the mapping file, or set or read its signals one by one"
-            self.work.lose(s, Fate.REFUSED, "signal", self.refused, help=help)
-            self.refused = ""
+        """Refuses numbers that the target's groups are too small for."""
         pairs: list[tuple[ex.Expression, ex.Expression]] = (
             [(s.signal, s.value)] if isinstance(s, st.SetOutput) else []
         )
@@ -292,7 +297,12 @@ class _Signals:
         known = self.numbers.get((bus, name))
         if known is None:
             taken = self.taken.setdefault(bus, set())
-            known = next(n for n in range(1, 100_000) if n not in taken)
+            last = self.work.limits.last_signals.get(bus, 100_000)
+            free = (n for n in (*range(1, last + 1), 0) if n not in taken and self._exists(bus, n))
+            known = next(free, -1)
+            if known < 0:
+                self.refused = f"{bus} {name}, as all {last + 1} of these signals are taken"
+                return 0
             self._take(bus, name, known)
             says = "give the numbers of these under [signals] in the mapping file; now they have free ones"
             self.work.ask(says, f"{bus} {name} is {known}")

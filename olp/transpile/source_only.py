@@ -447,6 +447,40 @@ def _idle(s: st.Statement, why: str, program: st.Program, work: TranslationConte
     return st.Comment(s.line, untranslated(program, s))
 
 
+def data_comments(program: st.Program, work: TranslationContext) -> st.Program:
+    """Comments of data become rows of the routine that has the data, of the main one for those of the file: what has
+    a number has no line of its own. A comment behind data that no statement names goes with them."""
+    declared = (
+        *program.data,
+        *(d for r in program.routines for d in (*r.data, *r.body) if type(d) is st.Declare),
+    )
+    if not any(d.above or d.comment for d in declared) or not program.routines:
+        return program
+    used = {
+        e.name.casefold() for r in program.routines for e in work.look(r).expressions if type(e) is ex.Named
+    }
+
+    def rows(given: Iterable[st.Declare]) -> Iterator[st.Comment]:
+        for d in given:
+            yield from (st.Comment(d.line, text) for text in d.above)
+            if d.comment and d.name.casefold() in used:
+                yield st.Comment(d.line, f" {d.name}: {d.comment.strip()}")
+
+    main = program.main or program.routines[0].name
+    routines = []
+    for r in program.routines:
+        head = [*(rows(program.data) if r.name == main else ()), *rows(r.data)]
+        body: list[st.Statement] = []
+        for s in r.body:
+            if type(s) is st.Begin:
+                body += [s, *head]
+                head = []
+            else:
+                body += [*rows([s]), s] if type(s) is st.Declare else [s]
+        routines.append(replace(r, body=(*head, *body)))
+    return replace(program, routines=tuple(routines))
+
+
 def comment_texts(program: st.Program, work: TranslationContext) -> st.Program:
     """Comments and messages in characters that the target takes, comments in lines that it keeps whole."""
     if not work.limits.comment and not work.limits.comment_swaps and not work.limits.message:

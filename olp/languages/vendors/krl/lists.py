@@ -43,8 +43,13 @@ class ListReader:
         self._placed = placed
         self.declared: dict[str, Declare] = {}
         self._comment = ""
+        self._above: list[str] = []  # comments, for the next declaration
         self._records: dict[tuple[str, str], Expression] = {}
         self._elements: dict[str, dict[tuple[int, ...], Expression]] = {}
+
+    def comment(self, text: str) -> None:
+        """A comment alone on its line."""
+        self._above.append(text)
 
     def row(self, code: str, number: int, comment: str = "") -> Head | Tail | None:
         """One line and the comment behind it. Heads and tails are given back."""
@@ -135,7 +140,7 @@ class ListReader:
         if key in self.declared:
             self._add(it, number)
             return
-        self.declared[key] = it
+        self.declared[key] = self._below(it)
         position = it.native in fast.POSITIONS
         self._findings.kinds[number - 1] = LineKind.POINT if position else LineKind.STATEMENT
 
@@ -153,9 +158,16 @@ class ListReader:
             self._findings.warning(
                 "P415", f"{it.name} is declared twice; the last one counts", span, "remove one"
             )
-        self.declared[key] = it
+        self.declared[key] = self._below(it)
         position = it.type in ("position", "joints", "frame")
         self._findings.kinds[number - 1] = LineKind.POINT if position else LineKind.STATEMENT
+
+    def _below(self, it: Declare) -> Declare:
+        """The declaration with the comments above it."""
+        if self._above:
+            it = replace(it, above=tuple(self._above))
+            self._above.clear()
+        return it
 
     def _element(self, it: Assign, number: int) -> None:
         """`NAME[3]={…}` or `NAME[]="…"`; `NAME.X=5` changes a component of a value that stands before."""

@@ -194,6 +194,8 @@ def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tupl
         plain = code.startswith("DECL ")
         if plain or (code and code[0] != "&" and not HEAD.match(code) and not TAIL.fullmatch(code)):
             reader.row(code, number, comment or "")
+        elif comment and only is None and not parsing.FOLD.match(comment):
+            reader.comment(comment)
     return reader.finish()
 
 

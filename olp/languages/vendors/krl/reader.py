@@ -121,6 +121,7 @@ class _FileReader:
         self._kinds[number - 1] = LineKind.COMMENT
         if self._list is not None:
             self._above.append(f";{comment}")
+            self._list.comment(comment)
         else:
             self._lead.append(Comment(number, comment))
 

@@ -459,6 +459,7 @@ class KrlValues(Generator):
     def list_rows(self, given: Iterable[st.Declare], public: bool = False) -> Iterator[str]:
         """What stands between DEFDAT and ENDDAT."""
         for it in given:
+            yield from () if self.own else (f";{line}" for line in it.above)
             yield self.declared(it, with_value=True, public=public) + (
                 f" ;{it.comment}" if it.comment else ""
             )

@@ -72,8 +72,7 @@ class ModuleReader:
                     self._kind(
                         clause, st.LineKind.POINT if declared.type in _POSITIONS else st.LineKind.STATEMENT
                     )
-                    self._flush(f"D {declared.name}")
-                    self.data.append(declared)
+                    self._declare(declared)
                     continue
             self._clause(clause)
         self._end_of_file()
@@ -95,6 +94,12 @@ class ModuleReader:
             self._before += [f"! {one.text}" for one in self._lead]
             self._lead.clear()
         self._before += items
+
+    def _declare(self, it: st.Declare) -> None:
+        """Data of the module, which take the comments above them along."""
+        above = tuple(one.text for one in self._lead)
+        self._flush(f"D {it.name}")
+        self.data.append(replace(it, above=above) if above else it)
 
     # --- clauses ----------------------------------------------------------------------------------------------
 
@@ -156,8 +161,7 @@ class ModuleReader:
         if isinstance(first, st.Declare):
             self._kind(clause, st.LineKind.POINT if first.type in _POSITIONS else st.LineKind.STATEMENT)
             if self._head is None:
-                self._flush(f"D {first.name}")
-                self.data.append(first)
+                self._declare(first)
                 return
             if first.storage != "persistent":  # it is the routine's own, and begins anew with each call
                 statements = [replace(first, shared=False), *statements[1:]]

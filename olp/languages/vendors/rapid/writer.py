@@ -155,7 +155,9 @@ class RapidWriter(RapidStatements):
             self.lose(problem, one.line)
             return ""
         behind = f" !{one.comment}" if one.comment else ""
-        return f"{self.step}{text}{behind}\n"
+        above = () if self.own else one.above  # the text between routines has them
+        remarks = [f"{self.step}{self.write_comment(st.Comment(0, line))}\n" for line in above]
+        return f"{''.join(remarks)}{self.step}{text}{behind}\n"
 
     def _added(self) -> str:
         """Speeds, zones and variables that the program needs in RAPID only."""

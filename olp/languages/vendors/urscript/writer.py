@@ -485,7 +485,8 @@ class UrscriptWriter(UrscriptMoves):
             if self.own and one.value is None:
                 continue
             try:
-                lines.append(_noted(f"{self.step}{self.declared(one, 'global ')}", one.comment))
+                declared = _noted(f"{self.step}{self.declared(one, 'global ')}", one.comment)
+                lines += [*(f"{self.step}# {_one_line(text)}" for text in one.above), declared]
             except CannotSayError as problem:
                 self.lose(problem, one.line)
         return as_text(lines)
