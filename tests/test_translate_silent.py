@@ -964,6 +964,40 @@ def test_a_table_is_handed_over_and_back_through_several_routines(target):
     assert other.durations[other.row[other.kind == StepKind.WAIT]].round(6).tolist() == [0.22]
 
 
+def test_computed_targets_share_one_position_variable_in_inform():
+    """There are 128 of them."""
+    offsets = [(10.5 * n, -7 * n, 2 * n) for n in range(1, 66)]
+    moves = [f"MoveL Offs(p,{x},{y},{z}),v500,fine,tool0;" for x, y, z in offsets]
+    moves += [f"MoveL Offs(p,{x}*0.5,-{z}*2,0),v500,fine,tool0;" for x, _, z in offsets]
+    text = module("p:=a;", *moves, data=("VAR robtarget p;", TABLES[2]))
+    other = run_elsewhere(text, "rapid", "inform")
+    assert compare_plans(read(text, "rapid").plan(robot=ROBOT), other).is_equal
+    there = [(900 + x, y, 400 + z) for x, y, z in offsets] + [
+        (900 + x / 2, -2 * z, 400) for x, _, z in offsets
+    ]
+    found = 1000 * other.positions.position[other.moves.target]
+    assert found.round(3).tolist() == [pytest.approx(place) for place in there]
+    made = converted(text, "rapid", "inform").files
+    assert all(b" * 1000" not in job for job in made.values())
+
+
+def test_a_joint_move_by_an_offset_is_no_imov():
+    """IMOV is a straight move: the place is computed in the base, where the position is read."""
+    rows = (*HOME[1:], *poses((900, 0, 400)), "PTP_REL {Z -30,Y 20}")
+    base = (HOME[0], "$TOOL=$NULLFRAME", "$BASE=$NULLFRAME")
+    other = run_elsewhere(krl(*base, *rows), "krl", "inform")
+    assert (1000 * other.positions.position[other.moves.target[-1]]).round(3).tolist() == [900, 20, 370]
+    made = converted(krl(*base, *rows), "krl", "inform").files
+    (job,) = made.values()
+    assert b"IMOV" not in job
+    assert b"MOVJ P" in job
+    elsewhere = (*base[:2], "$BASE={X 500,Y 0,Z 0,A 0,B 0,C 0}")
+    assert any(
+        "in another frame than the base" in one.says
+        for one in losses(krl(*elsewhere, *rows), "krl", "inform")
+    )
+
+
 def test_an_element_beyond_one_of_the_rows_is_refused():
     text = module("WaitTime g{1,4};", data=TABLES)
     with pytest.raises(OlpError, match="3 elements"):

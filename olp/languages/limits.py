@@ -213,6 +213,7 @@ class Limits:
     native_offsets: frozenset[str] = (
         frozenset()
     )  # "relative" (to where the arm stands), "relative-tool" (the same along the tool), "offset" (to the target)
+    joint_offsets: bool = True  # joint moves are among them
     watches: bool = False  # a statement says what runs as soon as a condition comes true
     has_xor: bool = False  # conditions may be joined by an exclusive OR
     computed_turns: bool = True  # an offset may turn by a computed angle

@@ -15,6 +15,7 @@ from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
+from olp.languages.limits import Limits
 from olp.transpile.blends import STOP
 from olp.transpile.context import BETWEEN, SETTING, Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
@@ -198,7 +199,7 @@ def _is_passed(s: st.Dwell, work: TranslationContext) -> bool:
 
 def _reads(s: st.Statement, work: TranslationContext) -> bool:
     if isinstance(s, st.Move) and s.relative is not None:
-        return not _is_native(s.relative, work.limits.native_offsets)
+        return not _is_native(s, work.limits)
     waits = work.conventions.waits_before_reading and not work.target_conventions.waits_before_reading
     return waits and reads_place(s)
 
@@ -211,9 +212,12 @@ def reads_place(s: st.Statement) -> bool:
     )
 
 
-def _is_native(relative: ex.FrameRef, native: Set[str]) -> bool:
-    """Whether the target has a move by an offset along the tool, or in a frame."""
-    return ("relative-tool" if relative.kind == "tool" else "relative") in native
+def _is_native(s: st.Move, limits: Limits) -> bool:
+    """Whether the target has such a move by an offset along the tool, or in a frame."""
+    if s.path is st.Path.JOINT and not limits.joint_offsets:
+        return False
+    along_tool = s.relative is not None and s.relative.kind == "tool"
+    return ("relative-tool" if along_tool else "relative") in limits.native_offsets
 
 
 def keeps_systems(s: st.Statement) -> bool:
@@ -292,7 +296,7 @@ class _Relative:
     declared: list[st.Declare] = field(default_factory=list)  # axis values that are put together
 
     def move(self, s: st.Move) -> list[st.Statement]:
-        if s.relative is not None and not _is_native(s.relative, self.native):
+        if s.relative is not None and not _is_native(s, self.work.limits):
             if (axes := self._axes(s.targets[0])) is not None:
                 return self._joints_from_here(s, axes)
             return [self._from_here(s)]
@@ -339,7 +343,14 @@ class _Relative:
                 s, Fate.REFUSED, "relative", "a move by an offset in another frame than the move's own"
             )
             return s
-        frame = s.frame if own_frame or relative.kind == "tool" else ex.FrameRef("base")
+        frame = s.frame if own_frame or relative.kind == "tool" else _BASE
+        seen = isinstance(frame, ex.FrameRef) and _is_base(frame)
+        if self.work.limits.position_read_in == "base" and not seen:
+            if relative.kind != "tool":
+                says = "a joint move by an offset in another frame than the base, where the position is read"
+                self.work.lose(s, Fate.REFUSED, "relative", says)
+                return s
+            frame = _BASE
         here = self._place(s.tool, frame)
         target = self._moved(s, here, s.targets[0])
         via = None if s.via is None else self._moved(s, here, s.via)

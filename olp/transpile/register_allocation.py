@@ -54,6 +54,11 @@ class PositionNumbers:
     before: list[st.Statement] | None = None  # what runs before the statement under way, where anything can
     line: int = 0
     indices: int = 0  # of elements, computed for the statement under way
+    computed: dict[str, list[int]] = field(
+        default_factory=dict
+    )  # position variables for one statement each; of each routine, where several run at once
+    at_once: bool = False
+    under_way: int = 0  # how many of them the statement under way needs
     told: bool = False  # that configurations are those of the plan
     lines: Mapping[str, int] = field(default_factory=dict)  # where each variable is declared, 0: nowhere
 
@@ -278,9 +283,10 @@ class PositionNumbers:
                 return self._configured(fixed)
             return self.constant(fixed, place, e.name if isinstance(e, ex.Named) else "")
         if self.registers.steps and e == ex.SystemValue("current-pose"):
-            at = ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
-            before.append(st.Assign(line, ex.Variable(ex.Store.SYSTEM, at), ex.SystemValue("position-pose")))
-            return ex.Variable(ex.Store.ROBOT, at)
+            read = self._own()
+            stored = ex.Variable(ex.Store.SYSTEM, read.index)
+            before.append(st.Assign(line, stored, ex.SystemValue("position-pose")))
+            return read
         if not isinstance(e, ex.Function):
             variable: ex.Expression = mapped(e, self._change)
             if (
@@ -295,11 +301,17 @@ class PositionNumbers:
             return mapped(replace(e, arguments=tuple(self._literal_or(a) for a in e.arguments)), self._change)
         return self._computed(e, place, before, line)
 
+    def _own(self) -> ex.Variable:
+        """A position variable of the statement under way: the next statement may take the same one."""
+        own = self.computed.setdefault(self.routine_name if self.at_once else "", [])
+        if self.under_way == len(own):
+            own.append(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
+        self.under_way += 1
+        return ex.Variable(ex.Store.ROBOT, ex.Number(own[self.under_way - 1]))
+
     def _computed(self, e: ex.Function, place: Place, before: list[st.Statement], line: int) -> ex.Expression:
         """Position functions one by one, offsets element by element in 0.001 mm."""
-        result = ex.Variable(
-            ex.Store.ROBOT, ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
-        )
+        result = self._own()
         start = self.position(e.arguments[0], place, before, line)
         if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], ex.Function):
             start = self._placed(start, place, before, line)
@@ -321,9 +333,7 @@ class PositionNumbers:
     def _placed(self, e: ex.Expression, place: Place, before: list[st.Statement], line: int) -> ex.Expression:
         """A position variable's numbers in another frame or with another tool: behind a pose that changes nothing."""
         nothing = self.constant(ex.PositionLiteral("pose", (0.0,) * 6), place)
-        result = ex.Variable(
-            ex.Store.ROBOT, ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
-        )
+        result = self._own()
         before.append(st.Assign(line, result, ex.Function("pose-product", (nothing, e))))
         return result
 
@@ -342,9 +352,7 @@ class PositionNumbers:
             turn = np.eye(3)
         if len(literal) == len(values):
             return self.constant(literal_of(Pose(np.array(literal[:3]) * mm, turn)), place)
-        result = ex.Variable(
-            ex.Store.ROBOT, ex.Number(self._allocate(self.work.helper("position"), ex.Store.ROBOT, 1))
-        )
+        result = self._own()
         before.append(st.Assign(line, result, self.constant(literal_of(Pose(np.zeros(3), turn)), place)))
         self._add(result, values[:3], before, line)
         return result
@@ -357,9 +365,12 @@ class PositionNumbers:
                 continue  # one that is left out has been refused
             count = self.variable(ex.Named(self._counter()))
             counts = counts_of(mapped(offset, self._change), 1000)
+            operator = "+"
+            if isinstance(counts, ex.Number) and counts.value < 0:
+                counts, operator = ex.Number(-counts.value), "-"
             element = ex.Element(target, ex.Number(at))
             before.append(st.Assign(line, count, element))
-            before.append(st.Assign(line, count, ex.Binary("+", count, counts)))
+            before.append(st.Assign(line, count, ex.Binary(operator, count, counts)))
             before.append(st.Assign(line, element, count))
 
     def _counter(self) -> str:
@@ -390,9 +401,9 @@ def counts_of(value: ex.Expression, scale: int) -> ex.Expression:
 
     Counts stay counts in a sum: what a controller makes of the fractions in `D001 / 1000` is published nowhere.
     """
+    if (known := _known(value)) is not None:
+        return ex.Number(round(known * scale))
     match value:
-        case ex.Number(number):
-            return ex.Number(round(number * scale))
         case ex.Binary("/", left, ex.Number(divisor)) if divisor == scale:
             return left
         case ex.Binary("+" | "-" as operator, left, right) if _holds_counts(value, scale):
@@ -401,6 +412,22 @@ def counts_of(value: ex.Expression, scale: int) -> ex.Expression:
             return ex.Unary("-", counts_of(operand, scale))
         case _:
             return ex.Binary("*", value, ex.Number(scale))
+
+
+def _known(value: ex.Expression) -> float | None:
+    """What comes out of numbers alone, None where anything else takes part."""
+    match value:
+        case ex.Number(number):
+            return number
+        case ex.Unary("-", operand):
+            inner = _known(operand)
+            return None if inner is None else -inner
+        case ex.Binary("+" | "-" | "*" as operator, left, right):
+            one, other = _known(left), _known(right)
+            if one is None or other is None:
+                return None
+            return one * other if operator == "*" else one + other if operator == "+" else one - other
+    return None
 
 
 def _holds_counts(value: ex.Expression, scale: int) -> bool:
@@ -455,6 +482,7 @@ def number(program: st.Program, work: TranslationContext) -> st.Program:
     own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
+    own.at_once = any(isinstance(s, st.StartTask) for s in program.statements())
     bodies = [(routine, own.body(routine)) for routine in program.routines]
     routines = []
     for routine, body in bodies:
@@ -486,6 +514,7 @@ class _Numbers(PositionNumbers):
         for s in routine.body:
             before: list[st.Statement] = []
             self.before, self.line, self.indices = None if type(s) in _HEADS else before, s.line, 0
+            self.under_way = 0
             new = [self._move(s, before)] if type(s) is st.Move else self._statement(s, before)
             if before:
                 rows += before

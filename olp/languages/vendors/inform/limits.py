@@ -88,6 +88,7 @@ LIMITS: Final = Limits(
     separate_deceleration=True,
     chained_arcs=True,
     native_offsets=frozenset({"relative", "relative-tool"}),
+    joint_offsets=False,  # IMOV is a straight move (INFORM manual, from memory: no page at hand)
     computed_turns=False,
     no_external_axes="external axes: in INFORM a track or a station has points of its own",
     named_frames=False,
