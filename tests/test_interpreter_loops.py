@@ -209,6 +209,13 @@ def test_a_loop_that_waits_for_another_task_is_left_and_reported() -> None:
     assert "waits for something outside" in said(plan)
 
 
+def test_a_loop_that_waits_for_another_task_is_left_where_it_returns() -> None:
+    loop = "*P\nTIMER T=0.1\nRET IF B010=1\nJUMP *P"
+    plan = plan_of(loop, Assumptions(variables={(Store.BYTE, 10): 0}))
+    assert waits(plan) == [0.1]
+    assert "waits for something outside" in said(plan)
+
+
 @pytest.mark.parametrize(
     "body", ["*A\nJUMP *A", "*A\nTIMER T=0.50\nJUMP *A", "*A\nDOUT OT#(1) ON\nDOUT OT#(1) OFF\nJUMP *A"]
 )

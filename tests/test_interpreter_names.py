@@ -395,3 +395,15 @@ def test_a_way_back_inside_a_condition_is_a_loop_that_ends():
     )
     assert waits(plan) == [5]
     assert len(plan.moves) == 5
+
+
+def test_a_loop_is_not_left_where_no_label_is():
+    """It ran as many statements as a run may take."""
+    plan = plan_of(
+        Label(1, "AGAIN"),
+        Dwell(2, Quantity(Number(1), 0.1)),
+        Jump(3, "NOWHERE", Compare(">", Named("i"), Number(5))),
+        Jump(4, "AGAIN"),
+    )
+    assert "has no end" in plan.stop_reason
+    assert waits(plan) == [0.1]

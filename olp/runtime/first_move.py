@@ -104,12 +104,15 @@ class _Search:
     statements: int = 0
     best: dict[UnknownThing, int | float | bool] = field(default_factory=dict)
     asked: dict[UnknownThing, str] = field(default_factory=dict)
+    tried: dict[frozenset[tuple[UnknownThing, int | float | bool]], Try] = field(default_factory=dict)
 
     def _tries(self, given: Given) -> Try | None:
-        """None where enough was tried."""
+        """None where enough was tried. What chance gives again would run as before, and counts without a run."""
         if self.statements > _ALL_STATEMENTS:
             return None
-        tried = self.attempt(given)
+        key = frozenset(given.items())
+        tried = self.tried.get(key) or self.attempt(given)
+        self.tried[key] = tried
         self.statements += max(tried.statements, _LEAST_STATEMENTS)
         return tried
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from olp.core.diagnostic import Severity
 from olp.ir import program as st
@@ -529,20 +530,42 @@ def _ended_from_outside(
 
     `moved`: the head of the last pass, where that moved.
     """
-    following = None if condition is None or is_literal(condition) else last + 1
-    for index in about.exits:
-        statement = m.frame.job.body[index]
-        asks = statement.condition if isinstance(statement, (st.Jump, st.Return)) else None
-        if following is None and asks is not None and any(reads_of(asks)):
-            following = _target(m, index)
-    if following is not None and moved is not None:
+    exit = _exit_from_outside(m, condition, about, last)
+    if exit is not None and moved is not None:
         if m.frame.loops[last].passes > m.cycles:  # it began with other values, and is now as one pass before
             _forget(m, moved.steps)
         why = "" if condition is None else f" while {spell(condition)}"
         m.assume(f"{_lines(m, first, last)} repeats{why}, which nothing here changes: one pass is timed")
-    elif following is not None and not m.seeks_move:
+    elif exit is not None and not m.seeks_move:
         m.assume(f"{_lines(m, first, last)} waits for something outside: taken to come at once")
-    return following
+    return exit if exit is None or exit > last else _taken(m, exit)
+
+
+def _exit_from_outside(m: Machine, condition: Expression | None, about: Region, last: int) -> int | None:
+    """Where the loop is left once somebody else changes a variable: behind its end, or at a statement within it."""
+    if condition is not None and not is_literal(condition):
+        return last + 1
+    for index in about.exits:
+        s = m.frame.job.body[index]
+        asks = s.condition if isinstance(s, (st.Jump, st.Return)) and not _leads_nowhere(m, s) else None
+        if asks is not None and any(reads_of(asks)):
+            return index
+    return None
+
+
+def _leads_nowhere(m: Machine, s: st.Jump | st.Return) -> bool:
+    """Whether a jump names a label that does not exist."""
+    return isinstance(s, st.Jump) and isinstance(s.target, str) and s.target not in m.frame.job.flow.labels
+
+
+def _taken(m: Machine, index: int) -> int:
+    """Where a statement that leaves leads to if its condition is taken to hold, though it does not."""
+    statement = m.frame.job.body[index]
+    if not isinstance(statement, st.Return):
+        return _target(m, index)
+    m.frame.pc = index + 1
+    return_(m, replace(statement, condition=None))
+    return OTHER_FRAME
 
 
 def _stop(m: Machine, first: int, last: int, moved: bool) -> None:
