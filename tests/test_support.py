@@ -6,21 +6,17 @@ import ast
 import dataclasses
 import json
 import re
-from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import get_args
 
 import pytest
 
 import olp
 from olp.__main__ import main
-from olp.core.diagnostic import OlpError
 from olp.core.resources import read_text
 from olp.ir import program
-from olp.ir.program import Statement
 from olp.ir.terminology import STATEMENTS, kind_of
-from olp.languages.vendor import find_vendor, vendor_names
+from olp.languages.vendor import find_vendor
 from olp.transpile.probes import probes
 from olp.transpile.support import kinds, support, timed_as
 
@@ -63,86 +59,11 @@ def aliases(vendor: str) -> set[str]:
     return found
 
 
-@lru_cache
-def made_by(vendor: str) -> frozenset[str]:
-    """The kinds of statements that a vendor's lowering code makes, as its source says."""
-    spec = find_spec(f"olp.languages.vendors.{vendor}")
-    places = list(spec.submodule_search_locations or ()) if spec is not None else []
-    files = [file for place in places for file in sorted(Path(place).glob("*.py"))]
-    if not files and spec is not None and spec.origin:
-        files = [Path(spec.origin)]
-    made: set[str] = set()
-    for file in files:
-        if not file.stem.startswith(_WRITING):
-            tree = ast.parse(file.read_text(encoding="utf-8"))
-            made |= _made_in(tree)
-            imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-            if _SHARED in imported:
-                made |= _shared(vendor)
-            if _BASE in imported:
-                made |= _made_in(_tree_of(_BASE))
-    classes = {statement.__name__ for statement in get_args(Statement)}
-    found = made & classes - {"Move"}
-    if "Move" in made:
-        found |= {f"Move {path.value}" for path in program.Path if f"Path.{path.name}" in made}
-    return frozenset(found)
-
-
-def _shared(vendor: str) -> set[str]:
-    """What the rules that several languages share make, of those that this language's grammar names and does not have
-    of its own.
-    """
-    named = set(re.findall(r"\b[a-z_]+\b", read_text("grammars", f"{vendor}.lark"))) - set(functions(vendor))
-    tree = _tree_of(_SHARED)
-    made: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef) and node.name in named:
-            made |= _made_in(node)
-    return made
-
-
 def _tree_of(module: str) -> ast.Module:
     spec = find_spec(module)
     assert spec is not None
     assert spec.origin is not None
     return ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
-
-
-def _made_in(tree: ast.AST) -> set[str]:
-    """Names that are called, or named in a table as what is to be called, and paths of moves.
-
-    A name that the module defines itself is something else than the statement that is called so.
-    """
-    found: set[str] = set()
-    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call):
-            found.add(_plain(node.func))
-        elif isinstance(node, ast.Attribute):
-            found.add(f"{_plain(node.value).removeprefix('Move')}.{node.attr}")
-        elif isinstance(node, ast.Dict):
-            found |= {_plain(it) for value in node.values for it in ast.walk(value)}
-    return found - own - _foreign(tree)
-
-
-def _plain(node: ast.AST) -> str:
-    """The name of a class of the neutral program, `Wait` or `st.Wait`; empty for what is no name."""
-    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "st":
-        return node.attr
-    return node.id if isinstance(node, ast.Name) else ""
-
-
-def _foreign(tree: ast.AST) -> set[str]:
-    """Names that come from elsewhere than the neutral program."""
-    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    return {
-        name.asname or name.name for node in imports if node.module not in _NEUTRAL for name in node.names
-    }
-
-
-@pytest.mark.parametrize("vendor", vendor_names())
-def test_a_vendor_states_the_statements_that_its_code_makes(vendor):
-    assert find_vendor(vendor).reads == made_by(vendor)
 
 
 @pytest.mark.parametrize("vendor", STATEMENT_RULES)
@@ -157,20 +78,6 @@ def test_what_a_statement_of_the_grammar_is_lowered_to_has_a_row_that_says_so(ve
         for function in known.get(name, ()):
             returned = ast.unparse(function.returns) if function.returns is not None else ""
             assert set(re.findall(r"\w+", returned)) & CLASSES <= read, name
-
-
-@pytest.mark.parametrize("vendor", vendor_names())
-def test_readers_make_nothing_of_the_samples_that_the_table_does_not_say(vendor):
-    read, seen = find_vendor(vendor).reads, set()
-    suffixes = find_vendor(vendor).suffixes
-    for file in sorted(SAMPLES.rglob("*")):
-        if file.suffix.lower() in suffixes and "broken" not in file.parts:
-            try:
-                seen |= {kind_of(s) for s in olp.read(file, vendor=vendor).statements()}
-            except OlpError:
-                continue
-    assert len(seen) > 5
-    assert seen <= read
 
 
 def test_every_class_of_statements_has_a_row_a_name_and_a_program_that_has_it():

@@ -56,16 +56,21 @@ def hold(member: str, subject: Subject, promises: Sequence[Promise[Subject]], *,
     """Raises ContractError with every promise that `subject` breaks; with `first` at the first one.
 
     A promise yields nothing where it holds. One that raises is broken: no member may raise on what a promise gives it.
+    What one mistake raises in many promises is told in full once.
     """
     broken: list[BrokenPromise] = []
+    raised: dict[
+        tuple[str, str], str
+    ] = {}  # the innermost place and what it raises -> the promise that tells it
     for promise in promises:
         try:
             found = islice(promise(subject), 1 if first else _MOST)
             broken += [BrokenPromise(sentence(promise), *one, promise.__name__) for one in found]
         except Exception as problem:
-            broken.append(
-                BrokenPromise(sentence(promise), "the member itself", _raised(problem), promise.__name__)
-            )
+            mistake = str(extract_tb(problem.__traceback__, -1)), repr(problem)
+            teller = raised.setdefault(mistake, promise.__name__)
+            differs = _raised(problem) if teller == promise.__name__ else f"raised what {teller} tells"
+            broken.append(BrokenPromise(sentence(promise), "the member itself", differs, promise.__name__))
         if broken and first:
             break
     if broken:

@@ -27,6 +27,7 @@ from olp.core import resources
 from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source, decode, load
 from olp.ir.program import Comment, LineKind, Opaque, Program
+from olp.ir.terminology import kind_of
 from olp.languages.limits import writable
 from olp.languages.vendor import Vendor, find_vendor, language_of, recognise, vendor_names
 from olp.reports.annotate import annotate, remove
@@ -222,6 +223,26 @@ def is_the_handling_cell(it: VendorUnderTest) -> Iterator[Difference]:
         found = it.events(program)
         wanted = stopped_by_advance(handling.events(parts, joint), it.vendor)
         yield from ((f"{it.main.name} with {parts} parts", d) for d in differences(wanted, found))
+
+
+def states_what_it_reads(it: VendorUnderTest) -> Iterator[Difference]:
+    """The kinds of statements in `reads` are those that its samples and declared readings are read as"""
+    found = {
+        kind
+        for path in handling.files_of(it.vendor, it.folder)
+        for kind in _kinds(it.vendor.read(load(path)))
+    }
+    for path in readings.readings_of(it.folder):
+        for _, program in readings.programs_of(it.vendor, readings.load_declared(path)):
+            found |= _kinds(program)
+    yield from ((kind, "is read, and `reads` does not name it") for kind in sorted(found - it.vendor.reads))
+    missing = sorted(it.vendor.reads - found)
+    yield from ((kind, f"is in `reads`, and no line in {it.folder} is read as one") for kind in missing)
+
+
+def _kinds(program: Program) -> set[str]:
+    declared = (*program.data, *(one for routine in program.routines for one in routine.data))
+    return {kind_of(one) for one in (*program.statements(), *declared)}
 
 
 def reads_as_declared(it: VendorUnderTest) -> Iterator[Difference]:
@@ -543,6 +564,7 @@ def reads_what_is_written(it: VendorUnderTest) -> Iterator[Difference]:
 PROMISES: Final[tuple[Promise[VendorUnderTest], ...]] = (
     states_its_conventions,
     is_the_handling_cell,
+    states_what_it_reads,
     reads_as_declared,
     reads_damage_as_declared,
     refuses_as_declared,

@@ -107,7 +107,7 @@ class WriterUnderTest(handling.HandlingSample):
         declared = limits_of(self.vendor.name).refuses
         for found in refused.diagnostics:
             if kind not in declared and not any(words in found.message for words in declared):
-                says = f"refused, and `refuses` in its limits names nothing of it: {found.message}"
+                says = f"refused, and `refuses` of {self.vendor.name}'s limits names nothing of it: {found.message}"
                 yield (
                     f"{says} (line {found.line}: {found.source_line.strip()})" if found.source_line else says
                 )
@@ -499,7 +499,8 @@ def translated(it: WriterUnderTest, source: Vendor, sample: Sample) -> Generator
             # What is no statement any more explains them.
             for loss in commented:
                 says = (
-                    f"line {loss.line} is a comment there, and its `refuses` names nothing of it: {loss.says}"
+                    f"line {loss.line} in {it.vendor.name} is a comment in {source.name}, "
+                    f"and `refuses` of {source.name}'s limits names nothing of it: {loss.says}"
                 )
                 yield f"{given} and back", says
             yield from differ

@@ -108,7 +108,8 @@ class Generator(ABC):
     `language`: its name in refusals. `binary`, `logic`: operator -> (its text, how strongly it binds). `unary`:
     operator -> (template of the operand, how strongly it binds, how strongly the operand has to). `comparisons`:
     operator -> its text where that differs; `compared`: how strongly a comparison binds, and its operands have to.
-    `functions`: neutral function -> the language's word. `signals`: neutral bus -> word. `states`: the words for
+    `functions`: neutral function -> the language's word; a method `function_pose_offset` gets the function's arguments
+    instead. `signals`: neutral bus -> word, for `IN[3]`; other brackets are a `spell_signal`. `states`: the words for
     off and on. `singles`: the kinds of expressions that `single` takes.
 
     `templates`: statement -> its line; `{field}` is the statement's field in the language's words, `{field: STEP {}}`
@@ -119,7 +120,8 @@ class Generator(ABC):
 
     `step`: the indent of one level, from `first_depth` on, never less than `least_depth`, never more than `deepest`
     levels. `comment_form`: a comment behind a line; `comment_row`: which line of a statement has it. `forgets`:
-    statements after which it is not known what holds, see `holds`. `joins`: statements that `together` is asked about.
+    statements after which it is not known what holds: they empty `holds`, where a writer keeps the texts of modal
+    settings that it has written, under names of its own. `joins`: statements that `together` is asked about.
     """
 
     language: ClassVar[str]

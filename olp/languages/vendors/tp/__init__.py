@@ -20,7 +20,7 @@ class Tp(Vendor):
     suffixes = (".ls",)
     reads = statements(
         "Move_spline PulseOutput Label Jump For Next Switch Case Default EndSwitch Pause StartTask "
-        "Declare SetTool SetFrame SetOverride Process Disabled"
+        "Declare SetTool SetFrame SetOverride Process Disabled Opaque"
     )
     # A line without a number: controllers count anew when they load a listing.
     comment_prefix = " : !"
