@@ -59,6 +59,9 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--cycles", type=positive_int, default=1, metavar="N", help="rounds of an endless main loop"
     )
+    parser.add_argument(
+        "--routine", metavar="NAME", help="start there (default: main, or what the language starts with)"
+    )
 
 
 def positive(text: str) -> float:
@@ -94,6 +97,7 @@ def timing_job_of(args: Namespace) -> TimingJob:
         cycles=args.cycles,
         acceleration_law=args.accel_law,
         signature=args.signature,
+        routine=args.routine,
     )
     check_job(job)
     return job

@@ -32,6 +32,9 @@ class TimingJob:
     override: float | None = None
     acceleration_law: str | None = None
     signature: str | None = None  # path of a signature file
+    routine: str | None = (
+        None  # that is started; None: the one that the language or the file names, else the first
+    )
 
 
 def plan_and_time(path: str, job: TimingJob) -> Timing:
@@ -46,10 +49,11 @@ def time_program(program: Program, job: TimingJob, folder: str | os.PathLike[str
 
     Raises OlpError when it cannot be planned at all.
     """
+    from olp.runtime.dispatch import begun_at
     from olp.runtime.interpreter import run
 
     plan = run(
-        program,
+        program if job.routine is None else begun_at(program, job.routine),
         robot=job.robot,
         folder=folder,
         assumptions=_assumptions(job),

@@ -756,6 +756,7 @@ class Program:
     data: tuple[Declare, ...] = ()  # declared outside the routines
     main: str = ""  # the routine that runs; empty: the first one
     companions: tuple[Source, ...] = ()  # files read with it (KRL .dat); diagnostics name theirs
+    main_is_guessed: bool = False  # nothing in the text says which routine runs: `main` is the first that can
 
     @property
     def path(self) -> str:

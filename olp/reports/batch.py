@@ -115,8 +115,10 @@ def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
 
 def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
     """Every branch of a main program that an external signal or value selects, timed. Empty if there are none."""
-    from olp.runtime.dispatch import dispatches, taking
+    from olp.runtime.dispatch import begun_at, dispatches, taking
 
+    if job.routine is not None:
+        program = begun_at(program, job.routine)
     found = []
     for dispatch in dispatches(program):
         for choice in dispatch.choices:

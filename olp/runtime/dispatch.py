@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Any, Final
 
+from olp.core.diagnostic import OlpError, error
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.block_structure import pair
-from olp.ir.transformer import mapped
+from olp.ir.transformer import expressions_of, mapped
 from olp.runtime.spelling import spell
 
 _MOST: Final = 24  # values of one variable
+_NAMED: Final = 4  # routines in a message
 _CONDITIONAL: Final = (st.If, st.ElseIf, st.While, st.Jump, st.Call, st.Return, st.Wait)
 
 
@@ -49,6 +52,48 @@ def main_routine(program: st.Program) -> st.Routine | None:
     """The routine that a controller starts: the one that the program names, else its first."""
     named = (r for r in program.routines if program.main and r.name.casefold() == program.main.casefold())
     return next(named, program.routines[0] if program.routines else None)
+
+
+def begun_at(program: st.Program, name: str) -> st.Program:
+    """The program as it is when a reader starts the routine `name`. Raises OlpError (I101) where it holds none."""
+    found = next((r.name for r in program.routines if r.name.casefold() == name.casefold()), None)
+    if found is None:
+        others = [r.name for r in program.routines]
+        close = get_close_matches(name, others, 1)
+        says = f"did you mean {close[0]}?" if close else f"it has {_some(others)}" if others else ""
+        raise OlpError(error("I101", f"the file has no routine {name}", file=program.path, help=says))
+    return replace(program, main=found, main_is_guessed=False)
+
+
+def guessed(program: st.Program) -> str:
+    """What is assumed by running the main routine: that the file does not say so, and what else could run; "" where the
+    language or the file tells it, or nothing else could."""
+    main = main_routine(program)
+    if main is None or not program.main_is_guessed:
+        return ""
+    called = {
+        one.routine.casefold()
+        for routine in program.routines
+        for s in routine.body
+        for one in (s, *expressions_of(s))
+        if isinstance(one, (st.Call, st.StartTask, ex.CallValue))
+    }
+    others = [
+        r.name
+        for r in program.routines
+        if r is not main
+        and r.name.casefold() not in called
+        and not r.returns
+        and all(parameter.optional for parameter in r.parameters)
+    ]
+    if not others:
+        return ""
+    return f"{main.name} is run: the file does not say where it begins; --routine starts another ({_some(others)})"
+
+
+def _some(names: list[str]) -> str:
+    """The first names of a list."""
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
 
 
 def dispatches(program: st.Program) -> tuple[Dispatcher, ...]:

@@ -22,6 +22,7 @@ from olp.runtime import data, flow, moves, poses
 from olp.runtime.assumptions import Assumptions, SignalKey, load_assumptions, nearest_assumptions, signal_name
 from olp.runtime.computing import call_function
 from olp.runtime.data import binary, frame_value, read_element
+from olp.runtime.dispatch import guessed
 from olp.runtime.evaluate import (
     PLAIN,
     bind_uncalled,
@@ -559,6 +560,8 @@ def _machine(
     m.allow(STEPS * cycles if most is None else most)
     m.allows_more = most is None
     m.load(main)
+    if says := guessed(program):
+        m.assume(says, main.routine.line)
     set_initial_values(m)
     bind_uncalled(m, main.routine.parameters)
     return m

@@ -134,6 +134,7 @@ class _AsFile:
             bytes(self.kinds),
             tuple(self.data.values()),
             main,
+            main_is_guessed=True,
         )
 
     # --- tables -----------------------------------------------------------------------------------------

@@ -42,7 +42,18 @@ def read_program(source: Source, given: tuple[Source, ...] | None = None) -> Pro
             found, told = beside.files, beside.diagnostics
     main = _main(routines, source.path)
     kinds = bytes(findings.kinds)
-    return Program("krl", source, routines, (*findings.result(), *told), kinds, data, main, found)
+    guessed = main.upper() != stem(source.path)
+    return Program(
+        "krl",
+        source,
+        routines,
+        (*findings.result(), *told),
+        kinds,
+        data,
+        main,
+        found,
+        main_is_guessed=guessed,
+    )
 
 
 def _main(routines: tuple[Routine, ...], path: str) -> str:

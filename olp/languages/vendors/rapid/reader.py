@@ -43,15 +43,27 @@ def read_modules(source: Source) -> Program:
             reader.read(clauses)
             routines, data = tuple(reader.routines), tuple(reader.data)
             check_program(findings, routines, data, names)
+    main = main_of(routines)
+    kinds = bytes(findings.kinds)
     return Program(
-        "rapid", source, routines, findings.result(), bytes(findings.kinds), data, main_of(routines)
+        "rapid",
+        source,
+        routines,
+        findings.result(),
+        kinds,
+        data,
+        main,
+        main_is_guessed=main.lower() != _MAIN,
     )
+
+
+_MAIN: Final = "main"  # which a task begins with (RAPID overview, "The main routine")
 
 
 def main_of(routines: tuple[Routine, ...]) -> str:
     """PROC main, else the first PROC that needs no argument."""
     called = [one for one in routines if one.details.get("kind", "PROC") == "PROC"]
-    main = next((one for one in called if one.name.lower() == "main"), None)
+    main = next((one for one in called if one.name.lower() == _MAIN), None)
     if main is None:
         main = next((one for one in called if all(p.optional for p in one.parameters)), None)
     return "" if main is None else main.name
@@ -87,6 +99,7 @@ def read_listing(source: Source) -> Program:
         lines += module.source.lines
         kinds += module.line_kinds
     whole = replace(source, lines=tuple(lines))
+    main = main_of(tuple(routines))
     return Program(
         "rapid",
         whole,
@@ -94,8 +107,9 @@ def read_listing(source: Source) -> Program:
         tuple(told),
         bytes(kinds),
         tuple(data),
-        main_of(tuple(routines)),
+        main,
         tuple(module.source for module in modules),
+        main_is_guessed=main.lower() != _MAIN,
     )
 
 

@@ -1,0 +1,90 @@
+"""Where a run begins: what the file says, what a reader asks for, and what is told where nothing says it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from olp.__main__ import main
+from olp.core.diagnostic import OlpError
+from olp.fluent import read
+from olp.identification.timing_job import TimingJob, plan_and_time
+
+MODULE = """MODULE Parts
+  FUNC num half(num whole)
+    RETURN whole/2;
+  ENDFUNC
+  PROC {first}()
+    pause;
+  ENDPROC
+  PROC pause()
+    WaitTime half(2);
+  ENDPROC
+  PROC pick()
+    WaitTime 3;
+  ENDPROC
+  PROC place(num seconds)
+    WaitTime seconds;
+  ENDPROC
+ENDMODULE
+"""
+KRL = "DEF {first}()\nWAIT SEC 1\nEND\n\nDEF pick()\nWAIT SEC 3\nEND\n"
+AS = ".PROGRAM prepare()\nTWAIT 1\n.END\n.PROGRAM pick()\nTWAIT 3\n.END\n"
+
+
+def written(folder: Path, name: str, text: str) -> str:
+    file = folder / name
+    file.write_text(text, "utf-8", newline="\r\n")
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("parts.mod", MODULE.format(first="prepare")),
+        ("parts.src", KRL.format(first="prepare")),
+        ("parts.as", AS),
+    ],
+)
+def test_a_file_that_does_not_say_where_it_begins_is_told(tmp_path: Path, name: str, text: str) -> None:
+    file = written(tmp_path, name, text)
+    timing = plan_and_time(file, TimingJob())
+    assert timing.total_s == pytest.approx(1.0)
+    told = [one.says for one in timing.assumptions]
+    assert len(told) == 1
+    assert told[0].casefold().startswith("prepare is run")
+    assert told[0].casefold().endswith("(pick)")  # no function, none that is called, none that needs a number
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("parts.mod", MODULE.format(first="main")), ("parts.src", KRL.format(first="parts"))],
+)
+def test_a_file_that_says_it_needs_no_assumption(tmp_path: Path, name: str, text: str) -> None:
+    timing = plan_and_time(written(tmp_path, name, text), TimingJob())
+    assert timing.total_s == pytest.approx(1.0)
+    assert not timing.assumptions
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("parts.mod", MODULE.format(first="main")), ("parts.src", KRL.format(first="parts")), ("parts.as", AS)],
+)
+def test_a_reader_starts_another_routine(tmp_path: Path, name: str, text: str) -> None:
+    timing = plan_and_time(written(tmp_path, name, text), TimingJob(routine="PICK"))
+    assert timing.total_s == pytest.approx(3.0)
+    assert not timing.assumptions
+
+
+def test_a_routine_that_the_file_has_not_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = written(tmp_path, "parts.mod", MODULE.format(first="main"))
+    with pytest.raises(OlpError) as found:
+        plan_and_time(file, TimingJob(routine="pik"))
+    (told,) = found.value.diagnostics
+    assert (told.code, told.help) == ("I101", "did you mean pick?")
+    assert main(["time", file, "--routine", "weld"]) == 2
+    assert "it has half, main, pause, pick and 1 more" in capsys.readouterr().err
+    assert read(file).main == "main"
