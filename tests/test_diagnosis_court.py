@@ -266,6 +266,21 @@ def test_a_bound_stays_where_the_seen_moves_do_not_tell_another_from_it(tmp_path
     assert found.model.parts[0].condition == model.parts[0].condition
 
 
+@pytest.mark.parametrize(("odd", "stays"), [(0.048, True), (0.06, False)])
+def test_one_odd_move_beside_a_gap_does_not_decide_where_in_the_gap_a_bound_is(tmp_path, odd, stays):
+    """Moves of 200 mm are not seen; the last one before them is late, by more than half of what the name does."""
+    _, end, _, _ = program(6)
+    rng = np.random.default_rng(6)
+    real = plain(6) + 0.06 * (end[:, 1] > 0.1) + rng.normal(0.0, 0.002, COUNT)
+    below = np.where(end[:, 1] < 0.0, end[:, 1], -np.inf)
+    real[np.argmax(below)] += odd
+    case = case_of(record(tmp_path / "r", real, 6)).case
+    model, far = under(case, "y", 0.1), np.nonzero(np.abs(end[:, 1] - 0.1) > 0.1)[0]
+    (statement,) = fit_anew(model, case.take(far), Noise(1e-3), 10).model.parts[0].condition.statements
+    assert (statement.above == 0.1) == stays
+    assert stays or statement.above == pytest.approx(below.max(), abs=0.03)
+
+
 def test_what_acts_everywhere_gets_no_condition(tmp_path):
     case = case_of(record(tmp_path / "r", plain(7) + 0.05, 7)).case
     shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)

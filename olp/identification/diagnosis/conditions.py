@@ -112,19 +112,41 @@ def fit_anew(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int
 
 
 def _chosen(fitted: ModelFit, index: int, case: MeasuredMoves, said: _Said) -> Condition:
-    """Of part `index` by these moves; its own where they do not tell another from it."""
+    """Of part `index` by these moves; its own where they do not tell another from it.
+
+    A bound may be anywhere between two moves: that it is where these leave much room is likelier in proportion, and
+    one odd move beside moves that are to be predicted does not decide on which side all of them are.
+    """
     part, rest = fitted.model.parts[index], fitted.model.without(index)
     always = DurationModel((*rest.parts, part._replace(condition=None)))
     better = _won(rest, always, fitted.scale, case)
     assert part.condition is not None
     other = _bounded(said.best(better)[1], better, case)
     more = _worth(other, better, case) - _worth(part.condition, better, case)
+    more += _room(other, case) - _room(part.condition, case)
     return other if 2.0 * more > ALIKE else part.condition
 
 
 def _worth(condition: Condition, better: Floats, case: MeasuredMoves) -> float:
     """[1] log-likelihood that moves win by a term under a condition, `better` (n,), less what its statements cost."""
     return float(better[condition.mask(case)].sum()) - _cost(len(case)) * len(condition.statements)
+
+
+def _room(condition: Condition, case: MeasuredMoves) -> float:
+    """[1] logarithm of the room that bounds have between the moves next to them, each over the mean room between two
+    moves: what a bound that may be anywhere adds to a log-likelihood."""
+    room = 0.0
+    for k, statement in enumerate(condition.statements):
+        values = feature(case, statement.column)
+        if statement.word or isinstance(values, tuple):
+            continue
+        others = Condition(tuple(s for i, s in enumerate(condition.statements) if i != k)).mask(case)
+        known = np.unique(values[others & np.isfinite(values)])
+        bound = statement.above if math.isfinite(statement.above) else statement.below
+        at = int(np.searchsorted(known, bound))
+        if 0 < at < len(known):
+            room += math.log((known[at] - known[at - 1]) * (len(known) - 1) / (known[-1] - known[0]))
+    return room
 
 
 def _restricted(best: ModelFit, case: MeasuredMoves, noise: Noise, said: _Said) -> ModelFit:
