@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.identification.diagnosis import naming
+from olp.identification.diagnosis import naming, search
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, Selection, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, loss_each, slopes_of, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
-from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of
+from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of, swaps
 from olp.identification.diagnosis.waits import late_moves, spread, tails_of, threshold, told_by_unseen_moves
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -174,6 +174,22 @@ def test_under_a_condition_the_term_that_acts_is_told_from_those_that_promise_as
     assert finding.term == "jerk"
     assert finding.parameters["ramp_time"].value == pytest.approx(time, rel=0.03)
     assert found.indistinguishable == ()
+
+
+def test_what_is_tried_in_the_place_of_a_term_is_what_acts_like_it_under_its_condition(tmp_path, monkeypatch):
+    """In all moves the ramps differ by far more than in the short ones, where alone they are slower."""
+    _, _, way, speed = program(6)
+    slow = np.where(way < 0.15, travel(way, speed, 0.75 * ACCELERATION), plain(6))
+    slow = slow + np.random.default_rng(6).normal(0.0, 0.002, COUNT)
+    case = case_of(record(tmp_path / "r", slow, 6)).case
+    shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)
+    part = next(p for p in shelf.parts if p.term.name == "dispatch")
+    short = part._replace(condition=Condition((Statement("length", below=0.15),)))
+    monkeypatch.setattr(search, "_IN_PLACE", 1)
+    found = swaps(fit(DurationModel((short,)), case, noise), 0, shelf, case, noise)[0].model.parts[0]
+    assert found.term.name == "acceleration"
+    assert found.condition == short.condition
+    assert found.values == pytest.approx(0.75 * ACCELERATION, rel=0.03)
 
 
 def test_under_a_condition_what_makes_moves_quicker_is_found(tmp_path):

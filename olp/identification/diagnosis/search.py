@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, evaluate, fit, slopes_of, whiten
-from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart
 from olp.timing.physics import MoveTerm, load_term, term_names
 from olp.timing.physics._case import MeasuredMoves
 
@@ -303,12 +303,14 @@ def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise)
 def swaps(
     fitted: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise
 ) -> list[ModelFit]:
-    """The fits in which every other term stands in the place of part `index`, the best first, each term once."""
+    """The fits in which every other term stands in the place of part `index`, under its condition, the best first, each
+    term once."""
     rest = fitted.model.without(index)
     used = {part.term.name for part in fitted.model.parts}
     condition = fitted.model.parts[index].condition
     seen, best = Counter[str](), dict[str, ModelFit]()
-    for part in _promising(shelf, evaluate(rest, case, noise), case, noise):
+    there = shelf if condition is None else _under(condition, shelf, case)
+    for part in _promising(there, evaluate(rest, case, noise), case, noise):
         name = part.term.name
         if name in used or seen[name] == _OF_A_TERM:
             continue
@@ -322,6 +324,12 @@ def swaps(
     close = sorted(best.values(), key=lambda f: f.bic)
     settled = [fit(f.model, case, noise, _SETTLED) for f in close[:_CLOSE]]
     return sorted([*settled, *close[_CLOSE:]], key=lambda f: f.bic)
+
+
+def _under(condition: Condition, shelf: PartShelf, case: MeasuredMoves) -> PartShelf:
+    """The parts with what they do where the condition holds; in all moves those that act in no part of them."""
+    outside = ~condition.mask(case)[:, None] & np.array([part.conditionable for part in shelf.parts])
+    return shelf._replace(columns=np.where(outside, 0.0, shelf.columns))
 
 
 def _gained(found: Iterable[ModelFit], size: int) -> bool:
