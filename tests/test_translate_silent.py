@@ -2558,3 +2558,23 @@ def test_a_mapped_output_keeps_the_mapping():
     mapping = Mapping(signals={"out 127": "tool-out 1"})
     result = convert(read(krl("$OUT[127]=TRUE"), "krl"), "urscript", Context(robot=ROBOT, mapping=mapping))
     assert b"set_tool_digital_out(1, True)" in b"".join(result.files.values())
+
+
+# --- Groups of signals are whole numbers ----------------------------------------------------------------------
+
+
+def test_a_quotient_of_a_group_into_krl_keeps_its_fraction():
+    text = tp("R[1]=GI[3]/2", "R[2]=GI[3] DIV 4", "R[3]=GI[3] MOD 4", "IF (GI[3]/2>1.2),JMP LBL[1]", "LBL[1]")
+    rows = [line for line in code(translated(text, "tp", "krl"), ";") if "IN_1025_1040" in line]
+    assert rows[:4] == [
+        "R1=1.0*IN_1025_1040/2",
+        "R2=IN_1025_1040/4",
+        "R3=IN_1025_1040-IN_1025_1040/4*4",
+        "IF 1.0*IN_1025_1040/2>1.2 THEN",
+    ]
+
+
+@pytest.mark.parametrize(("target", "row"), [("rapid", "x:=gi3 DIV 2;"), ("tp", "R[1:x]=GI[1] DIV 2 ;")])
+def test_a_quotient_of_a_group_of_krl_is_cut(target, row):
+    text = krl("SIGNAL gi3 $IN[1] TO $IN[4]", "DECL REAL x", "x=gi3/2", "WAIT SEC x")
+    assert row in translated(text, "krl", target)

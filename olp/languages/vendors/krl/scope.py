@@ -151,6 +151,8 @@ class Scope:
             if base in POSES or base in AXES:
                 return "INT" if it.name in ("s", "t") else "REAL"
             return self.structures.get(base, {}).get(it.name.upper(), "")
+        if isinstance(it, Signal):
+            return "INT" if it.bus.endswith("-group") else ""  # several signals are a whole number
         if isinstance(it, SystemValue):
             return _SYSTEM_KINDS.get(it.name, "FRAME")
         return ""
