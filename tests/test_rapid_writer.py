@@ -482,6 +482,10 @@ def test_a_product_of_poses_is_computed_before_it_is_moved_to() -> None:
     assert first.startswith("olp_pose1:=PoseMult([p1.trans,p1.rot],[[100,-200,300],[")
     assert second == f"MoveL [olp_pose1.trans,olp_pose1.rot,[0,0,0,0],{NO_AXES}],v250,fine,grip\\WObj:=table;"
     assert "LOCAL VAR pose olp_pose1;" in text(to(product))
+    third = Function("pose-product", (POINT, Named("p1")))
+    assert (
+        text(to(product), to(third), to(product)).count("VAR pose olp_pose") == 1
+    )  # statement after statement
 
 
 def test_one_angle_of_a_position_is_set_with_the_others() -> None:

@@ -998,6 +998,13 @@ def test_a_joint_move_by_an_offset_is_no_imov():
     )
 
 
+def test_a_loop_that_only_waits_is_no_jump():
+    text = krl("REPEAT", "UNTIL $IN[2]", "REPEAT", ";hold", "UNTIL $IN[3]", "WAIT SEC 0.3")
+    made = translated(text, "krl", "rapid")
+    assert "GOTO" not in made
+    assert code(made, "!")[2:6] == ["WHILE di2=0 DO", "ENDWHILE", "WHILE di3=0 DO", "ENDWHILE"]
+
+
 def test_an_element_beyond_one_of_the_rows_is_refused():
     text = module("WaitTime g{1,4};", data=TABLES)
     with pytest.raises(OlpError, match="3 elements"):

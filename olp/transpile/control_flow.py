@@ -222,6 +222,11 @@ class _Target:
         if limits.has_repeat:
             loop, inside = self._inside(block)
             return [Block([(head, inside)], until), *self._end(loop, until)]
+        within = block.branches[0][1]
+        if limits.has_goto and limits.has_while and all(isinstance(node, st.Comment) for node in within):
+            # Nothing happens in it: asked before or behind is the same.
+            waits = st.While(head.line, negated(until.condition), comment)
+            return [Block([(waits, within)], st.EndWhile(until.line, until.comment))]
         if limits.has_goto:
             start = self.label()
             loop, inside = self._inside(block, jumps=True)

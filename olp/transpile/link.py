@@ -413,7 +413,7 @@ class _Joined:
 
     @staticmethod
     def _fresh(name: str, other: st.Program, taken: Set[str]) -> str:
-        stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in Path(other.path).stem)
+        stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in Path(other.path).stem).strip("_")
         return _free(f"{name}_{stem}", taken)
 
     def _renamed(self, routine: st.Routine) -> st.Routine:

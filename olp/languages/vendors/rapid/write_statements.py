@@ -527,9 +527,11 @@ class RapidStatements(RapidMoves):
         super().put([*self.before, *lines], comment)
         self.rows[start:] = [row.rstrip() for row in self.rows[start:]]
         self.before.clear()
+        self.under_way.clear()
 
     def lose(self, problem: CannotSayError, line: int) -> None:
         self.before.clear()
+        self.under_way.clear()
         super().lose(problem, line)
 
     def _kept(self, one: st.Disabled) -> None:

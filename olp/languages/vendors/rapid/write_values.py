@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from functools import lru_cache
 from typing import ClassVar, Final
 
@@ -13,6 +13,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed
+from olp.languages.vendor import TRAP
 from olp.languages.vendors.rapid.limits import LONGEST_TEXT
 from olp.languages.vendors.rapid.literals import confdata, quoted
 from olp.languages.vendors.rapid.names import RapidNames, signal_like
@@ -89,6 +90,8 @@ class RapidValues(Generator):
         self.types = types
         self.before: list[str] = []
         self.temporary: dict[str, str] = {}  # name -> type
+        self.under_way: set[str] = set()  # those of them that the statement under way has
+        self.has_traps = any(TRAP in routine.details for routine in program.routines)
         self.timed_out = False
         self.names = names
 
@@ -148,12 +151,19 @@ class RapidValues(Generator):
         return not self.signals.get(it.bus, "di").startswith(_ANALOG)
 
     def temporary_name(self, kind: str) -> str:
-        """A variable that the program does not have."""
+        """A variable that the program does not have. The next statement may take the same one.
+
+        Not where a trap may come in between, nor a trigger, which a later one must not change while it waits.
+        """
+        taken: Container[str] = self.under_way
+        if kind == "triggdata" or self.has_traps:
+            taken = self.temporary
         count = 1
-        while f"olp_{kind}{count}" in self.temporary or f"olp_{kind}{count}" in self.types:
+        while f"olp_{kind}{count}" in taken or f"olp_{kind}{count}" in self.types:
             count += 1
         name = f"olp_{kind}{count}"
         self.temporary[name] = kind
+        self.under_way.add(name)
         return name
 
     def stored(self, it: ex.Expression, kind: str) -> ex.Named:
