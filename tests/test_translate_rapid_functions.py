@@ -58,14 +58,14 @@ def test_groups_of_signals_are_declared_in_krl_with_free_signals():
     made = converted(module(*rows, data=DATA), "rapid", "krl")
     text = b"".join(made.files.values()).decode()
     for row in (
-        "goCode $OUT[1025] TO $OUT[1040]",
-        "goOther $OUT[1041] TO $OUT[1056]",
-        "giPart $IN[1025] TO $IN[1040]",
+        "goCode $OUT[1041] TO $OUT[1056]",
+        "goOther $OUT[1057] TO $OUT[1072]",
+        "giPart $IN[1041] TO $IN[1056]",
     ):
         assert f"SIGNAL {row}" in text
     assert "goCode=5" in text
     assert not [loss for loss in made.translated.losses if loss.leaves_out]
-    assert any("out-group goCode from 1025 on" in things for things in made.translated.asks.values())
+    assert any("out-group goCode from 1041 on" in things for things in made.translated.asks.values())
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,9 @@ _DECLARED: Final = "SIGNAL"  # the kind of a declaration that makes a group
 _FROM_ZERO: Final = (
     "its number is computed: there is no signal 0 there, and one that is written as 0 has another number"
 )
-_FIRST_FREE, _FREE_SIZE = 1025, 16  # behind the signals that most programs use; as many as a word has bits
+# Behind the signals that most programs use, and behind inputs 1025 and 1026, which hold TRUE and FALSE on some
+# controllers; as many as a word has bits.
+_FIRST_FREE, _FREE_SIZE = 1041, 16
 _ANALOG: Final = frozenset({"analog-in", "analog-out"})
 # Signals beside the usual ones, and which hundred of the target's spare numbers is theirs: the same in each program of
 # a cell, and far enough from the next for a computed number.
