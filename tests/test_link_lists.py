@@ -106,7 +106,7 @@ SetAO ao2,g;
 helper;
 ENDPROC
 LOCAL PROC helper()
-SetAO ao3,1;
+SetAO ao1,1;
 ENDPROC
 ENDMODULE
 """,
@@ -121,11 +121,11 @@ q:=q+1;
 MoveL p1,v100,fine,tool0;
 SetAO ao1,n;
 SetAO ao2,g;
-SetAO ao4,q;
+SetAO ao2,q;
 helper;
 ENDPROC
 LOCAL PROC helper()
-SetAO ao3,2;
+SetAO ao1,2;
 ENDPROC
 ENDMODULE
 """,

@@ -170,8 +170,8 @@ FAULTS: Final = (
     ),
     Fault(
         "signals.py",
-        "next(n for n in range(1, 100_000) if n not in taken)",
-        "1",
+        "known = next(free, -1)",
+        "known = 1",
         "all signals without a number are one",
     ),
     Fault(

@@ -59,6 +59,10 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--cycles", type=positive_int, default=1, metavar="N", help="rounds of an endless main loop"
     )
+
+
+def add_routine_argument(parser: ArgumentParser) -> None:
+    """What a command takes beside, whose answer is about one run of a program."""
     parser.add_argument(
         "--routine", metavar="NAME", help="start there (default: main, or what the language starts with)"
     )
@@ -97,7 +101,7 @@ def timing_job_of(args: Namespace) -> TimingJob:
         cycles=args.cycles,
         acceleration_law=args.accel_law,
         signature=args.signature,
-        routine=args.routine,
+        routine=getattr(args, "routine", None),
     )
     check_job(job)
     return job

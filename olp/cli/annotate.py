@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from olp.cli._outputs import add_output_arguments, convert
-from olp.cli._timing import add_timing_arguments, print_diagnostics, timing_job_of
+from olp.cli._timing import add_routine_argument, add_timing_arguments, print_diagnostics, timing_job_of
 
 if TYPE_CHECKING:
     from olp.core.diagnostic import Diagnostic
@@ -24,6 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--template", metavar="FILE", help="a jinja2 file for the comments (default: the one of the language)"
     )
     add_timing_arguments(parser)
+    add_routine_argument(parser)
 
 
 def run(args: Namespace) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from olp.cli._timing import add_timing_arguments, print_diagnostics, timing_job_of
+from olp.cli._timing import add_routine_argument, add_timing_arguments, print_diagnostics, timing_job_of
 from olp.core.files import write_output
 
 SUMMARY = "draw the path of a program and its speed over time"
@@ -14,6 +14,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("job", metavar="JOB", help="a program")
     parser.add_argument("-o", "--output", required=True, metavar="FILE", help="FILE.svg or FILE.png")
     add_timing_arguments(parser)
+    add_routine_argument(parser)
 
 
 def run(args: Namespace) -> int:

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, TypeVar
 
 from olp.cli._timing import (
+    add_routine_argument,
     add_timing_arguments,
     encode,
     positive_int,
@@ -44,6 +45,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="write there (default: standard output): .txt, .csv, .json, .md or .xlsx",
     )
     add_timing_arguments(parser)
+    add_routine_argument(parser)
     parser.add_argument(
         "--segments", action="store_true", help="every line even when there are several programs"
     )

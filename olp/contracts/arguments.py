@@ -46,6 +46,7 @@ _TABLE: Final[Mapping[str, Given]] = {
     "budgets": Given(("other.toml",), _GONE),
     "map": Given(("other.toml",), _GONE),
     "scheduler": Given((), ("nowhere",)),
+    "routine": Given((), ("no-such-routine",)),
     "template": Given(("note.j2",), _GONE),
     "baseline": Given(("known.json",), _GONE),
     "store": Given(("olp.db",)),

@@ -108,11 +108,6 @@ class Timed(ToolArguments):
         max_length=1024,
         description="an olp.toml that says what inputs and waits do; default: the nearest",
     )
-    routine: str | None = Field(
-        None,
-        max_length=256,
-        description="start this routine; default: main, or what the language starts with",
-    )
     max_steps: int | None = Field(
         None,
         ge=1,
@@ -133,8 +128,6 @@ class Timed(ToolArguments):
             yield f"--accel={self.accel_mm_s2!r}"
         if self.override_pct is not None:
             yield f"--override={self.override_pct!r}"
-        if self.routine is not None:
-            yield f"--routine={self.routine}"
         if self.max_steps is not None:
             yield f"--max-steps={self.max_steps}"
 
