@@ -88,7 +88,8 @@ def guessed(program: st.Program) -> str:
     ]
     if not others:
         return ""
-    return f"{main.name} is run: the file does not say where it begins; --routine starts another ({_some(others)})"
+    says = f"{main.name} is run: the file does not say where it begins"
+    return f"{says}; olp time --routine starts another ({_some(others)})"
 
 
 def _some(names: list[str]) -> str:
