@@ -62,7 +62,7 @@ def add_timing_arguments(parser: ArgumentParser) -> None:
 
 
 def add_routine_argument(parser: ArgumentParser) -> None:
-    """What a command takes beside, whose answer is about one run of a program."""
+    """The option of commands that tell about one run of a program."""
     parser.add_argument(
         "--routine", metavar="NAME", help="start there (default: main, or what the language starts with)"
     )
