@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from olp.robots.model import Lean, Lift, Swing
 from olp.robots.robot import load_robot
-from olp.timing.acceleration.by_pose import Lean, Lift, Swing, lean_limit, lift_limit, swing_limit
+from olp.timing.acceleration.by_pose import lean_limit, lift_limit, swing_limit
 
 Floats = NDArray[np.float64]
 _GEOMETRY = load_robot("yaskawa/ma2010").geometry

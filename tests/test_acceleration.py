@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,7 @@ import pytest
 from olp.core.diagnostic import OlpError
 from olp.robots.robot import load_robot
 from olp.timing.acceleration import law_names, load_law
-from olp.timing.acceleration.time_constant import MA2010_TIME, equivalent
-from olp.timing.motion import load_model
+from olp.timing.blending.yaskawa import FILTER_TIME
 
 EVERY_LAW = pytest.mark.parametrize("name", law_names())
 MA2010 = load_robot("yaskawa/ma2010")
@@ -98,18 +98,48 @@ def test_the_pose_explains_why_the_800_mm_s_run_begins_more_slowly():
     rates = [[0.317, -1.282, -1.841, 0.207, 0.509, -0.487]]
     limit, axis = load_law("by_pose").along_path(MA2010, here, rates)
     assert axis[0] == 1
-    assert 3.5 < limit[0] < 0.8 / MA2010_TIME
+    assert 3.5 < limit[0] < 0.8 / FILTER_TIME
 
 
-def test_the_equivalent_trapezoid_takes_length_over_speed_and_the_time_constant():
-    length = np.array([0.3, 0.05, 0.01, 0.002])
-    speed, acceleration = equivalent(length, 0.25, 0.166)
-    profile = load_model("constant").profile(length, speed, acceleration)
-    assert np.allclose(profile.duration, length / 0.25 + 0.166)
-    averaged = np.convolve(
-        np.full(800, 0.25), np.full(1660, 1 / 1660)
-    )  # 8 ms at 250 mm/s through 16.6 ms: same shape
-    assert averaged.max() == pytest.approx(equivalent(0.25 * 0.008, 0.25, 0.0166)[0])
+def test_what_was_measured_on_an_arm_stands_in_its_file(tmp_path):
+    text = Path("olp/robots/yaskawa/ma2010.toml").read_text(encoding="utf-8").replace('"MA2010"', '"Own"')
+    own = load_robot(written(tmp_path, text))
+    joints, _ = poses()
+    for name in ("by_pose", "time_constant"):
+        law = load_law(name)
+        assert law.knows(own)
+        assert np.array_equal(law.accelerations(own, joints, 1), law.accelerations(MA2010, joints, 1), True)
+    shorter = load_robot(written(tmp_path, text.replace("filter_s = 0.15", "filter_s = 0.1")))
+    assert np.allclose(load_law("time_constant").accelerations(shorter, joints[:1], 1), own.speeds / 0.1)
+    assert MA2010.acceleration_filter == FILTER_TIME
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("ahead_m = 0.91025, ", ""), "swing needs ahead_m"),
+        (("ahead_m = 0.91025", "ahead_mm = 910.25"), "swing has no key 'ahead_mm'"),
+        (("gravity = [0.0897, ", "gravity = ["), "gravity must be 4 numbers"),
+        (("width = 0.05004", "width = 0"), "width above 0"),
+        (("lowest_rad_s2 = [5.87", "lowest_rad_s2 = [15.87"), "below that of highest_rad_s2"),
+        (("highest_rad_s2 = [13.92, 10.34, 11.31]", ""), "needs highest_rad_s2"),
+        (("lift = {", "lifts = {"), "needs lift"),
+        (('pose_accelerations = "', 'pose = "'), "no source is stated for: pose_accelerations"),
+    ],
+)
+def test_wrong_numbers_of_an_arm_are_told(tmp_path, change, says):
+    text = Path("olp/robots/yaskawa/ma2010.toml").read_text(encoding="utf-8")
+    lines = [line for line in text.split("\n") if not line.startswith("pose = ")]
+    text = "\n".join(lines).replace("pose_verified = true", "pose_verified = false")
+    assert change[0] in text
+    with pytest.raises(OlpError, match=re.escape(says)):
+        load_robot(written(tmp_path, text.replace(*change)))
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
 
 
 def test_unknown_laws_and_wrong_points_are_told():

@@ -93,6 +93,8 @@ def test_no_number_stands_outside_a_group(path):
         "linear_acceleration_mm_s2",
         "settling_time_s",
         "payload_kg",
+        "acceleration_filter_s",
+        "pose_accelerations",
         "links",
         "chain",
     }

@@ -332,6 +332,15 @@ def has_timing_of_a_controller(robot: Robot) -> Iterator[Difference]:
         yield "linear_acceleration", f"{robot.linear_acceleration:g} m/s²"
     if robot.settling_time is not None and not 0.0 <= robot.settling_time < 1.0:
         yield "settling_time", f"{robot.settling_time:g} s"
+    if robot.acceleration_filter is not None and not 0.02 < robot.acceleration_filter < 0.6:
+        yield "acceleration_filter", f"{robot.acceleration_filter:g} s"
+    measured = robot.pose_accelerations.ranges if robot.pose_accelerations else ()
+    for axis, (low, high) in zip(robot.axes, measured, strict=False):
+        if axis.acceleration is None or not low < axis.acceleration < high:
+            yield (
+                "pose_accelerations",
+                f"axis {axis.name}: {low:g} to {high:g} rad/s² without its acceleration",
+            )
 
 
 def weighs_what_an_arm_weighs(robot: Robot) -> Iterator[Difference]:

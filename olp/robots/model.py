@@ -92,6 +92,8 @@ class Robot:
     blend_zones: tuple[float, ...] | None = None  # [m] for PL = 1..8
     linear_acceleration: float | None = None  # [m/s²] of the tool centre point
     settling_time: float | None = None  # [s] per exact stop
+    acceleration_filter: float | None = None  # [s] that every change of speed takes, however large
+    pose_accelerations: PoseAccelerations | None = None  # of the first three axes
     payload: float | None = None  # [kg]
     pose_verified: bool = False  # pulses -> pose was compared with the controller's own coordinates
     sources: Mapping[str, str] = field(default_factory=dict)  # per group of numbers
@@ -195,3 +197,66 @@ class Dynamics:
     bodies: tuple[Body, ...]
     drives: tuple[Drive, ...]
     point_masses: tuple[str, ...] = ()  # names of the axes whose bodies have no inertia of their own stated
+
+
+# --- Accelerations by pose ---
+# Parameters of the law `by_pose`, as measured on one arm (olp/timing/acceleration/by_pose.py).
+
+
+class Swing(NamedTuple):
+    """Parameters of axis S. 1/a = fixed + elbow e² + forearm f², with a at most `cap`: inertia over torque, and the
+    controller's own limit.
+
+    e: horizontal distance of the elbow from axis S [m]; f: horizontal distance of the point (`ahead`, `above`) [m]
+    of the forearm's frame.
+    """
+
+    fixed: float  # [s²/rad]
+    elbow: float  # [s²/rad/m²]
+    forearm: float  # [s²/rad/m²]
+    ahead: float  # [m] along the forearm from axis U
+    above: float  # [m] across it
+    cap: float  # [rad/s²]
+
+
+class Lean(NamedTuple):
+    """Parameters of axis L. a = (1 + both ± gravity) / inertia, divided by the torque; + for leaning forward.
+
+    inertia = fixed + cosine cos U + sine sin U [s²/rad]: axis U alone moves the forearm nearer or further.
+    `gravity` and `both` are sums of parts along (sin L, cos L, cos E, sin E), with the forearm's elevation E = U -
+    L: the levers of the upper arm and of the forearm, and what slows both directions alike (balancer, friction
+    under load).
+    """
+
+    fixed: float  # [s²/rad]
+    cosine: float  # [s²/rad]
+    sine: float  # [s²/rad]
+    gravity: tuple[float, float, float, float]  # [1]
+    both: tuple[float, float, float, float]  # [1]
+
+
+class Lift(NamedTuple):
+    """Parameters of axis U. a = high - s drop ∓ (lever - s eased) g, with the forearm's horizontal lever g = cos(E
+    + offset); - for lifting.
+
+    s = 1 / (1 + exp((start - |g|) / width)) steps to 1 where |g| passes `start`: two levels of acceleration.
+    """
+
+    offset: float  # [rad] from the forearm's axis to its centre of mass
+    start: float  # [1] share of the full lever
+    width: float  # [1]
+    high: float  # [rad/s²]
+    drop: float  # [rad/s²]
+    lever: float  # [rad/s²]
+    eased: float  # [rad/s²]
+
+
+class PoseAccelerations(NamedTuple):
+    """Parameters of the first three axes. `ranges`: lowest and highest measured acceleration [rad/s²]; they also
+    bound the result outside the measured poses.
+    """
+
+    swing: Swing
+    lean: Lean
+    lift: Lift
+    ranges: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]

@@ -30,9 +30,13 @@ from olp.robots.model import (
     Inertia,
     Joint,
     Kind,
+    Lean,
+    Lift,
     Links,
+    PoseAccelerations,
     PulseFit,
     Robot,
+    Swing,
     Vector,
 )
 
@@ -40,6 +44,7 @@ _KINDS: Final = ("arm", "positioner", "track")
 _ROOT_KEYS: Final = (
     "model", "maker", "kind", "controllers", "pose_verified", "inferred", "axes", "links", "chain",
     "dynamics", "sources", "blend_zones_mm", "linear_acceleration_mm_s2", "settling_time_s", "payload_kg",
+    "acceleration_filter_s", "pose_accelerations",
 )  # fmt: skip
 _TURNING: Final = (
     "name", "lower_deg", "upper_deg", "speed_deg_s", "acceleration_deg_s2", "acceleration_rad_s2",
@@ -96,6 +101,8 @@ def read_robot(path: Path, name: str | None = None) -> Robot:
         blend_zones=None if zones is None else tuple(zone * mm for zone in zones),
         linear_acceleration=None if linear is None else linear * mm,
         settling_time=document.number(root, "settling_time_s", above=0.0),
+        acceleration_filter=document.number(root, "acceleration_filter_s", above=0.0),
+        pose_accelerations=_pose_accelerations(document),
         payload=document.number(root, "payload_kg", above=0.0),
         pose_verified=bool(verified),
         sources=read_sources(document),
@@ -302,6 +309,59 @@ def _flange(document: RobotDocument, chain: Table, start: int) -> Rows:
     return cast(Rows, tuple(zip(x, y, z, strict=True)))
 
 
+# --- Accelerations by pose ---
+# The table `[pose_accelerations]` of a robot file -> `PoseAccelerations`: its keys are the fields with their units.
+
+_SWING_KEYS: Final = (
+    "fixed_s2_rad", "elbow_s2_rad_m2", "forearm_s2_rad_m2", "ahead_m", "above_m", "cap_rad_s2",
+)  # fmt: skip
+_LEAN_KEYS: Final = ("fixed_s2_rad", "cosine_s2_rad", "sine_s2_rad", "gravity", "both")
+_LIFT_KEYS: Final = (
+    "offset_rad", "start", "width", "high_rad_s2", "drop_rad_s2", "lever_rad_s2", "eased_rad_s2",
+)  # fmt: skip
+_VECTORS: Final = ("gravity", "both")  # four parts each
+_RANGE_KEYS: Final = ("lowest_rad_s2", "highest_rad_s2")
+
+
+def _pose_accelerations(document: RobotDocument) -> PoseAccelerations | None:
+    table = document.subtable("pose_accelerations")
+    if table is None:
+        return None
+    start, before = document.table_start("pose_accelerations"), len(document.problems)
+    document.known_keys(table, ("swing", "lean", "lift", *_RANGE_KEYS), "pose_accelerations", start)
+    swing, lean, lift = (
+        _law_of_axis(document, table, key, keys)
+        for key, keys in (("swing", _SWING_KEYS), ("lean", _LEAN_KEYS), ("lift", _LIFT_KEYS))
+    )
+    lowest, highest = (document.numbers(table, key, 3, start) for key in _RANGE_KEYS)
+    for key in _RANGE_KEYS:
+        if key not in table:
+            document.report("R004", f"pose_accelerations needs {key}", "pose_accelerations", start)
+    if len(document.problems) > before or lowest is None or highest is None:
+        return None
+    ranges = tuple(zip(lowest, highest, strict=True))
+    if any(not 0.0 < low < high for low, high in ranges) or lift[2] <= 0.0:
+        says = "each of lowest_rad_s2 must be above 0 and below that of highest_rad_s2, and width above 0"
+        document.report("R005", says, "pose_accelerations", start)
+    return PoseAccelerations(Swing(*swing), Lean(*lean), Lift(*lift), (ranges[0], ranges[1], ranges[2]))
+
+
+def _law_of_axis(document: RobotDocument, table: Table, name: str, keys: Sequence[str]) -> list[Any]:
+    """The values of one axis' inline table, in the order of `keys`; problems go to the document."""
+    row, start = table.get(name), document.table_start(name)
+    if not isinstance(row, dict):
+        document.report("R004", f"pose_accelerations needs {name} = {{ ... }}", "pose_accelerations")
+        return []
+    document.known_keys(row, keys, name, start)
+    missing = [key for key in keys if key not in row]
+    if missing:
+        document.report("R004", f"{name} needs {', '.join(missing)}", name, start)
+    return [
+        document.numbers(row, key, 4, start) if key in _VECTORS else document.number(row, key, start)
+        for key in keys
+    ]
+
+
 # --- Masses reader ---
 # The table `[dynamics]` of a robot file -> `Dynamics`.
 
@@ -401,7 +461,7 @@ def tensor(inertia: Inertia) -> np.ndarray[tuple[int, int], np.dtype[np.float64]
 
 SOURCE_GROUPS: Final = (
     "limits", "speed", "acceleration", "pulses", "links", "chain", "base_height", "blend_zones",
-    "linear_acceleration", "settling_time", "payload", "pose",
+    "linear_acceleration", "settling_time", "acceleration_filter", "pose_accelerations", "payload", "pose",
     "masses", "inertias", "torque_limits", "rotors", "friction",
 )  # fmt: skip
 
@@ -422,6 +482,8 @@ def number_groups(robot: Robot) -> tuple[str, ...]:
         "blend_zones": robot.blend_zones is not None,
         "linear_acceleration": robot.linear_acceleration is not None,
         "settling_time": robot.settling_time is not None,
+        "acceleration_filter": robot.acceleration_filter is not None,
+        "pose_accelerations": robot.pose_accelerations is not None,
         "payload": robot.payload is not None,
         "pose": robot.pose_verified,
         "masses": bool(bodies),

@@ -7,10 +7,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.acceleration.time_constant import MA2010_TIME
 from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
-from olp.timing.blending.yaskawa import SERVO_LAG, filter_times
+from olp.timing.blending.yaskawa import FILTER_TIME, SERVO_LAG, filter_times
 from olp.timing.motion.model import ModelParameter
 
 Floats = NDArray[np.float64]
@@ -34,7 +33,7 @@ class AccelerationFilter(OverlappingLaw):
     amount = "nothing: not used"
     measured = True
     parameters: ClassVar[tuple[ModelParameter, ...]] = (
-        ModelParameter("acceleration_time", "s", MA2010_TIME, "published DX200 recordings of an MA2010"),
+        ModelParameter("acceleration_time", "s", FILTER_TIME, "published DX200 recordings of an MA2010"),
         ModelParameter(
             "servo_lag", "s", SERVO_LAG, "published DX200 recordings of an MA2010: corner at 50 to 800 mm/s"
         ),

@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.timing.acceleration.time_constant import MA2010_TIME
 from olp.timing.blending._overlap import Overlap, OverlappingLaw
 from olp.timing.blending.law import Corners, Passage
 from olp.timing.motion.model import ModelParameter
@@ -15,9 +14,10 @@ from olp.timing.motion.model import ModelParameter
 Floats = NDArray[np.float64]
 
 STOP_TIME = 0.166  # [s] DX200 and MA2010, PL runs at 10 mm/s
+FILTER_TIME = (
+    0.15  # [s] of the acceleration filter of a DX200 and MA2010, whose robot file says how it was measured
+)
 SERVO_LAG = 0.043  # [s] DX200 and MA2010, corner runs at 50 to 800 mm/s (docs/blending.md)
-
-
 _CORNER_RUNS = "published DX200 recordings of an MA2010, corner at 50 to 800 mm/s; shapes only, not times"
 
 
@@ -51,7 +51,7 @@ class PositionLevels(OverlappingLaw):
             STOP_TIME,
             "what an exact stop costs: published DX200 recordings of an MA2010, PL runs `linear`: 0.1655 s",
         ),
-        ModelParameter("acceleration_time", "s", MA2010_TIME, _CORNER_RUNS),
+        ModelParameter("acceleration_time", "s", FILTER_TIME, _CORNER_RUNS),
         ModelParameter("servo_lag", "s", SERVO_LAG, _CORNER_RUNS),
     )
 
