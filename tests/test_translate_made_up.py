@@ -134,7 +134,7 @@ PLACES = [
 @pytest.mark.parametrize("word", ["WaitRob \\InPos;", "WaitRob \\ZeroSpeed;", "WaitTime\\InPos,0;"])
 @pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
 def test_a_move_stops_exactly_before_what_waits_until_the_arm_stands(word, target):
-    rows = ["MoveJ p1,v100,fine,tool0;", "MoveL p2,v100,z10,tool0;", word, "SetDO do3,1;"]
+    rows = ["MoveL p1,v100,fine,tool0;", "MoveL p2,v100,z10,tool0;", word, "SetDO do3,1;"]
     text = module(*rows, "MoveL p3,v100,z10,tool0;", "MoveL p1,v100,fine,tool0;", data=PLACES)
     exact = [BlendCode.EXACT, BlendCode.EXACT, None, BlendCode.EXACT]
     for plan in (read(text, "rapid").plan(robot=ROBOT), run_elsewhere(text, "rapid", target)):

@@ -69,6 +69,21 @@ def test_registers_of_a_listing_that_nothing_sets_are_named(target):
     assert lines >= {7, 10}
 
 
+# --- speeds that nothing tells ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("target", "taken"), [("krl", "50 %"), ("tp", "50 %"), ("inform", "50 %"), ("urscript", "rad/s")]
+)
+def test_a_speed_of_the_tool_that_no_way_turns_into_one_of_the_axes_is_told(target, taken):
+    """Nobody knows where the arm stands before: 500 mm/s of the tool may be 5 % of its axes or all of them."""
+    moves = ("MoveJ p1,v500,fine,tool0;", "MoveJ p2,v500,fine,tool0;")
+    told = [x for x in losses(module(*moves, data=TARGETS), "rapid", target) if "goes nowhere" in x.says]
+    assert [(x.line, x.fate, x.part) for x in told] == [(6, Fate.APPROXIMATED, "speed")]
+    assert "500 mm/s is taken for" in told[0].says
+    assert told[0].says.endswith(taken)
+
+
 # --- 2: options of moves ------------------------------------------------------------------------------------
 
 

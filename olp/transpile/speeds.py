@@ -258,15 +258,14 @@ class _Speeds:
         guess = value * factor
         if unit is st.SpeedUnit.FRACTION:
             guess = min(max(guess, _LEAST), _MOST)
-        executed = list(self.rows.of(s))
-        if executed and not any(map(moves_at_all, executed)) and speed.unit is st.SpeedUnit.TIME:
-            says = f"the move goes nowhere in this run, and takes {value:g} s for it: here it takes no time"
+        executed = self.rows.of(s)
+        stays = bool(executed) and not any(map(moves_at_all, executed))
+        where = "the move goes nowhere in this run" if stays else "this run does not show its path"
+        if stays and speed.unit is st.SpeedUnit.TIME:
+            says = f"{where}, and takes {value:g} s for it: here it takes no time"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, value, "s")
-        elif executed and not any(map(moves_at_all, executed)):
-            says = "the move goes nowhere in this run: its speed is the share of full speed that it was"
-            self.work.note_at(s, says)
         else:
-            says = f"this run does not show its path: {_said(speed.unit, value)} is taken for {_said(unit, guess)}"
+            says = f"{where}: {_said(speed.unit, value)} is taken for {_said(unit, guess)}"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says)
         return st.Speed(unit, Quantity(Number(_clean(guess / _SCALES[unit])), _SCALES[unit]))
 
