@@ -71,3 +71,12 @@ def test_collecting_is_left_as_it_was():
             assert not gc.isenabled()
         assert not gc.isenabled()
     assert gc.isenabled()
+
+
+def test_a_shelf_of_bounded_size_keeps_what_is_asked_for_and_drops_the_rest() -> None:
+    shelf = memory_limit.CacheShelf(most=3)
+    shelf.put("kept", 1)
+    for n in range(20):
+        shelf.put(n, n + 1)
+        assert shelf.get("kept") == 1
+    assert [shelf.get(n) for n in (0, 10, 19)] == [None, None, 20]

@@ -37,7 +37,9 @@ from olp.ir.program import (
     SpeedUnit,
 )
 from olp.ir.program import Path as Shape
+from olp.languages.vendors.krl.grammar import KrlLine, KrlParser
 from olp.languages.vendors.krl.reader import read_program
+from olp.languages.vendors.krl.scope import Scope
 from olp.transpile.link import link
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
@@ -377,3 +379,34 @@ def test_thousands_of_broken_lines_are_given_up() -> None:
     program = read(*["PTP ("] * 3000)
     assert sum(d.code == "P404" for d in program.diagnostics) == 2000
     assert sum(d.code == "P410" for d in program.diagnostics) == 1
+
+
+def test_the_lists_of_a_tree_are_parsed_once_for_all_its_programs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = ["STRUC PART_T INT no, FRAME at, REAL mass", "DECL PART_T part={no 3,at {X 70.5},mass 2.5}"]
+    rows += ["FRAME station={X 41.5,Y 12,Z 3,A 15,B 0,C 0}", "SIGNAL gripper $OUT[31]"]
+    (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *rows, "ENDDAT", ""]))
+    for n in (1, 2, 3):
+        (tmp_path / f"part{n}.src").write_text(
+            f"DEF part{n} ( )\npart.mass=part.no\n$BASE=station\ngripper=TRUE\nWAIT SEC 0.{n}\nEND\n"
+        )
+    parsed: list[str] = []
+    really = KrlParser.parse_line
+
+    def noting(self: KrlParser, line: str, scope: Scope) -> KrlLine:
+        parsed.append(line)
+        return really(self, line, scope)
+
+    monkeypatch.setattr(KrlParser, "parse_line", noting)
+    programs = [olp.read(tmp_path / f"part{n}.src") for n in (1, 2, 3)]
+    assert [parsed.count(row) for row in rows] == [1, 1, 0, 1]  # a plain frame needs no grammar
+    assert programs[0].data == programs[1].data == programs[2].data
+    assert {one.name: one.type for one in programs[2].data} == {
+        "PART_T": "structure",
+        "part": "PART_T",
+        "station": "frame",
+        "gripper": "signal",
+    }
+    mass = next(s for s in programs[2].routines[0].body if isinstance(s, Assign))
+    assert mass.target == Member(Named("part"), "mass")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.core.memory_limit import TextCache, remembered, remembering
+from olp.core.memory_limit import TextCache, remembered, remembering, shelf
 from olp.servers.language.document import OpenDocument, Place, TextChange
 from olp.servers.language.service import EditorSettings, ProgramService, analyse, marks
 
@@ -142,7 +142,7 @@ def test_a_result_is_remembered_only_while_every_answer_is_the_same() -> None:
 
     def ask() -> int:
         with remembering(memory):
-            return remembered("test", "key", asked, work)
+            return remembered(shelf("test"), "key", asked, work)
 
     assert (ask(), ask(), len(done)) == (3, 3, 1)
     assert asked.told == ["a", "a"]  # what asking changes is changed each time
@@ -168,7 +168,7 @@ def test_work_whose_answers_can_change_in_place_is_done_each_time() -> None:
 
     with remembering(memory):
         for work in (listed, listed, changing, changing):
-            remembered("test", work.__name__, asked, work)
+            remembered(shelf("test"), work.__name__, asked, work)
     assert len(done) == 4
     assert len(asked.names) == 3
 
@@ -176,5 +176,5 @@ def test_work_whose_answers_can_change_in_place_is_done_each_time() -> None:
 def test_nothing_is_remembered_where_nobody_asks_for_it() -> None:
     asked, done = Asked(), []
     for _ in range(2):
-        remembered("test", "key", asked, lambda it: done.append(it.answer("a")))
+        remembered(shelf("test"), "key", asked, lambda it: done.append(it.answer("a")))
     assert len(done) == 2

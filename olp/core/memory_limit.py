@@ -19,11 +19,15 @@ Result = TypeVar("Result")
 
 
 class CacheShelf:
-    """Results by key. A result that a whole round does not ask for is dropped at the end of that round."""
+    """Results by key. A result that a whole round does not ask for is dropped at the end of that round.
 
-    __slots__ = ("_new", "_old")
+    `most`: a round ends with so many results, None: only with `turn`.
+    """
 
-    def __init__(self) -> None:
+    __slots__ = ("_most", "_new", "_old")
+
+    def __init__(self, most: int | None = None) -> None:
+        self._most = most
         self._new: dict[Hashable, Any] = {}
         self._old: dict[Hashable, Any] = {}
 
@@ -33,10 +37,12 @@ class CacheShelf:
         if found is None:
             found = self._old.get(key)
             if found is not None:
-                self._new[key] = found
+                self.put(key, found)
         return found
 
     def put(self, key: Hashable, result: Any) -> None:
+        if self._most is not None and len(self._new) >= self._most:
+            self.turn(finished=True)
         self._new[key] = result
 
     def turn(self, finished: bool) -> None:
@@ -166,13 +172,12 @@ def _kept(thing: Any) -> Any:
     return thing if _is_frozen(thing) else _UNSURE
 
 
-def remembered(name: str, key: Hashable, asked: Any, work: Callable[[Any], Result]) -> Result:
+def remembered(known: CacheShelf | None, key: Hashable, asked: Any, work: Callable[[Any], Result]) -> Result:
     """`work(asked)`; the result of the last time where `asked` still answers all its questions as it did then.
 
     The questions are asked again, in their order, so whatever they change in `asked` is changed again. What raises is
     not kept, nor what changes a mapping of `asked` behind its back.
     """
-    known = shelf(name)
     if known is None:
         return work(asked)
     before = known.get(key)

@@ -19,11 +19,35 @@ _CONDITIONAL: Final = (st.Call, st.Return, st.Pause, st.PulseOutput, st.StartTas
 def flow(program: st.Program, work: TranslationContext) -> st.Program:
     """Every routine with the blocks and jumps that the target has."""
     shared: list[st.Declare] = []  # where variables have numbers, none is a routine's own
-    routines = tuple([_routine(routine, work, shared) for routine in program.routines])
+    counters = _Counters(work.source)
+    routines = tuple([_routine(routine, work, shared, counters) for routine in program.routines])
     return replace(program, routines=routines, data=(*program.data, *shared))
 
 
-def _routine(routine: st.Routine, work: TranslationContext, shared: list[st.Declare]) -> st.Routine:
+@dataclass(slots=True)
+class _Counters:
+    """Which routines of a program name what its FOR loops count; found for all variables of a kind at once."""
+
+    program: st.Program
+    _named: dict[type, dict[Expression, set[str]]] = field(default_factory=dict)
+
+    def named_in(self, variable: Expression) -> set[str]:
+        """The routines that name a loop's variable."""
+        kind = type(variable)
+        if kind not in self._named:
+            found: dict[Expression, set[str]] = {}
+            for routine in self.program.routines:
+                for s in routine.body:
+                    for e in expressions_of(s):
+                        if type(e) is kind:
+                            found.setdefault(e, set()).add(routine.name)
+            self._named[kind] = found
+        return self._named[kind].get(variable, set())
+
+
+def _routine(
+    routine: st.Routine, work: TranslationContext, shared: list[st.Declare], counters: _Counters
+) -> st.Routine:
     body = routine.body
     kinds = set(map(type, body))
     if not work.limits.conditional_statements and not kinds.isdisjoint(_CONDITIONAL):
@@ -34,7 +58,7 @@ def _routine(routine: st.Routine, work: TranslationContext, shared: list[st.Decl
     if nodes is None:
         work.lose(routine.line, Fate.REFUSED, "blocks", f"the blocks of {routine.name} are not closed")
         return routine
-    target = _Target(work, routine, {s.name for s in body if isinstance(s, st.Label)})
+    target = _Target(work, routine, counters, {s.name for s in body if isinstance(s, st.Label)})
     if needs_flattening(nodes):
         nodes = flattened(nodes, target.label)
     if not work.limits.has_goto and any(isinstance(s, (st.Label, st.Jump)) for s in flat(nodes)):
@@ -92,6 +116,7 @@ class _Loop:
 class _Target:
     work: TranslationContext
     routine: st.Routine
+    counters: _Counters
     labels: set[str]
     declared: list[st.Declare] = field(default_factory=list)
 
@@ -317,12 +342,11 @@ class _Target:
                 depth -= depth > 0
             elif depth == 0 and not isinstance(s, st.Declare) and head.variable in expressions_of(s):
                 return True
-        others = (r for r in self.work.source.routines if r.name != self.routine.name)
         local = any(
             isinstance(s, st.Declare) and s.name == getattr(head.variable, "name", "")
             for s in self.routine.body
         )
-        return not local and any(head.variable in expressions_of(s) for r in others for s in r.body)
+        return not local and bool(self.counters.named_in(head.variable) - {self.routine.name})
 
 
 def _not_beyond(variable: Expression, stop: Expression, step: Expression) -> Expression:

@@ -109,6 +109,12 @@ class _Modal:
     state: State | None = None  # before the statement that is looked at
     current: dict[Key, object] = field(default_factory=dict)  # what was asked for in this state
     by_number: frozenset[Key] = frozenset()  # whose variable holds the number of a tool or frame
+    set_to: dict[str, list[tuple[Expression, st.Routine]]] = field(
+        default_factory=dict
+    )  # by its name: what a variable is set to, and in which routine
+    called: dict[str, list[tuple[st.Call, st.Routine]]] = field(
+        default_factory=dict
+    )  # and where a routine is called
     last: System = UNSEEN  # of the move before, in the order of writing
     bounded: bool = False  # whether any override says how fast the tool is at most
     unset_tool: str | None = None  # what is asked of moves that take the tool which the controller has active
@@ -457,6 +463,10 @@ class _Modal:
                     )
                     if system is not None:
                         chosen[key].append((routine, system))
+                if isinstance(s, st.Assign) and isinstance(s.target, Named):
+                    self.set_to.setdefault(s.target.name, []).append((s.value, routine))
+                elif isinstance(s, st.Call):
+                    self.called.setdefault(s.routine, []).append((s, routine))
         tables = {_TOOL: mapping.tools, _FRAME: mapping.frames}
         self.by_number = frozenset(
             key
@@ -483,12 +493,10 @@ class _Modal:
             [(symbol.value, routine)] if symbol and symbol.value else []
         )
         at = next((n for n, p in enumerate(routine.parameters) if p.name == number.name), -1)
-        for other in self.program.routines:
-            for s in other.body:
-                if isinstance(s, st.Assign) and s.target == number:
-                    found.append((s.value, other))
-                elif isinstance(s, st.Call) and s.routine == routine.name and 0 <= at < len(s.arguments):
-                    found.append((s.arguments[at], other))
+        found += self.set_to.get(number.name, ())
+        for call, other in self.called.get(routine.name, ()) if at >= 0 else ():
+            if at < len(call.arguments):
+                found.append((call.arguments[at], other))
         return max((self._highest(value, where, deep - 1) for value, where in found), default=0)
 
     def _number_of(self, key: Key, system: object) -> Expression | None:

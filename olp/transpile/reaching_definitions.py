@@ -6,6 +6,7 @@ began.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field
 from typing import Final
@@ -79,14 +80,22 @@ def reaching(program: st.Program, definitions: Definitions, kinds: Set[type]) ->
     graphs = {routine.name: _Graph(routine, pair(routine.body)) for routine in program.routines}
     names = {routine.name.casefold(): routine.name for routine in program.routines}
     summaries: dict[str, dict[Key, Values]] = {name: {} for name in graphs}
+    callers: dict[str, set[str]] = defaultdict(set)
+    for name, graph in graphs.items():
+        for called in graph.calls(names).values():
+            for one in called:
+                callers[one].add(name)
+    due = set(graphs)
     for _ in range(_ROUNDS):
-        changed = False
         for name, graph in graphs.items():
-            before, leaving = graph.run(definitions, kinds, summaries, names)
-            result.before[name] = before
+            if name not in due:
+                continue  # what it calls leaves the same as when it was looked at last
+            due.discard(name)
+            result.before[name], leaving = graph.run(definitions, kinds, summaries, names)
             if leaving != summaries[name]:
-                summaries[name], changed = leaving, True
-        if not changed or not any(graph.calls(names) for graph in graphs.values()):
+                summaries[name] = leaving
+                due |= callers[name]
+        if not due:
             break
     _enter(program, graphs, names, result)
     return result

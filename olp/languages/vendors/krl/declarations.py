@@ -97,7 +97,7 @@ class DeclarationRules(KrlMoveRules):
         scope.declare(it.name, key, bool(it.sizes))
         value = None if it.value is None else settle(it.value, scope, key)
         if value is not None:
-            scope.values[it.name.upper()] = value
+            scope.keep(it.name.upper(), value)
         return Declare(
             0,
             scope.spell(it.name),
@@ -130,7 +130,7 @@ class DeclarationRules(KrlMoveRules):
             types[declarator.name.upper()] = type_.upper()
             sizes = tuple(("", Unknown("") if one is None else one) for one in declarator.sizes)
             members.append((self.scope.spell(declarator.name), RecordLiteral(str(type_.upper()), sizes)))
-        self.scope.structures[name.upper()] = types
+        self.scope.lay_out(name.upper(), tuple(types.items()))
         value = RecordLiteral("STRUC", tuple(members))
         return (
             Declare(

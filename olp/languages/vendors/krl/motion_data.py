@@ -107,7 +107,7 @@ class MotionData:
         found = self.constant(actual or record, name)
         if found is not None:
             return found
-        if actual and actual.upper() not in self.scope.values:
+        if actual and self.scope.value_of(actual.upper()) is None:
             self.missing.append(actual)
             if not self.scope.known(actual.upper()):
                 created = _AS_CREATED.get((record, name))
@@ -123,7 +123,7 @@ class MotionData:
         return self.constant(self._actual.get(record) or record, name)
 
     def constant(self, record: str, name: str) -> ex.Expression | None:
-        value = self.scope.values.get(record.upper())
+        value = self.scope.value_of(record.upper())
         if isinstance(value, ex.RecordLiteral):
             for member, found in value.members:
                 if member.upper() == name and type(found) in (ex.Number, ex.Text):
@@ -149,7 +149,7 @@ class MotionData:
     def by_number(self, value: ex.Expression, array: str, kind: str) -> ex.Expression:
         """TOOL_DATA[n] as it is where a list gives its value, else by its number."""
         if isinstance(value, ex.Item) and type(value.base) is ex.Named and value.base.name.upper() == array:
-            listed = self.scope.values.get(array)
+            listed = self.scope.value_of(array)
             if not (isinstance(listed, ex.RecordLiteral) and _has(listed, value.indices[0])):
                 return ex.FrameRef(kind, value.indices[0])
         return value

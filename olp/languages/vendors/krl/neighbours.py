@@ -131,7 +131,7 @@ def _shared(source: Source, beside: Source | None, scope: Scope) -> tuple[Declar
     layouts: list[Declare] = []
     for shared, numbers in lists:
         told = Findings(shared)
-        reader = ListReader(told, scope, KrlLineReader(told, scope), used, placed=False)
+        reader = ListReader(told, scope, KrlLineReader(told, scope, shared=True), used, placed=False)
         for number in numbers:
             code, _ = parsing.split(shared.lines[number - 1])
             if not used.isdisjoint(NAME.findall(code.upper())) or _LAYOUT.search(code):
@@ -188,7 +188,9 @@ def _captions(source: Source, scope: Scope, findings: Findings) -> tuple[Declare
 
 
 def _list(findings: Findings, scope: Scope, only: frozenset[str] | None) -> tuple[Declare, ...]:
-    reader = ListReader(findings, scope, KrlLineReader(findings, scope), only, placed=False)
+    reader = ListReader(
+        findings, scope, KrlLineReader(findings, scope, shared=only is not None), only, placed=False
+    )
     for number, line in enumerate(findings.source.lines, 1):
         code, comment = parsing.split(line)
         plain = code.startswith("DECL ")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.memory_limit import remembered
+from olp.core.memory_limit import CacheShelf, remembered, shelf
 from olp.ir.expressions import Text
 from olp.ir.program import Opaque, Process, Statement
 from olp.languages.findings import Findings
@@ -30,6 +30,8 @@ _MOST_CHARACTERS = 4096
 _LONG_NUMBER = re.compile(r"(?<![\w$.])\d{19,}|'[BHDbhd]?[0-9A-Fa-f]{65,}'")
 _STRING = re.compile(r'"[^"]*"')
 _MOST_WORDS = 8
+# A list that a whole tree shares is read with each program of the tree, and most of its lines say the same each time.
+_SHARED_LINES = CacheShelf(20_000)
 
 # What the grammar calls its terminals, in a reader's words.
 _NAMES: Final = {
@@ -60,9 +62,10 @@ _NAMES: Final = {
 
 
 class KrlLineReader:
-    """Parses the lines of one file. `broken`: how many were refused."""
+    """Parses the lines of one file. `broken`: how many were refused; `shared`: those of a list of many programs."""
 
-    def __init__(self, findings: Findings, scope: Scope) -> None:
+    def __init__(self, findings: Findings, scope: Scope, shared: bool = False) -> None:
+        self._known = _SHARED_LINES if shared else shelf("krl lines")
         self._findings = findings
         self._scope = scope
         self.broken = 0
@@ -80,7 +83,7 @@ class KrlLineReader:
             give_up(self._findings, "P410", Span(number, 1, 2))
             return None
         try:
-            parsed = remembered("krl lines", code, self._scope, lambda s: line_parser().parse_line(code, s))
+            parsed = remembered(self._known, code, self._scope, lambda s: line_parser().parse_line(code, s))
         except UnexpectedInput as refused:
             self._report(number, code, *_explain(refused, code))
             return None

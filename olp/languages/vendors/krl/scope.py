@@ -115,6 +115,25 @@ class Scope:
             self.arrays.add(word.upper())
         (self.local_types if self.inside else self.types)[word.upper()] = type
 
+    def keep(self, key: str, value: Expression) -> None:
+        """What a list gives a name, in capitals."""
+        self.values[key] = value
+
+    def value_of(self, key: str) -> Expression | None:
+        """What a list gives a name, in capitals; None where none does."""
+        return self.values.get(key)
+
+    def lay_out(self, kind: str, members: tuple[tuple[str, str], ...]) -> None:
+        """STRUC `kind`, with its members and their types, all in capitals."""
+        self.structures[kind] = dict(members)
+
+    def has_layout(self, kind: str) -> bool:
+        return kind in self.structures
+
+    def type_of_member(self, kind: str, member: str) -> str:
+        """All in capitals; empty where it is not known."""
+        return self.structures.get(kind, {}).get(member, "")
+
     def name_signal(self, word: str, signal: Signal) -> None:
         (self.local_signals if self.inside else self.signals)[word.upper()] = signal
 

@@ -68,17 +68,19 @@ def settle(it: ex.Expression | KrlAggregate, scope: Scope, type: str = "") -> ex
         return it
     kind = it.tag or type
     keys = {component.key for component in it.components}
-    if kind in POSES or (kind not in AXES and kind not in scope.structures and keys <= COMPONENTS.keys()):
+    if kind in POSES or (kind not in AXES and not scope.has_layout(kind) and keys <= COMPONENTS.keys()):
         return _pose(it, scope, kind)
-    if kind in AXES or (kind not in scope.structures and keys <= AXIS_NUMBERS.keys() | set(EXTERNALS)):
+    if kind in AXES or (not scope.has_layout(kind) and keys <= AXIS_NUMBERS.keys() | set(EXTERNALS)):
         return _axes(it, scope, kind)
     return _record(it, scope, kind)
 
 
 def _record(it: KrlAggregate, scope: Scope, kind: str) -> ex.RecordLiteral:
-    types = scope.structures.get(kind, {})
     members = tuple(
-        (scope.spell(one.name), settle(one.value, scope, types.get(one.key.partition("[")[0], "")))
+        (
+            scope.spell(one.name),
+            settle(one.value, scope, scope.type_of_member(kind, one.key.partition("[")[0])),
+        )
         for one in it.components
     )
     return ex.RecordLiteral(scope.spell(kind) if kind else "", members)
