@@ -336,3 +336,15 @@ def test_a_loop_of_steps_goes_on_while_a_counter_decides_when_the_step_changes()
         ["DEF steps()", "DECL INT step,inner,outer", "inner=0", "outer=0", *rows, *more, "END", ""]
     )
     assert len(run(read_source(decode(text.encode(), "steps.src"))).moves) == 6
+
+
+@pytest.mark.parametrize("size", [4, 200])
+def test_an_element_that_is_given_what_it_holds_has_not_changed(size: int) -> None:
+    """A loop that waits for an input ran 20,000 passes where it stored the same into an array of many elements."""
+    rows = ["WHILE state{1}=0 DO", "state{2}:=3;", "IF di5=1 THEN", "state{1}:=1;", "ENDIF", "ENDWHILE"]
+    text = "\n".join(
+        ["MODULE M", f"VAR num state{{{size}}};", "PROC main()", *rows, "ENDPROC", "ENDMODULE", ""]
+    )
+    plan = run(read_source(decode(text.encode(), "m.mod"), vendor="rapid"), max_steps=200)
+    assert not plan.stop_reason
+    assert "is taken to change to ON" in said(plan)

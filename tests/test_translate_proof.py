@@ -338,3 +338,18 @@ def test_a_routine_is_a_start_whatever_words_of_ours_its_name_is():
         rows += [f"PROC {name}()", "WaitTime 1;", "ENDPROC"]
     source = with_starts(read("\r\n".join(["MODULE M", *PLACES, *rows, "ENDMODULE"]), "rapid"))
     assert [r.name for r in source.routines if r.starts] == ours
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "inform"])
+def test_inputs_with_computed_numbers_end_the_same_loops_in_both_runs(target):
+    """RAPID leaves out what stands behind an AND that is decided, so that the last input read is another there."""
+    asks = [
+        "DO[3]=PULSE,0.1sec", "R[1]=5", "R[2]=6", "IF (RI[R[1]]=ON AND RI[R[2]]=ON),R[3]=(1)",
+        "IF (RI[R[1]]=ON AND RI[R[2]]=OFF),R[3]=(0)", "IF (RI[R[1]]=OFF AND RI[R[2]]=OFF),R[4]=(1)",
+    ]  # fmt: skip
+    rows = ["L P[1] 100mm/sec FINE", "LBL[1]", *asks, "IF R[3]<>1,JMP LBL[1]", "DO[1]=ON"]
+    rows += ["LBL[2]", *asks, "IF R[3]<>0,JMP LBL[2]", "DO[2]=ON", "L P[2] 100mm/sec FINE"]
+    points = [(1, 0, 0, 900, 0, 400, 180, 0, 0), (2, 0, 0, 900, 100, 400, 180, 0, 0)]
+    found = proof(tp(*rows, positions=points), target, vendor="tp")
+    assert not found.comparison.differences
+    assert not [x for x in found.verdict.objections if "differ" in x.says]

@@ -488,6 +488,8 @@ def _ended_by_input(
             _restore(m, key, before)  # the main loop goes on with this input as well
             continue
         loop.flipped.add(key)
+        if m.made_up is not None:
+            m.made_up.turn(key)
         m.assume(f"{says}, which ends {_lines(m, first, last)}")
         return first + 1 if way_out is None else way_out
     return None
@@ -580,13 +582,17 @@ def _stop(m: Machine, first: int, last: int, moved: bool) -> None:
 
 
 def _candidates(m: Machine, loop: Loop, entry: LoopEntry) -> list[SignalKey]:
-    """Inputs that were read in the last pass and not yet turned over, the last one first: it is nearest to the end."""
+    """Inputs that were read in the last pass and not yet turned over, the last one first: it is nearest to the end.
+
+    Where another program of the same meaning ran before, that comes first which ended its loop.
+    """
     read = [
         (when, key)
         for key, when in m.inputs_read.items()
         if when > entry.reads and key not in loop.flipped and (key.bus, key.number) not in m.memory.changed
     ]
-    return [key for _, key in sorted(read, reverse=True)]
+    last_first = [key for _, key in sorted(read, reverse=True)]
+    return last_first if m.made_up is None else m.made_up.first_turned(last_first)
 
 
 def _way_out(m: Machine, condition: Expression | None, about: Region, last: int) -> int | None:

@@ -7,7 +7,7 @@ what it is in the source: the translation's run has the same one under the name 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from random import Random
@@ -62,7 +62,9 @@ class MadeUp:
     `origins`: a thing of this program -> of the source. `types`: of names that nothing declares, as `Declare.type`.
     `choices`: numbers that the source compares a thing with. `only`: all else is zero, and positions are those of no
     seed. `begins`: what the source's run made up, which the translation declares as zero. `places`: frame and tool of
-    positions that hold them. `polls`: a wait with a limit looks once, as a loop that asks would.
+    positions that hold them. `polls`: a wait with a limit looks once, as a loop that asks would. `turned`: inputs that
+    this run took to change, so that loops end, in order; `turns`: those of the source's run under the names here, which
+    are taken first, as one program may read its inputs in another order, or not all of them.
     """
 
     polls: ClassVar[bool] = True
@@ -76,6 +78,18 @@ class MadeUp:
     places: Mapping[UnknownThing, FrameAndTool] = field(default_factory=dict)
     place: FrameAndTool = ("base", None, 0)  # that hold for the target that is evaluated
     asked: dict[UnknownThing, Made] = field(default_factory=dict)
+    turned: list[SignalKey] = field(default_factory=list)
+    turns: list[SignalKey] = field(default_factory=list)
+
+    def first_turned(self, inputs: Sequence[SignalKey]) -> list[SignalKey]:
+        """Inputs that may end a loop: that which ended it in the source's run first."""
+        next_one = next((key for key in self.turns if key in inputs), None)
+        return [*([] if next_one is None else [next_one]), *(key for key in inputs if key != next_one)]
+
+    def turn(self, key: SignalKey) -> None:
+        self.turned.append(key)
+        if key in self.turns:
+            self.turns.remove(key)
 
     def origin(
         self, kind: str, name: int | str | SignalKey | tuple[Store, int] | tuple[str, int]

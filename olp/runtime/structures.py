@@ -173,7 +173,7 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
         return
     indices = _indices(m, target)
     if not indices:  # the array as a whole, `name[]` or `name[,]`
-        _store(m, target.base, value)
+        m.operations.store(m, target.base, value)
         return
     *before, last = indices
     held = evaluate(m, target.base)
@@ -183,13 +183,15 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
         if not 1 <= last <= len(held.items):
             says = f"{spell(target)} is outside of the array, which has {len(held.items)} elements"
             raise StatementError("I223", says, "check the index")
-        held.items[last - 1] = copied(value)
-        _changed(m, target.base)
+        new = copied(value)
+        if held.items[last - 1] != new:
+            _changed(m, target.base)
+        held.items[last - 1] = new
     elif isinstance(held, PositionValue) and not before and 1 <= last <= len(held.values):
         if not isinstance(value, (int, float)):
             raise StatementError("I204", "an element of a position holds a number", "check the value")
         scales = (deg,) * len(held.values) if held.state.kind is PointKind.JOINT else _SCALES
-        _store(m, target.base, _replaced(held, last - 1, value * scales[last - 1]))
+        m.operations.store(m, target.base, _replaced(held, last - 1, value * scales[last - 1]))
     else:
         raise StatementError("I223", f"{spell(target.base)} has no such element", "name an array")
 
@@ -210,16 +212,19 @@ def write_member(m: Machine, target: Member, value: Value) -> None:
             raise
     if isinstance(old, Record):
         known = next((key for key in old.members if key.casefold() == name), target.name)
-        old.members[known] = copied(value)
-        _store(m, target.base, old)
+        new = copied(value)
+        if old.members.get(known) != new:
+            _changed(m, target.base)
+        old.members[known] = new
+        m.operations.store(m, target.base, old)
         return
     if isinstance(old, PositionValue) and name == _EXTERNAL and isinstance(value, Record):
         axes = [float(v) for v in value.members.values() if isinstance(v, (int, float))]
-        _store(m, target.base, old._replace(external=tuple(axes)))
+        m.operations.store(m, target.base, old._replace(external=tuple(axes)))
         return
     if not isinstance(old, PositionValue) or not isinstance(value, (int, float)):
         raise StatementError("I224", f"{spell(target.base)} has no member {target.name}", "check the name")
-    _store(m, target.base, _with_component(old, target, _name(old, target), float(value)))
+    m.operations.store(m, target.base, _with_component(old, target, _name(old, target), float(value)))
 
 
 def _is_structure(m: Machine, e: Expression) -> bool:
@@ -278,11 +283,6 @@ def _replaced(old: PositionValue, index: int, value: float) -> PositionValue:
     values = list(old.values)
     values[index] = value
     return old._replace(values=tuple(values))
-
-
-def _store(m: Machine, target: Expression, value: Value) -> None:
-    m.operations.store(m, target, value)
-    _changed(m, target)
 
 
 def _changed(m: Machine, target: Expression) -> None:

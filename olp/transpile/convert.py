@@ -404,14 +404,23 @@ def runs_of(
     sets = [asked] if asked else []
     unknown = SharedUnknowns(source, converted.translated, vendor)
     plain = MadeUp(types=unknown.types)
+    with_inputs = [MadeUp() for _ in sets]
     losses = converted.translated.losses
     left = _without(source, [loss for loss in losses if loss.leaves_out and loss.fate is Fate.COMMENTED])
     starts = tuple(routine.name for routine in source.routines if routine.starts)
     others = [replace(left, main=start) for start in starts]
+    by_starts = [MadeUp(types=unknown.types, asked=plain.asked) for _ in starts]
     first = [plan_of(left, robots[0], None, None, plain)]
-    first += [plan_of(left, robots[0], inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
-    further = [plan_of(one, robots[0], None, None, plain) for one in others]
+    first += [
+        plan_of(left, robots[0], inputs, MOST_AGAIN, here)
+        for inputs, here in zip(sets, with_inputs, strict=True)
+    ]
+    further = [plan_of(one, robots[0], None, None, here) for one, here in zip(others, by_starts, strict=True)]
     target = robots[1] or robots[0]
+
+    def as_in(here: MadeUp) -> MadeUp:
+        return MadeUp(turns=unknown.turns(here))
+
     reading: list[PlanAgain] = []  # what runs the translation, as long as its files are there
 
     def both(
@@ -429,9 +438,14 @@ def runs_of(
 
     try:
         with _read_again(converted, vendor, target, source) as (written, again):
-            there = [again({}, _MOST_STEPS, MadeUp())]
-            there += [again(inputs, MOST_AGAIN, MadeUp()) for inputs in sets]
-            there += [again({}, _MOST_STEPS, MadeUp(), start) for start in starts]
+            there = [again({}, _MOST_STEPS, as_in(plain))]
+            there += [
+                again(inputs, MOST_AGAIN, as_in(here)) for inputs, here in zip(sets, with_inputs, strict=True)
+            ]
+            there += [
+                again({}, _MOST_STEPS, as_in(here), start)
+                for start, here in zip(starts, by_starts, strict=True)
+            ]
             origins = origins_of(converted.translated.program, map(shown_at_ends, written))
             reading.append(again)
             made_up = [

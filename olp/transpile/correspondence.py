@@ -247,7 +247,12 @@ class SharedUnknowns:
             here.only,
             here.asked,
             dict(self._places(here, origins)),
+            turns=self.turns(here),
         )
+
+    def turns(self, here: MadeUp) -> list[SignalKey]:
+        """The inputs that the source's run took to change, as the translation calls them."""
+        return list(map(SignalsThere.of(self.translated.mapping).find, here.turned))
 
     # --- which is which -------------------------------------------------------------------------------------
 
@@ -267,8 +272,12 @@ class SharedUnknowns:
                     yield UnknownThing("variable", self._folded(to, self.vendor)), old
             elif kind in ("variable", "point"):
                 yield from self._variables(first.get(name, name), to, here)
-        for old_signal, new_signal in SignalsThere.of(self.translated.mapping).single.items():
+        signals = SignalsThere.of(self.translated.mapping)
+        for old_signal, new_signal in signals.single.items():
             yield UnknownThing("signal", new_signal), UnknownThing("signal", old_signal)
+        for thing in here.asked if signals.numbered else ():
+            if isinstance(thing.name, SignalKey):
+                yield UnknownThing("signal", signals.find(thing.name)), thing
 
     def _variables(self, name: str, to: str, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
         if name.endswith("*"):
