@@ -194,3 +194,22 @@ def test_runs_of_lines_that_are_solved_together_end_as_those_solved_one_by_one(t
     np.testing.assert_array_equal(together, axes_of(program, GP25))
     assert len(together) == 16
     assert not np.isnan(together).any()
+
+
+def test_lines_behind_an_unsure_one_are_not_all_solved_again_and_again(tmp_path, monkeypatch):
+    asked = []
+    really = PlannedArm._on_branch
+
+    def counted(self, targets, start, first):
+        asked.append(len(targets))
+        return really(self, targets, start, first)
+
+    monkeypatch.setattr(PlannedArm, "_on_branch", counted)
+    generator = np.random.default_rng(11)
+    start = np.array([0.4, -0.5, 0.6, 0.7, 0.0, 0.3])
+    ends = [near(GP25, start, 0.03, generator) for _ in range(120)]
+    for end in ends:
+        end[4] = 0.0  # at a straight wrist the axes may go round
+    axes_of(script(tmp_path, GP25, start, [("movel", end) for end in ends]), GP25)
+    assert len(asked) > 60  # at many of them the run begins anew
+    assert sum(asked) < 12 * len(ends)

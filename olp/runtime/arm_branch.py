@@ -37,7 +37,7 @@ _TURN = 2.0 * math.pi
 # [rad] An axis that turns further from one end of a line to the other may have gone round the other way.
 _SUDDEN = 0.5 * math.pi
 _NOISE = 1e-9  # [rad]
-_AT_ONCE = 512  # moves whose axes are solved together
+_AT_ONCE = (16, 512)  # lines whose axes are solved together: at first, and at most
 # Samples along a line that is followed: [m] and [rad] between them, and how many at least and at most.
 _SPACING, _TURNING, _FEWEST, _MOST = 0.01, 0.02, 16, 256
 # Arms that are solved step by step: [m] and [rad] between steps, [rad] by which axes may differ from step to step.
@@ -203,10 +203,14 @@ class PlannedArm:
                 here = here if np.isnan(result[row]).any() else result[row]
                 continue
             at, end = row, int(breaks[np.searchsorted(breaks, row)])
+            count = _AT_ONCE[0]
             while at < end:
-                rows = self._again(targets[at : min(end, at + _AT_ONCE)], here, self._along)
+                asked = targets[at : min(end, at + count)]
+                rows = self._again(asked, here, self._along)
                 result[at : at + len(rows)] = rows
                 at += len(rows)
+                # What stands behind an unsure line is solved again from there.
+                count = min(2 * count, _AT_ONCE[1]) if len(rows) == len(asked) else _AT_ONCE[0]
                 here = here if np.isnan(rows[-1]).any() else rows[-1]
         return result
 
