@@ -53,6 +53,17 @@ def test_names_come_back_with_the_listing(tmp_path):
     assert 'P[1:"pick"]{' in program.export("tp").decode()
 
 
+def test_names_of_a_listing_go_into_other_languages(tmp_path):
+    (tmp_path / "main.ls").write_text(translated(tmp_path, "tp", "main.ls"))
+    program = link(olp.read(tmp_path / "main.ls")).program
+    for vendor, form in (("rapid", r"MoveL (\w+)"), ("krl", r"LIN (\w+)"), ("inform", r"MOVL .*//(\w+)")):
+        files = convert(program, vendor, Context(load_robot("kuka/kr16-2"))).files
+        text = b"".join(files.values()).decode()
+        assert re.findall(form, text) == ["pick", "pick", "p10", *(["P5"] if vendor != "inform" else [])], (
+            text
+        )
+
+
 def test_informs_moves_have_the_name_behind_them_where_they_have_no_comment(tmp_path):
     text = translated(tmp_path, "inform", "main.JBI")
     assert re.findall(r"^MOV\w (C\d+) .*?(?:  //(.*))?$", text, re.MULTILINE) == [

@@ -2542,6 +2542,29 @@ def test_comments_between_the_data_of_a_rapid_module_are_kept(target):
         assert written.count(said) == 1, (said, written)
 
 
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "krl"])
+def test_comments_of_data_that_the_target_has_no_line_for_are_kept(target):
+    """Tools, speeds, loads, clocks, loop variables and points may be settings, numbers or nothing there."""
+    told = {
+        "PERS tooldata grip:=[TRUE,[[0,0,120],[1,0,0,0]],[3,[0,0,60],[1,0,0,0],0,0,0]];": "a gripper",
+        "PERS loaddata part:=[1.2,[0,0,30],[1,0,0,0],0,0,0];": "a part",
+        "CONST speeddata slow:=[80,200,1000,1000];": "a speed",
+        "CONST zonedata wide:=[FALSE,12,18,18,1.8,18,1.8];": "a zone",
+        "CONST robtarget pick:=[[1100,50,920],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];": "a point",
+        "VAR clock watch;": "a clock",
+        "VAR num unused;": "of no use",
+    }
+    data = [row for one, says in told.items() for row in (f"! above {says}", f"{one} ! behind {says}")]
+    body = (
+        *("! above a count", "VAR num i; ! behind a count", "FOR i FROM 1 TO 2 DO"),
+        *("MoveL pick, slow, wide, grip;", "ENDFOR"),
+    )
+    written = translated(module(*body, data=tuple(data)), "rapid", target)
+    for says in (*told.values(), "a count"):
+        for place in ("above", "behind"):
+            assert written.count(f"{place} {says}") == 1, (place, says, written)
+
+
 @pytest.mark.parametrize("target", ["tp", "inform", "urscript", "rapid"])
 def test_comments_of_a_list_beside_krl_are_kept(tmp_path, target):
     (tmp_path / "job.dat").write_text(

@@ -26,7 +26,7 @@ HEAD = "MODULE m\n  PROC main()\n"
 
 def walked(program: Program) -> tuple[Walk, TranslationContext]:
     work = work_for(program, "urscript", Context(robot=ROBOT))
-    for step in passes(work):
+    for step in passes(work, program):
         if step is speeds:
             break
         program = step(program, work)

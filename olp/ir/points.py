@@ -110,10 +110,11 @@ class PointBlock:
 
 @dataclass(frozen=True, slots=True)
 class PointTable:
-    """The positions of a routine by (store, taught)."""
+    """The positions of a routine by (store, taught). `names`: what it calls the taught ones of the robot, by number."""
 
     states: tuple[PointState, ...] = ()
     blocks: Mapping[tuple[Store, bool], PointBlock] = field(default_factory=dict)
+    names: Mapping[int, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks.values())

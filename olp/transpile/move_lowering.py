@@ -454,7 +454,8 @@ class Points:
             if point is None or literal is None:
                 return None
             stem = _point_name(store, number)
-            name = self.names[key] = self.add(stem, literal, point.state, point.line)
+            called = routine.points.names.get(number, "") if store is ex.Store.ROBOT else ""
+            name = self.names[key] = self.add(called or stem, literal, point.state, point.line)
             self.work.names[("point", f"{routine.name}.{stem}")] = name
         return ex.Named(name)
 

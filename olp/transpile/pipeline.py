@@ -226,13 +226,11 @@ _TO_NAMES: Final[tuple[Pass, ...]] = (
     signals,
     names,
     continued,
-    comment_texts,
-    started,
 )
 
 
-def passes(work: TranslationContext) -> tuple[Pass, ...]:
-    """All passes towards the target, in order; with `flat` what the program does takes the place of the program."""
+def passes(work: TranslationContext, source: Program) -> tuple[Pass, ...]:
+    """All passes of `source` towards the target, in order; with `flat` what it does takes the place of it."""
     first: tuple[Pass, ...] = (
         unnamed_speeds,
         handlers,
@@ -304,9 +302,13 @@ def passes(work: TranslationContext) -> tuple[Pass, ...]:
         prune,
         own_components,
     )
+
+    def remarks(program: Program, work: TranslationContext) -> Program:
+        return data_comments(program, work, source)
+
     if work.limits.numbered:
-        return (data_comments, *first, *_TO_NUMBERS)
-    return (*first, *_TO_NAMES)
+        return (remarks, *first, *_TO_NUMBERS)
+    return (*first, *_TO_NAMES, remarks, comment_texts, started)
 
 
 def canonical(
@@ -354,7 +356,7 @@ def _translated(
 ) -> tuple[Program, TranslationContext]:
     work = work_for(program, target, context, planned)
     result = leave_out(program, out, work)
-    for step in passes(work):
+    for step in passes(work, program):
         result = with_same_parts(step(result, work), result)
     return result, work
 

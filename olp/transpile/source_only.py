@@ -447,38 +447,71 @@ def _idle(s: st.Statement, why: str, program: st.Program, work: TranslationConte
     return st.Comment(s.line, untranslated(program, s))
 
 
-def data_comments(program: st.Program, work: TranslationContext) -> st.Program:
-    """Comments of data become rows of the routine that has the data, of the main one for those of the file: what has
-    a number has no line of its own. A comment behind data that no statement names goes with them."""
-    declared = (
-        *program.data,
-        *(d for r in program.routines for d in (*r.data, *r.body) if type(d) is st.Declare),
-    )
-    if not any(d.above or d.comment for d in declared) or not program.routines:
+def data_comments(program: st.Program, work: TranslationContext, source: st.Program) -> st.Program:
+    """Comments of data of `source` that no data of the translation carries become rows: at the head of the routine
+    that has the data, of the main one for those of the file. What has a number has no line of its own; tools, frames,
+    speeds and loads may be numbers, settings or nothing in the target.
+    """
+    carried = set() if work.limits.numbered else {_said(d) for d in _declared(program)}
+    main = program.main or (program.routines[0].name if program.routines else "")
+    heads: dict[str, list[st.Comment]] = {main: _lost_rows(source.data, carried)}
+    inside: dict[str, list[st.Comment]] = {}
+    names = {r.name for r in program.routines}
+    for r in source.routines:
+        home = r.name if r.name in names else main
+        heads.setdefault(home, []).extend(_lost_rows(r.data, carried))
+        inside.setdefault(home, []).extend(_lost_rows((s for s in r.body if type(s) is st.Declare), carried))
+    if not any(heads.values()) and not any(inside.values()):
         return program
-    used = {
-        e.name.casefold() for r in program.routines for e in work.look(r).expressions if type(e) is ex.Named
-    }
-
-    def rows(given: Iterable[st.Declare]) -> Iterator[st.Comment]:
-        for d in given:
-            yield from (st.Comment(d.line, text) for text in d.above)
-            if d.comment and d.name.casefold() in used:
-                yield st.Comment(d.line, f" {d.name}: {d.comment.strip()}")
-
-    main = program.main or program.routines[0].name
-    routines = []
-    for r in program.routines:
-        head = [*(rows(program.data) if r.name == main else ()), *rows(r.data)]
-        body: list[st.Statement] = []
-        for s in r.body:
-            if type(s) is st.Begin:
-                body += [s, *head]
-                head = []
-            else:
-                body += [*rows([s]), s] if type(s) is st.Declare else [s]
-        routines.append(replace(r, body=(*head, *body)))
+    routines = [
+        replace(r, body=tuple(_with_rows(r, heads.get(r.name, []), inside.get(r.name, []))))
+        for r in program.routines
+    ]
     return replace(program, routines=tuple(routines))
+
+
+def _declared(program: st.Program) -> Iterator[st.Declare]:
+    yield from program.data
+    for r in program.routines:
+        yield from r.data
+        yield from (s for s in r.body if type(s) is st.Declare)
+
+
+def _said(d: st.Declare) -> tuple[int, tuple[str, ...], str]:
+    return d.line, d.above, d.comment
+
+
+def _lost_rows(
+    given: Iterable[st.Declare], carried: set[tuple[int, tuple[str, ...], str]]
+) -> list[st.Comment]:
+    """A comment behind data has lost what it stood behind: the name goes before it."""
+    rows = []
+    for d in given:
+        if _said(d) not in carried:
+            rows += [st.Comment(d.line, text) for text in d.above]
+            rows += [st.Comment(d.line, f" {d.name}: {d.comment.strip()}")] if d.comment else []
+    return rows
+
+
+def _with_rows(
+    routine: st.Routine, head: list[st.Comment], inside: list[st.Comment]
+) -> Iterator[st.Statement]:
+    """`head` behind the routine's beginning, each of `inside` before the first statement of its line or behind it."""
+    waiting = [*inside]
+    if not any(type(s) is st.Begin for s in routine.body):
+        yield from head
+        head = []
+    for s in routine.body:
+        while waiting and s.line >= waiting[0].line:
+            yield waiting.pop(0)
+        if type(s) is st.End:
+            yield from waiting
+            waiting = []
+        yield s
+        if type(s) is st.Begin:
+            yield from head
+            head = []
+    yield from waiting
 
 
 def comment_texts(program: st.Program, work: TranslationContext) -> st.Program:

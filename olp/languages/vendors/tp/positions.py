@@ -272,7 +272,7 @@ class TpPositionReader:
         for place, group in enumerate(self.groups(), 1):
             store = GROUP_STORES[place]
             blocks[store, True] = self._packed(store, group, self._groups[group], states)
-        return PointTable(states, blocks)
+        return PointTable(states, blocks, self.names)
 
     def groups(self) -> list[int]:
         """The motion groups that have positions; the first of them is taken for the robot."""
