@@ -201,3 +201,18 @@ def test_setting_an_element_of_what_the_controller_owns_changes_no_time():
     plan = run("PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}", "$TORQMON[2]=0", "PTP {A1 10}")
     assert not [d for d in plan.diagnostics if d.code == "I223"]
     assert any("$TORQMON is set" in one.says for one in plan.assumptions)
+
+
+def test_an_element_without_a_value_leaves_the_others_of_its_array_as_they_are(tmp_path: Path) -> None:
+    config = ["DECL FRAME TOOL_DATA[4]", "TOOL_DATA[3]={X 10.5,Y 0,Z 120,A 0,B 30,C 0}"]
+    (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *config, "ENDDAT", ""]))
+    rows = ["$TOOL=TOOL_DATA[3]", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}", "N=2", "$TOOL=TOOL_DATA[N]"]
+    rows += ["PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}"]
+    (tmp_path / "part.src").write_text("\n".join(["DEF part()", "DECL INT N", *rows, "END", ""]))
+    plan = plan_of(olp.read(tmp_path / "part.src"))
+    first, second = plan.positions.position[plan.moves.target]
+    apart = float(np.linalg.norm(first - second))
+    assert apart == pytest.approx(
+        np.hypot(0.0105, 0.12)
+    )  # the second has no value: the flange, which is told
+    assert any("TOOL_DATA" in one.says for one in plan.assumptions)

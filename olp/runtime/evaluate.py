@@ -37,6 +37,7 @@ ZEROS: Final[Mapping[str, Value]] = {
     "integer": 0, "real": 0.0, "boolean": False, "string": "", "character": "",
 }  # fmt: skip
 
+_LEFT_OPEN: Final = ex.Unknown("")  # an element of an array to which no list gives a value
 _POSE_SIZE: Final = 6
 _POSITION_PARTS: Final = (ex.Store.ROBOT, ex.Store.BASE, ex.Store.STATION)
 _CHECK: Final = "check the value on the right"
@@ -623,6 +624,8 @@ def _slot(m: Machine, s: Declare) -> Slot:
         value = evaluate(m, s.value)
         if sizes and isinstance(value, Array) and len(value.items) < sizes[0]:
             value.items.extend([ZEROS.get(s.type)] * (sizes[0] - len(value.items)))
+        if isinstance(value, Array):
+            value.items[:] = [ZEROS.get(s.type) if item is None else item for item in value.items]
         slot = Slot(fitted(s.type, value), s.type, s.shared)
     return slot if m.made_up is None else m.made_up.begun(fold(m, s.name), slot)
 
@@ -636,12 +639,12 @@ def _empty(type_: str, sizes: list[int]) -> Value | None:
 def literal(m: Machine, e: ex.RecordLiteral) -> Value:
     """A record, or an array where the members have no names."""
 
+    if e.members and not e.members[0][0]:
+        return Array([None if value == _LEFT_OPEN else copied(evaluate(m, value)) for _, value in e.members])
     values = [
         (name, value.value if type(value) is ex.Number else copied(evaluate(m, value)))
         for name, value in e.members
     ]
-    if values and not values[0][0]:
-        return Array([value for _, value in values])
     return Record(e.type, dict(values)) if values else Array([])
 
 

@@ -24,7 +24,7 @@ from olp.robots.coordinate_systems import in_frame
 from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import Tool
 from olp.runtime.evaluate import evaluate, find_slot, is_whole, number, quantity, read_variable, whole
-from olp.runtime.memory import ACTIVE, PositionValue, Record, Slot, SystemPosition, Value
+from olp.runtime.memory import ACTIVE, Array, PositionValue, Record, Slot, SystemPosition, Value
 from olp.runtime.plan import PATHS
 from olp.runtime.recorder import NOWHERE
 from olp.runtime.spelling import spell
@@ -558,13 +558,21 @@ def _place_of_value(m: Machine, frame: ex.Expression) -> tuple[str, int | None]:
     return ("base", None) if is_none else ("user", _number_of(m, "user", pose, values))
 
 
+def _is_left_open(m: Machine, array: Value, e: ex.Expression) -> bool:
+    """Whether an element of an array has no value."""
+    if not (isinstance(array, Array) and isinstance(e, ex.Item) and len(e.indices) == 1):
+        return False
+    at = whole(m, e.indices[0])
+    return 0 < at <= len(array.items) and array.items[at - 1] is None
+
+
 def _elsewhere(m: Machine, e: ex.Expression, kind: str, taken: str) -> Pose | None:
     """Where a tool or frame is that a file declares which is not here: `taken`, which is told; None where one is."""
     name = e.base if isinstance(e, ex.Item) else e
     if not isinstance(name, ex.Named) or name.name.casefold() in m.assumptions.names:
         return None
     slot = find_slot(m, name.name)
-    if slot is not None and slot.value is not None:
+    if slot is not None and slot.value is not None and not _is_left_open(m, slot.value, e):
         return None
     made = None if m.made_up is None else m.made_up.pose(kind, spell(e).casefold())
     if made is not None:
