@@ -213,6 +213,47 @@ def test_a_loop_until_a_message_is_acknowledged_is_a_stop():
     assert left_out(text, "rapid") == left_out(text, "tp") == []
 
 
+HANDED = """DEF shown()
+DECL KRLMSG_T M
+DECL KRLMSGDLGSK_T KEYS[7]
+DECL KRLMSGPAR_T P[3]
+DECL KRLMSGOPT_T O
+DECL INT H
+M={MODUL[] "CELL",NR 1,MSG_TXT[] "unknown"}
+TEXTS($IN[3],%s,KEYS[])
+H=Set_KrlMsg(#NOTIFY,M,P[],O)
+END
+DEF TEXTS(FAULT:IN,MSG:OUT,SK[]:OUT)
+DECL BOOL FAULT
+DECL KRLMSG_T MSG
+DECL KRLMSGDLGSK_T SK[]
+SK[1]={SK_TYPE #VALUE,SK_TXT[] "quit"}
+IF FAULT THEN
+MSG={MODUL[] "CELL",NR 2,MSG_TXT[] "gripper is open"}
+ENDIF
+END
+"""
+
+
+def test_a_message_that_a_routine_fills_is_handed_over_as_its_text():
+    rapid = translated(HANDED % "M", "krl", "rapid")
+    assert "PROC TEXTS(bool FAULT,INOUT string MSG_TEXT)" in rapid
+    assert 'MSG_TEXT:="gripper is open";' in rapid
+    assert "TEXTS di3=1,M_TEXT;" in rapid
+    assert "TPWrite M_TEXT;" in rapid  # a text, and not a value that becomes one
+    tp = translated(HANDED % "M", "krl", "tp")
+    assert "SR[2:MSG_TEXT]='gripper is open'" in tp
+    assert "SR[1:M_TEXT]=SR[2:MSG_TEXT]" in tp
+    fates = {loss.line: loss.fate for loss in converted(HANDED % "M", "krl", "rapid").translated.losses}
+    assert fates == {15: "approximated"}  # the key's label
+
+
+def test_a_message_out_of_many_is_not_handed_over_as_a_text():
+    """What no name says is left as it is, in the routine and in its calls."""
+    other = HANDED.replace("DECL KRLMSG_T M\n", "DECL KRLMSG_T M\nDECL KRLMSG_T MANY[3]\n") % "MANY[2]"
+    assert "MSG_TEXT" not in translated(other, "krl", "rapid")
+
+
 @pytest.mark.parametrize("row", ["USER_GRP(0,DUMMY,DUMMY,GDEFAULT)", "USERSPOT(#INIT)", "A20_INI()"])
 def test_the_start_of_an_option_package_does_nothing(row):
     losses = converted(krl(row), "krl", "rapid").translated.losses

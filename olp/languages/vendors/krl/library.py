@@ -199,6 +199,7 @@ _RECORDS: Final = {
     "krlmsgopt_t": "option",
     "krlmsgdlgsk_t": "option",
 }
+_TEXT_SIZE: Final = ex.Number(80)  # of Msg_txt[] ("User messages", KSS 8)
 _DETAIL: Final = st.Process(0, "message-detail")
 _SHOWN_AS: Final = "message-window"
 _SETS: Final = "set_krlmsg"
@@ -211,20 +212,102 @@ _VALUES: Final = ("par_int", "par_real", "par_bool", "par_txt")
 def with_record_messages(program: st.Program) -> st.Program:
     """The program with its messages' records as texts, and what shows them as messages."""
     handed = dict(_handed_messages(program))
-    if not handed and not any(d.type.casefold() in _RECORDS for d in _declared(program)):
+    records = any(d.type.casefold() in _RECORDS for d in _declared(program))
+    if not handed and not records and not any(map(_kinds_taken, program.routines)):
         return program
     own = {r.name.casefold() for r in program.routines}
     if own & {_SETS, _STANDS}:
         return program
     declared = {d.name.casefold() for d in _declared(program)}
     shared = {name: kind for name, kind in handed.items() if name not in declared} | _kinds(program.data)
+    taken = _taken(program, shared)
     routines = []
     for r in program.routines:
-        given = {p.name: p.type for p in r.parameters}
-        kinds = {**shared, **_kinds([*r.data, *(s for s in r.body if type(s) is st.Declare)])}
-        kinds.update({name.casefold(): "" for name, kind in given.items() if kind.casefold() not in _RECORDS})
-        routines.append(replace(r, body=_records_as_texts(r.body, kinds), data=_without_records(r.data)))
+        kinds = _kinds_in(r, shared, taken)
+        body = _with_texts_handed(_records_as_texts(r.body, kinds), taken)
+        parameters = tuple(_text_parameters(r, taken))
+        routines.append(replace(r, body=body, data=_without_records(r.data), parameters=parameters))
     return replace(program, routines=tuple(routines), data=_without_records(program.data))
+
+
+_Taken = dict[
+    str, tuple[str, ...]
+]  # by a routine's name, case folded: which record each parameter is, "": none
+
+
+def _kinds_taken(r: st.Routine) -> tuple[str, ...]:
+    """Which record each parameter of a routine is; empty where none is one."""
+    kinds = tuple(_RECORDS.get(p.type.casefold(), "") for p in r.parameters)
+    several = any(
+        kind == "message" and p.native.endswith("]") for kind, p in zip(kinds, r.parameters, strict=True)
+    )
+    return kinds if any(kinds) and not several else ()
+
+
+def _kinds_in(r: st.Routine, shared: dict[str, str], taken: _Taken) -> dict[str, str]:
+    """Which record each name is in a routine."""
+    kinds = {**shared, **_kinds([*r.data, *(s for s in r.body if type(s) is st.Declare)])}
+    own = taken.get(r.name.casefold()) or ("",) * len(r.parameters)
+    kinds.update({p.name.casefold(): kind for p, kind in zip(r.parameters, own, strict=True)})
+    return kinds
+
+
+def _taken(program: st.Program, shared: dict[str, str]) -> _Taken:
+    """The routines that take records: those alone of which every call hands over a whole message by its name."""
+    taken = {r.name.casefold(): kinds for r in program.routines if (kinds := _kinds_taken(r))}
+    calls = [(r, [c for s in r.body for c in _calls(s)]) for r in program.routines] if taken else []
+    while True:
+        wrong = {
+            name.casefold()
+            for r, made in calls
+            for name, arguments in made
+            if name.casefold() in taken
+            and not _fits(arguments, taken[name.casefold()], _kinds_in(r, shared, taken))
+        }
+        if not wrong:
+            return taken
+        taken = {name: kinds for name, kinds in taken.items() if name not in wrong}
+
+
+def _fits(arguments: Sequence[ex.Expression], taken: Sequence[str], kinds: dict[str, str]) -> bool:
+    if len(arguments) > len(taken):
+        return False
+    given = [e for e, kind in zip(arguments, taken, strict=False) if kind == "message" and e != _OMITTED]
+    return all(type(e) is ex.Named and kinds.get(e.name.casefold()) == "message" for e in given)
+
+
+def _text_parameters(r: st.Routine, taken: _Taken) -> Iterator[st.Parameter]:
+    """A routine's parameters: of a message its text, and none for what only tells how it looks."""
+    kinds = taken.get(r.name.casefold()) or ("",) * len(r.parameters)
+    for p, kind in zip(r.parameters, kinds, strict=True):
+        if kind == "message":
+            yield replace(p, name=_text_name(p.name), type="string", native="CHAR[]")
+        elif not kind:
+            yield p
+
+
+def _with_texts_handed(body: Sequence[st.Statement], taken: _Taken) -> tuple[st.Statement, ...]:
+    def texts(routine: str, arguments: Sequence[ex.Expression]) -> tuple[ex.Expression, ...]:
+        kinds = taken[routine.casefold()]
+        return tuple(
+            ex.Item(ex.Named(_text_name(e.name)), ()) if kind and isinstance(e, ex.Named) else e
+            for e, kind in zip(arguments, kinds, strict=False)
+            if kind in ("", "message")
+        )
+
+    def change(e: ex.Expression) -> ex.Expression:
+        handed = type(e) is ex.CallValue and e.routine.casefold() in taken
+        return replace(e, arguments=texts(e.routine, e.arguments)) if handed else e  # type: ignore[union-attr]
+
+    if not taken:
+        return tuple(body)
+    rows: list[st.Statement] = []
+    for s in body:
+        one = s if calls_nothing(s) or sets_numbers(s) else mapped(s, change)
+        if isinstance(one, st.Call) and one.routine.casefold() in taken:
+            one = replace(one, arguments=texts(one.routine, one.arguments))
+        rows.append(one)
+    return tuple(rows)
 
 
 def _handed_messages(program: st.Program) -> Iterator[tuple[str, str]]:
@@ -264,7 +347,11 @@ def _without_records(data: Sequence[st.Declare]) -> tuple[st.Declare, ...]:
             rows.append(d)
         elif kind == "message" and not d.sizes:
             text = _text_in(d.value) if isinstance(d.value, ex.RecordLiteral) else None
-            rows.append(replace(d, name=_text_name(d.name), type="string", native="CHAR", value=text))
+            rows.append(
+                replace(
+                    d, name=_text_name(d.name), type="string", native="CHAR", value=text, sizes=(_TEXT_SIZE,)
+                )
+            )
     return tuple(rows)
 
 
