@@ -406,3 +406,30 @@ def test_frames_whose_components_change_keep_their_numbers():
     text = translated(krl(*rows), "krl", "tp")
     numbers = re.findall(r"UFRAME(?:_NUM=|\[)(\d)", text)
     assert numbers == ["3", "2", "3", "2"]
+
+
+def test_a_tool_whose_number_the_target_lacks_gets_a_free_one(tmp_path):
+    config = ["DECL FRAME TOOL_DATA[16]", "TOOL_DATA[14]={X 10.5,Y 0,Z 120,A 0,B 30,C 0}"]
+    (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *config, "ENDDAT", ""]))
+    rows = ("$TOOL=TOOL_DATA[1]", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}")
+    rows += ("$TOOL=TOOL_DATA[14]", "PTP {A1 5,A2 -90,A3 90,A4 0,A5 10,A6 0}")
+    program = written(tmp_path, part_src=krl("BAS (#INITMOV,0)", *rows)).program
+    one = made(program, "tp")
+    assert one.translated.mapping["tool", "TOOL_DATA[14]"] == "2"
+    assert_same(program, one, "tp", 2)
+
+
+def test_tools_beyond_those_of_the_target_are_refused_where_they_are_chosen(tmp_path):
+    names = [f"T{n}" for n in range(1, 13)]
+    config = [f"DECL FRAME {name}={{X {n},Y 0,Z 120,A 0,B 30,C 0}}" for n, name in enumerate(names, 1)]
+    (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *config, "ENDDAT", ""]))
+    rows = [
+        row
+        for n, name in enumerate(names)
+        for row in (f"$TOOL={name}", f"PTP {{A1 {n},A2 -90,A3 90,A4 0,A5 10,A6 0}}")
+    ]
+    program = written(tmp_path, part_src=krl("BAS (#INITMOV,0)", *rows)).program
+    one = made(program, "tp", on_loss="comment")
+    assert [x.says for x in one.translated.losses if x.fate is Fate.COMMENTED] == ["more than 10 tools"] * 2
+    assert "UTOOL_NUM=10" in text_of(one)
+    assert "UTOOL_NUM=11" not in text_of(one)

@@ -89,7 +89,9 @@ class SystemNames:
             return FrameRef(kind, Number(0))
         if kind == "user" and not any(value.values):
             return BASE
-        return FrameRef(kind, Number(self._number(kind, e if isinstance(e, (Named, Item)) else value, value)))
+        return FrameRef(
+            kind, Number(self._number(kind, e if isinstance(e, (Named, Item)) else value, value, s))
+        )
 
     def _renumbered(self, kind: str, e: FrameRef, s: Statement) -> FrameRef:
         """A number of the source in the target: as mapped, else the same."""
@@ -116,19 +118,20 @@ class SystemNames:
             self._tell(kind, old, str(number), wanted, s)
         return FrameRef(kind, Number(number)) if wanted else e
 
-    def _number(self, kind: str, key: Expression, value: PositionLiteral | None) -> int:
+    def _number(self, kind: str, key: Expression, value: PositionLiteral | None, s: Statement) -> int:
         number = self.numbers.get((kind, key))
         if number is None:
             shown = system_label(key)
             own = self.work.named_systems.get(key.name, 0) if type(key) is Named else _own_number(key)
             wanted = self.work.mapped_system(kind, shown, *([str(own)] if own else []))
             number = int(wanted) if wanted.isdecimal() else own
-            if number in self.taken[kind] and not wanted.isdecimal():
-                number = next(n for n in range(1, 1000) if n not in self.taken[kind] | self.reserved[kind])
             largest = self.work.limits.frame_numbers[kind]
+            if (number in self.taken[kind] or number > largest) and not wanted.isdecimal():
+                number = next(n for n in range(1, 1000) if n not in self.taken[kind] | self.reserved[kind])
             if number > largest:
                 says = f"more than {largest} {system_words(kind)}s"
-                self.work.lose(0, Fate.REFUSED, system_words(kind), says)
+                self.work.lose(s, Fate.REFUSED, system_words(kind), says)
+                return number
             self.numbers[(kind, key)] = number
             self.taken[kind].add(number)
             self.work.names[(system_words(kind), shown)] = str(number)
@@ -147,7 +150,7 @@ class SystemNames:
             self.work.lose(s, Fate.REFUSED, system_words(kind), says)
             return FrameRef(kind, Number(0))
         value = symbol.value if isinstance(symbol.value, PositionLiteral) else None
-        return FrameRef(kind, Number(self._number(kind, e, value)))
+        return FrameRef(kind, Number(self._number(kind, e, value, s)))
 
     def is_numbered(self, kind: str, e: Expression) -> bool:
         """Of a language that has both: whether the tool or frame is constant, and a number is left for it."""
