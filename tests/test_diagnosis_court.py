@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.identification.diagnosis import naming, search
+from olp.identification.diagnosis import diagnose, naming, search
 from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, Selection, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, loss_each, slopes_of, whiten
+from olp.identification.diagnosis.intervals import parameters_with_intervals
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of, swaps
@@ -586,6 +587,9 @@ def test_where_no_name_holds_the_verdict_is_that_of_no_names(monkeypatch, tmp_pa
 
     monkeypatch.setattr(naming, "confirmed", holds)
     monkeypatch.setattr(naming, "selection", lambda clean, *_: Selection(clean.simulated, ()))
+    monkeypatch.setattr(
+        diagnose, "_idle", lambda told: ""
+    )  # nor does its interval tell that it does something
     found = diagnose_recording(recording).diagnosis
     assert any("not named for want of evidence" in note for note in found.notes)
     assert (found.verdict, found.findings) == ("no-mismatch", ())
@@ -638,15 +642,37 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     assert all(one.heldout_before >= NOTICED * one.heldout_after for one in told)
     assert bool(found.findings) == (found.verdict in ("explained", "partly-explained"))
     assert not found.findings or found.heldout_after.rmse <= found.heldout_before.rmse
-    alike = {term for group in found.indistinguishable for term in group}
     for finding in found.findings:
-        assert not finding.holds_null or finding.term in alike
+        assert not finding.holds_null
         assert finding.evidence.heldout_before >= NOTICED * finding.evidence.heldout_after
         assert finding.evidence.delta_bic > 0
         for parameter in finding.parameters.values():
             assert parameter.low <= parameter.value <= parameter.high
     if way_of == "nothing":
         assert not found.findings
+
+
+@pytest.mark.parametrize("idle", [("first",), ("first", "other")])
+def test_a_name_whose_interval_holds_its_null_falls_even_if_others_are_as_good(idle, monkeypatch, tmp_path):
+    """The one that is as good stands in its place, unless its interval holds its null, too."""
+    recording = record(tmp_path / "r", 1.03 * plain(51, FEW), 51)
+    first = diagnose_recording(recording).diagnosis
+    (term, other), *_ = first.indistinguishable
+    assert [finding.term for finding in first.findings] == [term]
+    nothing = {"first": term, "other": other}
+
+    def wide(fitted, *rest):
+        told = parameters_with_intervals(fitted, *rest)
+        for part, parameters in zip(fitted.model.parts, told, strict=True):
+            if part.term.name in {nothing[one] for one in idle}:
+                for known in part.form.parameters:
+                    one = parameters[known.name]
+                    parameters[known.name] = one._replace(low=known.low, high=known.high)
+        return told
+
+    monkeypatch.setattr(diagnose, "parameters_with_intervals", wide)
+    found = diagnose_recording(recording).diagnosis
+    assert [finding.term for finding in found.findings] == ([] if "other" in idle else [other])
 
 
 @pytest.mark.parametrize("seed", [0, 8, 11])

@@ -15,7 +15,7 @@ from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, 
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.naming import NamingResult, name, nameless, without
+from olp.identification.diagnosis.naming import NamingResult, instead, name, nameless
 from olp.identification.diagnosis.residuals import LEVEL
 from olp.identification.diagnosis.result import (
     Alternative,
@@ -114,10 +114,11 @@ def _answer(
 ) -> DiagnosisOutcome:
     sigma, told_by = floor_of(named)
     told = findings_of(named, case, sigma)
+    gone = set[str]()
     while idle := _idle(told):
-        named = without(named, idle)
+        gone.add(idle)
+        named, told = _without_idle(named, told, case, gone)
         sigma, told_by = floor_of(named)
-        told = findings_of(named, case, sigma)
     told, tuned = _without_tuning(told, case)
     if _misled(named):
         tuned = (*tuned, *(f"not named for want of evidence: {f.says}" for f in told.findings))
@@ -179,11 +180,28 @@ def _beside_the_judged(recording: Recording, case: MeasuredMoves, floor: float) 
 
 
 def _idle(told: ReportedFindings) -> str:
-    """The weakest name whose interval holds the value at which it does nothing, "" when none does. What cannot be told
-    from others has an interval that holds theirs."""
-    alike = {name for group in told.alike for name in group}
-    idle = [f for f in told.findings if f.holds_null and f.term not in alike]
+    """The weakest name whose interval holds the value at which it does nothing, "" when none does."""
+    idle = [f for f in told.findings if f.holds_null]
     return min(idle, key=lambda f: f.evidence.delta_bic).term if idle else ""
+
+
+def _without_idle(
+    named: NamingResult, told: ReportedFindings, case: MeasuredMoves, gone: set[str]
+) -> tuple[NamingResult, ReportedFindings]:
+    """The others, or with them a name that is as good as the one that is `gone` and surely does something."""
+    model = named.fit.model
+    kept = DurationModel(tuple(part for part in model.parts if part.term.name not in gone))
+    as_good = [rivals[1:] for group, rivals in zip(told.alike, told.rivals, strict=True) if group[0] in gone]
+    for rival in (*(one for rivals in as_good for one in rivals), kept):
+        more = {part.term.name for part in rival.parts} - {part.term.name for part in kept.parts}
+        if more & gone:
+            continue
+        other = instead(named, rival)
+        said = findings_of(other, case, floor_of(other).value)
+        sure = {f.term for f in said.findings if not f.holds_null}
+        if more <= sure:
+            break
+    return other, said
 
 
 def _without_tuning(told: ReportedFindings, case: MeasuredMoves) -> tuple[ReportedFindings, tuple[str, ...]]:

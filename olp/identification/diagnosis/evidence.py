@@ -74,6 +74,7 @@ class Selection(NamedTuple):
     predicted: Floats  # (n,) [s]
     sets: tuple[frozenset[str], ...] = ()  # the names that each fold chose
     held: int = 0  # moves in which what a name changes is held at the most that the fit saw
+    found: tuple[ModelFit | None, ...] = ()  # what each fold's own search came to, whatever is named
 
 
 def chosen(
@@ -350,21 +351,31 @@ def noise_left(best: ModelFit, case: MeasuredMoves, noise: Noise) -> float:
 
 
 def selection(
-    case: MeasuredMoves, noise: Noise, folds: Folds, shelf: PartShelf, named: DurationModel
+    case: MeasuredMoves,
+    noise: Noise,
+    folds: Folds,
+    shelf: PartShelf,
+    named: DurationModel,
+    before: Sequence[ModelFit | None] = (),
 ) -> Selection:
     """Search and fit without each fold, predict it.
 
     The `named` terms of all moves are one candidate: a narrow search may not come to them, and the moves that are seen
-    choose. Names beyond these have to hold on folds of the moves that are seen.
+    choose. Names beyond these have to hold on folds of the moves that are seen. `before`: what the searches in the same
+    folds came to, where they were made for other names.
     """
     predicted, sets, held_back = np.full(len(case), np.nan), list[frozenset[str]](), 0
-    for label in np.unique(folds.labels).tolist():
+    searched = list[ModelFit | None]()
+    for turn, label in enumerate(np.unique(folds.labels).tolist()):
         seen, held = _parts(folds.labels, label)
         train, test = case.take(seen), case.take(held)
         if not len(seen):
             predicted[held] = test.simulated
+            searched.append(None)
             continue
-        known, found = fit_anew(named, train, noise, 10), found_in(train, noise, shelf.take(seen))
+        known = fit_anew(named, train, noise, 10)
+        found = (before[turn] if before else None) or found_in(train, noise, shelf.take(seen))
+        searched.append(found)
         if price(found) < price(known):
             found = _held_against(
                 found, known.labels, train, noise, Folds(folds.by, folds.labels[seen]), shelf
@@ -373,7 +384,7 @@ def selection(
         predicted[held], beyond = foreseen(best, train, test, noise)
         held_back += int(beyond.sum())
         sets.append(frozenset(best.names))
-    return Selection(predicted, tuple(sets), held_back)
+    return Selection(predicted, tuple(sets), held_back, tuple(searched))
 
 
 def foreseen(

@@ -116,22 +116,24 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     )
 
 
-def without(named: NamingResult, term: str) -> NamingResult:
-    """The others, fitted anew."""
-    return _with(named, [k for k, part in enumerate(named.fit.model.parts) if part.term.name != term])
+def instead(named: NamingResult, model: DurationModel) -> NamingResult:
+    """Other names, fitted, confirmed and held against unseen moves like those that were found."""
+    clean, noise = named.clean, named.noise
+    kinds = kinds_of(named.groups, np.zeros(len(clean), dtype=bool))
+    best, gains = confirmed(fit(model, clean, noise, 30), clean, noise, named.folds, named.shelf, kinds)
+    seen = selection(clean, noise, named.folds, named.shelf, best.model, named.selection.found)
+    return _with(named, best, gains)._replace(selection=seen)
 
 
 def nameless(named: NamingResult) -> NamingResult:
     """No name at all."""
-    return _with(named, [])
+    return _with(named, fit(DurationModel(), named.clean, named.noise), ())
 
 
-def _with(named: NamingResult, kept: list[int]) -> NamingResult:
-    model = DurationModel(tuple(named.fit.model.parts[k] for k in kept))
-    best = fit(model, named.clean, named.noise, 30)
+def _with(named: NamingResult, best: ModelFit, gains: tuple[Gain, ...]) -> NamingResult:
     left = named.clean.measured - best.model.seconds(named.clean)
     remains = remains_of(whiten(left, stamped(named.noise), named.clean), named.clean, named.groups)
-    return named._replace(fit=best, gains=tuple(named.gains[k] for k in kept), remains=remains)
+    return named._replace(fit=best, gains=gains, remains=remains)
 
 
 def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf, known: ModelFit | None = None) -> ModelFit:
