@@ -5,7 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+
+from bench.third_author.arms import ARMS
 from bench.third_author.cases import generate
+from bench.third_author.cells import make_moves
+from bench.third_author.effects import EFFECTS, World
+from bench.third_author.plant import seconds
 from bench.third_author.scoring import judge, score
 from olp.identification.recording import read_recording
 
@@ -47,3 +53,18 @@ def test_the_command_line_tells_what_it_needs() -> None:
     )
     assert done.returncode == 2
     assert "--seed" in done.stderr
+
+
+def test_dry_friction_makes_no_move_quicker_where_acceleration_builds_up() -> None:
+    """What the first ramp loses the last one wins; where neither reaches its acceleration, nothing changes."""
+    rng = np.random.default_rng(3)
+    world = World(make_moves(rng, ARMS[0], "handling", 100), {}, np.zeros(100))
+    slow, _, _ = EFFECTS["jerk"](world, 0.9, world.drive)
+    rubbed, _, _ = EFFECTS["coulomb-friction"](world, 0.7, slow)
+    late = seconds(rubbed) - seconds(slow)
+    assert late.min() > -1e-6
+    jerk = slow.rated / np.maximum(slow.build_up, 1e-9)
+    least = slow.acceleration * rubbed.up.min(1)
+    never = ~world.waits & (slow.speed * jerk < least**2)
+    assert never.any()
+    assert np.abs(late[never]).max() < 1e-6

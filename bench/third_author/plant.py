@@ -75,7 +75,8 @@ def runs(drive: Drive) -> np.ndarray:
 
 def trapezoid(drive: Drive) -> np.ndarray:
     """Durations with constant acceleration, from rest to rest [s]."""
-    return np.where(runs(drive), double_s(drive.length, drive.speed, drive.acceleration, np.inf), 0.0)
+    rate = drive.acceleration
+    return np.where(runs(drive), double_s(drive.length, drive.speed, rate, rate, np.inf), 0.0)
 
 
 def seconds(drive: Drive) -> np.ndarray:
@@ -87,9 +88,9 @@ def seconds(drive: Drive) -> np.ndarray:
     total = _within(step, top[:, None], rise[:, :-1], gain, fall[:, ::-1][:, 1:], loss[:, ::-1]).sum(axis=1)
     if drive.build_up.any():
         jerk = drive.rated / np.maximum(drive.build_up, 1e-12)
-        mean = drive.acceleration * drive.up.mean(1)
-        plain = double_s(drive.length, drive.speed, mean, np.inf)
-        total += np.where(drive.build_up > 0, double_s(drive.length, drive.speed, mean, jerk) - plain, 0.0)
+        rates = (drive.acceleration * drive.up.mean(1), drive.acceleration * drive.down.mean(1))
+        plain = double_s(drive.length, drive.speed, *rates, np.inf)
+        total += np.where(drive.build_up > 0, double_s(drive.length, drive.speed, *rates, jerk) - plain, 0.0)
     return np.where(runs(drive), total, 0.0)
 
 
@@ -123,14 +124,16 @@ def _ramp(
     return square, rate
 
 
-def double_s(length, speed, acceleration, jerk) -> np.ndarray:
+def double_s(length, speed, acceleration, deceleration, jerk) -> np.ndarray:
     """Duration of a profile whose acceleration rises and falls at a finite rate (jerk inf: a trapezoid) [s]."""
 
     def ramp(v):
-        """Time of one ramp from rest to v."""
-        return np.where(
-            v * jerk >= acceleration**2, v / acceleration + acceleration / jerk, 2 * np.sqrt(v / jerk)
+        """Mean time of the ramps from rest to v and back."""
+        first, last = (
+            np.where(v * jerk >= rate**2, v / rate + rate / jerk, 2 * np.sqrt(v / jerk))
+            for rate in (acceleration, deceleration)
         )
+        return (first + last) / 2
 
     with np.errstate(invalid="ignore", divide="ignore"):
         low, high = np.zeros_like(length), np.array(speed, float)
