@@ -90,11 +90,13 @@ def _about_arm(given: str | None, arms: Sequence[ArmSource]) -> Iterator[str]:
 def _text(robot: str, folder: Path, mains: Sequence[str], timings: Sequence[Timing]) -> Iterator[str]:
     import json
 
+    from olp.robots import EXAMPLE_ROBOT
+
     yield "# What the programs of this folder cannot say themselves (docs/assumptions.md). Made by olp init."
     yield (
         f"robot = {json.dumps(robot)}"
         if robot
-        else '# robot = "yaskawa/gp25"  # the arm: olp robots lists them'
+        else f'# robot = "{EXAMPLE_ROBOT}"  # the arm: olp robots lists them'
     )
     names = [Path(path).stem for path in mains]
     for path, name, timing in zip(mains, names, timings, strict=True):

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from olp.languages.vendor import vendor_names
+from olp.robots import RECORDED_ROBOT
 
 SAMPLES: Final = Path(__file__).resolve().parents[2] / "samples"  # of a checkout
-ROBOT: Final = "yaskawa/up20"
+ROBOT: Final = RECORDED_ROBOT
 _MOVES: Final = 8  # of the recording: enough for every command, and quick
 
 

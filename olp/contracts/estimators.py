@@ -28,6 +28,7 @@ from olp.identification.signature.estimator import (
     load_estimator,
 )
 from olp.identification.signature.moveset import MoveSet, moves_of_recording
+from olp.robots import RECORDED_ROBOT
 from olp.robots.geometry import rotation_from_angles
 from olp.robots.kinematics.inverse import inverse
 from olp.robots.model import Robot
@@ -35,7 +36,7 @@ from olp.robots.robot import load_robot
 
 Array = NDArray[np.float64]
 RECORDING: Final = Path(__file__).resolve().parents[2] / "samples" / "up20"
-ROBOT: Final = "yaskawa/up20"
+ROBOT: Final = RECORDED_ROBOT
 ANSWERS: Final = RECORDING.parents[1] / "tests" / "data" / "estimator_answers.json"
 _EXACT: Final = 0.012  # relative error of a duration that one acceleration made
 _FAIR: Final = 0.04  # median relative error on moves of the sample that were not learnt

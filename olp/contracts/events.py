@@ -14,13 +14,14 @@ from olp.contracts.oracle import MM, Array, Circle, angle_between, circle, of_qu
 from olp.ir.expressions import Compare, Expression, Named, Number, Signal, SignalState, Text
 from olp.ir.program import Declare, Path, Program, PulseOutput, SetOutput, Wait
 from olp.languages.vendor import Vendor
+from olp.robots import EXAMPLE_ROBOT
 from olp.robots.kinematics.configuration import forward
 from olp.robots.model import Robot
 from olp.robots.robot import load_robot
 from olp.runtime.plan import PATHS, BlendCode, Plan, StepKind
 from olp.timing.blending.law import load_law
 
-ROBOT: Final = "yaskawa/gp25"
+ROBOT: Final = EXAMPLE_ROBOT
 LENGTH: Final = 5e-6  # [m] that decimals of a text may take from a place
 ANGLE: Final = 8e-6  # [rad]
 _RATIO: Final = 2e-4  # of a speed

@@ -121,7 +121,7 @@ def _angles(scale: float, order: str, *, reverse: bool = False) -> Turn:
 
 
 _TURNS: Final[Mapping[str, tuple[int, Turn]]] = {
-    # Rz Ry Rx is a turn about z, then y, then x of the moving frame; written rx ry rz or, as KUKA does, rz ry rx.
+    # Rz Ry Rx is a turn about z, then y, then x of the moving frame; written rx ry rz or, as KRL does, rz ry rx.
     "rx ry rz [deg]": (3, _angles(DEG, "zyx", reverse=True)),
     "rz ry rx [deg]": (3, _angles(DEG, "zyx")),
     "rx ry rz [rad]": (3, _angles(1.0, "zyx", reverse=True)),

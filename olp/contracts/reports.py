@@ -28,13 +28,14 @@ from olp.identification.timing_job import TimingJob, plan_and_time
 from olp.reports.batch import Job, time_files
 from olp.reports.cell import CellLinks
 from olp.reports.formats.report import Options, Report, ReportPart, load_report, report_names
+from olp.robots import RECORDED_ROBOT
 from olp.runtime.plan import Assumption, StepKind
 from olp.timing.result import CorrectionInterval, Timing
 
 FILES: Final = tuple(
     Path(__file__).resolve().parents[2] / "samples" / "up20" / f"{name}.JBI" for name in ("APPR-1", "DEPT-2")
 )
-ROBOT: Final = "yaskawa/up20"
+ROBOT: Final = RECORDED_ROBOT
 _MISSING: Final = "gone/no-such-program.jbi"
 
 # --- a timing made by hand ------------------------------------------------------------------------------------

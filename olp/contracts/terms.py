@@ -22,6 +22,7 @@ from olp.identification.diagnosis.result import PHASES
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording.reader import read_recording
 from olp.reports.diagnosis.mathml import mathml
+from olp.robots import EXAMPLE_ROBOT
 from olp.robots.geometry import angles_from_rotation, rotation_from_angles
 from olp.robots.kinematics.inverse import inverse
 from olp.robots.robot import load_robot
@@ -29,7 +30,7 @@ from olp.timing.physics import Form, LogTerm, MoveTerm, Stage, Term, TermParamet
 from olp.timing.physics._case import MeasuredMoves
 
 Array = NDArray[np.float64]
-ROBOT: Final = "yaskawa/gp25"
+ROBOT: Final = EXAMPLE_ROBOT
 CYCLE: Final = 0.012  # [s]
 _SPEEDS: Final = (0.05, 0.15, 0.4, 0.9)  # [m/s]
 _ACCELERATION: Final = 2.5  # [m/s²]

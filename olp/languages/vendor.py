@@ -431,7 +431,7 @@ def blending_of(maker: str) -> str:
 
 
 def maker_of(vendor: str) -> str:
-    """How people call a vendor: Yaskawa, FANUC."""
+    """The company of a vendor: its title without the last word, which is the language."""
     return find_vendor(vendor).title.rsplit(" ", 1)[0]
 
 

@@ -1,7 +1,7 @@
 """Rotations, quaternions and poses, vectorised over any number of leading axes.
 
 Shapes: positions (..., 3) [m], rotations (..., 3, 3), quaternions (..., 4) as (w, x, y, z) with w >= 0,
-angles (..., 3) [rad] as Rx, Ry, Rz with R = Rz(Rz) Ry(Ry) Rx(Rx), the convention of Yaskawa's RECTAN points.
+angles (..., 3) [rad] as Rx, Ry, Rz with R = Rz(Rz) Ry(Ry) Rx(Rx), the convention of INFORM's RECTAN points.
 """
 
 from __future__ import annotations

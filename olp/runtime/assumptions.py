@@ -21,6 +21,7 @@ from olp.core.toml import TOMLDecodeError, is_number, is_told_enough, parse_toml
 from olp.core.units import deg, mm, percent
 from olp.ir.expressions import POSITION_STORES, Store
 from olp.ir.points import PointKind, PointState
+from olp.robots import EXAMPLE_ROBOT
 from olp.robots.controller_effects import HIGHEST_OVERRIDE, SETTINGS
 
 FILE_NAME: Final = "olp.toml"
@@ -283,13 +284,13 @@ class _AssumptionsReader:
         self._known(self.root, _SECTIONS, "olp.toml")
         robot = self.root.get("robot", "")
         if not isinstance(robot, str):
-            self._report("V004", "robot must be a name in quotes", "robot", 'robot = "yaskawa/gp25"')
+            self._report("V004", "robot must be a name in quotes", "robot", f'robot = "{EXAMPLE_ROBOT}"')
             robot = ""
         waits, default, pause = self._waits()
         return Assumptions(
             path=self.file,
             robot=robot,
-            robots=self._entries("robots", _mechanism, self._text, 'RB1 = "yaskawa/gp25"'),
+            robots=self._entries("robots", _mechanism, self._text, f'RB1 = "{EXAMPLE_ROBOT}"'),
             inputs=self._entries("inputs", signal_key, self._states, '"IN#(12)" = true'),
             variables=self._variables(),
             names=self._entries("names", _plain_name, self._named, "fast = 250.0"),
@@ -337,7 +338,7 @@ class _AssumptionsReader:
     def _text(self, key: str, value: Any) -> str | None:
         if isinstance(value, str) and value.strip():
             return value
-        self._report("V004", f"{key} must be a name in quotes", key, f'{key} = "yaskawa/gp25"')
+        self._report("V004", f"{key} must be a name in quotes", key, f'{key} = "{EXAMPLE_ROBOT}"')
         return None
 
     def _states(self, key: str, value: Any) -> tuple[int, ...] | None:

@@ -1,7 +1,7 @@
 """What a move does at its end: RAPID's MoveLDO, MoveJGO, MoveCAO … set an output, MoveLSync calls a routine.
 
-At a stop point it happens there, at a fly-by point in the middle of the corner (ABB, technical reference manual,
-MoveLDO): between this move and the next one, so that it is a statement of its own right behind the move.
+At a stop point it happens there, at a fly-by point in the middle of the corner (RAPID's technical reference
+manual, MoveLDO): between this move and the next one, so that it is a statement of its own right behind the move.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ _NAN = math.nan
 # Looked up once: every move asks.
 _ROBOT, _BY_RADIUS, _BY_SPEED = ex.Store.ROBOT, BlendKind.RADIUS, BlendKind.SPEED
 _UNCHANGED = (BlendKind.LEVEL, BlendKind.CONTINUOUS)  # kinds whose number is no length
-# KUKA's defaults in $config.dat, where a program sets none: 50 %, 3 mm, 100 %, 5 deg.
+# The defaults of KRL's $config.dat, where a program sets none: 50 %, 3 mm, 100 %, 5 deg.
 _MODAL_BLENDS = {
     BlendKind.SHARE: 0.5,
     BlendKind.RADIUS: 0.003,
@@ -336,8 +336,8 @@ def _report_unknowables(m: Machine, s: Move) -> None:
 
 # --- Triggers ---
 # Outputs that switch while a move is under way: the move names them (`PathTrigger`), or RAPID's TriggL, TriggJ and
-# TriggC name variables that TriggIO or TriggEquip has set before (ABB, technical reference manual, TriggIO). A plan has
-# steps and no places within them: what acts near the start is a step before the move, everything else one behind it.
+# TriggC name variables that TriggIO or TriggEquip has set before (RAPID's technical reference manual, TriggIO). A plan
+# has steps and no places within them: what acts near the start is a step before the move, everything else behind it.
 
 
 # The type of a trigger, and the argument of a process instruction that names it.

@@ -102,7 +102,7 @@ def _turned(point: Floats, centre: Floats, axis: Floats, angle: float) -> Floats
 # --- Blend starts ---
 # Where a blend begins that is programmed as a speed, an angle or a share: as a distance before the target.
 #
-# After KUKA mxAutomation and KSS manuals: APO structure (CPTP, CDIS, CORI, CVEL). Not measured.
+# After the manuals of mxAutomation and KSS: APO structure (CPTP, CDIS, CORI, CVEL). Not measured.
 
 
 def from_speed(cvel: ArrayLike, speed: ArrayLike, deceleration: ArrayLike) -> Floats:
@@ -273,7 +273,7 @@ def with_extras(moves: Moves, extras: Mapping[int, Extra], units: NDArray[np.int
     return replace(moves, rate=rate, turn=turning, blend=blend, travel=pace)
 
 
-# KUKA's DEF_ACC_CP: what a share of the speed is braked with where the program says nothing else.
+# DEF_ACC_CP of KRL's controllers: what a share of the speed is braked with where the program says nothing else.
 _USUAL_BRAKING = 2.3  # [m/s²]
 
 

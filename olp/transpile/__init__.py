@@ -9,7 +9,7 @@
   declared in `Program.data` (or in the routine, where it was local), with names that the language takes; a tool's
   value is the `PositionLiteral` of its centre point on the flange, a frame's its pose in the base;
 - a language with numbers gets them: INFORM `Taught` points whose `PointState` names the user frame and tool, and
-  numbered `Variable`s; FANUC `Taught` points, R[], PR[], SR[], and on each move `FrameRef("tool", n)` and
+  numbered `Variable`s; TP `Taught` points, R[], PR[], SR[], and on each move `FrameRef("tool", n)` and
   `FrameRef("user", n)`;
 - URScript, which knows the base only, gets `pose-product(frame, target)` as the target and `FrameRef("base")`;
 - GOTO languages get `Label` and `Jump` for what they have no block for; URScript gets blocks for labels;

@@ -1,6 +1,6 @@
 """Where the source's controller reads ahead of the arm and has to wait for it: the move before ends exactly.
 
-KUKA's advance run stops before every statement that sets outputs or reads the periphery, whatever approximation the
+KRL's advance run stops before every statement that sets outputs or reads the periphery, whatever approximation the
 move before asks for, unless CONTINUE stands before it (KSS 8, system integrators' manual, "Computer advance run").
 The target's controller would pass the corner and switch early: the move gets an exact stop there. So it does before a
 statement of other languages that waits until the arm stands (RAPID's WaitRob).

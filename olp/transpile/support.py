@@ -14,6 +14,7 @@ from olp.ir.program import Move, Path, Statement
 from olp.ir.terminology import kind_of
 from olp.languages.limits import writable
 from olp.languages.vendor import find_vendor, vendor_names
+from olp.robots import EXAMPLE_ROBOT
 from olp.runtime.plan import StepKind
 from olp.transpile.probes import probes, program_with
 
@@ -84,4 +85,4 @@ def written_by(vendor: str, kind: str) -> str:
 def _robot() -> Robot:
     from olp.robots.robot import load_robot
 
-    return load_robot("yaskawa/gp25")
+    return load_robot(EXAMPLE_ROBOT)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error, info, raise_errors, warning
 from olp.core.toml import ROBOT_NAME, plain, quoted, shown
 from olp.core.units import deg, mm, ms
+from olp.robots import EXAMPLE_ROBOT
 from olp.robots.backup.backup import Backup
 from olp.robots.backup.cnd_files import ToolData, UserFrame, Vector
 from olp.robots.backup.parameters import LINK_SLOTS, ZONE_SLOTS, BackupControlGroup, GroupParameters
@@ -286,11 +287,11 @@ def check_import(backup: Backup, group: str = "R1", name: str = "") -> tuple[Dia
     used = ("SYSTEM.SYS", ".PRM")
     found = [d for d in backup.diagnostics if d.file.upper().endswith(used) or not backup.files]
     if name and not ROBOT_NAME.fullmatch(name.lower()):
-        says = "maker/model, for example yaskawa/gp25"
+        says = f"maker/model, for example {EXAMPLE_ROBOT}"
         found.append(error("B010", f"{name!r} is not a robot name", help=says))
         name = ""
     elif not name and backup.files and not model_of(backup, group):
-        says = "say --name yaskawa/gp25, or add SYSTEM.SYS to the folder"
+        says = f"say --name {EXAMPLE_ROBOT}, or add SYSTEM.SYS to the folder"
         found.append(
             error("B009", f"the model of {group[:40]!r} is not known", file=backup.folder, help=says)
         )

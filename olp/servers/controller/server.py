@@ -17,6 +17,7 @@ from olp.core.diagnostic import Diagnostic, OlpError, error
 from olp.core.files import parse_json
 from olp.core.units import deg, mm, percent
 from olp.ir.program import Path
+from olp.robots import EXAMPLE_ROBOT
 from olp.robots.controller_effects import SETTINGS
 from olp.robots.geometry import Pose
 from olp.robots.model import Robot
@@ -171,7 +172,7 @@ class Session:
     def _arm(self) -> Controller:
         if self._controller is None:
             raise OlpError(
-                error("S013", "no robot was named yet", help='{"do": "robot", "name": "yaskawa/gp25"}')
+                error("S013", "no robot was named yet", help=f'{{"do": "robot", "name": "{EXAMPLE_ROBOT}"}}')
             )
         return self._controller
 

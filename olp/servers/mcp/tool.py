@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from olp.core.registry import file_names, load_from
+from olp.robots import EXAMPLE_ROBOT
 from olp.servers.confinement import Ran
 from olp.servers.folder import Folder
 
@@ -90,7 +91,7 @@ class Timed(ToolArguments):
     robot: str | None = Field(
         None,
         max_length=200,
-        description="the robot: a name of the tool robots (yaskawa/gp25), or a robot file; default: the program's",
+        description=f"the robot: a name of the tool robots ({EXAMPLE_ROBOT}), or a robot file; default: the program's",
     )
     accel_mm_s2: float | None = Field(
         None, gt=0, description="acceleration of linear moves in mm/s²; default: the robot's"

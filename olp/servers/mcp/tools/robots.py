@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
+from olp.robots import EXAMPLE_ROBOT
 from olp.servers.mcp.tool import AnswerRow, AssistantTool, ToolAnswer, ToolArguments, ToolCall, robot_word
 
 
@@ -14,7 +15,7 @@ class RobotsGiven(ToolArguments):
     """The robots to list."""
 
     robots: list[str] = Field(
-        [], max_length=100, description="names such as yaskawa/gp25 or gp25, or robot files; default: all"
+        [], max_length=100, description=f"names such as {EXAMPLE_ROBOT} or gp25, or robot files; default: all"
     )
 
 
