@@ -73,7 +73,7 @@ def robot_of(name: str = ROBOT) -> Robot:
 def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[OracleEvent]:
     """The events of a plan. Moves that go nowhere and waits of no time are left out, halves of arcs put together."""
     said = [
-        _by_line(program if at == 0 else vendor.read(source), vendor)
+        _by_line(program if at == 0 else vendor.read(source))
         for at, source in enumerate(plan.sources)
     ]
     found: list[OracleEvent] = []
@@ -95,7 +95,7 @@ def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[OracleEvent]
     return found
 
 
-def _by_line(program: Program, vendor: Vendor) -> Mapping[int, tuple[Any, ...]]:
+def _by_line(program: Program) -> Mapping[int, tuple[Any, ...]]:
     constants = {d.name: d.value for d in _declarations(program)}
     found: dict[int, tuple[Any, ...]] = {}
     for one in program.statements():

@@ -136,9 +136,9 @@ class Limits:
 
     `numbered`: how many variables of a kind there are where they have numbers and no names ({}: variables have
     names), `enlarged`: how many the controller can be set up to have. `points`: how many taught points a file holds.
-    `joint_speeds`, `path_speeds`, `blends`, `accelerations`: kinds that a single move can name. `modal_speed`: moves
-    name no speed, a variable holds it. `tool_and_frame`: "move" (named by each), "modal" (a statement or variable
-    before), "point" (taught with it), "tool" (a statement before for the tool; targets are in the base).
+    `joint_speeds`, `path_speeds`, `blends`, `accelerations`: kinds that a single move can name.
+    `tool_and_frame`: "move" (named by each), "modal" (a statement or variable before), "point" (taught with it),
+    "tool" (a statement before for the tool; targets are in the base).
     """
 
     routine_name: int
@@ -152,22 +152,18 @@ class Limits:
     path_speeds: frozenset[SpeedUnit]
     blends: frozenset[BlendKind]
     accelerations: frozenset[AccelerationUnit]
-    modal_speed: bool
     tool_and_frame: str
     names: str = r"[A-Za-z_][A-Za-z0-9_]*"  # pattern of routine and variable names
     case_sensitive: bool = False
     numbered: Mapping[Store, int] = field(default_factory=dict)
     enlarged: Mapping[Store, int] = field(default_factory=dict)
     has_goto: bool = True
-    has_if: bool = True
     has_while: bool = True
     has_repeat: bool = True
     has_for: bool = True
     has_break: bool = True
     has_continue: bool = False
     has_switch: bool = True
-    has_parameters: bool = True
-    nested_expressions: bool = True  # more than one operator in an expression
     one_routine_per_file: bool = False
     started: str = ""  # the routine that the controller starts; "": any
     has_data_files: bool = False  # files of data alone, which programs beside them use
@@ -178,7 +174,6 @@ class Limits:
     has_elseif: bool = True
     has_endless: bool = True  # a WHILE whose condition always holds
     joint_lines: bool = True  # lines and arcs may lead to joint values
-    has_relative: bool = True  # a move by an offset from where the arm stands
     nested_logic: bool = True  # AND and OR in parentheses
     for_step_is_one: bool = False  # FOR counts up or down by one and by nothing else
     for_counts_whole: bool = False  # FOR counts with integers alone

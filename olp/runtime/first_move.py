@@ -93,7 +93,7 @@ class TakenValues(MadeUp):
 def values_that_move(attempt: Callable[[Given], Try], first: Try, numbers: Sequence[int]) -> Given | None:
     """What to take for what nothing tells, None where no move is found. `numbers`: that the program compares with."""
     search = _Search(attempt, numbers)
-    found = search.one_by_one(first) or search.several(first)
+    found = search.one_by_one(first) or search.several()
     return None if found is None else search.needed(found)
 
 
@@ -145,7 +145,7 @@ class _Search:
         for rank in range(max((len(values) for _, values in free), default=0)):
             yield from ({thing: values[rank]} for thing, values in free if rank < len(values))
 
-    def several(self, first: Try) -> Given | None:
+    def several(self) -> Given | None:
         chance = Random(0)
         for _ in range(_AT_ONCE):
             given = dict(self.best)

@@ -256,7 +256,7 @@ class _MovesReader:
         covariates, groups = self._others()
         if "temperature_c" in self.columns:
             covariates = {"temperature_c": number["temperature_c"]} | covariates
-        self._backwards(number["t_start_s"], number["cycle"])
+        self._backwards(number["t_start_s"])
         level = _whole(number["pl"], -1)
         blend = np.where(np.isnan(number["blend_mm"]), np.where(level > 0, np.nan, 0.0), number["blend_mm"])
         return RecordedMoves(
@@ -437,7 +437,7 @@ class _MovesReader:
                 where = f"line {self.table.line[before]}" if self.table.line[before] else f"row {before + 1}"
                 self.problems.cell("D016", f"move {number:.0f} is already in {where}", row, "move")
 
-    def _backwards(self, start: Floats, cycle: Floats) -> None:
+    def _backwards(self, start: Floats) -> None:
         known = np.nonzero(~np.isnan(start))[0]
         back = known[1:][np.diff(start[known]) < 0]
         for row in back.tolist():

@@ -37,12 +37,11 @@ class ParameterLayout(NamedTuple):
     denominator: int  # of the gear ratio; its sign is the motor's sense
     numerator: int
     acceleration: int  # looks like a time to full speed [ms]; inferred
-    deceleration: int | None  # the list after it, equally inferred
 
 
 LAYOUTS: Final = (
-    ParameterLayout("DX100, DX200", 1700, 924, 932, 956, 972, 980, 900, 908),
-    ParameterLayout("YRC1000", 3000, 1030, 1040, 1070, 1090, 1100, 1290, None),
+    ParameterLayout("DX100, DX200", 1700, 924, 932, 956, 972, 980, 900),
+    ParameterLayout("YRC1000", 3000, 1030, 1040, 1070, 1090, 1100, 1290),
 )
 
 
@@ -62,7 +61,6 @@ class GroupParameters:
     lower: tuple[int, ...]  # [pulses]
     speeds: tuple[int, ...]  # [pulses/s]
     acceleration_times: tuple[float, ...]  # [s], inferred
-    deceleration_times: tuple[float, ...] | None  # [s], inferred; None where the layout has none
 
     @property
     def pulses_per_degree(self) -> tuple[float, ...]:
@@ -193,7 +191,6 @@ def _group(
         lower=per_axis(layout.lower),
         speeds=per_axis(layout.speed),
         acceleration_times=times(layout.acceleration),
-        deceleration_times=None if layout.deceleration is None else times(layout.deceleration),
     )
 
 

@@ -23,7 +23,6 @@ LIMITS: Final = Limits(
     blends=frozenset({BlendKind.LEVEL, BlendKind.RADIUS}),
     joint_blends=frozenset({BlendKind.LEVEL}),
     accelerations=frozenset({AccelerationUnit.FRACTION}),
-    modal_speed=False,
     tool_and_frame="point",
     names=r"[A-Za-z0-9_\-]+",
     wait_step=0.01,  # as DX100 to YRC1000 write it in published jobs; YRC1000micro has 0.001 s
@@ -39,7 +38,6 @@ LIMITS: Final = Limits(
     },
     has_repeat=False,
     has_break=False,
-    has_parameters=False,
     for_counts_whole=True,
     one_routine_per_file=True,
     external_axes=6,

@@ -36,7 +36,6 @@ LIMITS: Final = Limits(
     path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN}),
     blends=frozenset({BlendKind.RADIUS, BlendKind.SHARE, BlendKind.SPEED, BlendKind.TURN}),
     accelerations=frozenset({AccelerationUnit.FRACTION, AccelerationUnit.TRAVEL}),
-    modal_speed=True,
     tool_and_frame="modal",
     has_continue=False,
     has_data_files=True,

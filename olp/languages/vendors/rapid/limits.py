@@ -38,7 +38,6 @@ LIMITS = Limits(
     path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TIME}),
     blends=frozenset({BlendKind.RADIUS}),
     accelerations=frozenset({AccelerationUnit.FRACTION}),
-    modal_speed=False,
     tool_and_frame="move",
     has_data_files=True,
     keeps_data=True,

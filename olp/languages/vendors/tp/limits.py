@@ -30,7 +30,6 @@ LIMITS: Final = Limits(
     path_speeds=frozenset({SpeedUnit.TRAVEL, SpeedUnit.TURN, SpeedUnit.TIME}),
     blends=frozenset({BlendKind.SPEED, BlendKind.RADIUS}),
     accelerations=frozenset({AccelerationUnit.FRACTION}),
-    modal_speed=False,
     tool_and_frame="modal",
     names=r"[A-Za-z][A-Za-z0-9_]*",
     # $WAITTMOUT takes 0 to 32767 hundredths (industrialmonitordirect.com, wait timeout), WAIT as much (from memory)
@@ -40,14 +39,11 @@ LIMITS: Final = Limits(
     # R-30iB (the numbers from memory, no page at hand); texts: no bound told.
     enlarged={Store.REAL: 1500, Store.ROBOT: 2000, Store.STRING: 1000},
     has_goto=True,
-    has_if=True,
     has_while=False,
     has_repeat=False,
     has_for=True,
     has_break=False,
     has_switch=False,
-    has_parameters=True,
-    nested_expressions=True,
     one_routine_per_file=True,
     timed_out="jump",
     program_end="ABORT",
