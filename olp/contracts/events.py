@@ -72,10 +72,7 @@ def robot_of(name: str = ROBOT) -> Robot:
 
 def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[OracleEvent]:
     """The events of a plan. Moves that go nowhere and waits of no time are left out, halves of arcs put together."""
-    said = [
-        _by_line(program if at == 0 else vendor.read(source))
-        for at, source in enumerate(plan.sources)
-    ]
+    said = [_by_line(program if at == 0 else vendor.read(source)) for at, source in enumerate(plan.sources)]
     found: list[OracleEvent] = []
     via: Array | None = None
     for at in range(len(plan)):

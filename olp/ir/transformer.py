@@ -69,17 +69,13 @@ def _mapped(node: Any, change: Change) -> Any:
         return change(node if members is node.members else ex.RecordLiteral(node.type, members))
     if kind is ex.FrameRef and (node.number is None or type(node.number) is ex.Number):
         return change(node)
-    if (kind is SetSpeed or kind is SetBlend) and sets_numbers(node):
-        return node  # of those, too
     if kind is tuple:
         return _sequence(node, change)
-    if kind in _MEASURED and (node.value is None or type(node.value.written) is ex.Number):
-        return node  # a speed or blend that is written out: there are as many as moves
-    if kind is ex.Quantity and type(node.written) is ex.Number:
+    if _is_written_out(kind, node):
         return node
     names = _FIELDS.get(kind)
     if names is None:
-        names = _FIELDS[kind] = _field_names(kind)
+        names = _fields_of(kind)
     if not names:
         return change(node) if kind in EXPRESSIONS else node
     changed: dict[str, Any] | None = None
@@ -209,14 +205,19 @@ def replaced(node: Any, changed: dict[str, Any]) -> Any:
     return type(node)(**values)
 
 
-def _field_names(kind: type) -> tuple[str, ...]:
+def _fields_of(kind: type) -> tuple[str, ...]:
+    """Return the names of the fields that may hold expressions, and remember them."""
+    names: tuple[str, ...] = ()
     if hasattr(kind, "_fields"):
-        return tuple(kind._fields)
-    if not hasattr(kind, "__dataclass_fields__"):
-        return ()
-    return tuple(
-        f.name for f in fields(kind) if f.name == "other" or (f.name not in _PLAIN and f.type not in _ATOMS)
-    )
+        names = tuple(kind._fields)
+    elif hasattr(kind, "__dataclass_fields__"):
+        names = tuple(
+            f.name
+            for f in fields(kind)
+            if f.name == "other" or (f.name not in _PLAIN and f.type not in _ATOMS)
+        )
+    _FIELDS[kind] = names
+    return names
 
 
 _ATOMS: Final = frozenset(
@@ -264,13 +265,26 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
             gather(node.value, found)
     elif kind is ex.FrameRef and (node.number is None or type(node.number) is ex.Number):
         found.append(node)
-    else:
+    elif kind is tuple:
+        for e in node:
+            gather(e, found)
+    elif not _is_written_out(kind, node):
+        names = _FIELDS.get(kind)
+        for name in _fields_of(kind) if names is None else names:
+            part = getattr(node, name)
+            if part is not None:
+                gather(part, found)
+        if kind in EXPRESSIONS:
+            found.append(node)
 
-        def note(e: ex.Expression) -> ex.Expression:
-            found.append(e)
-            return e
 
-        _mapped(node, note)
+def _is_written_out(kind: type, node: Any) -> bool:
+    """Whether a node's only values are literal numbers of quantities, of which there are as many as moves."""
+    if kind is ex.Quantity:
+        return type(node.written) is ex.Number
+    if kind in _MEASURED:
+        return node.value is None or type(node.value.written) is ex.Number
+    return (kind is SetSpeed or kind is SetBlend) and sets_numbers(node)
 
 
 def changed_by(s: object) -> Iterator[str]:
