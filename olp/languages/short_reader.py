@@ -145,8 +145,12 @@ class Codes(NamedTuple):
 
 class NotModelledError(Exception):
     """Raised by a rule for a line that is understood and that no statement of the program can express: it becomes
-    `Opaque`.
+    `Opaque`. `why`: a clause about the line's first word, as "it writes into a file".
     """
+
+    def __init__(self, why: str) -> None:
+        super().__init__(why)
+        self.why = why
 
 
 @lru_cache(maxsize=16)
@@ -204,8 +208,8 @@ class LineParser:
         except BrokenLineError as problem:
             self._tell(text, number, problem.message, 1, problem.wanted)
             return []
-        except NotModelledError:
-            return [self.opaque(text, number)]
+        except NotModelledError as unmodelled:
+            return [self.opaque(text, number, unmodelled.why)]
         here = [placed(one, number) if hasattr(one, "line") else one for one in found]
         if self._shelf is not None and (before is None or any(map(is_not, here, found))):
             self._shelf.put((text, self._rules.settled_by), (asked, here))
@@ -237,18 +241,22 @@ class LineParser:
                 return None
         return known  # type: ignore[no-any-return]
 
-    def opaque(self, text: str, number: int) -> Opaque:
-        """Return the line word for word as `Opaque`; each instruction word is reported once."""
+    def opaque(self, text: str, number: int, why: str = "") -> Opaque:
+        """Return the line word for word as `Opaque`; each instruction word is reported once, for each reason `why`."""
         word = _first_word(text)
         self.findings.kinds[number - 1] = LineKind.OPAQUE
         span = self.findings.whole_line(number)
+        because = f" because {why}" if why else ""
         if word in self._moves:
-            message = f"the move {word} is kept but not modelled: it is left out of the plan"
+            message = f"the move {word} is kept but not modelled{because}: it is left out of the plan"
             help = "write it with a target, or add its time as a wait"
-            self.findings.once(Severity.WARNING, self.codes.move, word, message, span, help)
+            self.findings.once(Severity.WARNING, self.codes.move, word + why, message, span, help)
         else:
-            message, help = f"{word[:40]} is kept but not modelled", "its effect on the time is unknown"
-            self.findings.once(Severity.INFO, self.codes.opaque, word, message, span, help)
+            message, help = (
+                f"{word[:40]} is kept but not modelled{because}",
+                "its effect on the time is unknown",
+            )
+            self.findings.once(Severity.INFO, self.codes.opaque, word + why, message, span, help)
         return Opaque(number, text)
 
     def _refused(self, text: str, number: int, refused: UnexpectedInput) -> list[Any]:

@@ -110,7 +110,7 @@ class AsRules(BlockRules):
 
     def other_place(self, children: list[Any]) -> ex.Expression:
         """FRAME and its like, which compute a place from several others."""
-        raise NotModelledError(children)
+        raise NotModelledError("it computes a place from several others")
 
     def turn_about(self, children: list[Any]) -> ex.Expression:
         """RX, RY, RZ: a turn about one axis, at the origin."""
@@ -202,8 +202,10 @@ class AsRules(BlockRules):
         *values, speed = _padded(children[1:], 7)
         turns = sum(value != ex.Number(0) for value in values[3:])
         along_tool = str(children[0]).upper() != "DRAW"
-        if speed != ex.Number(0) or (turns and not along_tool):
-            raise NotModelledError(children)  # a turn about the axes of the base, or a speed of its own
+        if speed != ex.Number(0):
+            raise NotModelledError("it has a speed of its own")
+        if turns and not along_tool:
+            raise NotModelledError("it turns about the axes of the base")
         if turns > 1:  # about x first
             return st.Move(
                 0, st.Path.LINEAR, (ex.Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL
@@ -292,7 +294,7 @@ class AsRules(BlockRules):
     def set_timer(self, children: list[Any]) -> st.Assign:
         number, value = children
         if not isinstance(number, ex.Number):
-            raise NotModelledError(number)
+            raise NotModelledError("it computes the number of its timer")
         return st.Assign(0, ex.SystemValue("timer", int(number.value)), value)
 
     def signed_numbers(self, children: list[Any]) -> list[Any]:
@@ -305,7 +307,7 @@ class AsRules(BlockRules):
     def set_bits(self, children: list[Any]) -> st.SetOutput:
         group = _group(children[0], children[1])
         if group is None or group.bus != "out-group":
-            raise NotModelledError(children)
+            raise NotModelledError("it sets signals that are no group of outputs")
         return st.SetOutput(0, group, children[2])
 
     def pulse(self, children: list[Any]) -> st.PulseOutput:

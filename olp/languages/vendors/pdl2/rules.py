@@ -59,7 +59,7 @@ class Pdl2Rules(BlockRules):
     def sum(self, children: list[Any]) -> ex.Expression:
         """Vectors are not computed with: what one means in the frame of a position is not known here."""
         if len(children) > 1 and any(isinstance(one, ex.RecordLiteral) for one in children):
-            raise NotModelledError(children)
+            raise NotModelledError("it computes with vectors")
         return super().sum(children)
 
     def equal(self, children: list[ex.Expression]) -> ex.Compare:
@@ -146,7 +146,7 @@ class Pdl2Rules(BlockRules):
     def relative(self, children: list[Any]) -> Any:
         word, arm, path, vector, frame, *tails = children
         if not isinstance(vector, ex.RecordLiteral) or len(vector.members) != 3:
-            raise NotModelledError(vector)
+            raise NotModelledError("it goes by what is no vector of three numbers")
         way = tuple(value for _, value in vector.members)
         place = frame.name.upper() if isinstance(frame, ex.Named) else "TOOL"
         if place == "TOOL":
@@ -156,7 +156,7 @@ class Pdl2Rules(BlockRules):
         elif place == "UFRAME":
             target = ex.Function("pose-offset", (_HERE, *way))
         else:
-            raise NotModelledError(frame)
+            raise NotModelledError("it goes by a vector in neither the tool's nor the user's frame")
         return self._move(str(word), arm, path, target, tails)
 
     def _move(
@@ -259,7 +259,7 @@ class Pdl2Rules(BlockRules):
             return st.Assign(0, target, ex.Text(value.name) if isinstance(value, ex.Named) else value)
         if word == "$SPD_OPT" and value == ex.Named("SPD_LIN"):
             return []  # as a controller begins: the speeds are those of the tool along and about its path
-        raise NotModelledError(target)
+        raise NotModelledError("it is a system variable that olp does not know")
 
     # --- everything else ----------------------------------------------------------------------------------
 
@@ -275,7 +275,7 @@ class Pdl2Rules(BlockRules):
         """What the pendant or the screen shows: a message for each of its lines; into a file, it is not modelled."""
         place, *items = children
         if place is not None and not (isinstance(place, ex.Named) and place.name.upper() in _SCREENS):
-            raise NotModelledError(place)
+            raise NotModelledError("it writes into a file")
         lines: list[list[ex.Expression]] = [[]]
         for item in items:
             if isinstance(item, ex.Named) and item.name.upper() == "NL":

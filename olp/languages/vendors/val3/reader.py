@@ -364,7 +364,7 @@ class Val3Rules(BlockRules):
         if zero and word not in self.known.arrays:
             return self.name(children[:1])
         if self.known.types.get(word) in SIGNALS:
-            raise NotModelledError(word)
+            raise NotModelledError("it names a signal by its place in an array")
         return ex.Item(ex.Named(word), tuple(map(from_zero, indices)))
 
     def _signal(self, word: str) -> ex.Signal:
@@ -382,7 +382,8 @@ class Val3Rules(BlockRules):
 
     def braces(self, children: list[ex.Expression]) -> ex.Expression:
         if len(children) in (3, 8):
-            raise NotModelledError(children)  # a configuration, a motion descriptor
+            what = "a configuration" if len(children) == 3 else "a motion descriptor"
+            raise NotModelledError(f"it writes out {what}")
         if len(children) != 6:
             raise BrokenLineError(
                 f"{len(children)} values in braces", wanted="six: x, y, z, rx, ry, rz, or six joint values"
@@ -443,7 +444,7 @@ class Val3Rules(BlockRules):
         if isinstance(value, ex.Signal):
             return ex.Signal(bus, value.index)
         if not isinstance(value, ex.Named):
-            raise NotModelledError(value)
+            raise NotModelledError("it computes which signal it means")
         return ex.Signal(bus, ex.Text(value.name))
 
     # --- moves ------------------------------------------------------------------------------------------
@@ -495,7 +496,7 @@ class Val3Rules(BlockRules):
             return ex.FrameRef("base")
         father = self._father(point)
         if father == MIXED:
-            raise NotModelledError(father)
+            raise NotModelledError("it goes to a point of an array whose points stand in different frames")
         if not father and not isinstance(point, ex.SystemValue):
             self.frameless = True
         return ex.FrameRef("base") if father in ("", WORLD) else named(father)
@@ -552,7 +553,7 @@ class Val3Rules(BlockRules):
             return st.SetOutput(0, self._port(name, arguments[0], "out"), arguments[1])
         if name == "setMonitorSpeed" and len(arguments) == 1:
             return st.SetOverride(0, ex.Quantity(arguments[0], percent))
-        raise NotModelledError(name)
+        raise NotModelledError("olp knows no instruction of this form")
 
     def if_(self, children: list[Any]) -> Any:
         """Before one that watches for a signal, the wait."""
