@@ -29,7 +29,8 @@ from olp.robots.dynamics import (
     move_acceleration,
     path_acceleration,
 )
-from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot, tensor
+from olp.robots.model import tensor
+from olp.robots.robot import Axis, Drive, Dynamics, Geometry, Joint, Robot, load_robot
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,8 @@ import pytest
 import olp.robots
 from olp.core.diagnostic import OlpError
 from olp.robots.dynamics import dynamic_model, gravity_torques
-from olp.robots.robot import Body, Drive, load_robot, tensor
+from olp.robots.model import tensor
+from olp.robots.robot import Body, Drive, load_robot
 
 FILES = sorted(Path(olp.robots.__file__).parent.glob("*/*.toml"))
 DOCS = Path(__file__).parent.parent / "docs" / "dynamics.md"

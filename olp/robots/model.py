@@ -199,6 +199,12 @@ class Dynamics:
     point_masses: tuple[str, ...] = ()  # names of the axes whose bodies have no inertia of their own stated
 
 
+def tensor(inertia: Inertia) -> Array:
+    """Inertia tensor (3, 3) [kg m²] of xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
 # --- Accelerations by pose ---
 # Parameters of the law `by_pose`, as measured on one arm (olp/timing/acceleration/by_pose.py).
 

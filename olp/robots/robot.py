@@ -38,6 +38,7 @@ from olp.robots.model import (
     Robot,
     Swing,
     Vector,
+    tensor,
 )
 
 _KINDS: Final = ("arm", "positioner", "track")
@@ -448,12 +449,6 @@ def _not_negative(document: RobotDocument, row: Table, key: str, start: int) -> 
     if value is not None and value < 0.0:
         document.report("R005", f"{key} must not be negative, not {value!r}", key, start)
     return value
-
-
-def tensor(inertia: Inertia) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Inertia tensor (3, 3) [kg m²] of xx, yy, zz, xy, xz, yz."""
-    xx, yy, zz, xy, xz, yz = inertia
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 # --- Sources ---

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.ir.program import Path
-from olp.robots.coordinate_systems import Floats
 from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_quaternion, slerp
 from olp.runtime.plan import PATHS, Moves, Positions
 
+Floats = NDArray[np.float64]
 _CIRCULAR, _SPLINE = PATHS.index(Path.CIRCULAR), PATHS.index(Path.SPLINE)
 # Gauss-Legendre nodes on 0..1: exact to 1e-9 for the arc length of the parabolas of taught splines.
 _NODES, _WEIGHTS = (

@@ -20,8 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import OlpError, error
 from olp.robots.kinematics.configuration import as_joints, geometry_of
-from olp.robots.model import Body, Robot, Vector
-from olp.robots.robot import tensor
+from olp.robots.model import Body, Robot, Vector, tensor
 
 if TYPE_CHECKING:
     from olp.robots.kinematics.configuration import Tool

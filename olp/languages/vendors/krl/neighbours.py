@@ -16,11 +16,8 @@ from olp.languages.findings import Findings
 from olp.languages.vendors.krl import checks, companions, parsing
 from olp.languages.vendors.krl.lists import ListReader
 from olp.languages.vendors.krl.parsing import KrlLineReader
-from olp.languages.vendors.krl.scope import Scope
+from olp.languages.vendors.krl.scope import CONFIG_MARK, Scope
 
-CONFIG_MARK: Final = (
-    " of $config.dat"  # at the end of `Declare.native`: it stands in the controller's own list
-)
 HEAD: Final = re.compile(r"(?:GLOBAL\s+)?DEF(?:FCT|DAT)?\s", re.IGNORECASE)
 TAIL: Final = re.compile(r"(?:END|ENDFCT|ENDDAT)\s*", re.IGNORECASE)
 NAME: Final = re.compile(r"[$A-Za-z_][\w$]*")

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from olp.ir import terminology
 from olp.ir.expressions import Expression, Item, Member, Named, Number, Signal, SystemValue
 
+CONFIG_MARK: Final = " of $config.dat"  # ends `Declare.native` of what stands in the controller's own list
 POSES: Final = frozenset({"FRAME", "POS", "E6POS"})
 AXES: Final = frozenset({"AXIS", "E6AXIS"})
 NEUTRAL_TYPES: Final = {

@@ -16,8 +16,7 @@ from olp.languages.generator import CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.krl import values
 from olp.languages.vendors.krl.expressions import BUSES, FUNCTIONS, SYSTEM_VALUES
-from olp.languages.vendors.krl.neighbours import CONFIG_MARK
-from olp.languages.vendors.krl.scope import AXES, COMPONENTS, Scope
+from olp.languages.vendors.krl.scope import AXES, COMPONENTS, CONFIG_MARK, Scope
 
 _SYSTEM: Final = {name: word for word, name in reversed(SYSTEM_VALUES.items())}
 _MEMBERS: Final = {name: word for word, name in COMPONENTS.items()}

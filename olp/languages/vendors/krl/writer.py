@@ -29,8 +29,7 @@ from olp.languages.generator import (
 )
 from olp.languages.vendors.krl import interrupts, texts
 from olp.languages.vendors.krl.motion_data import ACTUAL, MotionData
-from olp.languages.vendors.krl.neighbours import CONFIG_MARK
-from olp.languages.vendors.krl.scope import NEUTRAL_TYPES, Scope
+from olp.languages.vendors.krl.scope import CONFIG_MARK, NEUTRAL_TYPES, Scope
 from olp.languages.vendors.krl.write_forms import DECIMALS, END_OF_FORM, EXTERNAL, InlineForms, initialisation
 from olp.languages.vendors.krl.write_forms import HEADER as HEADER_OF_FORMS
 from olp.languages.vendors.krl.write_moves import KrlMoves, says_turning
