@@ -296,8 +296,9 @@ def _with_texts_handed(body: Sequence[st.Statement], taken: _Taken) -> tuple[st.
         )
 
     def change(e: ex.Expression) -> ex.Expression:
-        handed = type(e) is ex.CallValue and e.routine.casefold() in taken
-        return replace(e, arguments=texts(e.routine, e.arguments)) if handed else e  # type: ignore[union-attr]
+        if isinstance(e, ex.CallValue) and e.routine.casefold() in taken:
+            return replace(e, arguments=texts(e.routine, e.arguments))
+        return e
 
     if not taken:
         return tuple(body)
