@@ -921,6 +921,22 @@ def test_moves_that_one_axis_leads_do_not_wait(tmp_path):
     assert not late().any()
 
 
+def test_all_moves_between_two_places_that_are_as_late_do_not_wait(tmp_path):
+    """Three moves go from about one place to about another, as no other does; or one that does is in time."""
+    start, end, way, speed = program(25)
+    rng = np.random.default_rng(25)
+    alike, few = np.arange(10, COUNT, 35), np.zeros(COUNT)
+    start[alike], end[alike] = (
+        at + rng.uniform(-0.02, 0.02, (len(alike), 3)) for at in ([1.1, -0.5, 0.7], [0.6, 0.5, 0.1])
+    )
+    way = np.linalg.norm(end - start, axis=1)
+    for late, waits in ((alike, False), (alike[:3], True), (np.array([5, 50, 90]), True)):
+        few = np.isin(np.arange(COUNT), late) * (0.13 + 0.01 * rng.normal(size=COUNT))
+        real = travel(way, speed, ACCELERATION) + few + 0.001 * rng.normal(size=COUNT)
+        case = case_of(record(tmp_path / "moves", real, 25, made=(start, end, way, speed))).case
+        assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
+
+
 @pytest.mark.parametrize("waits", [True, False])
 def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_none(waits, tmp_path):
     """All moves of a line go down, and some of them wait there for a signal; or all are slowed by what they carry."""

@@ -63,7 +63,7 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if _chosen_by_the_motion(late, corrected, case) and not at_a_line(late, residual, case):
         return nothing
     many = len(np.unique(case.repeats[late])) > _PLACES if len(case.repeats) == len(case) else False
-    if many and _the_same_moves(residual, late, case, sigma):
+    if many and (_the_same_moves(residual, late, case, sigma) or _of_one_way(residual, late, case)):
         return nothing
     return np.asarray(late, dtype=bool)
 
@@ -295,6 +295,18 @@ def _the_same_moves(residual: Floats, late: Mask, case: MeasuredMoves, sigma: fl
         return False
     differing = freedom * sigma**2 + _DIFFER**2 * waits
     return _as_small_by_chance(square / differing * freedom, freedom) < _ALIKE
+
+
+def _of_one_way(residual: Floats, late: Mask, case: MeasuredMoves) -> bool:
+    """Whether the late moves are late by about the same time, and any two of them begin and end nearer to each other
+    than any does to a move in time: that is the move, wherever a camera or a pallet puts its ends, not a wait."""
+    waits, few, many = residual[late], int(late.sum()), int(case.moving.sum())
+    if waits.std() >= _DIFFER * waits.mean() or (few / max(many, 1)) ** few > _BY_CHANCE:
+        return False
+    places = np.concatenate([case.start, case.end], axis=1)
+    apart = np.linalg.norm(places[late][:, None] - places[case.moving], axis=2)
+    together = late[case.moving]
+    return bool(apart[:, together].max() < apart[:, ~together].min())  # never where places are not known
 
 
 def _as_small_by_chance(x: float, freedom: int) -> float:
