@@ -345,6 +345,28 @@ def test_what_a_name_brings_is_against_the_others_at_their_best():
     assert hasty.before > 1.3 * gain.before
 
 
+@pytest.mark.parametrize(("apart", "gone"), [(False, [1]), (True, [0])])
+def test_a_name_is_not_held_against_a_group_with_all_moves_that_its_condition_leaves_out(
+    apart, gone, monkeypatch
+):
+    """By the other groups it acts everywhere. All groups here are predicted best without it."""
+    made = case()
+    quick = Condition((Statement("speed", above=0.4),))
+    waits = part("settling", made, 0.05)._replace(condition=quick)
+    best = evaluate(
+        DurationModel((part("acceleration", made, 0.8 * ACCELERATION), waits)), made, Noise(NOISE)
+    )
+    rests = {(k,): best.model.without(k) for k in range(2)}
+    errors = {("acceleration", "settling"): 3.0, ("settling",): 2.0, ("acceleration",): 1.0}
+    monkeypatch.setattr(
+        evidence, "held_out_error", lambda model, *_: errors[tuple(p.term.name for p in model.parts)]
+    )
+    labels = np.arange(MOVES) % 5
+    if apart:
+        labels = np.where(quick.mask(made), 1 + np.arange(MOVES) % 4, 0)
+    assert evidence._misleading(best, rests, made, Noise(NOISE), [Folds("job", labels)]) == gone
+
+
 def test_inside_a_fold_names_are_held_against_unseen_moves_too(monkeypatch):
     """The seen moves end at a speed that a clamp seems to set; the unseen ones are faster."""
     way, speed = programmed()

@@ -296,16 +296,17 @@ def _misleading(
     kinds: Sequence[Folds],
 ) -> list[int]:
     """The parts of the name without which whole groups of some kind are predicted better, by all others but one or by
-    one of them alone. `rests`: the models without the parts of each name."""
+    one of them alone; nobody could know of a name in a group with all moves in which it acts, or that its condition
+    leaves out. `rests`: the models without the parts of each name."""
     fewer = [(set(name), rest) for name, rest in rests.items()]
     every = set(range(len(best.model.parts)))
     if len(rests) > 2:
         for name in rests:
             alone = _leaving(best.model, sorted(every - set(name)))
             fewer.append((every - set(name), fit(alone, case, noise, 30).model))
-    acting = {name: acts(best, name, case) for name in rests}
+    shown = {name: [acts(best, name, case), *(spared(best, k, case) for k in name)] for name in rests}
     for folds in kinds if len(rests) > 1 else ():
-        known = {k for name in rests if not _absent(acting[name], folds) for k in name}
+        known = {k for name in rests if not any(_absent(some, folds) for some in shown[name]) for k in name}
         told = [(held_out_error(model, case, noise, folds), gone) for gone, model in fewer if gone & known]
         least, gone = min(told, key=lambda one: one[0], default=(np.inf, set[int]()))
         if least < held_out_error(best.model, case, noise, folds):
