@@ -55,9 +55,23 @@ HOSTS = FilePath(__file__).parent.parent / "hosts"
 MAKERS = sorted({name.partition("/")[0] for name in robot_names()})
 
 
+# Promises of a vendor that the contracts of the writers hold for every pair of languages; once in a session is enough.
+HELD_BY_WRITERS = (vendors.reads_what_is_written, vendors.is_written_in_other_languages)
+
+
 @pytest.mark.parametrize("name", vendor_names())
 def test_a_vendor_keeps_its_contract(name: str) -> None:
-    check_vendor(find_vendor(name))
+    member = vendors.VendorUnderTest(find_vendor(name), None)
+    assert not member.has_errors
+    hold(f"vendor {name}", member, [one for one in vendors.PROMISES if one not in HELD_BY_WRITERS])
+
+
+def test_the_writers_hold_what_is_left_out_of_the_vendors_tests() -> None:
+    assert set(HELD_BY_WRITERS) < set(vendors.PROMISES)
+    held = {writers.does_what_the_program_does, writers.writes_each_kind_of_statement}
+    assert held | {writers.translates_there_and_back} < set(writers.PROMISES)
+    # The writers translate the handling program of each vendor that has one.
+    assert all(writers.handling_sample(name) is not None for name in vendor_names())
 
 
 @pytest.mark.parametrize("name", writable())
