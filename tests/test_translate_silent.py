@@ -2623,3 +2623,48 @@ def test_a_quotient_of_a_group_into_krl_keeps_its_fraction():
 def test_a_quotient_of_a_group_of_krl_is_cut(target, row):
     text = krl("SIGNAL gi3 $IN[1] TO $IN[4]", "DECL REAL x", "x=gi3/2", "WAIT SEC x")
     assert row in translated(text, "krl", target)
+
+
+# --- comments outside of routines ---------------------------------------------------------------------------
+
+OUTSIDE = {
+    "rapid": (
+        "! c1", "MODULE M ! c2", "! c3", "RECORD pair", "num a;", "ENDRECORD", "! c4", "VAR num x:=1; ! c5",
+        "! c6", "PROC main() ! c7", "! c8", "x:=x+1;", "SetDO do1,x;", "sub;", "ENDPROC ! c9", "! c10",
+        "PROC sub()", "SetDO do2,1;", "ENDPROC", "! c11", "ENDMODULE ! c12", "! c13",
+    ),
+    "krl": (
+        ";c1", "DEF PART ( ) ;c2", ";c3", "$OUT[1]=TRUE", "SUB()", "END ;c4", ";c5", "DEF SUB()", "$OUT[2]=TRUE",
+        "END ;c6", "", ";c7",
+    ),
+    "as": (
+        "; c1", ".PROGRAM part() ; c2", "; c3", "SIGNAL 1 ; c4", "CALL sub", ".END", "; c5", ".PROGRAM sub()",
+        "SIGNAL -1", ".END", "; c6",
+    ),
+    "pdl2": (
+        "-- c1", "PROGRAM part -- c2", "-- c3", "VAR x : INTEGER -- c4", "ROUTINE sub -- c5", "BEGIN",
+        "$DOUT[1] := OFF", "END sub -- c6", "-- c7", "BEGIN -- c8", "x := 1", "$DOUT[x] := ON -- c9", "sub",
+        "END part -- c10", "-- c11",
+    ),
+    "urscript": (
+        "# c1", "def part(): # c2", "x = 1 # c3", "set_digital_out(x, True)", "def sub():", "sleep(1)",
+        "end # c4", "sub()", "end # c5", "# c6",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("vendor", OUTSIDE)
+@pytest.mark.parametrize("target", ["rapid", "krl", "urscript", "inform", "tp"])
+def test_comments_outside_of_routines_stand_in_the_translation(vendor, target):
+    text = "\r\n".join([*OUTSIDE[vendor], ""])
+    written = translated(text, vendor, target)
+    if vendor != target:
+        assert set(re.findall(r"\bc\d+\b", written)) == set(re.findall(r"\bc\d+\b", text))
+
+
+def test_a_module_is_written_as_it_was_with_its_comments():
+    """What other languages have in the routines stands where it stood."""
+    text = "\r\n".join([*OUTSIDE["rapid"], ""])
+    program = read_source(decode(text.encode("cp1252"), "part.mod"), vendor="rapid")
+    written = program.export("rapid").decode("cp1252")
+    assert re.findall(r"c\d+", written) == re.findall(r"c\d+", text)

@@ -97,6 +97,7 @@ class _AsFile:
         self.levels = LEVELS | _levels(findings.source.lines)
         self.saved = _places(findings.source.lines, ".SYSDATA", _SYSTEM_ROWS)
         self.saved |= _places(findings.source.lines, ".AUXDATA", _HOME_ROWS)
+        self.outside: list[st.Statement] = []  # comments between programs, which the next one takes along
 
     def read(self) -> st.Program:
         source = self.findings.source
@@ -113,7 +114,12 @@ class _AsFile:
                 number = self._table(word, number)
             else:
                 self.kinds[number - 1] = st.LineKind.RECORD if text else st.LineKind.BLANK
+                if text.startswith(";"):
+                    self.kinds[number - 1] = st.LineKind.COMMENT
+                    self.outside.append(st.Comment(number, text[1:]))
                 number += 1
+        if routines and self.outside:
+            routines[-1] = replace(routines[-1], body=(*routines[-1].body, *self.outside))
         self._close_arrays()
         self._declare_homes()
         routines = _SignalNumbers(self.findings, routines, self.data).known()
@@ -216,6 +222,9 @@ class _AsFile:
         lines, start = self.findings.source.lines, number
         self.kinds[number - 1] = st.LineKind.RECORD
         body = _AsBody(self.findings, self.parser, self.levels)
+        body.body, self.outside = self.outside, []
+        if behind := _parted(lines[number - 1])[1]:
+            body.body.append(st.Comment(number, behind))
         number += 1
         closed = False
         while number <= len(lines) and not closed:

@@ -411,7 +411,7 @@ class KrlWriter(KrlMoves):
         self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
         return KrlRoutineText(
             above=as_text(above) or (self._header() if routine is self.routines[0] and not self.own else ""),
-            head=head + _behind(framing.head),
+            head=head + _behind(framing.head or routine.comment),
             declarations=as_text(self.declarations),
             instructions=as_text(self.rows),
             end=("ENDFCT" if routine.returns else "END") + _behind(framing.end),

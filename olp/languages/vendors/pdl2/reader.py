@@ -107,16 +107,21 @@ class _Pdl2File:
         self.section = ""
         self.path = st.Path.JOINT
         self.handler = False
+        self.outside: list[st.Statement] = []  # comments before the program
 
     def read(self) -> st.Program:
         for line in self._lines():
             for more in range(line.taken):
                 self.kinds[line.number - 1 + more] = st.LineKind.STATEMENT
-            before = self._count()
-            self._line(line)
             part = self.part or self.program
-            if line.comment and part and len(part.body) > before:
-                part.body[-1] = with_comment(part.body[-1], line.comment)
+            held = (0, 0) if part is None else (len(part.body), len(part.data))
+            self._line(line)
+            if line.comment:
+                now = self.part or self.program
+                is_head = now is not None and now.line == line.number
+                self._keep_comment(
+                    line.number, line.comment, now if is_head else part, None if is_head else held
+                )
         for one in (self.part, self.program):
             if one is not None:
                 span = self.findings.whole_line(one.line)
@@ -128,9 +133,22 @@ class _Pdl2File:
         kinds = bytes(self.kinds)
         return st.Program("pdl2", self.findings.source, routines, self.findings.result(), kinds, data, main)
 
-    def _count(self) -> int:
-        part = self.part or self.program
-        return len(part.body) if part else 0
+    def _keep_comment(
+        self, number: int, comment: str, part: _Part | None = None, held: tuple[int, int] | None = None
+    ) -> None:
+        """With what its line says; else, as behind a head or an end, by itself in the routine.
+
+        `part`, `held`: the routine before the line, and how many statements and data it had.
+        """
+        part = part or self.part or self.program or (self.parts[-1] if self.parts else None)
+        if part is None:
+            self.outside.append(st.Comment(number, comment))
+        elif held is not None and len(part.body) > held[0]:
+            part.body[-1] = with_comment(part.body[-1], comment)
+        elif held is not None and len(part.data) > held[1]:
+            part.data[-1] = with_comment(part.data[-1], comment)
+        else:
+            part.body.append(st.Comment(number, comment))
 
     # --- lines ------------------------------------------------------------------------------------------
 
@@ -141,9 +159,8 @@ class _Pdl2File:
             text, comment = lines[number - 1]
             if not text.strip():
                 self.kinds[number - 1] = st.LineKind.BLANK if comment is None else st.LineKind.COMMENT
-                part = self.part or self.program
-                if comment is not None and part is not None:
-                    part.body.append(st.Comment(number, comment))
+                if comment is not None:
+                    self._keep_comment(number, comment)
                 number += 1
                 continue
             count = 1
@@ -164,6 +181,7 @@ class _Pdl2File:
         elif word == "PROGRAM" and (head := _PROGRAM.fullmatch(text)) and self.program is None:
             self.kinds[number - 1] = st.LineKind.RECORD
             self.program, self.section = _Part(self.rules.spelled(head[1]), number, (), "PROGRAM"), "VAR"
+            self.program.body, self.outside = self.outside, []
         elif word == "ROUTINE" and (head := _ROUTINE.fullmatch(text)):
             self._head(head, number)
         elif word in _SECTIONS:

@@ -37,8 +37,12 @@ class ModuleReader:
         self._record = False
         self._before: list[str] = []  # what stands between routines, for RAPID's own writer
         self._lead: list[st.Comment] = []  # comments just above a routine
+        self._passed: list[
+            st.Comment
+        ] = []  # those in `_before`: other languages have them in the next routine
         self._head: FramingClause | None = None  # of the open routine
         self._line = 0
+        self._outside = 0  # how many comments at the head of its body `_before` has, too
         self._handler = 0  # its first line
         self._handlers: dict[int, str] = {}  # first line of each -> ERROR, LISTED, UNDO or BACKWARD
         self._handled: dict[int, list[st.Statement]] = {}  # line -> the handlers' statements
@@ -90,16 +94,27 @@ class ModuleReader:
 
     def _flush(self, *items: str) -> None:
         """Module text that belongs to no routine, in order."""
-        if self._lead:
-            self._before += [f"! {one.text}" for one in self._lead]
-            self._lead.clear()
+        self._passed += self._written_lead()
         self._before += items
+
+    def _written_lead(self) -> list[st.Comment]:
+        """The comments so far, which are part of the module's text from here on."""
+        lead, self._lead = self._lead, []
+        self._before += [f"! {one.text}" for one in lead]
+        return lead
 
     def _declare(self, it: st.Declare) -> None:
         """Data of the module, which take the comments above them along."""
-        above = tuple(one.text for one in self._lead)
-        self._flush(f"D {it.name}")
+        above = tuple(one.text for one in self._written_lead())
+        self._before.append(f"D {it.name}")
         self.data.append(replace(it, above=above) if above else it)
+
+    def _leave_module(self) -> None:
+        """Comments behind the last routine stand in it for other languages, behind its end."""
+        if self.routines and self._passed:
+            last_one = self.routines[-1]
+            self.routines[-1] = replace(last_one, body=(*last_one.body, *self._passed))
+            self._passed = []
 
     # --- clauses ----------------------------------------------------------------------------------------------
 
@@ -199,7 +214,8 @@ class ModuleReader:
                     self._findings.error("P453", message, span_of(clause), "add ENDMODULE before this line")
                 attributes = f"({','.join(frame.attributes)})" if frame.attributes else ""
                 self._module = frame.name
-                self._flush(f"M {frame.name}{attributes}", *self._trailing(clause))
+                self._flush(f"M {frame.name}{attributes}")
+                self._trailing(clause)
             case "ENDMODULE":
                 if self._head is not None:
                     self._cut(clause.line - 1, "the module ends before")
@@ -207,7 +223,9 @@ class ModuleReader:
                 if not self._module:
                     self._findings.error("P454", "ENDMODULE without MODULE", span_of(clause), "remove it")
                 self._module = ""
-                self._flush("E", *self._trailing(clause))
+                self._flush("E")
+                self._leave_module()
+                self._trailing(clause)
             case "RECORD":
                 self._record = True
                 self.data += self._names.layouts(frame.name, clause.line)
@@ -224,8 +242,10 @@ class ModuleReader:
             case _:
                 self._end_routine(frame, clause)
 
-    def _trailing(self, clause: Clause) -> list[str]:
-        return [] if clause.comment is None else [f"! {clause.comment.rstrip()}"]
+    def _trailing(self, clause: Clause) -> None:
+        if clause.comment is not None:
+            self._lead.append(st.Comment(clause.line, clause.comment.rstrip()))
+            self._flush()
 
     def _open_routine(self, frame: FramingClause, clause: Clause) -> None:
         if self._head is not None:
@@ -237,8 +257,9 @@ class ModuleReader:
             )
         self._record = False
         self._head, self._line = frame, clause.line
-        self._body = list(self._lead)
-        self._lead.clear()
+        self._outside = len(self._passed)
+        self._body = [*self._passed, *self._lead]
+        self._passed, self._lead = [], []
         if clause.comment is not None:
             self._body.append(st.Comment(clause.line, clause.comment.rstrip()))
         self._handler = 0
@@ -286,6 +307,8 @@ class ModuleReader:
         details = {"before": "\n".join(self._before)}
         if head.word != "PROC":
             details["kind"] = head.word
+        if self._outside:
+            details["outside"] = str(self._outside)
         if head.returns:
             details["returns"] = head.returns
         if comment:
@@ -334,6 +357,7 @@ class ModuleReader:
                 "P453", message, self._findings.whole_line(last), "add ENDMODULE; is the file cut off?"
             )
         self._flush()
+        self._leave_module()
         if self.routines and self._before:
             last_one = self.routines[-1]
             details = {**last_one.details, "after": "\n".join(self._before)}

@@ -177,7 +177,8 @@ class RapidWriter(RapidStatements):
         local.update({one.name.lower(): self._parameter_type(one) for one in routine.parameters})
         self.types = {**self.globals, **local}
         framing = framing_comments(routine, self.own)
-        before = "".join(f"{self.step}!{one}\n" for one in framing.above)
+        outside = int(routine.details.get("outside", "0"))  # comments that the text between routines has
+        before = "".join(f"{self.step}!{one}\n" for one in framing.above[outside:])
         rows = self.routine_rows(framing.body, routine, self._safety(routine))
         untyped = [one.name for one in routine.parameters if not one.switch and not self._parameter_type(one)]
         if untyped:
