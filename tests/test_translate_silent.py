@@ -2668,3 +2668,12 @@ def test_a_module_is_written_as_it_was_with_its_comments():
     program = read_source(decode(text.encode("cp1252"), "part.mod"), vendor="rapid")
     written = program.export("rapid").decode("cp1252")
     assert re.findall(r"c\d+", written) == re.findall(r"c\d+", text)
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "inform", "urscript"])
+@pytest.mark.parametrize("rows", [("$OV_PRO=30", "$OV_PRO=OLD"), ("WAIT FOR OLD==100",)])
+def test_the_speed_that_the_operator_has_chosen_is_told_as_unknown(rows, target):
+    """`OLD=$OV_PRO` … `$OV_PRO=OLD` gave back 100 % of a pendant that stood at 30, and nothing said so."""
+    text = krl("DECL INT OLD", "OLD=$OV_PRO", *rows, *poses((900, 0, 400)))
+    told = [x for x in losses(text, "krl", target) if "operator has chosen" in x.says]
+    assert [x.fate for x in told] == [Fate.APPROXIMATED]

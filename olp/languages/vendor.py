@@ -225,6 +225,9 @@ class Conventions:
         default_factory=dict
     )  # system variable, case folded -> what it says of how moves are made
     wide_numbers: frozenset[str] = frozenset()  # types, case folded, of numbers with more than 7 digits
+    operator_sets: Mapping[str, str] = field(
+        default_factory=dict
+    )  # `Declare.native` of what is set at the pendant, too -> what is taken for it
     idle_words: frozenset[str] = (
         frozenset()
     )  # first words, case folded, of declarations that olp keeps as text

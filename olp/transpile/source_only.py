@@ -93,6 +93,8 @@ def foreign_words(program: st.Program, work: TranslationContext) -> st.Program:
         if d.native.casefold() in work.conventions.wide_numbers:
             says = f"{d.name} holds numbers of 15 digits: {language_of(work.target)} may keep 7 of them"
             work.lose(d, Fate.APPROXIMATED, "value", says)
+        if taken := work.conventions.operator_sets.get(d.native):
+            work.lose(d, Fate.APPROXIMATED, "value", taken)
     kept = [d for d in program.data if not (words.axes_stand and d.name in words.held)]
     return set_elsewhere(replace(program, routines=tuple(routines), data=tuple(kept)), words.lost, work)
 

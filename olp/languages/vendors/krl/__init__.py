@@ -47,6 +47,7 @@ class Krl(Vendor):
         partial_targets=True,
         text_arrays=True,
         data_last=True,
+        operator_sets={"$OV_PRO": "the speed that the operator has chosen is taken for 100 % at the start"},
         records_in_statements=False,
         frame_records=True,
         member_types=NEUTRAL_TYPES,

@@ -184,10 +184,14 @@ def with_kept_settings(program: st.Program, reading: Sequence[st.Statement]) -> 
         return [found, *(st.Assign(s.line, ex.Named(name), value) for name, value in given)]
 
     routines = tuple(replace(r, body=tuple(one for s in r.body for one in rows(s))) for r in program.routines)
-    data = [st.Declare(0, name, "real", None, shared=True) for key, name in names.items() if name in kept]
-    if names.get("$OV_PRO") in kept:  # what the program has not set yet is the whole speed
-        data = [d for d in data if d.name != names["$OV_PRO"]]
-        data.append(st.Declare(0, names["$OV_PRO"], "integer", ex.Number(100), shared=True))
+    data = [
+        st.Declare(0, name, "real", None, shared=True)
+        for key, name in names.items()
+        if name in kept and key != "$OV_PRO"
+    ]
+    if "$OV_PRO" in names:  # what the program has not set yet is the whole speed
+        whole = ex.Number(100)
+        data.append(st.Declare(0, names["$OV_PRO"], "integer", whole, shared=True, native="$OV_PRO"))
     return replace(program, routines=routines, data=(*program.data, *data))
 
 
