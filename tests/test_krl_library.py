@@ -514,3 +514,39 @@ def test_members_of_records_of_unknown_types_are_copied_one_by_one():
     )
     assert not [loss for loss in converted(text, "krl", "rapid").translated.losses if loss.leaves_out]
     assert run_elsewhere(text, "krl", "rapid").durations.tolist() == [1.0, 2.0]
+
+
+NAMED_CLOCK = (
+    "DECL CONST INT CYCLE=2",
+    "$TIMER[CYCLE]=-2000",
+    "$TIMER_STOP[CYCLE]=FALSE",
+    "WAIT FOR $TIMER_FLAG[CYCLE] OR $IN[4]",
+    "$TIMER_STOP[CYCLE]=TRUE",
+    "IF $TIMER[CYCLE]>0 THEN",
+    "$OUT[3]=TRUE",
+    "ENDIF",
+)
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_a_clock_whose_number_is_a_constant_is_the_clock_of_that_number(target):
+    """A list of another file may declare the constant, so the reader cannot know it."""
+    numbered = [row.replace("[CYCLE]", "[2]") for row in NAMED_CLOCK]
+    plain = translated(krl(*numbered), "krl", target)
+    assert translated(krl(*NAMED_CLOCK), "krl", target) == plain
+    assert left_out(krl(*NAMED_CLOCK), target) == left_out(krl(*numbered), target)
+
+
+def test_a_clock_whose_number_changes_is_left_out():
+    rows = [NAMED_CLOCK[0].replace("CONST INT CYCLE=2", "INT CYCLE"), "CYCLE=2", NAMED_CLOCK[1]]
+    losses = converted(krl(*rows), "krl", "tp").translated.losses
+    assert [(loss.line, loss.fate) for loss in losses] == [(4, "commented")]
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_a_flag_of_a_clock_that_is_set_is_left_out_and_told(target):
+    """RAPID got `ClkRead(clock2)>=2:=FALSE`."""
+    text = krl(NAMED_CLOCK[1].replace("CYCLE", "2"), "$TIMER_FLAG[2]=FALSE", "WAIT FOR $TIMER_FLAG[2]")
+    losses = converted(text, "krl", target).translated.losses
+    assert [loss.line for loss in losses if loss.fate == "commented"] == [3]
+    assert "FALSE;" not in translated(text, "krl", target).replace("! not translated: $TIMER_FLAG[2]=FALSE", "")

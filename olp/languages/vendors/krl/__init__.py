@@ -157,6 +157,7 @@ class Krl(Vendor):
             reading_of,
             with_channel_calls,
             with_kept_settings,
+            with_numbered_clocks,
             with_own_layouts,
             with_plain_functions,
         )
@@ -168,7 +169,7 @@ class Krl(Vendor):
             without_unknown_types,
         )
 
-        program = with_record_messages(with_given_parameters(program))
+        program = with_record_messages(with_given_parameters(with_numbered_clocks(program)))
         program = with_plain_functions(with_status_members(with_cyclic_flags(program)))
         program = with_channel_calls(program)
         reading = reading_of(program)

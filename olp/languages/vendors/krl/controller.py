@@ -18,7 +18,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import expressions_of, is_written_out, mapped, sets_numbers
 from olp.languages.lark_host import BrokenLineError
-from olp.languages.vendors.krl.grammar import line_parser
+from olp.languages.vendors.krl.grammar import clock_set, line_parser
 from olp.languages.vendors.krl.scope import Scope
 
 # --- Types of records ---
@@ -321,3 +321,70 @@ def _call(s: st.Process) -> st.Call | None:
     except (UnexpectedInput, BrokenLineError):
         return None
     return replace(found, line=s.line, comment=s.comment) if isinstance(found, st.Call) else None
+
+
+# --- Clocks and flags whose number has a name ---
+# `CONST INT CYCLE=2`, `$TIMER[CYCLE]=-2000`: the constant may stand in a list that the program's file does not see.
+
+_OF_CLOCKS: Final = frozenset({"$TIMER", "$TIMER_STOP"})
+_FLAGS: Final = frozenset({"timer-flag", "cyclic-flag"})
+_MILLISECONDS: Final = ex.Number(1000)
+
+
+def with_numbered_clocks(program: st.Program) -> st.Program:
+    """The program with clocks and flags by their numbers where these are constants."""
+    shared = _constants(program.data)
+    return replace(program, routines=tuple(_with_numbered_clocks(r, shared) for r in program.routines))
+
+
+def _constants(data: Sequence[Any]) -> dict[str, ex.Number | None]:
+    """The whole numbers that constants hold; None for every other name that is declared."""
+    return {
+        d.name.casefold(): d.value if d.storage == "constant" and isinstance(d.value, ex.Number) else None
+        for d in data
+        if isinstance(d, st.Declare)
+    }
+
+
+def _with_numbered_clocks(r: st.Routine, shared: Mapping[str, ex.Number | None]) -> st.Routine:
+    own = {**_constants((*r.data, *r.body)), **{p.name.casefold(): None for p in r.parameters}}
+
+    def number(indices: Sequence[ex.Expression]) -> int | None:
+        """What constant the one index is, None for any other."""
+        name = indices[0].name.casefold() if len(indices) == 1 and isinstance(indices[0], ex.Named) else ""
+        found = own.get(name, shared.get(name) if name not in own else None)
+        return int(found.value) if found is not None and float(found.value).is_integer() else None
+
+    def change(e: ex.Expression) -> ex.Expression:
+        if isinstance(e, ex.Signal) and e.bus in _FLAGS and (at := number((e.index,))) is not None:
+            if e.bus == "timer-flag":
+                return ex.Compare(">=", ex.SystemValue("timer", at), ex.Number(0))
+            return replace(e, index=ex.Number(at))
+        if not (isinstance(e, ex.Item) and isinstance(e.base, ex.Named)):
+            return e
+        if e.base.name.upper() not in _OF_CLOCKS or (at := number(e.indices)) is None:
+            return e
+        if e.base.name.upper() == "$TIMER":
+            return ex.Binary("*", ex.SystemValue("timer", at), _MILLISECONDS)
+        return ex.Unary("not", ex.SystemValue("timer-running", at))
+
+    def changed(s: st.Statement) -> st.Statement:
+        if sets_numbers(s):
+            return s
+        if isinstance(s, st.SetOutput) and s.signal.bus in _FLAGS:
+            at = number((s.signal.index,))
+            index = s.signal.index if at is None else ex.Number(at)
+            value = mapped(s.value, change)
+            if s.signal.bus == "timer-flag" and isinstance(index, ex.Number):
+                # Whoever reads the flag asks the clock, and what setting it does to that no manual at hand says.
+                return st.Assign(s.line, ex.Item(ex.Named("$TIMER_FLAG"), (index,)), value, s.comment)
+            return replace(s, signal=replace(s.signal, index=index), value=value)
+        if isinstance(s, st.Assign) and isinstance(s.target, ex.Item):
+            target = change(s.target)
+            if isinstance(target, (ex.Binary, ex.Unary)):
+                set_ = clock_set(target, mapped(s.value, change))
+                return replace(set_, line=s.line, comment=s.comment)
+        return mapped(s, change)
+
+    body = tuple([changed(s) for s in r.body])
+    return r if all(new is old for new, old in zip(body, r.body, strict=True)) else replace(r, body=body)

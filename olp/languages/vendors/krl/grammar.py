@@ -57,7 +57,10 @@ class StatementRules(DeclarationRules, BlockWords):
         target = self.lower(reference)
         value = settle(value, self.scope, self.scope.type_of(target))
         if isinstance(target, (ex.Binary, ex.Unary)):
-            return _clock(target, value)
+            return clock_set(target, value)
+        if isinstance(target, ex.Compare) and isinstance(target.left, ex.SystemValue):
+            # Written, a flag is no condition: `$TIMER_FLAG[1]=FALSE`.
+            target = ex.Signal("timer-flag", ex.Number(target.left.index))
         return st.SetOutput(0, target, value) if type(target) is ex.Signal else st.Assign(0, target, value)
 
     def pulse(self, children: list[Any]) -> st.PulseOutput:
@@ -105,7 +108,7 @@ class StatementRules(DeclarationRules, BlockWords):
         return st.Dwell(0, ex.Quantity(self.plain(children[0]), 1.0))
 
 
-def _clock(target: ex.Binary | ex.Unary, value: ex.Expression) -> st.Assign:
+def clock_set(target: ex.Binary | ex.Unary, value: ex.Expression) -> st.Assign:
     """`$TIMER[1]=0`, in ms, and `$TIMER_STOP[1]=FALSE`."""
     if isinstance(target, ex.Unary):
         on = ex.SignalState(not value.on) if isinstance(value, ex.SignalState) else ex.Unary("not", value)
