@@ -1,5 +1,6 @@
 """What slows joint moves: recordings of `bench/joint_moves.py`, without the search."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -340,3 +341,20 @@ def test_where_a_name_of_an_axis_falls_those_that_stay_act_on_that_axis(tmp_path
     found = in_its_place(bare, gone, shelf, moves, NOISE, set())
     assert [(p.term.name, p.form.axis) for p in found.model.parts] == [("speed-scale", k) for k in (1, 2, 3)]
     assert in_its_place(bare, gone, shelf, moves, NOISE, {"speed-scale/3"}) is bare
+
+
+def test_what_a_fit_tries_beside_a_model_is_what_the_model_would_say_there(tmp_path):
+    """Parts that stay are kept, moves of all trials are timed in one go, and axes that take over are looked up."""
+    moves, _ = made(tmp_path, "jerk limit", 4)
+    assert moves.rivals is not None
+    moves = replace(moves, measured=0.012 * np.ceil(moves.measured / 0.012), derived={})
+    parts = shelf_of(moves, move_terms()).parts
+    wanted = {"joint-acceleration-limit": 1, "settling": -1, "cycle-quantisation": -1}
+    model = DurationModel(
+        tuple(next(p for p in parts if (p.term.name, p.form.axis) == one) for one in wanted.items())
+    )
+    changes = [(k, part._replace(values=1.1 * part.values)) for k, part in enumerate(model.parts)]
+    for (k, part), told in zip(changes, model.both_with(changes, moves), strict=True):
+        alone = DurationModel((*model.parts[:k], part, *model.parts[k + 1 :])).both(moves)
+        np.testing.assert_allclose(told, alone, rtol=1e-14)
+        assert np.abs(told[0] - told[1]).max() > 0.0

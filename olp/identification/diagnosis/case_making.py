@@ -451,7 +451,7 @@ def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
         rates=replace(moves.rates, path=moves.rates.path / turns[:, None, None]),
         leader=leader.astype(np.int64),
     )
-    return replace(case, rivals=Rivals(own, of))
+    return replace(case, rivals=Rivals.of_moves(own, of))
 
 
 # --- circumstances ----------------------------------------------------------------------------------------------------

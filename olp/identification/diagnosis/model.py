@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.physics import Form, MoveTerm
-from olp.timing.physics._case import MeasuredMoves
+from olp.timing.physics._case import MeasuredMoves, Rivals
 from olp.timing.physics._motion import Motion, durations
 
 Floats = NDArray[np.float64]
@@ -126,6 +127,12 @@ _NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
 _LATELY = 512  # motions that a case keeps
 
 
+@lru_cache(maxsize=_LATELY)
+def _named(condition: Condition) -> str:
+    """What a case keeps its moves under."""
+    return f"where {condition!r}"
+
+
 class ModelPart(NamedTuple):
     """One term of a model, in one of its forms, in all moves or under a condition."""
 
@@ -159,7 +166,7 @@ class ModelPart(NamedTuple):
             return known[1]
         changed = self.term.act(motion, self.form, self.values, case)
         if self.condition is not None:
-            mask = case.once(f"where {self.condition!r}", lambda: self._mask(case)) > 0
+            mask = case.once(_named(self.condition), lambda: self._mask(case)) > 0
             changed = motion.where(mask, changed)
         if len(case.acted) >= _LATELY:
             del case.acted[next(iter(case.acted))]
@@ -193,19 +200,37 @@ class _Led(NamedTuple):
             for name in _SET_BY_AXES
             if (after := getattr(motion, name)) is not (before := getattr(self.motion, name))
         }
-        return _Led(motion, rivals.with_(**more))
+        return _Led(motion, rivals.with_(**more) if more else rivals)
 
     def together(self, case: MeasuredMoves) -> Motion:
         """All axes start and end together: whichever allows the least speed or acceleration sets it for all."""
         if self.rivals is None or case.rivals is None:
             return self.motion
-        of = case.rivals.of
-        per_turn = self.motion.way[of] / self.rivals.way
+        simulated = all(
+            one.way is whole.way
+            for one, whole in ((self.motion, case.base), (self.rivals, case.rivals.moves.base))
+        )
         least = dict[str, Floats]()
         for name in _SET_BY_AXES:
-            least[name] = getattr(self.motion, name).copy()
-            np.minimum.at(least[name], of, getattr(self.rivals, name) * per_turn)
+            mine, others = getattr(self.motion, name), getattr(self.rivals, name)
+            work_out = partial(self._least, mine, others, case.rivals)
+            if (
+                simulated
+                and mine is getattr(case.base, name)
+                and others is getattr(case.rivals.moves.base, name)
+            ):
+                least[name] = case.once(f"together {name}", work_out)
+            else:
+                least[name] = work_out()
         return self.motion.with_(**least)
+
+    def _least(self, mine: Floats, others: Floats, rivals: Rivals) -> Floats:
+        """(n,) the least of what the leading axes and their rivals allow."""
+        assert self.rivals is not None
+        at_most, (first, rows) = mine.copy(), rivals.together
+        per_turn = self.motion.way[rivals.of] / self.rivals.way
+        at_most[rows] = np.minimum(at_most[rows], np.minimum.reduceat(others * per_turn, first))
+        return at_most
 
 
 _SET_BY_AXES = ("speed", "accelerate", "decelerate")
@@ -226,15 +251,17 @@ class DurationModel(NamedTuple):
 
     def both(self, case: MeasuredMoves) -> tuple[Floats, Floats]:
         """`seconds` and `smooth` at the price of one."""
-        smooth, motion = self._acted(case)
-        cycle = motion.cycle
-        if cycle <= 0:
-            return smooth, smooth
-        rounded = np.ceil(smooth / cycle - motion.early - 1e-6) * cycle
-        return np.asarray(rounded), smooth + (0.5 - motion.early) * cycle
+        motion = self.motion(case)
+        return _in_cycles(_seconds_of(motion, case), motion)
 
     def smooth_with(self, changes: Sequence[tuple[int, ModelPart]], case: MeasuredMoves) -> list[Floats]:
         """Per change (n,) [s] `smooth` with another part in the place of one; what acts before that is kept."""
+        return [smooth for _, smooth in self.both_with(changes, case)]
+
+    def both_with(
+        self, changes: Sequence[tuple[int, ModelPart]], case: MeasuredMoves
+    ) -> list[tuple[Floats, Floats]]:
+        """Per change `both` likewise."""
         order = sorted(range(len(self.parts)), key=lambda k: self.parts[k].term.stage)
         before = [_Led.of(case)]
         for k in order[:-1]:
@@ -248,13 +275,8 @@ class DurationModel(NamedTuple):
             motions.append(led.together(case))
         base, found = _base(case), []
         for motion, seconds in zip(motions, durations(motions), strict=True):
-            smooth = (case.simulated + seconds - base) * motion.rate
-            found.append(smooth if motion.cycle <= 0 else smooth + (0.5 - motion.early) * motion.cycle)
+            found.append(_in_cycles((case.simulated + seconds - base) * motion.rate, motion))
         return found
-
-    def _acted(self, case: MeasuredMoves) -> tuple[Floats, Motion]:
-        motion = self.motion(case)
-        return _seconds_of(motion, case), motion
 
     def motion(self, case: MeasuredMoves) -> Motion:
         """The simulation's motion with all parts in it."""
@@ -284,6 +306,15 @@ class DurationModel(NamedTuple):
 def _seconds_of(motion: Motion, case: MeasuredMoves) -> Floats:
     """(n,) [s] of whole durations, before they are rounded to a cycle."""
     return np.asarray((case.simulated + motion.duration() - _base(case)) * motion.rate)
+
+
+def _in_cycles(seconds: Floats, motion: Motion) -> tuple[Floats, Floats]:
+    """(n,) [s] whole durations rounded to the motion's cycle, and with the mean of rounding instead."""
+    cycle = motion.cycle
+    if cycle <= 0:
+        return seconds, seconds
+    rounded = np.ceil(seconds / cycle - motion.early - 1e-6) * cycle
+    return np.asarray(rounded), seconds + (0.5 - motion.early) * cycle
 
 
 def _base(case: MeasuredMoves) -> Floats:

@@ -55,6 +55,15 @@ class Rivals(NamedTuple):
 
     moves: MeasuredMoves  # r rows: `base` and `rates` are per turn of the rival axis, `leader` is that axis
     of: NDArray[np.intp]  # (r,) rows of the moves, ascending
+    together: tuple[
+        NDArray[np.intp], ...
+    ]  # (g,) the first rival of each move that has some; (g,) that move's row
+
+    @classmethod
+    def of_moves(cls, moves: MeasuredMoves, of: NDArray[np.intp]) -> Rivals:
+        """Those that are rivals in the rows `of` (r,), ascending."""
+        first = np.flatnonzero(np.diff(of, prepend=-1))
+        return cls(moves, of, (first, of[first]))
 
     def take(self, rows: NDArray[np.int64]) -> Rivals | None:
         """Those of these moves; None where these have none."""
@@ -64,7 +73,7 @@ class Rivals(NamedTuple):
             return None
         of = np.repeat(np.arange(len(rows)), count)
         mine = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
-        return Rivals(self.moves.take(mine), of)
+        return Rivals.of_moves(self.moves.take(mine), of)
 
 
 class _NumbersOf(Mapping[str, float]):

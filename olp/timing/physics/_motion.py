@@ -87,9 +87,9 @@ class Motion:
 
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
         """`other` in the moves of `mask` (n,), this motion in all others."""
-        return self.with_(
-            **{name: np.where(mask, getattr(other, name), getattr(self, name)) for name in _COLUMNS}
-        )
+        mine, others = vars(self), vars(other)
+        differ = [name for name in _COLUMNS if mine[name] is not others[name]]
+        return self.with_(**{name: np.where(mask, others[name], mine[name]) for name in differ})
 
     def duration(self) -> Floats:
         """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""

@@ -70,13 +70,20 @@ class JointAccelerationLimit(MoveTerm):
 
 
 def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:
-    """Rates (n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`."""
-    return case.once(f"ramp {axis} {end}", lambda: where_passed(case, _rates(case, axis), end))
+    """Rates (n, k) [rad/m] of the axis where one ramp of the simulation passes the speeds of `PASSED`; (n, 1) where
+    the axes turn in proportion along all moves, as joint moves have it."""
+
+    def work_out() -> Floats:
+        rates = _rates(case, axis)
+        return rates[:, :1] if (rates == rates[:, :1]).all() else where_passed(case, rates, end)
+
+    return case.once(f"ramp {axis} {end}", work_out)
 
 
 def _longer(asked: Floats, limit: float) -> Floats:
     """Factor (n,) on the time of a ramp that needs `asked` (n, k) [rad/s²] of an axis with this limit."""
-    return slower(np.maximum(1.0, asked / limit))
+    over = np.maximum(1.0, asked / limit)
+    return np.asarray(over[:, 0]) if over.shape[1] == 1 else slower(over)
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:

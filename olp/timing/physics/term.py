@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from enum import IntEnum
+from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -63,7 +64,7 @@ class Term(ABC):
     source: ClassVar[str]  # paper, equation, manual or measurement
     confusable: ClassVar[tuple[str, ...]] = ()  # names of terms that may look like it
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Name of the term: that of its file with - for _."""
         return type(self).__module__.rpartition(".")[2].replace("_", "-")
