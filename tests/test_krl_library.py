@@ -549,4 +549,6 @@ def test_a_flag_of_a_clock_that_is_set_is_left_out_and_told(target):
     text = krl(NAMED_CLOCK[1].replace("CYCLE", "2"), "$TIMER_FLAG[2]=FALSE", "WAIT FOR $TIMER_FLAG[2]")
     losses = converted(text, "krl", target).translated.losses
     assert [loss.line for loss in losses if loss.fate == "commented"] == [3]
-    assert "FALSE;" not in translated(text, "krl", target).replace("! not translated: $TIMER_FLAG[2]=FALSE", "")
+    assert "FALSE;" not in translated(text, "krl", target).replace(
+        "! not translated: $TIMER_FLAG[2]=FALSE", ""
+    )

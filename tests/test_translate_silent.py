@@ -2566,6 +2566,32 @@ def test_comments_of_data_that_the_target_has_no_line_for_are_kept(target):
 
 
 @pytest.mark.parametrize("target", ["tp", "inform", "urscript", "rapid"])
+def test_comments_of_labels_and_jumps_are_kept_where_steps_take_their_place(target):
+    """A language without jumps gets numbered steps: those that are reached, and none that only leads on."""
+    rows = (
+        *("again: ; one", "WAIT SEC 1 ; two", "IF $IN[3] THEN", "GOTO over ; three", "ENDIF"),
+        *("IF $IN[1] THEN", "GOTO other ; four", "ENDIF", "GOTO again ; five", "other: ; six", "WAIT SEC 2"),
+        *("IF $IN[2] THEN", "GOTO again ; seven", "ENDIF", "GOTO over ; eight", "over: ; nine", "WAIT SEC 3"),
+    )
+    written = translated(krl(*rows), "krl", target)
+    for said in ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine"):
+        assert len(re.findall(rf"\b{said}\b", written)) == 1, (said, written)
+    if target == "urscript":
+        assert re.findall(r"if \(step == (\d)\)", written) == ["0", "1", "2", "3"]
+        assert not re.search(r"step == \d\):\n\s*step = ", written)
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "rapid"])
+def test_what_krl_says_of_a_program_in_its_first_lines_is_kept(target):
+    text = "&ACCESS RVP\n&REL 1\n&COMMENT loads pallets\n" + krl("WAIT SEC 1")
+    written = translated(text, "krl", target)
+    assert written.count("loads pallets") == 1
+    again = translated(written, target, "krl")
+    assert "\n&COMMENT loads pallets" in again or target in ("rapid", "urscript")
+    assert again.count("loads pallets") == 1
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript", "rapid"])
 def test_comments_of_a_list_beside_krl_are_kept(tmp_path, target):
     (tmp_path / "job.dat").write_text(
         "DEFDAT job\n; made for cell 7\nDECL INT turns=3 ; of the table\nENDDAT\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, is_plain, jumps_in, labels_in, leaves, negated
@@ -191,9 +192,15 @@ def _without_labels(nodes: list[Node], used: set[str | Expression]) -> list[Node
         if isinstance(node, Block):
             node = Block([(m, _without_labels(inside, used)) for m, inside in node.branches], node.closer)
         elif isinstance(node, st.Label) and node.name not in used:
+            kept += _remarks(node)
             continue
         kept.append(node)
     return kept
+
+
+def _remarks(*gone: Node) -> list[Node]:
+    """What labels and jumps said that are not there any more."""
+    return [st.Comment(s.line, s.comment) for s in gone if isinstance(s, (st.Label, st.Jump)) and s.comment]
 
 
 def _one_pattern(nodes: list[Node], everything: list[Node]) -> list[Node] | None:
@@ -236,9 +243,10 @@ def _branch(nodes: list[Node], at: int, jumps: list[st.Jump], everything: list[N
     condition: Expression = SignalState(False) if jump.condition is None else negated(jump.condition)
     if not _closed(inside, everything):
         return _choice(nodes, start, at, jump, everything)
+    assert isinstance(label, st.Label)
     if not inside:
-        return [*nodes[:start], *nodes[at + 1 :]]
-    block = Block([(st.If(jump.line, condition, jump.comment), inside)], st.EndIf(getattr(label, "line", 0)))
+        return [*nodes[:start], *_remarks(jump, label), *nodes[at + 1 :]]
+    block = Block([(st.If(jump.line, condition, jump.comment), inside)], st.EndIf(label.line, label.comment))
     return [*nodes[:start], block, *nodes[at + 1 :]]
 
 
@@ -258,9 +266,11 @@ def _choice(
     first, second = nodes[start + 1 : at - 1], nodes[at + 1 : end]
     if not _closed(first, everything) or not _closed(second, everything):
         return None
+    label = nodes[at]
+    assert isinstance(label, st.Label)
     branches: list[tuple[st.Statement, list[Node]]] = [
-        (st.If(jump.line, negated(jump.condition), jump.comment), first),
-        (st.Else(getattr(nodes[at], "line", 0)), second),
+        (st.If(jump.line, negated(jump.condition), jump.comment), [*first, *_remarks(out)]),
+        (st.Else(label.line, label.comment), second),
     ]
     # The label behind stays: other jumps may lead to it, and an unused one is taken away.
     return [*nodes[:start], Block(branches, st.EndIf(out.line)), *nodes[end:]]
@@ -335,45 +345,115 @@ def _with_exits(nodes: list[Node], again: str, leave: str) -> list[Node] | None:
 # --- anything else --------------------------------------------------------------------------------------
 
 
+@dataclass(slots=True)
+class _Exit:
+    """Which step is next, -1 for the end; `comment`: what the jump there said."""
+
+    to: int
+    comment: str = ""
+
+
+@dataclass(slots=True)
+class _Step:
+    """Statements between labels and jumps, and what follows: with a condition the first exit where it holds."""
+
+    nodes: list[Node]
+    line: int
+    exits: list[_Exit]
+    condition: Expression | None = None
+
+
 def machine(nodes: list[Node], counter: Named) -> list[Node]:
     """Steps between labels and jumps, each chosen by a counter that says which one is next."""
     head = [node for node in nodes if isinstance(node, (st.Begin, st.Declare))]
     tail = [node for node in nodes if isinstance(node, st.End)]
-    rest = [node for node in nodes if not isinstance(node, (st.Begin, st.Declare, st.End))]
+    rest: list[Node] = [node for node in nodes if not isinstance(node, (st.Begin, st.Declare, st.End))]
+    line = getattr(rest[0], "line", 0) if rest and not isinstance(rest[0], Block) else 0
+    branches: list[tuple[st.Statement, list[Node]]] = [(st.Switch(line, counter), [])]
+    first, steps = _joined(_steps(rest, line))
+    for number, step in enumerate(steps):
+        branches.append((st.Case(line, (Number(number),)), [*step.nodes, *_next(counter, step)]))
+    choice = Block(branches, st.EndSwitch(line))
+    loop = Block([(st.While(line, Compare(">=", counter, Number(0))), [choice])], st.EndWhile(line))
+    return [*head, st.Assign(line, counter, Number(first)), loop, *tail]
+
+
+def _steps(nodes: list[Node], line: int) -> list[_Step]:
     steps: list[list[Node]] = [[]]
     at: dict[str, int] = {}
     jumps: dict[int, st.Jump] = {}
-    for node in rest:
+    for node in nodes:
         if isinstance(node, st.Label):
-            steps.append([])
+            steps.append(_remarks(node))
             at.setdefault(node.name, len(steps) - 1)
         elif isinstance(node, st.Jump):
             jumps[len(steps) - 1] = node
             steps.append([])
         else:
             steps[-1].append(node)
-    line = getattr(rest[0], "line", 0) if rest and not isinstance(rest[0], Block) else 0
-    branches: list[tuple[st.Statement, list[Node]]] = [(st.Switch(line, counter), [])]
-    for number, step in enumerate(steps):
-        following = number + 1 if number + 1 < len(steps) else -1
-        branches.append(
-            (
-                st.Case(line, (Number(number),)),
-                [*step, *_next(counter, jumps.get(number), following, at, line)],
-            )
-        )
-    choice = Block(branches, st.EndSwitch(line))
-    loop = Block([(st.While(line, Compare(">=", counter, Number(0))), [choice])], st.EndWhile(line))
-    return [*head, st.Assign(line, counter, Number(0)), loop, *tail]
+    found = []
+    for number, inside in enumerate(steps):
+        onward = _Exit(number + 1 if number + 1 < len(steps) else -1)
+        jump = jumps.get(number)
+        if jump is None:
+            found.append(_Step(inside, line, [onward]))
+            continue
+        target = _Exit(at.get(str(jump.target), -1), jump.comment)
+        exits = [target] if jump.condition is None else [target, onward]
+        found.append(_Step(inside, jump.line, exits, jump.condition))
+    return found
 
 
-def _next(counter: Named, jump: st.Jump | None, following: int, at: dict[str, int], line: int) -> list[Node]:
-    onward: list[Node] = [st.Assign(line, counter, Number(following))]
-    if jump is None:
-        return onward
-    target: list[Node] = [st.Assign(jump.line, counter, Number(at.get(str(jump.target), -1)), jump.comment)]
-    if jump.condition is None:
-        return target
-    return [
-        Block([(st.If(jump.line, jump.condition), target), (st.Else(jump.line), onward)], st.EndIf(jump.line))
+def _joined(steps: list[_Step]) -> tuple[int, list[_Step]]:
+    """(the first one, the steps that are reached), without empty ones, each as long as its end leads to it alone."""
+    for step in steps:
+        for one in step.exits:
+            _pass_empty(one, steps)
+    empty = not steps[0].nodes and len(steps[0].exits) == 1 and not steps[0].exits[0].comment
+    entry = steps[0].exits[0].to if empty and steps[0].exits[0].to >= 0 else 0
+    kept = [entry]
+    sources: dict[int, int] = {entry: 1}  # step -> from how many places it is reached
+    for number in kept:
+        for one in steps[number].exits:
+            sources[one.to] = sources.get(one.to, 0) + 1
+            if one.to >= 0 and one.to not in kept:
+                kept.append(one.to)
+    gone: set[int] = set()
+    for number in sorted(kept):
+        step = steps[number]
+        while (
+            number not in gone and len(step.exits) == 1 and sources[to := step.exits[0].to] == 1 and to >= 0
+        ):
+            said = step.exits[0].comment
+            step.nodes += [st.Comment(step.line, said)] if said else []
+            step.nodes += steps[to].nodes
+            step.line, step.exits, step.condition = steps[to].line, steps[to].exits, steps[to].condition
+            gone.add(to)
+    numbers = {number: at for at, number in enumerate(sorted(set(kept) - gone))}
+    for number in numbers:
+        steps[number].exits = [replace(one, to=numbers.get(one.to, -1)) for one in steps[number].exits]
+    return numbers[entry], [steps[number] for number in numbers]
+
+
+def _pass_empty(one: _Exit, steps: list[_Step]) -> None:
+    """Leads an exit past steps that only lead on, as long as no comment is lost."""
+    for _ in steps:  # an endless loop of empty steps stays one
+        empty = steps[one.to] if one.to >= 0 else None
+        if empty is None or empty.nodes or len(empty.exits) != 1:
+            return
+        if one.comment and empty.exits[0].comment:
+            return
+        one.to, one.comment = empty.exits[0].to, one.comment or empty.exits[0].comment
+
+
+def _next(counter: Named, step: _Step) -> list[Node]:
+    chosen: list[list[Node]] = [
+        [st.Assign(step.line, counter, Number(one.to), one.comment)] for one in step.exits
     ]
+    if step.condition is None:
+        return chosen[0]
+    branches: list[tuple[st.Statement, list[Node]]] = [
+        (st.If(step.line, step.condition), chosen[0]),
+        (st.Else(step.line), chosen[1]),
+    ]
+    return [Block(branches, st.EndIf(step.line))]

@@ -231,6 +231,7 @@ class _FileReader:
             self._start,
             body,
             PointTable(),
+            comment=next((row[9:].strip() for row in above if row[:9].upper() == "&COMMENT "), ""),
             details=details,
             last_line=number,
             parameters=parameters,

@@ -100,7 +100,8 @@ def _alike(one: st.Statement, other: st.Statement) -> bool:
 # --- Writer ---
 
 _TYPES: Final = {neutral: word for word, neutral in NEUTRAL_TYPES.items() if word not in ("POS", "AXIS")}
-_HEADER: Final = "&ACCESS RVP\n&REL 1\n"
+_REL: Final = "&REL 1\n"
+_HEADER: Final = f"&ACCESS RVP\n{_REL}"
 # Without INITMOV $VEL, $ACC and their like hold what the last program left, or nothing at all. It halves the axes'
 # acceleration, which is the rated one in all other languages.
 _INI: Final = (
@@ -410,8 +411,9 @@ class KrlWriter(KrlMoves):
         added = {**(_HELPERS if waits else {}), **put, **self.temporaries}
         self.declarations += [f"DECL {word} {name}" for name, word in added.items()]
         return KrlRoutineText(
-            above=as_text(above) or (self._header() if routine is self.routines[0] and not self.own else ""),
-            head=head + _behind(framing.head or routine.comment),
+            above=as_text(above)
+            or (self._header(routine.comment) if routine is self.routines[0] and not self.own else ""),
+            head=head + _behind(routine.comment if self._told_behind(routine) else framing.head),
             declarations=as_text(self.declarations),
             instructions=as_text(self.rows),
             end=("ENDFCT" if routine.returns else "END") + _behind(framing.end),
@@ -435,8 +437,14 @@ class KrlWriter(KrlMoves):
         rows = self.program.statements() if routine.name == first else routine.body
         return not self.own and any(type(s) is st.Move for s in rows)
 
-    def _header(self) -> str:
-        return _HEADER if self.forms is None else HEADER_OF_FORMS
+    def _header(self, comment: str = "") -> str:
+        """What stands before the first head. `comment`: what the controller's list of programs shows."""
+        text = _HEADER if self.forms is None else HEADER_OF_FORMS
+        return text.replace(_REL, f"{_REL}&COMMENT {comment}\n") if comment else text
+
+    def _told_behind(self, routine: st.Routine) -> bool:
+        """Whether the routine's comment stands behind its head: a file has one, for its first routine."""
+        return bool(routine.comment) and not self.own and routine is not self.routines[0]
 
     def _one_turning(self) -> str:
         """$VEL.ORI1 and 2 where all moves that say them say the same, else ""."""
