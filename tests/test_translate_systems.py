@@ -433,3 +433,19 @@ def test_tools_beyond_those_of_the_target_are_refused_where_they_are_chosen(tmp_
     assert [x.says for x in one.translated.losses if x.fate is Fate.COMMENTED] == ["more than 10 tools"] * 2
     assert "UTOOL_NUM=10" in text_of(one)
     assert "UTOOL_NUM=11" not in text_of(one)
+
+
+def test_a_tool_that_is_chosen_by_a_computed_number_is_told_as_that(tmp_path):
+    """It was "TOOL_DATA is declared nowhere", though a list declares it: one of its numbers is none of the target."""
+    config = ["DECL FRAME TOOL_DATA[16]"]
+    config += [f"TOOL_DATA[{n}]={{X {n}.5,Y 0,Z 120,A 0,B 30,C 0}}" for n in (3, 14)]
+    (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *config, "ENDDAT", ""]))
+    place = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 10,A6 0}"
+    rows = ("BAS(#INITMOV,0)", "$BASE=$NULLFRAME", "IF $IN[1] THEN", "N=14", "ENDIF")
+    rows += ("BAS(#TOOL,N)", place, "$TOOL=TOOL_DATA[14]", place)
+    program = written(tmp_path, part_src=krl("DECL INT N", "N=3", *rows)).program
+    says = [
+        x.says for x in made(program, "tp", on_loss="comment").translated.losses if x.fate is Fate.COMMENTED
+    ]
+    assert says[0] == "TOOL_DATA: which element it takes is computed while the program runs"
+    assert len(says) == 2  # and the move that needs it

@@ -79,7 +79,14 @@ class PositionNumbers:
         """The numbered variable that a name becomes."""
         symbol = self.symbols.find("", e.name)
         if symbol is None:  # every pass declares what it makes, and `undeclared` all others
-            self.work.lose(self.line, Fate.REFUSED, "variable", f"{e.name} is declared nowhere")
+            # Tools and frames of an array have numbers by now, and are no data any more.
+            declared = any(one.name == e.name for one in self.work.source.data)
+            says = (
+                "which element it takes is computed while the program runs"
+                if declared
+                else "declared nowhere"
+            )
+            self.work.lose(self.line, Fate.REFUSED, "variable", f"{e.name}: {says}")
             symbol = Symbol(e.name, "real")
         store = self._store(symbol)
         known = self.numbers.get(e.name)
