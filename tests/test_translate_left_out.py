@@ -70,6 +70,25 @@ def test_a_value_that_cannot_be_said_is_told_and_its_variable_stays(tmp_path, ta
     assert "rpc_factory(" not in text.replace("not translated: server = rpc_factory(", "")
 
 
+def test_variables_of_routines_beyond_those_of_the_target_go_and_nothing_else(tmp_path):
+    """INFORM has 100 reals. They went with all variables of the same name in other routines, or stopped everything."""
+    held = range(45)
+    rows = [f"VAR num a{n}:={n}.5;" for n in held] + [f"a{n}:=a{n}+given/3;" for n in held]
+    routines = [
+        row
+        for name in ("one", "two", "three")
+        for row in (f"PROC {name}(num given)", *rows, "WaitTime a0;", "ENDPROC")
+    ]
+    calls = [f"{name} 3;" for name in ("one", "two", "three")]
+    text = "\n".join(("MODULE m", "PROC main()", *calls, "ENDPROC", *routines, "ENDMODULE", ""))
+    losses, written, _ = converted(text, "m.mod", "inform", tmp_path)
+    lines = text.splitlines()
+    gone = [lines[loss.line - 1] for loss in losses if loss.leaves_out]
+    sums = [row for row in gone if "given/3" in row]
+    assert len(sums) == 135 + 3 - 100  # with the three that are handed over
+    assert written.count("TIMER ") == 3
+
+
 def test_without_a_comment_everything_is_refused_at_once(tmp_path):
     path = tmp_path / "m.mod"
     path.write_text(MODULE)

@@ -125,12 +125,14 @@ def _tell_callers(program: st.Program, out: LeftOut, work: TranslationContext) -
 
 # --- Statements, data, heads ---
 
+_Gone = dict[tuple[str, str], str]  # (the routine that has it for itself or "", its name), case folded -> why
+
 
 def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st.Program:
     """The program without what `out` names; each statement that goes is a comment and a loss."""
     if not out.lines:
         return program
-    lost: dict[str, str] = {}  # name, case folded -> why
+    lost: _Gone = {}
     program = _without_data(program, out, lost, work)
     program, bodies = _without_heads(program, out, lost)
     lines = {**_users(program, lost), **bodies, **out.lines}
@@ -140,23 +142,23 @@ def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
 
 
-def _without_data(
-    program: st.Program, out: LeftOut, lost: dict[str, str], work: TranslationContext
-) -> st.Program:
+def _without_data(program: st.Program, out: LeftOut, lost: _Gone, work: TranslationContext) -> st.Program:
     routines = []
     for routine in program.routines:
+        name = routine.name.casefold()
         body: list[st.Statement] = []
         for s in routine.body:
-            body += _declared([s], out, lost, work) if isinstance(s, st.Declare) else [s]
-        data = tuple(_declared(routine.data, out, lost, work))
+            body += _declared([s], out, lost, work, name) if isinstance(s, st.Declare) else [s]
+        data = tuple(_declared(routine.data, out, lost, work, name))
         routines.append(replace(routine, body=tuple(body), data=data))
-    return replace(program, data=tuple(_declared(program.data, out, lost, work)), routines=tuple(routines))
+    data = tuple(_declared(program.data, out, lost, work))
+    return replace(program, data=data, routines=tuple(routines))
 
 
 def _declared(
-    data: Iterable[st.Declare], out: LeftOut, lost: dict[str, str], work: TranslationContext
+    data: Iterable[st.Declare], out: LeftOut, lost: _Gone, work: TranslationContext, routine: str = ""
 ) -> list[st.Declare]:
-    """Of data that the target cannot say first the value goes, then the name."""
+    """Of data that the target cannot say first the value goes, then the name. `routine`: whose (case folded)."""
     kept = []
     for one in data:
         if one.line not in out.lines or not one.line:
@@ -171,42 +173,50 @@ def _declared(
         else:
             says = out.gone.get(one.line, out.lines[one.line])
             work.lose(one, Fate.COMMENTED, "statement", says)
-            lost[one.name.casefold()] = says
+            lost["" if one.shared else routine, one.name.casefold()] = says
     return kept
 
 
-def _without_heads(
-    program: st.Program, out: LeftOut, lost: dict[str, str]
-) -> tuple[st.Program, dict[int, str]]:
+def _without_heads(program: st.Program, out: LeftOut, lost: _Gone) -> tuple[st.Program, dict[int, str]]:
     """A routine whose head cannot be said takes and gives nothing, and the lines that it held are to go."""
     routines, bodies = [], {}
     for routine in program.routines:
         if routine.line in out.lines and (routine.parameters or routine.returns):
-            says = lost[routine.name.casefold()] = out.lines[routine.line]
+            says = lost["", routine.name.casefold()] = out.lines[routine.line]
             bodies.update({s.line: says for s in routine.body if s.line})
             routine = replace(routine, parameters=(), returns="", arguments=())
         routines.append(routine)
     return replace(program, routines=tuple(routines)), bodies
 
 
-def _users(program: st.Program, lost: Mapping[str, str]) -> dict[int, str]:
-    """Lines that name what is gone, and why that is."""
+def _users(program: st.Program, lost: _Gone) -> dict[int, str]:
+    """Lines that name what is gone, and why that is. A local variable is another one than its namesakes elsewhere."""
     if not lost:
         return {}
     found = {}
-    for s in program.statements():
-        names: set[str] = set()
-        for one in (s, *(s.means if isinstance(s, st.Disabled) else ())):
-            note_names(one, names)
-        for e in expressions_of(s):
-            if isinstance(e, (ex.Function, ex.CallValue)):
-                names.add(e.name if isinstance(e, ex.Function) else e.routine)
-        if isinstance(s, (st.Call, st.StartTask)):
-            names.add(s.routine)
-        why = next((name for name in sorted(names) if name.casefold() in lost), None)
-        if why is not None:
-            found[s.line] = f"it needs {why}: {lost[why.casefold()]}"
+    for routine in program.routines:
+        inside = (*routine.parameters, *routine.data, *(s for s in routine.body if isinstance(s, st.Declare)))
+        own = {one.name.casefold() for one in inside}
+        gone = {name: says for (where, name), says in lost.items() if not where and name not in own}
+        gone |= {name: says for (where, name), says in lost.items() if where == routine.name.casefold()}
+        for s in routine.body if gone else ():
+            why = next((name for name in sorted(_named_in(s)) if name.casefold() in gone), None)
+            if why is not None:
+                found[s.line] = f"it needs {why}: {gone[why.casefold()]}"
     return found
+
+
+def _named_in(s: st.Statement) -> set[str]:
+    """Variables, functions and routines."""
+    names: set[str] = set()
+    for one in (s, *(s.means if isinstance(s, st.Disabled) else ())):
+        note_names(one, names)
+    for e in expressions_of(s):
+        if isinstance(e, (ex.Function, ex.CallValue)):
+            names.add(e.name if isinstance(e, ex.Function) else e.routine)
+    if isinstance(s, (st.Call, st.StartTask)):
+        names.add(s.routine)
+    return names
 
 
 def _tell_users(program: st.Program, lines: Mapping[int, str], work: TranslationContext) -> dict[int, str]:

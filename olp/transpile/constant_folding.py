@@ -66,11 +66,13 @@ class _Shared:
                 unique = name if name.casefold() not in taken else self.work.fresh(f"{routine.name}_{name}")
                 taken.add(unique.casefold())
                 self.names[(routine.name, name)] = unique
+                self.work.declared_at[unique] = routine.line if declare is None else declare.line
                 if declare is None:
                     sizes = next((p.sizes for p in routine.parameters if p.name == name), ())
                     self.declared.append(Declare(0, unique, kind or "real", None, sizes, shared=True))
             if routine.returns or any(isinstance(s, Return) and s.value is not None for s in routine.body):
                 returned = ex.Named(self.work.fresh(f"{routine.name}_result"))
+                self.work.declared_at[returned.name] = routine.line
                 self.results[routine.name.casefold()] = returned
                 self.declared.append(Declare(0, returned.name, routine.returns or "real", None, shared=True))
             self._hand_over(routine)

@@ -187,6 +187,9 @@ class TranslationContext:
         default_factory=dict
     )  # the kind of frame that a named position was written in
     handed: dict[str, Handed] = field(default_factory=dict)  # routines whose parameters have become variables
+    declared_at: dict[str, int] = field(
+        default_factory=dict
+    )  # locals, parameters and results that have become the program's -> the line that falls where they cannot be said
     problems: list[Diagnostic] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     remarks: list[Loss] = field(default_factory=list)  # on statements of which nothing is lost

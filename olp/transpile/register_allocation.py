@@ -485,7 +485,8 @@ def names_from(start: st.Routine, program: st.Program) -> Set[str]:
 
 def number(program: st.Program, work: TranslationContext) -> st.Program:
     """For languages with registers: no name of a variable or point is left."""
-    lines = {declare.name: declare.line for declare in program.data}
+    before = {to: name for (kind, name), to in work.names.items() if kind == "variable"}  # it was too long
+    lines = {d.name: d.line or work.declared_at.get(before.get(d.name, d.name), 0) for d in program.data}
     own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
