@@ -76,7 +76,11 @@ def rapid(source, **more):
             ".src",
             r"MoveLDO XA,v200\w*,z20,\w+,do3,1; ! grip\s+MoveL XB,v200\w*,fine,\w+;\s+SetDO do4,0;",
         ),
-        (TP, ".ls", r"MoveJDO P1,v\w+,z\w+,\w+,do5,1;\s+MoveL P2,v200,fine,\w+;\s+SetDO do5,0;"),
+        (
+            TP,
+            ".ls",
+            r"MoveJDO above,v\w+,z\w+,\w+,do5,1;\s+MoveL grip_the_left_part,v200,fine,\w+;\s+SetDO do5,0;",
+        ),
     ],
     ids=["krl", "tp"],
 )

@@ -1,5 +1,7 @@
 """What the target cannot say becomes a comment by the user's choice: values, data, routines, and whoever needs them."""
 
+import re
+
 import pytest
 from tp_listings import HEAD, listing
 from tp_listings import read as read_tp
@@ -70,23 +72,47 @@ def test_a_value_that_cannot_be_said_is_told_and_its_variable_stays(tmp_path, ta
     assert "rpc_factory(" not in text.replace("not translated: server = rpc_factory(", "")
 
 
-def test_variables_of_routines_beyond_those_of_the_target_go_and_nothing_else(tmp_path):
-    """INFORM has 100 reals. They went with all variables of the same name in other routines, or stopped everything."""
-    held = range(45)
-    rows = [f"VAR num a{n}:={n}.5;" for n in held] + [f"a{n}:=a{n}+given/3;" for n in held]
+def _with_many(data, rows):
     routines = [
         row
         for name in ("one", "two", "three")
         for row in (f"PROC {name}(num given)", *rows, "WaitTime a0;", "ENDPROC")
     ]
     calls = [f"{name} 3;" for name in ("one", "two", "three")]
-    text = "\n".join(("MODULE m", "PROC main()", *calls, "ENDPROC", *routines, "ENDMODULE", ""))
+    return "\n".join(("MODULE m", *data, "PROC main()", *calls, "ENDPROC", *routines, "ENDMODULE", ""))
+
+
+def test_variables_beyond_those_of_the_target_go_and_nothing_else(tmp_path):
+    """INFORM has 100 reals for all jobs. One too many took its namesakes in other routines along, or everything."""
+    held = [f"VAR num b{n}:=0.5;" for n in range(110)]
+    used = [f"b{n}:=b{n}+given/3;" for n in range(110)]
+    text = _with_many(held, ("VAR num a0:=1;", *used))
     losses, written, _ = converted(text, "m.mod", "inform", tmp_path)
     lines = text.splitlines()
-    gone = [lines[loss.line - 1] for loss in losses if loss.leaves_out]
-    sums = [row for row in gone if "given/3" in row]
-    assert len(sums) == 135 + 3 - 100  # with the three that are handed over
+    gone = {lines[loss.line - 1] for loss in losses if loss.leaves_out}
+    assert len(gone & {*held}) == len(gone & {*used}) == 110 + 3 - 100  # with the three that are handed over
+    assert not [row for row in gone if "a0" in row]
     assert written.count("TIMER ") == 3
+
+
+def test_where_variables_are_too_many_jobs_have_theirs_for_themselves(tmp_path):
+    """Those that have a value before they are read: LR of INFORM, which ///LVARS counts."""
+    held = [f"VAR num a{n}:={n}.5;" for n in range(45)]
+    kept = (
+        "VAR num sum;",
+        "sum:=sum+given;",
+        "IF given>2 THEN",
+        "count:=given;",
+        "ENDIF",
+    )  # sum begins with 0
+    rows = (*held, *kept, *(f"a{n}:=a{n}+count/3;" for n in range(45)))
+    path = tmp_path / "m.mod"
+    path.write_text(_with_many(("VAR num count:=0;",), rows))
+    assert main(["convert", str(path), "--to", "inform", "-o", str(tmp_path / "jobs")]) == 0
+    job = (tmp_path / "jobs" / "two.JBI").read_text()
+    assert "///LVARS 0,0,0,46,0,0,0,0" in job
+    assert re.search(r"^SET LR044 44\.5$", job, re.MULTILINE)
+    assert re.search(r"^SET LR001  EXPRESS LR001 \+ R\d+ / 3", job, re.MULTILINE)
 
 
 def test_without_a_comment_everything_is_refused_at_once(tmp_path):

@@ -44,6 +44,7 @@ class Registers:
     names. `joint_elements`: the loss where one joint value is asked for, "" where it can be had. `real_index`: a
     fraction may number a variable. `elements`: the elements of a position are numbered integers in 0.001 mm and
     0.0001 deg. `framed`: a routine begins and ends with words of its own, and states its control group.
+    `routines_own`: kinds that a routine may have for itself, as many as it says.
     """
 
     stores: Mapping[str, Store]
@@ -57,6 +58,7 @@ class Registers:
     real_index: bool = True
     elements: bool = False
     framed: bool = False
+    routines_own: frozenset[Store] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

@@ -195,8 +195,8 @@ def _users(program: st.Program, lost: _Gone) -> dict[int, str]:
         return {}
     found = {}
     for routine in program.routines:
-        inside = (*routine.parameters, *routine.data, *(s for s in routine.body if isinstance(s, st.Declare)))
-        own = {one.name.casefold() for one in inside}
+        declared = (*routine.data, *(s for s in routine.body if isinstance(s, st.Declare)))
+        own = {one.name.casefold() for one in routine.parameters} | {d.name.casefold() for d in declared}
         gone = {name: says for (where, name), says in lost.items() if not where and name not in own}
         gone |= {name: says for (where, name), says in lost.items() if where == routine.name.casefold()}
         for s in routine.body if gone else ():

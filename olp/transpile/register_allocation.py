@@ -21,6 +21,7 @@ from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
 from olp.transpile.arrays import largest_indices, sizes_of
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.reaching_definitions import ENTRY, Key, reaching
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
 # --- Position registers ---
@@ -61,6 +62,8 @@ class PositionNumbers:
     under_way: int = 0  # how many of them the statement under way needs
     told: bool = False  # that configurations are those of the plan
     lines: Mapping[str, int] = field(default_factory=dict)  # where each variable is declared, 0: nowhere
+    owners: Mapping[str, str] = field(default_factory=dict)  # variable -> the routine that has it for itself
+    owned: dict[str, dict[ex.Store, int]] = field(default_factory=dict)  # routine -> how many of each kind
 
     @property
     def registers(self) -> Registers:
@@ -90,9 +93,37 @@ class PositionNumbers:
             symbol = Symbol(e.name, "real")
         store = self._store(symbol)
         known = self.numbers.get(e.name)
-        if known is None:
+        owner = self.owners.get(e.name)
+        if known is None and owner is not None:
+            counts = self.owned.setdefault(owner, {})
+            known = self.numbers[e.name] = counts.get(store, 0)
+            counts[store] = known + 1
+            shown = self.registers.variable.format(letter=f"L{self.registers.letters[store]}", number=known)
+            self.work.names[("variable", e.name)] = shown
+        elif known is None:
             known = self.numbers[e.name] = self._allocate(e.name, store, self._size(symbol))
-        return ex.Variable(store, ex.Number(known), name=e.name)
+        return ex.Variable(store, ex.Number(known), owner is not None, e.name)
+
+    def keep_apart(self, program: st.Program) -> None:
+        """Where the program has more variables of a kind than the target, routines have theirs for themselves."""
+        if not self.registers.routines_own:
+            return
+        needed: dict[ex.Store, int] = {}
+        kinds: dict[str, ex.Store] = {}
+        used = {name for s in program.statements() for name in _variables_in(s)}
+        for d in program.data:
+            symbol = self.symbols.find("", d.name)
+            if symbol is not None and d.name in used:
+                kinds[d.name] = self._store(symbol)
+                needed[kinds[d.name]] = needed.get(kinds[d.name], 0) + self._size(symbol)
+        many = {store for store in self.registers.routines_own if needed.get(store, 0) > self._largest(store)}
+        mapped_ = self.work.context.mapping.variables
+        plain = {
+            d.name
+            for d in program.data
+            if kinds.get(d.name) in many and d.value is None and not d.sizes and d.name not in mapped_
+        }
+        self.owners = _set_before_read(program, plain) if plain else {}
 
     def _size(self, symbol: Symbol) -> int:
         """How many numbers it takes: an array whose size nothing tells, those that are used of it."""
@@ -490,6 +521,7 @@ def number(program: st.Program, work: TranslationContext) -> st.Program:
     own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
+    own.keep_apart(program)
     own.at_once = any(isinstance(s, st.StartTask) for s in program.statements())
     bodies = [(routine, own.body(routine)) for routine in program.routines]
     routines = []
@@ -498,9 +530,10 @@ def number(program: st.Program, work: TranslationContext) -> st.Program:
             body.insert(0, st.Begin(0))
         if own.registers.framed and not isinstance(body[-1], st.End):
             body.append(st.End(0))
+        at = 1 if body and isinstance(body[0], st.Begin) else 0
+        body[at:at] = own.own_names(routine)
         begins = routine.name == main or routine.starts
         if begins:
-            at = 1 if body and isinstance(body[0], st.Begin) else 0
             used = None if routine.name == main else names_from(routine, program)
             body[at:at] = own.prologue(program, used)
             if used is not None:
@@ -620,7 +653,7 @@ class _Numbers(PositionNumbers):
         """Initial values, and which name is which number. `used`: of these names alone (None: all)."""
         rows: list[st.Statement] = []
         comments: list[st.Statement] = []
-        for declare in (d for d in program.data if d.name in self.numbers):
+        for declare in (d for d in program.data if d.name in self.numbers and d.name not in self.owners):
             if used is not None and declare.name not in used:
                 continue
             symbol = self.symbols.find("", declare.name)
@@ -633,6 +666,11 @@ class _Numbers(PositionNumbers):
             begun = self._begins(declare.name, self.variable(ex.Named(declare.name)), declare.value)
             rows += [replace(s, line=declare.line) for s in begun]
         return [*comments, *rows]
+
+    def own_names(self, routine: st.Routine) -> list[st.Statement]:
+        """Which of the routine's own variables is which."""
+        names = [one for one, owner in self.owners.items() if owner == routine.name and one in self.numbers]
+        return [st.Comment(0, f"{self.work.names[('variable', one)]} {one}") for one in names]
 
     def _begins(self, name: str, target: ex.Variable, value: ex.Expression) -> list[st.Statement]:
         """What gives a variable, or the elements of an array, the value that it begins with."""
@@ -678,8 +716,39 @@ class _Numbers(PositionNumbers):
             body=body,
             points=table(rows),
             details=details,
+            locals=self.owned.get(routine.name, {}),
             groups=groups if self.registers.framed else (),
         )
+
+
+def _set_before_read(program: st.Program, names: Set[str]) -> dict[str, str]:
+    """Those of the names that one routine uses alone, and gives a value on every way before it asks for it."""
+    users: dict[str, set[str]] = {}
+    for r in program.routines:
+        for s in r.body:
+            for name in _variables_in(s) & names:
+                users.setdefault(name, set()).add(r.name)
+    found = {name: next(iter(where)) for name, where in users.items() if len(where) == 1}
+
+    def sets(s: st.Statement) -> Mapping[Key, int]:
+        target = s.target if type(s) is st.Assign else None
+        return {("own", target.name): 1} if type(target) is ex.Named and target.name in found else {}
+
+    ways = reaching(program, sets, {st.Assign})
+    for r in program.routines:
+        for state, s in zip(ways.before[r.name], r.body, strict=True):
+            if state is None:
+                continue  # nothing ever gets there
+            for name in _variables_in(s.value if type(s) is st.Assign and sets(s) else s) & found.keys():
+                if ENTRY in state.get(("own", name), {ENTRY}):
+                    del found[name]
+    return found
+
+
+def _variables_in(it: object) -> set[str]:
+    names: set[str] = set()
+    note_names(it, names)
+    return names
 
 
 # --- Point table ---

@@ -79,6 +79,9 @@ LIMITS: Final = Limits(
         steps=True,
         comments=True,
         joint_elements="one axis of joint values: INFORM counts it in pulses",
+        routines_own=frozenset(
+            {Store.BYTE, Store.INTEGER, Store.DOUBLE, Store.REAL}
+        ),  # LB, LI, LD, LR: ///LVARS
         real_index=False,
         elements=True,
         framed=True,
