@@ -64,6 +64,13 @@ def test_names_of_a_listing_go_into_other_languages(tmp_path):
         )
 
 
+def test_a_name_that_no_target_can_spell_gives_way_to_the_number(tmp_path):
+    listing = translated(tmp_path, "tp", "main.ls").replace('P[2:"mid"]', 'P[2:"---"]')
+    (tmp_path / "main.ls").write_text(listing)
+    made = convert(link(olp.read(tmp_path / "main.ls")).program, "rapid", Context(load_robot("kuka/kr16-2")))
+    assert re.search(r"MoveC P2,", b"".join(made.files.values()).decode())
+
+
 def test_informs_moves_have_the_name_behind_them_where_they_have_no_comment(tmp_path):
     text = translated(tmp_path, "inform", "main.JBI")
     assert re.findall(r"^MOV\w (C\d+) .*?(?:  //(.*))?$", text, re.MULTILINE) == [

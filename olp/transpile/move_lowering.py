@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -455,7 +456,8 @@ class Points:
                 return None
             stem = _point_name(store, number)
             called = routine.points.names.get(number, "") if store is ex.Store.ROBOT else ""
-            name = self.names[key] = self.add(called or stem, literal, point.state, point.line)
+            readable = re.search("[A-Za-z]", called)  # of other letters a name of any target keeps nothing
+            name = self.names[key] = self.add(called if readable else stem, literal, point.state, point.line)
             self.work.names[("point", f"{routine.name}.{stem}")] = name
         return ex.Named(name)
 
