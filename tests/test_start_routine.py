@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,19 @@ def test_a_reader_starts_another_routine(tmp_path: Path, name: str, text: str) -
     timing = plan_and_time(written(tmp_path, name, text), TimingJob(routine="PICK"))
     assert timing.total_s == pytest.approx(3.0)
     assert not timing.assumptions
+
+
+def test_files_of_a_folder_without_the_routine_are_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(tmp_path, "parts.mod", MODULE.format(first="main"))
+    other = written(tmp_path, "other.mod", "MODULE other\nPROC main()\nWaitTime 1;\nENDPROC\nENDMODULE\n")
+    assert main(["time", str(tmp_path), "--routine", "pick", "--format", "json"]) == 0
+    out, err = capsys.readouterr()
+    assert [Path(one["file"]).name for one in json.loads(out)] == ["parts.mod"]
+    assert "left out: 1 of the folder's files, which have no routine pick" in err
+    assert main(["time", str(tmp_path), other, "--routine", "pick"]) == 2, "a file that is named must have it"
+    assert main(["time", str(tmp_path), "--routine", "weld"]) == 2, "nothing is left to time"
 
 
 def test_a_routine_that_the_file_has_not_is_refused(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from olp.cli._timing import (
@@ -22,6 +24,7 @@ from olp.core.terminal import wanted
 
 if TYPE_CHECKING:
     from olp.reports.batch import Job
+    from olp.reports.formats.report import ReportPart
 
 
 Result = TypeVar("Result")
@@ -94,6 +97,7 @@ def run(args: Namespace) -> int:
     paths = [str(path) for path in program_files(args.jobs)]
     job = job_of(args, len(paths))
     parts = with_progress(paths, lambda done: time_files(paths, job, args.workers, done))
+    parts, left_out = _with_start(parts, args.jobs)
     if workbook:
         from olp.reports.workbook import workbook_of
 
@@ -102,7 +106,17 @@ def run(args: Namespace) -> int:
         data = encode(report.join(parts, job.options), args.output)
     write_output(args.output, data, inputs=paths)
     print_diagnostics(shown(parts))
+    if left_out:
+        says = f"left out: {left_out} of the folder's files, which have no routine {args.routine}"
+        print(f"olp: {says}", file=sys.stderr)
     return 2 if any(part.failed for part in parts) else 0
+
+
+def _with_start(parts: list[ReportPart], given: Sequence[str]) -> tuple[list[ReportPart], int]:
+    """Without the files of a folder that lack the routine to start, where others have it; and how many those are."""
+    asked = {str(Path(path)) for path in given}
+    kept = [part for part in parts if not part.lacks_start or part.file in asked]
+    return (kept, len(parts) - len(kept)) if kept else (parts, 0)
 
 
 def job_of(args: Namespace, count: int) -> Job:

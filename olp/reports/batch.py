@@ -21,6 +21,7 @@ from olp.ir.program import Program
 from olp.languages.vendor import read
 from olp.reports.cell import BranchTime, CellLinks, cost_of, links_of, started, with_run
 from olp.reports.formats.report import Options, ReportPart, load_report
+from olp.runtime.dispatch import NoSuchRoutineError, begun_at, dispatches, taking
 
 __all__ = [
     "Job",
@@ -87,7 +88,8 @@ def time_file(path: str, job: Job) -> ReportPart:
     except OlpError as problem:
         diagnostics = tuple(d.at(path) for d in problem.diagnostics)
         text = report.part(path, None, diagnostics, job.options)
-        return ReportPart(path, text, diagnostics=diagnostics, links=links)
+        lacks = isinstance(problem, NoSuchRoutineError)
+        return ReportPart(path, text, diagnostics=diagnostics, links=links, lacks_start=lacks)
     diagnostics = tuple(d.at(path) for d in timing.diagnostics)
     return ReportPart(
         path,
@@ -115,8 +117,6 @@ def branch_times(path: str, job: TimingJob) -> tuple[BranchTime, ...]:
 
 def branches_of(program: Program, job: TimingJob) -> tuple[BranchTime, ...]:
     """Every branch of a main program that an external signal or value selects, timed. Empty if there are none."""
-    from olp.runtime.dispatch import begun_at, dispatches, taking
-
     if job.routine is not None:
         program = begun_at(program, job.routine)
     found = []

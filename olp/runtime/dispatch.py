@@ -35,6 +35,10 @@ class BranchChoice:
         return spell(self.value)
 
 
+class NoSuchRoutineError(OlpError):
+    """A file has no routine of the name that a run is to start at (I101)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Dispatcher:
     """What decides in the main routine: a variable or group of inputs, the first line that asks it, and its values."""
@@ -55,13 +59,16 @@ def main_routine(program: st.Program) -> st.Routine | None:
 
 
 def begun_at(program: st.Program, name: str) -> st.Program:
-    """The program as it is when a reader starts the routine `name`. Raises OlpError (I101) where it holds none."""
+    """The program as it is when a reader starts the routine `name`. Raises NoSuchRoutineError (I101)
+    where it holds none."""
     found = next((r.name for r in program.routines if r.name.casefold() == name.casefold()), None)
     if found is None:
         others = [r.name for r in program.routines]
         close = get_close_matches(name, others, 1)
         says = f"did you mean {close[0]}?" if close else f"it has {_some(others)}" if others else ""
-        raise OlpError(error("I101", f"the file has no routine {name}", file=program.path, help=says))
+        raise NoSuchRoutineError(
+            error("I101", f"the file has no routine {name}", file=program.path, help=says)
+        )
     return replace(program, main=found, main_is_guessed=False)
 
 
