@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from olp.core.source import decode
@@ -51,3 +53,28 @@ def test_a_signal_0_gets_a_number_that_the_target_has_and_that_is_free(target):
     program = read_source(decode(made.files[made.main], made.main), vendor=target)
     assert [s.signal.index.value for s in program.statements() if isinstance(s, SetOutput)] == [1, 2]
     assert [thing for things in made.translated.asks.values() for thing in things] == ["out 0 is 2"]
+
+
+def _types_of_registers(*rows):
+    lines = "".join(f"   {n}:  {row} ;\n" for n, row in enumerate(rows, 1))
+    made, _ = converted(HEAD + lines + TAIL, "krl")
+    text = b"\n".join(made.files.values()).decode()
+    return dict(
+        reversed(found.split(" ")) for found in re.findall(r"(?m)(?<=DECL )?\b(?:INT|REAL) \w+", text)
+    )
+
+
+@pytest.mark.parametrize(
+    ("rows", "kind"),
+    [
+        (["R[1]=0", "R[1]=R[1]+1", "R[2]=R[1]"], "INT"),
+        (["R[2]=R[1]", "R[1]=0"], "REAL"),  # what is there when it starts may be a fraction
+        (["R[1]=R[1]+1", "R[2]=R[1]"], "REAL"),
+        (["R[1]=0", "CALL ELSEWHERE", "R[2]=R[1]"], "REAL"),  # which may set it to a fraction
+        (["R[1]=0", "CALL ELSEWHERE", "R[1]=3", "R[2]=R[1]"], "INT"),
+        (["IF DI[1]=ON,R[1]=3", "R[2]=R[1]"], "REAL"),
+    ],
+)
+def test_a_register_counts_with_whole_numbers_only_where_nothing_else_sets_what_is_read(rows, kind):
+    types = _types_of_registers(*rows)
+    assert types["R1"] == types["R2"] == kind

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeGuard
 
@@ -18,12 +18,14 @@ from olp.transpile.first_values import (
     POSE_ELEMENTS,
     Unset,
     label_of,
+    read_by,
     saved_number,
     saved_points,
     saved_values,
 )
 from olp.transpile.move_lowering import Points, carried_systems, framed_shift, has_names, lifted_move
 from olp.transpile.occurrences import with_rows
+from olp.transpile.reaching_definitions import UNSET, Key, reaching
 from olp.transpile.symbols import STORED
 
 _COMPUTED_ELEMENT: Final = "an element of a position by a computed number"
@@ -117,7 +119,7 @@ class _Lift:
             for expression in self.expressions[-1]:
                 if type(expression) is ex.Variable and type(expression.index) is not ex.Number:
                     self._array(routine.name if expression.local else "", expression.store)
-        self.whole = whole_registers(s for r in self.program.routines for _, s in self.work.look(r).rare)
+        self.whole = whole_registers(self.program, self.work)
         for routine in self.program.routines:
             self._initial_positions(routine)
         self.saved = saved_values(self.work)
@@ -554,35 +556,73 @@ def arguments_of(routine: st.Routine, expressions: list[ex.Expression]) -> tuple
     return (*routine.arguments, *(kinds.get(number) for number in range(said + 1, count + 1)))
 
 
-def whole_registers(statements: Iterable[st.Statement]) -> frozenset[int]:
-    """Numbers of the real registers that only ever get whole values, so that they can count."""
+def whole_registers(program: st.Program, work: TranslationContext) -> frozenset[int]:
+    """Numbers of the real registers that only ever hold whole values, so that they can count.
+
+    The program sets them, to whole values alone, before it reads them: what is there before may be a fraction.
+    """
     assigned: dict[int, list[ex.Expression | None]] = {}
-    for s in statements:
-        target = (
-            getattr(s, "target", None)
-            if isinstance(s, (st.Assign, st.Update, st.ReadInput, st.Clear))
-            else None
-        )
-        if target is None:
-            target = getattr(s, "variable", None)
-        if (
-            isinstance(target, ex.Variable)
-            and target.store is ex.Store.REAL
-            and isinstance(target.index, ex.Number)
-        ):
-            values = assigned.setdefault(int(target.index.value), [])
-            if isinstance(s, st.Assign):
-                values.append(s.value)
-            elif isinstance(s, st.Update):
-                values.append(ex.Binary(s.operator, s.target, s.operand) if s.operand is not None else None)
-            else:
-                values.append(ex.Number(0))
-    whole = set(assigned)
+    for s in (s for r in program.routines for _, s in work.look(r).rare):
+        for number, value in _register_values(s):
+            assigned.setdefault(number, []).append(value)
+    whole = _never_fractions(assigned, set(assigned))
+    return frozenset(_never_fractions(assigned, whole - _read_unset(program, work, whole)))
+
+
+def _register_values(s: st.Statement) -> Iterator[tuple[int, ex.Expression | None]]:
+    """The real registers that a statement sets, each with its value, None: nobody knows."""
+    target: ex.Expression | None = None
+    value: ex.Expression | None = ex.Number(0)
+    match s:
+        case st.Assign(target=target, value=value):
+            pass
+        case st.Update(operator=operator, target=target, operand=operand):
+            value = None if operand is None else ex.Binary(operator, target, operand)
+        case st.ReadInput(target=target) | st.Clear(target=target) | st.For(variable=target):
+            pass
+        case st.Call(result=target):
+            value = None
+    number = _real_register(target)
+    if number is not None:
+        yield number, value
+
+
+def _real_register(e: ex.Expression | None) -> int | None:
+    if isinstance(e, ex.Variable) and e.store is ex.Store.REAL and isinstance(e.index, ex.Number):
+        return int(e.index.value)
+    return None
+
+
+def _never_fractions(assigned: Mapping[int, list[ex.Expression | None]], whole: set[int]) -> set[int]:
+    """Those of these registers that only whole values are given to."""
     while True:
         kept = {n for n in whole if all(_is_whole(value, whole) for value in assigned[n])}
         if kept == whole:
-            return frozenset(whole)
+            return whole
         whole = kept
+
+
+def _read_unset(program: st.Program, work: TranslationContext, registers: set[int]) -> set[int]:
+    """Those of these registers that are read where the program may not have set them itself.
+
+    A routine that is not at hand may set any of them.
+    """
+    if not registers:
+        return set()
+    own = {r.name.casefold() for r in program.routines}
+    unknown: dict[Key, int] = {("whole", n): UNSET for n in registers}
+
+    def made(s: st.Statement) -> dict[Key, int]:
+        called = unknown if isinstance(s, st.Call) and s.routine.casefold() not in own else {}
+        return called | {("whole", n): 1 for n, _ in _register_values(s) if n in registers}
+
+    ways = reaching(program, made, {st.Assign, st.Update, st.ReadInput, st.Clear, st.For, st.Call})
+    found: set[int] = set()
+    for r in program.routines:
+        for index, s in work.look(r).rare:
+            read = {_real_register(e) for e in read_by(s)} & registers - found
+            found |= {n for n in read if n is not None and UNSET in ways.at(r.name, index, ("whole", n))}
+    return found
 
 
 def _is_whole(e: ex.Expression | None, whole: set[int]) -> bool:

@@ -520,7 +520,7 @@ class Unset:
         told: set[str] = set()
         for routine in self.program.routines:
             for index, s in self.work.look(routine).rare:
-                for e in _read_by(s):
+                for e in read_by(s):
                     found = self._why(e, routine, index)
                     if found is None:
                         self._ask_for_all(e)
@@ -604,7 +604,7 @@ def _registers_set(s: st.Statement) -> dict[Key, int]:
     return dict.fromkeys(_parts_of(e), 1) if type(e.index) is ex.Number else {}
 
 
-def _read_by(s: st.Statement) -> Iterator[ex.Variable]:
+def read_by(s: st.Statement) -> Iterator[ex.Variable]:
     """Variables whose values a statement takes: not what it sets, and of a move not where it goes."""
     skipped: list[ex.Expression | None] = []
     read: object = s
