@@ -120,3 +120,21 @@ def test_a_name_that_a_routine_gives_a_signal_is_no_variable(target, rows):
     assert all(row in written for row in rows)
     asked = [thing for things in result.translated.asks.values() for thing in things]
     assert "out-group grip is out 12 to 15" in asked
+
+
+LISTED = (
+    ("DO[3:grip]=ON", "grip"),
+    ("DO[4:a, b]=PULSE,0.5sec", "a, b"),
+    ("WAIT DI[7:rack free]=ON", "rack free"),
+    ("IF DI[1:left]=ON,CALL ELSEWHERE", "left"),
+    ("TIMER[1:cycle]=START", "cycle"),
+    ("R[2]=TIMER[1:cycle]", "cycle"),
+)
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "urscript"])
+def test_what_a_listing_calls_its_signals_and_timers_are_comments_elsewhere(target):
+    rows = "".join(f"   {n}:  {row} ;\n" for n, (row, _) in enumerate(LISTED, 1))
+    text = translated("/PROG  P\n/ATTR\n/MN\n" + rows + "/POS\n/END\n", "tp", target)
+    for row, name in LISTED:
+        assert name in text, row

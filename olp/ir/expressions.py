@@ -80,19 +80,27 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """An input, output, group or register: `bus` is the vendor-neutral name (`in`, `out`, `in-group` ...)."""
+    """An input, output, group or register: `bus` is the vendor-neutral name (`in`, `out`, `in-group` ...).
+
+    `name`: what the program calls one that has a number; it does not take part in equality.
+    """
 
     bus: str
     index: Expression  # a number, or a Text where the language names its signals
     part: str = ""  # "low" or "high" half of a register
+    name: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class SystemValue:
-    """A value that only the controller knows: current position, the last returned value, an alarm number."""
+    """A value that only the controller knows: current position, the last returned value, an alarm number.
+
+    `comment`: what the program calls one of many; it does not take part in equality.
+    """
 
     name: str
     index: int = 0
+    comment: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,7 +71,7 @@ from olp.transpile.quaternions import own_components, quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
 from olp.transpile.signal_variables import signal_variables
-from olp.transpile.signals import at_ends, long_waits, pulses, signal_aliases, signals
+from olp.transpile.signals import at_ends, long_waits, pulses, signal_aliases, signal_names, signals
 from olp.transpile.source_only import comment_texts, data_comments, foreign_words, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
 from olp.transpile.temporaries import decided_early, hoist, texts_by_statement
@@ -233,6 +233,7 @@ def passes(work: TranslationContext, source: Program) -> tuple[Pass, ...]:
     """All passes of `source` towards the target, in order; with `flat` what it does takes the place of it."""
     first: tuple[Pass, ...] = (
         unnamed_speeds,
+        signal_names,
         handlers,
         spelling,
         stopped_advance,

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
@@ -21,6 +21,7 @@ from olp.languages.vendor import language_of
 from olp.runtime.assumptions import holds_number
 from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.occurrences import with_rows
 from olp.transpile.signal_variables import NUMBER
 
 # How signals that have only a number are called where they have names.
@@ -80,6 +81,31 @@ def signals(program: st.Program, work: TranslationContext) -> st.Program:
     routines = tuple(replace(r, body=tuple([own.statement(s) for s in r.body])) for r in program.routines)
     data = (*program.data, *own.groups.values()) if own.groups else program.data
     return replace(program, routines=routines, data=data)
+
+
+def signal_names(program: st.Program, work: TranslationContext) -> st.Program:
+    """What the source calls signals and clocks that have numbers, as comments of the statements that name them."""
+    named = {r.name for r in program.routines if any(map(_name_in, work.look(r).expressions))}
+    if not named:
+        return program
+    routines = [
+        with_rows(r, [_with_names(s) for s in r.body]) if r.name in named else r for r in program.routines
+    ]
+    return replace(program, routines=tuple(routines))
+
+
+def _with_names(s: st.Statement) -> st.Statement:
+    if calls_nothing(s) or sets_numbers(s) or getattr(s, "comment", True):
+        return s
+    found = filter(None, map(_name_in, expressions_of(s)))
+    named: Any = s
+    comment = ", ".join(dict.fromkeys(found))
+    return replace(named, comment=comment) if comment else s
+
+
+def _name_in(e: ex.Expression) -> str:
+    """What the source calls a signal or a clock."""
+    return e.name if type(e) is ex.Signal else e.comment if type(e) is ex.SystemValue else ""
 
 
 @dataclass(slots=True)

@@ -86,7 +86,8 @@ class TpInstructionRules(TpMoveRules, BlockWords):
         if isinstance(timer, ex.SystemValue):
             if word == "RESET":
                 return st.Assign(0, timer, ex.Number(0))
-            return st.Assign(0, ex.SystemValue("timer-running", timer.index), ex.SignalState(word == "START"))
+            runs = ex.SystemValue("timer-running", timer.index, timer.comment)
+            return st.Assign(0, runs, ex.SignalState(word == "START"))
         if isinstance(timer, ex.Function) and timer.name == "timer":
             index = timer.arguments[0]
         else:

@@ -121,7 +121,7 @@ class TpValueRules(Transformer[Token, Any]):
         return ex.Function("taught", (index,))
 
     def signal(self, children: list[Any]) -> ex.Signal:
-        return ex.Signal(values.BUSES[str(children[0])[:-1]], children[1])
+        return ex.Signal(values.BUSES[str(children[0])[:-1]], children[1], name=children[2])
 
     def frame(self, children: list[Any]) -> ex.FrameRef:
         return ex.FrameRef("user" if children[0] == "UFRAME[" else "tool", children[1])
@@ -130,7 +130,7 @@ class TpValueRules(Transformer[Token, Any]):
         index = children[1]
         if not isinstance(index, ex.Number):
             return ex.Function("timer", (index,))
-        return ex.SystemValue("timer", int(index.value))
+        return ex.SystemValue("timer", int(index.value), children[2])
 
     def system(self, children: list[Token]) -> ex.Named:
         return ex.Named("".join(str(children[0]).split()))
