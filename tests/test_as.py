@@ -158,6 +158,11 @@ def test_each_mistake_has_its_code_and_a_place(line: str, code: str) -> None:
     assert found.help
 
 
+def test_no_branch_stands_behind_else() -> None:
+    (found,) = program("IF n == 1 THEN", "ELSE", "n = 2", "ELSE", "END").diagnostics
+    assert (found.code, found.line) == ("P583", 5)
+
+
 def test_rows_files_and_unclosed_programs_have_codes() -> None:
     assert codes(program(tables=".TRANS\np1 1 2 x\n.END\n")) == ["P586"]
     assert codes(read_source(decode(b"poem\n", "a.as"))) == ["P584"]

@@ -292,6 +292,8 @@ def errors(program: Program) -> list[tuple[str, int]]:
         (["LOOP", "IF a THEN", "ENDLOOP"], [("P405", 3)]),
         (["EXIT"], [("P405", 2)]),
         (["CASE 1"], [("P405", 2)]),
+        (["IF a THEN", "ELSE", "IF b THEN", "ELSE", "ENDIF", "ELSE", "ENDIF"], [("P405", 7)]),
+        (["SWITCH a", "DEFAULT", "CASE 1", "ENDSWITCH"], [("P405", 4)]),
         (["ENDSPLINE"], [("P405", 2)]),
         (["SPLINE"], [("P405", 3)]),
         (["GOTO out"], [("P406", 2)]),

@@ -75,6 +75,9 @@ def test_two_data_of_one_name() -> None:
         (["CASE 1:"], [("P454", 3)]),
         (["TEST a", "CASE 1:", "ENDIF", "ENDTEST"], [("P454", 5)]),
         (["IF a THEN", "ERROR", "ENDIF"], [("P453", 3), ("P454", 5)]),
+        (["IF a THEN", "ELSE", "IF b THEN", "ELSE", "ENDIF", "ELSEIF c THEN", "ENDIF"], [("P454", 8)]),
+        (["TEST a", "DEFAULT:", "CASE 1:", "ENDTEST"], [("P454", 5)]),
+        (["IF a THEN IF b THEN ELSE ENDIF ELSE ENDIF"], []),
     ],
 )
 def test_blocks_that_do_not_pair(body: list[str], wanted: list[tuple[str, int]]) -> None:

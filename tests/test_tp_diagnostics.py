@@ -82,6 +82,12 @@ def test_a_mistake_is_told_in_its_line(instruction, code, message):
     assert message in found[0].message
 
 
+def test_no_branch_stands_behind_else():
+    program = read(listing("IF (DI[1]) THEN", "ELSE", "R[1]=1", "ELSE", "ENDIF"))
+    (found,) = (one for one in program.diagnostics if one.is_error)
+    assert (found.code, found.line, found.message) == ("P528", 11, "ELSE behind the ELSE of line 9")
+
+
 def test_the_caret_stands_under_the_mistake():
     (found,) = (one for one in read(listing("R[5]=1 2")).diagnostics if one.is_error)
     assert found.source_line[found.column - 1 : found.end_column - 1] == "2"

@@ -80,6 +80,7 @@ def test_each_mistake_has_its_code_and_its_place(
         ("def a():\n  sync()\nend\nend\n", "P552", 4),
         ("def a():\n  else:\n  sync()\nend\n", "P552", 2),
         ("def a():\n  while x:\n  elif y:\n  end\nend\n", "P552", 3),
+        ("def a():\n  if x:\n  else:\n    if y:\n    else:\n    end\n  elif z:\n  end\nend\n", "P552", 7),
         ("", "P564", 0),
         ("\n \n", "P564", 0),
         ("\x00binary", "P001", 0),

@@ -20,11 +20,13 @@ _CLOSERS = {
 }
 LOOPS: Final = (st.While, st.For, st.Repeat)
 _BRANCHES = {st.ElseIf: st.If, st.Else: st.If, st.Case: st.Switch, st.Default: st.Switch}
+LAST_BRANCHES: Final = (st.Else, st.Default)  # for all other cases: no branch of their block follows
 # Message and help of what does not pair, without a keyword: for languages with other words.
 UNPAIRED: Final = {
     "P110": ("this block is never closed", "add its end after its last statement"),
     "P111": ("this belongs to a block that is not open", "remove it, or open the block above it"),
     "P114": ("this belongs inside of a loop", "remove it, or put it into a loop"),
+    "P115": ("this stands behind the branch for all other cases", "that branch comes last, and once"),
 }
 _CLOSER_WORD = {
     st.If: "ENDIF",
@@ -146,10 +148,20 @@ def _continue_block(
         _close(flow, markers, index)
     del open_blocks[depth + 1 :]
     markers = open_blocks[depth]
+    last = next((m for m in markers if type(body[m]) in LAST_BRANCHES), None)
+    if last is not None and not closes:
+        flow.problems.append(_behind_last(body[index], body[last]))
     markers.append(index)
     if closes:
         open_blocks.pop()
         _close(flow, markers, index)
+
+
+def _behind_last(branch: st.Statement, last: st.Statement) -> Diagnostic:
+    """A branch that no run reaches, or that no controller takes."""
+    word = type(last).__name__.upper()
+    message = f"{type(branch).__name__.upper()} behind the {word} of line {last.line}"
+    return error("P115", message, Span(branch.line), help=f"{word} comes last in its block, and once")
 
 
 def _opens(body: Sequence[st.Statement], markers: list[int], wanted: type) -> bool:

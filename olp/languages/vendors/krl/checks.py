@@ -8,6 +8,7 @@ from typing import Final
 
 from olp.core.diagnostic import Severity
 from olp.ir import program as st
+from olp.ir.block_structure import LAST_BRANCHES
 from olp.ir.expressions import Item, Named, Unknown
 from olp.languages.findings import Findings
 from olp.languages.vendors.krl.scope import Scope
@@ -50,6 +51,7 @@ def check_body(findings: Findings, body: Sequence[st.Statement], markers: Sequen
     """Blocks (P405), EXIT (P405) and labels (P406, P407) of one routine."""
     ordered = sorted([*body, *markers], key=lambda one: one.line) if markers else body
     open_: list[st.Statement] = []
+    last: dict[int, st.Statement] = {}  # by the identity of its block: the ELSE or DEFAULT
     for one in ordered:
         kind = type(one)
         if kind in _OPENS:
@@ -68,6 +70,12 @@ def check_body(findings: Findings, body: Sequence[st.Statement], markers: Sequen
                     one,
                     f"it belongs between {wanted} and its end",
                 )
+            elif (before := last.get(id(open_[-1]))) is not None:
+                ends = type(before).__name__.upper()
+                message = f"{word} behind the {ends} of line {before.line}"
+                _tell(findings, "P405", message, one, f"{ends} comes last, and once")
+            elif kind in LAST_BRANCHES:
+                last[id(open_[-1])] = one
         elif kind is st.Break and not any(type(block) in _LOOPS for block in open_):
             _tell(findings, "P405", "EXIT outside a loop", one, "it leaves LOOP, WHILE, FOR or REPEAT")
     for one in open_[:_MOST_TOLD]:

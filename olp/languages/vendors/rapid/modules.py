@@ -9,6 +9,7 @@ from typing import Final
 
 from olp.core.diagnostic import Severity, Span
 from olp.ir import program as st
+from olp.ir.block_structure import LAST_BRANCHES
 from olp.ir.points import PointTable
 from olp.languages.findings import Findings
 from olp.languages.vendors.rapid.clauses import Clause, RapidRemark
@@ -403,25 +404,33 @@ class OpenBlocks:
     def __init__(self, findings: Findings) -> None:
         self._findings = findings
         self._open: list[tuple[str, int]] = []
+        self._last: dict[int, str] = {}  # depth of a block that had its ELSE or DEFAULT
 
     def note(self, statements: Iterable[st.Statement]) -> None:
         """Statements of one clause; what does not pair is told."""
         for one in statements:
             kind = type(one)
             if kind in _OPENERS:
-                self._open.append((_OPENERS[kind], one.line))
+                self._begin(_OPENERS[kind], one.line)
             elif kind in _CLOSERS:
                 self._close(_CLOSERS[kind], one.line, f"END{_CLOSERS[kind]}")
-            elif kind in _BRANCHES and not any(word == _BRANCHES[kind] for word, _ in self._open[-1:]):
-                self._branch(_BRANCHES[kind], _BRANCH_WORDS[kind], one.line)
+            elif kind in _BRANCHES:
+                if not any(word == _BRANCHES[kind] for word, _ in self._open[-1:]):
+                    self._branch(_BRANCHES[kind], _BRANCH_WORDS[kind], one.line)
+                if self._open:
+                    self._order(_BRANCH_WORDS[kind], one)
 
     def stand_in(self, clause: Clause) -> None:
         """A broken clause that opens or closes a block does so all the same."""
         does, word = _MARKERS.get(clause.word, ("", ""))
         if does == "open" and (word != "IF" or clause.text.rstrip()[-4:].upper() == "THEN"):
-            self._open.append((word, clause.line))
+            self._begin(word, clause.line)
         elif does == "close":
             self._close(word, clause.line, f"END{word}")
+
+    def _begin(self, word: str, line: int) -> None:
+        self._open.append((word, line))
+        self._last.pop(len(self._open), None)
 
     def _close(self, word: str, line: int, closer: str) -> None:
         depth = next((d for d in range(len(self._open) - 1, -1, -1) if self._open[d][0] == word), None)
@@ -442,6 +451,15 @@ class OpenBlocks:
             return
         message = f"{branch} without {word}"
         self._findings.error("P454", message, self._findings.whole_line(line), "remove it, or open the block")
+
+    def _order(self, branch: str, one: st.Statement) -> None:
+        """A branch of the innermost block, behind which no other may stand if it is for all other cases."""
+        before = self._last.get(len(self._open))
+        if before is not None:
+            span, help = self._findings.whole_line(one.line), f"{before} comes last in its block, and once"
+            self._findings.error("P454", f"{branch} behind {before}", span, help)
+        elif type(one) in LAST_BRANCHES:
+            self._last[len(self._open)] = branch
 
     def close(self) -> None:
         """The routine, or what stands before its handlers, ends."""

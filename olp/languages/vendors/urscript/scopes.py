@@ -92,6 +92,7 @@ class Outliner:
         self._root = UrscriptPart("file", "", "", 1)
         self._here = self._root
         self._open: list[tuple[str, int]] = []  # word and line of each open block, definitions among them
+        self._else: set[int] = set()  # lines of the ifs that had theirs
         self._taken: set[str] = set()
         self._numbers: dict[str, int] = {}
         self._depth = 0  # blocks that are open in the current part
@@ -216,6 +217,13 @@ class Outliner:
         if not self._open or self._open[-1][0] != "if":
             self._stray(line, content.word)
             return
+        opener = self._open[-1][1]
+        if opener in self._else:
+            message = f"{content.word} behind the else of the if in line {opener}"
+            span = self._findings.whole_line(line.number)
+            self._findings.error("P552", message, span, "else comes last, and once")
+        elif content.word == "else":
+            self._else.add(opener)
         self._add(line, self._depth - 1)
         if content.closed:
             self._open.pop()
