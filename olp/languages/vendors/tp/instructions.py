@@ -230,9 +230,13 @@ _GERMAN_HEAD: Final = re.compile(
     r"^(?:EIGN\.|KOMMENTAR|ERSTELL|SCHUTZ|ZEILEN|KONTROLLCODE)\s*=", re.MULTILINE
 )
 _PLAIN = "|".join(re.escape(word) for word in sorted(_ENGLISH, key=len, reverse=True) if word[-1].isalnum())
+_NUMBERED = "|".join(
+    r"(?<=\[" + r"\d" * digits + ")" for digits in range(1, 6)
+)  # behind it a comment may hold "["
 # Either something to leave alone (texts, comments in brackets, names of programs) or a word to replace.
 _TOKENS: Final = re.compile(
-    r"(\"[^\"]*\"|'[^']*'|:[^\]\[;]*\]|(?<=AUFRUF )\s*\w+|MESSAGE\[.*)"
+    rf"(\"[^\"]*\"|'[^']*'|(?:{_NUMBERED}):[^\];]*\]|"
+    r":[^\]\[;]*\]|(?<=AUFRUF )\s*\w+|MESSAGE\[.*)"
     rf"|(\[&\]|\[\+\]|(?<![A-Za-z0-9_$.])g?[AEi]\[|(?<![A-Za-z_$])(?:{_PLAIN})(?![A-Za-z0-9_]))"
 )
 
