@@ -2703,3 +2703,26 @@ def test_the_speed_that_the_operator_has_chosen_is_told_as_unknown(rows, target)
     text = krl("DECL INT OLD", "OLD=$OV_PRO", *rows, *poses((900, 0, 400)))
     told = [x for x in losses(text, "krl", target) if "operator has chosen" in x.says]
     assert [x.fate for x in told] == [Fate.APPROXIMATED]
+
+
+def test_the_comment_of_the_call_that_starts_a_script_stays():
+    text = "def prog():\n  set_digital_out(1, True)\nend\nprog() # at night alone\n"
+    assert "; at night alone" in translated(text, "urscript", "krl")
+
+
+@pytest.mark.parametrize(
+    ("end", "stays"),
+    [
+        (";ENDFOLD only when cold", True),
+        (";ENDFOLD (Grip)", False),
+        (";ENDFOLD", False),
+    ],
+)
+def test_what_stands_behind_the_end_of_a_fold_stays_unless_it_is_its_name(end, stays):
+    text = krl(";FOLD Grip the part", "$OUT[1]=TRUE", end)
+    rows = [row.strip() for row in translated(text, "krl", "rapid").splitlines()]
+    assert rows[2:-2] == [
+        "! Grip the part",
+        "SetDO do1,1;",
+        *(["! only when cold"] if stays else []),
+    ]

@@ -122,8 +122,17 @@ def _main(root: UrscriptPart, source: Source) -> UrscriptPart:
     if main is None:
         root.unique = _identifier(PurePath(source.path).stem, set())
         return root
-    main.lines = [*((line, 0) for line, _ in root.lines if type(line.content) is Mark), *main.lines]
+    main.lines = [*((line, 0) for line in _remarks(root)), *main.lines]
     return main
+
+
+def _remarks(root: UrscriptPart) -> Iterator[UrscriptLine]:
+    """Comments outside of all functions, that of the call which starts the program among them."""
+    for line, _ in root.lines:
+        if type(line.content) is Mark:
+            yield line
+        elif line.comment:
+            yield UrscriptLine(line.number, line.last, Mark(f" {line.comment}"))
 
 
 def _called(own: list[UrscriptLine], root: UrscriptPart) -> UrscriptPart | None:
