@@ -300,6 +300,43 @@ def test_an_arm_at_half_of_its_rated_speeds_is_learnt() -> None:
     assert np.all((told.low <= measured[unseen]) & (measured[unseen] <= told.high))
 
 
+def test_two_pauses_in_ten_moves_do_not_make_an_arm_that_no_arm_is() -> None:
+    """Spreads over all arms hold: a number told of an arm may be wrong, a usual one is only unlikely."""
+    prior = arm_prior(None, (), [f"q{i}" for i in range(1, 7)])
+    errors = []
+    for seed in (5, 13):
+        moves = moves_of(100, seed)
+        true = another_arm(prior, seed).durations(moves.motions)
+        seen, rest, measured = np.arange(10), np.arange(10, 100), true[:10].copy()
+        measured[[2, 7]] *= 4.0
+        learnt = fit_arm(prior, moves.motions.take(seen), measured).timing
+        errors.append(np.mean(np.abs(learnt.durations(moves.motions.take(rest)) / true[rest] - 1)))
+    assert np.mean(errors) < 0.2  # 0.24 where every prior number could be left
+
+
+def test_moves_that_mislead_are_not_learnt_and_that_is_told(tmp_path: Path) -> None:
+    """Half of a recording ran at another override than the other half, and no column says so."""
+    robot = load_robot(ROBOT)
+    prior, moves, one = arm_prior(robot), moves_of(24, 3, ROBOT), np.ones(24)
+    moves = joint_moves(robot, moves.start, moves.end, moves.motions.fraction, one, one)
+    measured = prior.durations(moves.motions) * np.repeat([1.5, 1.0], 12)
+    recording = read_recording(write_recording(tmp_path / "two", moves, measured, ROBOT))
+    signature, told = calibrate(recording)
+    (note,) = (d for d in told if d.code in ("H052", "H055"))
+    assert note.code == "H055"
+    assert "with nothing learnt" in note.message
+    rows, _ = predict_recording(signature, recording)
+    assert rows.predicted == pytest.approx(prior.durations(moves.motions), rel=1e-3)
+    assert np.mean((rows.low <= measured) & (measured <= rows.high)) >= 0.95
+
+
+def test_what_is_learnt_is_compared_with_nothing_learnt(tmp_path: Path) -> None:
+    folder, _ = joints_alone(tmp_path, ROBOT)
+    _, told = calibrate(read_recording(folder))
+    (note,) = (d for d in told if d.code == "H052")
+    assert "% with nothing learnt" in note.message
+
+
 def test_a_region_in_which_moves_are_slow_is_found_and_others_are_not() -> None:
     draw = np.random.default_rng(2)
     features, law = draw.normal(size=(100, 12)), draw.normal(size=100)
@@ -669,3 +706,15 @@ def test_joint_moves_that_all_run_into_each_other_are_learnt(tmp_path: Path) -> 
     rows, _ = predict_recording(learnt, read_recording(rolling(true)))
     unseen = (np.arange(80) % 2 == 1) & (true > 0.1)
     assert np.median(np.abs(rows.predicted[unseen] / true[unseen] - 1)) < 0.02
+
+
+def test_a_search_for_what_a_stop_costs_says_nothing_of_numpy(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Lines at several speeds that accelerate at once: the search for 1/a looks below zero."""
+    head = "move,duration_s,speed_mm_s,x_start_mm,y_start_mm,z_start_mm,x_end_mm,y_end_mm,z_end_mm\n"
+    ways = [(200, 100, 2.0), (300, 400, 0.75), (150, 200, 0.751), (400, 100, 4.0), (250, 400, 0.624)]
+    lines = [f"{i},{t},{v},500,0,500,{500 + way},0,500\n" for i, (way, v, t) in enumerate(ways, 1)]
+    (tmp_path / "moves.csv").write_text(head + "".join(lines), encoding="utf-8")
+    calibrate(read_recording(tmp_path))
+    assert not recwarn.list

@@ -2,7 +2,7 @@
 example.
 
 Codes: H050 recorded moves that contradict each other, H051 moves faster than the axes are rated, H052 what
-joint moves told.
+joint moves told, H055 joint moves that tell less than olp knows without them.
 """
 
 from __future__ import annotations
@@ -155,7 +155,8 @@ def _cuts(values: Floats) -> list[int]:
 # unknown.
 #
 # Gauss-Newton on the logarithms of the durations with Student's weights, so that pauses and replanned moves
-# count little, nor does a prior number that the moves contradict: an arm may run at half of its rated speeds.
+# count little, nor does a number told of this arm that the moves contradict: it may run at half of its rated speeds.
+# A spread over all arms holds for this one, too: few moves with a pause among them must not lead beyond it.
 
 
 _FREEDOM: Final = (
@@ -164,6 +165,9 @@ _FREEDOM: Final = (
 _STEPS: Final = 60
 _ENOUGH: Final = 1e-6
 _LEAST_SCATTER: Final = 0.004
+_TOLD: Final = (
+    0.25  # [1 | s] prior sd up to which a number is told of this arm; of more it is a spread over arms
+)
 _MISFIT: Final = 2.0  # of the prior's scatter: a law that leaves more does not fit
 _KNOWN_SCATTER_WEIGHT: Final = 8.0  # moves that the prior's scatter counts as much as
 
@@ -246,8 +250,8 @@ def _weights(residual: Floats, variance: Floats) -> Floats:
 
 
 def _doubted(precision: Floats, away: Floats, sd: Floats) -> Floats:
-    """(p, p) the prior's precision with Student's weights of how far the numbers are `away` from it."""
-    weight = np.sqrt(np.minimum(_weights(away, sd**2), 1.0))
+    """(p, p) the prior's precision with Student's weights of how far numbers told of this arm are `away` from it."""
+    weight = np.sqrt(np.where(sd <= _TOLD, np.minimum(_weights(away, sd**2), 1.0), 1.0))
     return np.asarray(precision * np.outer(weight, weight))
 
 
@@ -306,6 +310,11 @@ class LearntArm:
     held_out: Mapping[str, float]
     untold: tuple[str, ...]
     rows: int
+
+    @property
+    def nothing(self) -> bool:
+        """Whether olp's own numbers were kept, as held-out moves were nearer to them."""
+        return set(self.untold) == set(self.timing.names)
 
     def predict(self, moves: JointMoves) -> JointTimes:
         if not len(moves):
@@ -416,6 +425,8 @@ def learn_arm(
     """From `measured` (n,) [s]; `groups` (n,): which rows belong to one program. n >= FEWEST."""
     some = _sample(len(moves), _MOST)
     chosen, held_out, ratios = _choose(prior, moves.take(some), measured[some], resolution)
+    if chosen is _NOTHING:
+        return LearntArm(prior, (), None, _quantile(ratios), held_out, prior.names, len(moves))
     learnt = _fit(prior, moves, measured, resolution, chosen, some)
     quantile = max(
         _quantile(ratios), _between_groups(prior, moves.take(some), measured[some], groups[some], resolution)
@@ -440,6 +451,7 @@ class _Learner(NamedTuple):
     trees: int
 
 
+_NOTHING: Final = _Learner("nothing learnt", False, 0)  # what olp says of this arm without any recording
 _LEARNERS: Final = (
     _Learner("law", False, 0),
     _Learner("law and regions", True, 0),
@@ -489,7 +501,10 @@ def _features(timing: ArmTiming, moves: JointMoves) -> Floats:
 def _choose(
     prior: ArmTiming, moves: JointMoves, measured: Floats, resolution: float
 ) -> tuple[_Learner, dict[str, float], Floats]:
-    """The learner that does best on moves it did not see, all mean errors [%], and its errors over their spreads."""
+    """The learner that does best on moves it did not see, all mean errors [%], and its errors over their spreads.
+
+    `_NOTHING` where olp alone is surely nearer to them than the best learner.
+    """
     count = len(moves)
     learners = _LEARNERS if count >= _EXAMPLES else _LEARNERS[:1]
     folds = min(_FOLDS if count > 2 * FEWEST else count, count)
@@ -517,8 +532,18 @@ def _choose(
     means = {learner: float(np.mean(np.abs(np.expm1(-e)))) for learner, e in errors.items()}
     best = min(learners, key=means.__getitem__)
     chosen = next(x for x in learners if means[x] <= (1.0 + _BETTER) * means[best])
+    alone = np.log(measured) - _logs(prior.mean, moves.motions)
     held_out = {learner.name: 100.0 * mean for learner, mean in means.items()}
+    held_out[_NOTHING.name] = 100.0 * float(np.mean(np.abs(np.expm1(-alone))))
+    if _surely_less(np.abs(alone), np.abs(errors[chosen])):
+        return _NOTHING, held_out, np.abs(alone) / prior.spread(moves.motions)
     return chosen, held_out, np.abs(errors[chosen]) / spread
+
+
+def _surely_less(one: Floats, other: Floats) -> bool:
+    """Whether `one` (n,) is less than `other` (n,) on average, beyond what pairs differ by chance."""
+    apart = other - one
+    return bool(apart.mean() > _NORMAL * apart.std(ddof=1) / np.sqrt(len(apart)))
 
 
 def _between_groups(
@@ -617,14 +642,23 @@ def too_fast_notes(rows: Rows, move: Labels, robot: Robot | None, file: str) -> 
 
 
 def held_out_words(held_out: Mapping[str, float]) -> str:
-    """The mean errors [%] of the law and, where another learner does better, of that."""
-    best = min(held_out, key=held_out.__getitem__)
+    """The mean errors [%] of the law, of another learner where that does better, and of olp with nothing learnt."""
+    learners = {name: error for name, error in held_out.items() if name != _NOTHING.name}
+    best = min(learners, key=learners.__getitem__)
     words = f"mean error on held-out ones {held_out['law']:.2f} % by the law"
-    return words if held_out[best] == held_out["law"] else f"{words}, {held_out[best]:.2f} % by {best}"
+    if learners[best] != learners["law"]:
+        words += f", {learners[best]:.2f} % by {best}"
+    if _NOTHING.name in held_out:
+        words += f", {held_out[_NOTHING.name]:.2f} % with nothing learnt"
+    return words
 
 
 def learnt_note(learnt: LearntArm, rolling: int, file: str) -> Diagnostic:
     """`rolling`: how many of the moves run into others."""
+    if learnt.nothing:
+        says = f"{learnt.rows} joint moves tell less than olp knows without them: {held_out_words(learnt.held_out)}"
+        help = "nothing was learnt of joint moves; check robot, joints, speed_pct and duration_s, and record more"
+        return warning("H055", says, file=file, help=help)
     says = f"{learnt.rows} joint moves: {held_out_words(learnt.held_out)}"
     if rolling:
         says += f"; {rolling} of them run into others, with what olp's law says of their corners"

@@ -3,8 +3,8 @@
 Of straight moves: fit, choice of the method and error model, all from the recording alone.
 
 Codes: H003 too few measured moves, H004 moves that cannot be used, H005 moves faster than length over speed,
-H021 what was learnt beside straight moves, H033 repeated moves, H050 to H052 of joint moves, H054 lines whose tool is
-not told.
+H021 what was learnt beside straight moves, H033 repeated moves, H050 to H052 and H055 of joint moves, H054 lines whose
+tool is not told.
 """
 
 from __future__ import annotations
@@ -443,7 +443,8 @@ def _learn_stop(recording: Recording) -> CorrectionPart | None:
 
     def model(q: Floats) -> Floats:
         whole = speed * speed * q[1] <= way
-        return np.asarray(q[0] + np.where(whole, way / speed + speed * q[1], 2 * np.sqrt(way * q[1])))
+        with np.errstate(invalid="ignore"):  # a search looks below zero, too, and turns back at a nan
+            return np.asarray(q[0] + np.where(whole, way / speed + speed * q[1], 2 * np.sqrt(way * q[1])))
 
     part, found = learn_part(STOP, model, measured, _labels(moves.program), start)
     return part if 0 in found.form and part.value("fixed_time") > 0 else None
