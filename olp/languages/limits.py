@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from math import inf
 from typing import Final
@@ -314,6 +315,7 @@ def limits_of(vendor: str, forms: bool = False) -> Limits:
     return limits
 
 
+@cache
 def writable() -> tuple[str, ...]:
     """The vendors whose language can be written, sorted."""
     from olp.languages.vendor import vendor_names

@@ -199,7 +199,8 @@ def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10
         pull = slopes.T @ (weight * residual)
         gained = 0.0
         for _ in range(5):
-            grown = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
+            grown = normal.copy()
+            grown.flat[:: len(normal) + 1] += damping * np.maximum(normal.diagonal(), 1e-12)
             try:
                 tried = _bounded(grown, pull, place, low, high)
             except np.linalg.LinAlgError:
@@ -265,7 +266,7 @@ def _bounded(normal: Floats, pull: Floats, place: Floats, low: Floats, high: Flo
     tried = place + np.linalg.solve(normal, pull)
     out = (tried < low) | (tried > high)
     if not out.any() or out.all():
-        return np.clip(tried, low, high)
+        return np.minimum(np.maximum(tried, low), high)  # as `clip` does, which takes as long again to say so
     fixed = np.clip(tried, low, high)[out] - place[out]
     step = np.linalg.solve(normal[np.ix_(~out, ~out)], pull[~out] - normal[np.ix_(~out, out)] @ fixed)
     tried[~out] = place[~out] + step

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -82,8 +83,25 @@ class Motion:
     def with_(self, **changes: Floats | float | str | MoveCorners | None) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
         copy = object.__new__(Motion)
-        vars(copy).update(vars(self), **changes)
+        own = vars(copy)
+        own.update(vars(self), **changes)
+        if "jerk" in changes:
+            own.pop("_jerked", None)
+        if "round_start" in changes or "round_end" in changes:
+            own.pop("_rounded", None)
         return copy
+
+    # Kept by the copies of `with_` while their columns are the same: the search asks for them before all else.
+
+    @cached_property
+    def _jerked(self) -> bool:
+        """Whether some moves have a finite jerk."""
+        return bool(np.isfinite(self.jerk).any())
+
+    @cached_property
+    def _rounded(self) -> bool:
+        """Whether some moves have a rounded corner."""
+        return bool(((self.round_start > 0) | (self.round_end > 0)).any())
 
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
         """`other` in the moves of `mask` (n,), this motion in all others."""
@@ -95,14 +113,14 @@ class Motion:
         """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""
         travel, top = self._travel()
         whole = np.maximum(travel, self.least) + self.added
-        if self.law == "stop" or not ((self.round_start > 0) | (self.round_end > 0)).any():
+        if self.law == "stop" or not self._rounded:
             return np.asarray(whole)
         return np.asarray(whole - np.minimum(self._saved(top), _MOST * travel))
 
     def _way_of_timing(self) -> tuple[object, ...]:
         """What moves have in common that are timed in one go."""
-        jerked, corners = bool(np.isfinite(self.jerk).any()), self.corners is None
-        return self.law, self.overlap, self.split, self.reach, self.portion, jerked, corners
+        corners = self.corners is None
+        return self.law, self.overlap, self.split, self.reach, self.portion, self._jerked, corners
 
     def _saved(self, top: Floats) -> Floats:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
@@ -173,14 +191,13 @@ class Motion:
 
     def _travel(self) -> tuple[Floats, Floats]:
         """Time of the path alone (n,) [s], and the highest speed (n,) [m/s]."""
-        jerked = bool(np.isfinite(self.jerk).any())
+        jerked, moving = self._jerked, self.way > 0
         speed, ramps = self.speed, self._ramps(self.speed, jerked)
-        short = np.nonzero((speed * ramps > self.way) & (self.way > 0))[0]
+        short = np.flatnonzero((speed * ramps > self.way) & moving)
         if len(short):
             speed = speed.copy()
             speed[short] = self._some(short, _TRAVEL)._peak()
             ramps = self._ramps(speed, jerked)
-        moving = self.way > 0
         return np.where(moving, self.way / np.where(moving, speed, 1.0) + ramps, 0.0), speed
 
     def _ramps(self, speed: Floats, jerked: bool) -> Floats:
@@ -198,7 +215,7 @@ class Motion:
         acceleration, or neither does.
         """
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
-        if not np.isfinite(self.jerk).any():
+        if not self._jerked:
             root = np.sqrt(self.filtered**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
             return np.minimum(self.speed, 2.0 * self.way / (self.filtered + root))
         if self.filtered.any():
@@ -249,7 +266,10 @@ class Motion:
     def _some(self, rows: NDArray[np.intp], columns: tuple[str, ...] = ()) -> Motion:
         """Some of the moves, each as if its neighbours were equal to it; `columns`: those that are needed, () all."""
         own = vars(self)
-        return self.with_(corners=None, **{name: own[name][rows] for name in columns or _COLUMNS})
+        some = self.with_(corners=None, **{name: own[name][rows] for name in columns or _COLUMNS})
+        if not self._jerked:
+            vars(some)["_jerked"] = False
+        return some
 
 
 _COLUMNS = tuple(
@@ -267,7 +287,7 @@ def durations(motions: Sequence[Motion]) -> list[Floats]:
         alike.setdefault(motion._way_of_timing(), []).append(k)
     found = list[Floats]([np.zeros(0)] * len(motions))
     for members in alike.values():
-        each = np.split(_stacked([motions[k] for k in members]).duration(), len(members))
+        each = _stacked([motions[k] for k in members]).duration().reshape(len(members), -1)
         for k, seconds in zip(members, each, strict=True):
             found[k] = seconds
     return found
@@ -279,11 +299,15 @@ def _stacked(motions: Sequence[Motion]) -> Motion:
     if len(motions) == 1:
         return first
     own = [vars(motion) for motion in motions]
-    columns = {name: np.concatenate([one[name] for one in own]) for name in _COLUMNS}
-    if first.corners is None:
-        return first.with_(**columns)
-    corners = zip(*(motion.corners for motion in motions if motion.corners is not None), strict=True)
-    return first.with_(**columns, corners=MoveCorners(*map(np.concatenate, corners)))
+    columns: dict[str, Floats | MoveCorners] = {
+        name: np.concatenate([one[name] for one in own]) for name in _COLUMNS
+    }
+    if first.corners is not None:
+        corners = zip(*(motion.corners for motion in motions if motion.corners is not None), strict=True)
+        columns["corners"] = MoveCorners(*map(np.concatenate, corners))
+    stacked = first.with_(**columns)
+    vars(stacked)["_jerked"] = any(motion._jerked for motion in motions)
+    return stacked
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

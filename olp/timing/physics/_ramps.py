@@ -106,7 +106,7 @@ def _passing(force: Floats, ramp: Floats) -> Floats:
 def _at(values: Floats, share: Floats) -> Floats:
     """Values (n, k) at shares (n, k) of the path, interpolated from values (n, m) along it."""
     rows, places = values.shape
-    place = np.clip(share * (places - 1), 0.0, places - 1)
+    place = np.minimum(np.maximum(share * (places - 1), 0.0), places - 1)  # half of the time of `clip`
     low = np.minimum(place.astype(np.int64), places - 2)
     beyond = place - low
     low += np.arange(0, rows * places, places)[:, None]
