@@ -528,3 +528,18 @@ def test_a_move_of_a_programmed_time_takes_longer_under_an_override(target):
     after = run_converted(convert(read(text, "tp"), target), target, None).moves
     pace = [m.duration[1] if m.duration[1] > 0 else m.length[1] / m.travel[1] for m in (before, after)]
     assert pace[1] == pytest.approx(4.0, rel=1e-6)
+
+
+def test_a_tool_that_is_declared_elsewhere_is_a_variable_whose_value_is_asked_for():
+    """A script needs values; its moves are told as approximated, and none is left out."""
+    place = "[[600,{},600],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    rows = [f"MoveL {place.format(y)},v500,fine,tGun\\WObj:=wCell;" for y in (0, 10)]
+    made = converted(module(*rows), "rapid", "urscript", on_loss="error")
+    text = b"\n".join(made.files.values()).decode()
+    assert "global tGun = p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]" in text
+    assert "set_tcp(tGun)" in text
+    assert text.count("pose_trans(wCell, ") == 2
+    told = [(loss.line, loss.says) for loss in made.translated.losses if loss.part in ("tool", "frame")]
+    assert [line for line, _ in told] == [3, 3, 4, 4]
+    assert sum("zeros are written" in says for _, says in told) == 2
+    assert {"tool tGun", "frame wCell"} <= set(made.translated.asks["set these values, which are zeros now"])

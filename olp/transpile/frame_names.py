@@ -19,6 +19,8 @@ from olp.transpile.symbols import Symbols
 
 BASE: Final = FrameRef("base")
 _ZEROS: Final = "set these values, which are zeros now"
+_DEPENDS: Final = "it depends on {}, which is not declared here"
+_NOTHING: Final = literal_of(Pose.identity())
 _UNKNOWN: Final = {"tool": FrameRef("tool", Number(0)), "user": BASE}  # in the place of what is refused
 
 
@@ -203,11 +205,10 @@ class SystemNames:
             return self._renumbered(kind, e, s)
         if number == 0:
             return BASE if kind == "user" else e
+        if other is not None:
+            return self._without_values(kind, e, other, s)
         if (made := self.made.get((kind, e))) is not None:
             return made
-        if other is not None:
-            self._refuse_unknown(kind, other, s)
-            return _UNKNOWN[kind]
         return self._made(kind, e, f"{system_words(kind)}_{number}", literal_of(self._known(kind, number)))
 
     def _as_mapped(
@@ -287,15 +288,27 @@ class SystemNames:
                 says += "; its values have to be set on the controller"
                 self.work.lose(other.first, Fate.APPROXIMATED, "name", says)
         if not wanted and s is not other.first and s.line != other.first.line:
-            says = f"it depends on {label}, which is not declared here"
-            self.work.lose(s, Fate.APPROXIMATED, "name", says)
+            self.work.lose(s, Fate.APPROXIMATED, "name", _DEPENDS.format(label))
 
-    def _refuse_unknown(self, kind: str, other: Elsewhere, s: Statement) -> None:
-        word = system_words(kind)
-        says = f"{other.label} is not declared here, and {self.language} needs the values of this {word}"
+    def _without_values(self, kind: str, e: FrameRef, other: Elsewhere, s: Statement) -> Named:
+        """What is declared elsewhere, for a target that needs its values: declared with zeros under its name."""
+        word, label = system_words(kind), other.label
+        if (kind, e) in self.made:
+            if s.line != other.first.line:
+                self.work.lose(s, Fate.APPROXIMATED, word, _DEPENDS.format(label))
+            return self.made[(kind, e)]
+        if label.isidentifier():
+            self.made[(kind, e)] = Named(label)
+            self._declare(kind, label, _NOTHING)
+            self.work.names[(word, label)] = label
+        taken = "flange" if kind == "tool" else "base"
+        self.work.note_once(f"both runs take the {taken} for {label}, whose values are not at hand")
+        says = f"{label} is not declared here, and {self.language} needs the values of this {word}: zeros are written"
         here = "put the file that declares it beside the program, or its values under [names] of olp.toml"
         help = f"{here}; or say under [{word}s] of the mapping file which variable of the target it is"
-        self.work.lose(s, Fate.REFUSED, word, says, help=help)
+        self.work.lose(other.first, Fate.APPROXIMATED, word, says, help=help)
+        self.work.ask(_ZEROS, f"{word} {label}")
+        return self._made(kind, e, word, _NOTHING)
 
 
 def _may_be_number(wanted: str) -> bool:
