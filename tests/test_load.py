@@ -97,6 +97,22 @@ def test_a_word_of_one_place_may_name_something_else(tmp_path: Path, name: str) 
     assert told(tmp_path, "cell.src", KRL.replace("COUNT", name)) == []
 
 
+def test_what_rapid_allows_is_not_told(tmp_path: Path) -> None:
+    """A constant of a routine that hides a variable, whole arrays, components of an array, data that a parameter is."""
+    text = RAPID.replace(
+        "VAR num count:=0;", "VAR num count:=0;\n    PERS num rows{2,most}:=[[1,2,3,4],[5,6,7,8]];"
+    )
+    text = text.replace(
+        "VAR num height:=12.5;",
+        "CONST num count:=2;\n        VAR num height:=count;\n        VAR pos places{2}:=[[1,2,3],[4,5,6]];",
+    )
+    text = text.replace(
+        "count:=height+Sum(3,most);", "rows{1,2}:=places{1}.x;\n        Fill rows,places{2}.y;"
+    )
+    fill = "    PROC Fill(PERS num all{*,*},INOUT num one)\n        one:=all{1,1};\n    ENDPROC\nENDMODULE"
+    assert told(tmp_path, "Cell.mod", text.replace("ENDMODULE", fill)) == []
+
+
 def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one(tmp_path: Path) -> None:
     full = RAPID.replace('label:="";', f'label:="{"x" * 76}\\0D\\0A\\\\"";')
     assert told(tmp_path, "Cell.mod", full.replace('""', 'x"')) == []
@@ -138,6 +154,17 @@ def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one
         ("VAR num height:=12.5;", "VAR num height;\n        VAR num rows{3};\n        height:=rows;", "K109"),
         ("count:=height+Sum(3,most);", "ConfL Off;", "K112"),
         ("VAR num height", "PERS num height", "K115"),
+        ("        SetDO doGrip,1;", "    again:\n        SetDO doGrip,1;", "K102"),
+        ("MODULE Cell", "MODULE CellWithANameThatIsLongerThanAnyOther", "K103"),
+        ("count:=height+Sum(3,most);", "count{1}:=height;", "K109"),
+        ("VAR num height:=12.5;", "VAR num height;\n        VAR num rows{3};\n        rows{1,2}:=1;", "K109"),
+        ("VAR num count:=0;", "VAR num count:=0;\n    VAR num rows{3}:=[1,2];", "K109"),
+        ("VAR num count:=0;", "VAR num count:=0;\n    VAR num more:=2*count;", "K107"),
+        ("FUNC num Sum(num one", "FUNC num Sum(INOUT num one", "K108"),
+        ("FUNC num Sum(num one,num other", "FUNC num Sum(num one,PERS num other", "K108"),
+        ("count:=height+Sum(3,most);", "busy:=label=1;", "K108"),
+        ("        SetDO doGrip,1;", "IF busy AND count=TRUE THEN\n        ENDIF", "K108"),
+        ("        SetDO doGrip,1;", "        CONNECT count WITH Pick;", "K112"),
     ],
 )
 def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code: str) -> None:

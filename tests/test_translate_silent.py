@@ -2726,3 +2726,49 @@ def test_what_stands_behind_the_end_of_a_fold_stays_unless_it_is_its_name(end, s
         "SetDO do1,1;",
         *(["! only when cold"] if stays else []),
     ]
+
+
+# --- text that no compiler takes ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp"])
+def test_a_computed_jump_chooses_labels_of_its_variables_kind(target):
+    """A byte chooses labels that are numbers, a text all labels by their names."""
+    rows = ("*10", "PAUSE", "*AGAIN", "PAUSE")
+    number = translated(inform("JUMP LABEL: B001", *rows), "inform", target)
+    text = translated(inform("JUMP LABEL: S000", *rows), "inform", target)
+    quote = "'" if target == "tp" else '"'
+    assert f"{quote}AGAIN{quote}" not in number
+    assert all(f"{quote}{label}{quote}" in text for label in ("10", "AGAIN"))
+
+
+def test_a_computed_jump_that_no_label_answers_is_refused():
+    said = losses(inform("JUMP LABEL: B001", "*AGAIN", "PAUSE"), "inform", "rapid")
+    assert [one.says for one in said if one.fate is Fate.REFUSED or "computed jump" in one.says] == [
+        "a computed jump that no label answers"
+    ]
+
+
+def test_values_of_two_kinds_are_compared_nowhere():
+    text = krl("INT N", "CHAR NAME[8]", "IF N==NAME[] THEN", "$OUT[1]=TRUE", "ENDIF")
+    assert any("compared with" in one.says for one in losses(text, "krl", "rapid"))
+
+
+def test_a_single_position_has_no_elements():
+    said = losses(krl("E6POS X1", "PTP X1[3]"), "krl", "rapid")
+    assert any("an element of X1, which is one position" in one.says for one in said)
+
+
+def test_tools_that_a_list_leaves_open_are_zeros_that_are_told(tmp_path):
+    (tmp_path / "R1" / "System").mkdir(parents=True)
+    (tmp_path / "R1" / "Program").mkdir()
+    lists = ["DEFDAT $CONFIG", "DECL FRAME TOOL_DATA[4]", "TOOL_DATA[2]={X 1,Y 2,Z 3,A 0,B 0,C 0}", "ENDDAT"]
+    (tmp_path / "R1" / "System" / "$config.dat").write_text("\n".join(lists))
+    program = tmp_path / "R1" / "Program" / "chosen.src"
+    rows = ["DEF chosen()", "INT n", "n=1", "IF $IN[1] THEN", "n=2", "ENDIF", "$TOOL=TOOL_DATA[n]"]
+    program.write_text("\n".join([*rows, "PTP {X 500,Y 0,Z 400,A 0,B 0,C 180}", "END"]))
+    made = convert(read_source(load(program)), "rapid", Context(on_loss="comment"))
+    (text,) = (raw.decode() for raw in made.files.values())
+    assert text.count("[TRUE,[[") == 5  # four, and the one that holds
+    says = "no file has values for TOOL_DATA[1], TOOL_DATA[3], TOOL_DATA[4]: zeros are written"
+    assert says in [one.says for one in made.translated.losses]

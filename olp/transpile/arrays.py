@@ -114,6 +114,9 @@ def array_bounds(program: st.Program, work: TranslationContext) -> st.Program:
     symbols = work.symbols(program)
     for routine in program.routines:
         for _, s in work.look(routine).rare:
+            if type(s) is st.Move and (name := _of_no_array(symbols, routine.name, s.targets[0])):
+                work.lose(s, Fate.REFUSED, "index", f"an element of {name}, which is one position")
+                continue
             for e in expressions_of(s):
                 says = (
                     _wrong(symbols, routine.name, e, bool(work.limits.numbered)) if type(e) is ex.Item else ""
@@ -122,6 +125,15 @@ def array_bounds(program: st.Program, work: TranslationContext) -> st.Program:
                     work.lose(s, Fate.REFUSED, "index", says)
                     break
     return program
+
+
+def _of_no_array(symbols: Symbols, routine: str, target: ex.Expression) -> str:
+    """The name of a single position of which a move's target would be an element."""
+    if not isinstance(target, ex.Item) or type(target.base) is not ex.Named:
+        return ""
+    symbol = symbols.find(routine, target.base.name)
+    single = symbol is not None and symbol.type in ("position", "joints") and sizes_of(symbols, symbol) == ()
+    return target.base.name if single else ""
 
 
 def _wrong(symbols: Symbols, routine: str, e: ex.Item, numbered: bool) -> str:

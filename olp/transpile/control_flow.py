@@ -7,11 +7,23 @@ from typing import Any, Final
 
 from olp.ir import program as st
 from olp.ir.block_structure import LOOPS, Block, Node, flat, negated, parse
-from olp.ir.expressions import Binary, Compare, Expression, Logic, Named, Number, SignalState, Text
+from olp.ir.expressions import (
+    Binary,
+    Compare,
+    Expression,
+    Item,
+    Logic,
+    Named,
+    Number,
+    SignalState,
+    Text,
+    Variable,
+)
 from olp.ir.transformer import expressions_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.integer_inference import counts_fractions
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
+from olp.transpile.symbols import Symbols
 
 _CONDITIONAL: Final = (st.Call, st.Return, st.Pause, st.PulseOutput, st.StartTask)
 
@@ -19,7 +31,7 @@ _CONDITIONAL: Final = (st.Call, st.Return, st.Pause, st.PulseOutput, st.StartTas
 def flow(program: st.Program, work: TranslationContext) -> st.Program:
     """Every routine with the blocks and jumps that the target has."""
     shared: list[st.Declare] = []  # where variables have numbers, none is a routine's own
-    counters = _Counters(work.source)
+    counters = _Counters(work.source, program)
     routines = tuple([_routine(routine, work, shared, counters) for routine in program.routines])
     return replace(program, routines=routines, data=(*program.data, *shared))
 
@@ -29,6 +41,7 @@ class _Counters:
     """Which routines of a program name what its FOR loops count; found for all variables of a kind at once."""
 
     program: st.Program
+    lowered: st.Program
     _named: dict[type, dict[Expression, set[str]]] = field(default_factory=dict)
 
     def named_in(self, variable: Expression) -> set[str]:
@@ -52,8 +65,11 @@ def _routine(
     kinds = set(map(type, body))
     if not work.limits.conditional_statements and not kinds.isdisjoint(_CONDITIONAL):
         body = tuple(s for statement in body for s in _unconditional(statement))
-    if st.Jump in kinds:
-        body = tuple(s for statement in body for s in _uncomputed(statement, body))
+    if any(isinstance(s, st.Jump) and not isinstance(s.target, str) for s in body):
+        symbols = work.symbols(counters.lowered)
+        body = tuple(
+            s for statement in body for s in _uncomputed(statement, body, routine.name, work, symbols)
+        )
     nodes = parse(body)
     if nodes is None:
         work.lose(routine.line, Fate.REFUSED, "blocks", f"the blocks of {routine.name} are not closed")
@@ -84,21 +100,47 @@ def _unconditional(s: st.Statement) -> list[st.Statement]:
     return [st.If(s.line, condition), inside, st.EndIf(s.line)]
 
 
-def _uncomputed(s: st.Statement, body: tuple[st.Statement, ...]) -> list[st.Statement]:
-    """A jump to a computed label as a choice between all labels."""
+def _uncomputed(
+    s: st.Statement, body: tuple[st.Statement, ...], routine: str, work: TranslationContext, symbols: Symbols
+) -> list[st.Statement]:
+    """A jump to a computed label as a choice between all labels that it can lead to."""
     if not isinstance(s, st.Jump) or isinstance(s.target, str):
         return [s]
     rows: list[st.Statement] = [] if s.condition is None else [st.If(s.line, s.condition)]
     value = s.target
+    holds = _holds(value, routine, symbols)
     first = True
     for label in (s for s in body if isinstance(s, st.Label)):
-        known: Expression = Number(int(label.name)) if label.name.isdecimal() else Text(label.name)
+        known = _label_value(label.name, holds)
+        if known is None:
+            continue
         test = Compare("=", value, known)
         rows.append(st.If(s.line, test) if first else st.ElseIf(s.line, test))
         rows.append(st.Jump(s.line, label.name))
         first = False
-    rows += [] if first else [st.EndIf(s.line)]
+    if first:
+        work.lose(s, Fate.REFUSED, "label", "a computed jump that no label answers")
+        return []
+    rows.append(st.EndIf(s.line))
     return rows if s.condition is None else [*rows, st.EndIf(s.line)]
+
+
+def _label_value(label: str, holds: str) -> Expression | None:
+    """What a variable of a type holds that chooses a label; None of a label that no number chooses."""
+    if holds == "string":
+        return Text(label)
+    if label.isdecimal():
+        return Number(int(label))
+    return None if holds else Text(label)
+
+
+def _holds(value: Expression, routine: str, symbols: Symbols) -> str:
+    """The type of what chooses a label, "" where nothing tells it."""
+    base = value.base if isinstance(value, Item) else value
+    if isinstance(base, Variable):
+        return base.store.value
+    symbol = symbols.find(routine, base.name) if isinstance(base, Named) else None
+    return "" if symbol is None else symbol.type
 
 
 @dataclass(slots=True)

@@ -550,7 +550,8 @@ def _as_arrays(program: st.Program, work: TranslationContext) -> st.Program:
     rows = [d for d in program.data if _ARRAYS.get(d.name.upper()) not in names]
     for kind, name in names.items():
         if kind in listed:
-            rows.append(replace(listed[kind], name=name, type=system_words(kind), shared=False))
+            values = _filled(listed[kind], users[kind], work)
+            rows.append(replace(listed[kind], name=name, type=system_words(kind), value=values, shared=False))
             continue
         word = system_words(kind)
         rows.append(
@@ -564,6 +565,24 @@ def _as_arrays(program: st.Program, work: TranslationContext) -> st.Program:
         work.lose(users[kind], Fate.APPROXIMATED, "name", says)
     routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
     return replace(program, routines=routines, data=tuple(rows))
+
+
+def _filled(listed: st.Declare, user: st.Statement, work: TranslationContext) -> ex.Expression | None:
+    """The first values of all tools or frames of a list: zeros, which is told, for those that it leaves open."""
+    value, size = listed.value, listed.sizes[0] if listed.sizes else None
+    if not isinstance(value, ex.RecordLiteral) or not isinstance(size, ex.Number):
+        return value
+    members = [*value.members, *[("", ex.Unknown(""))] * (int(size.value) - len(value.members))]
+    open_ = [at for at, (_, member) in enumerate(members, 1) if isinstance(member, ex.Unknown)]
+    if not open_:
+        return value
+    which = ", ".join(f"{listed.name}[{at}]" for at in open_[:8]) + (" …" if len(open_) > 8 else "")
+    work.lose(user, Fate.APPROXIMATED, "name", f"no file has values for {which}: zeros are written")
+    filled = [
+        ("", ex.PositionLiteral("pose", (0.0,) * 6)) if at in open_ else one
+        for at, one in enumerate(members, 1)
+    ]
+    return replace(value, members=tuple(filled))
 
 
 def _numbered_in(s: st.Statement) -> Iterator[ex.FrameRef]:

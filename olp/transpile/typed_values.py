@@ -54,6 +54,7 @@ def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
     routines = []
     for routine in program.routines:
         rows: list[st.Statement] = []
+        own.asked.clear()
         for s in routine.body:
             rows += [s] if calls_nothing(s) or sets_numbers(s) else own.statement(routine.name, s)
         routines.append(with_rows(routine, rows))
@@ -63,12 +64,15 @@ def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
 
 @dataclass(slots=True)
 class _Typing:
-    """`unused`: what takes the results of functions that are called for what they do, by type."""
+    """`unused`: what takes the results of functions that are called for what they do, by type; `asked`: the types of
+    what open SWITCH statements ask.
+    """
 
     types: ValueTypes
     symbols: Symbols
     work: TranslationContext
     unused: dict[str, st.Declare] = field(default_factory=dict)
+    asked: list[str] = field(default_factory=list)
 
     def statement(self, routine: str, s: st.Statement) -> list[st.Statement]:
         if not isinstance(s, (st.Move, st.Declare)):
@@ -171,10 +175,23 @@ class _Typing:
 
     def _refuse_misuse(self, routine: str, s: st.Statement) -> None:
         """Refuses a statement that uses a value as what it is not: a text as a number, a number as an array."""
-        called = self._hands_others(routine, s) if isinstance(s, st.Call) else ""
+        called = self._hands_others(routine, s) if isinstance(s, st.Call) else self._chosen(routine, s)
         misused = (self._misused(routine, e) for e in expressions_of(s))
         if says := called or next(filter(None, misused), ""):
             self.work.lose(s, Fate.REFUSED, "statement", says)
+
+    def _chosen(self, routine: str, s: st.Statement) -> str:
+        """A case of another kind than what its SWITCH asks."""
+        if isinstance(s, st.Switch):
+            self.asked.append(self._certain(routine, s.value))
+        elif isinstance(s, st.EndSwitch) and self.asked:
+            self.asked.pop()
+        elif isinstance(s, st.Case) and self.asked:
+            cases = (self._certain(routine, one) for one in s.values)
+            return next(
+                (_compared_families(self.asked[-1], one) for one in cases if _differ(self.asked[-1], one)), ""
+            )
+        return ""
 
     def _misused(self, routine: str, e: ex.Expression) -> str:
         if isinstance(e, ex.Function):
@@ -189,6 +206,9 @@ class _Typing:
             families = {_FAMILIES.get(self._certain(routine, one), "") for one in sides}
             if "positions" in families or ("texts" in families and not isinstance(e, ex.Binary)):
                 return f"the operator {word} on {'positions' if 'positions' in families else 'texts'}"
+        if isinstance(e, ex.Compare):
+            left, right = self._certain(routine, e.left), self._certain(routine, e.right)
+            return _compared_families(left, right) if _differ(left, right) else ""
         if isinstance(e, ex.CallValue):
             return self._hands_others(routine, e)
         return ""
@@ -253,6 +273,10 @@ class _Typing:
 def _differ(wanted: str, given: str) -> bool:
     """Whether two types are of two families; False where one is not known."""
     return wanted in _FAMILIES and given in _FAMILIES and _FAMILIES[wanted] != _FAMILIES[given]
+
+
+def _compared_families(left: str, right: str) -> str:
+    return f"{_FAMILIES[left]} compared with {_FAMILIES[right]}"
 
 
 def _operands(e: ex.Binary | ex.Unary | ex.Logic) -> tuple[str, tuple[ex.Expression, ...]]:

@@ -1,16 +1,19 @@
-"""What an IRC5 or OmniCore controller refuses when it loads a RAPID module ("RAPID kernel", 3HAC050946)."""
+"""What an IRC5 or OmniCore controller refuses when it loads a RAPID module ("RAPID kernel", 3HAC050946).
+
+First values with variables in them (K107) and names of labels (K102) are from memory of that manual.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Final, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Set
+from dataclasses import dataclass
+from typing import Final
 
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading
+from olp.languages.vendors.rapid.declared import Data, Module, RapidRoutine, RapidToken, module_of
 from olp.languages.vendors.rapid.known_routines import (
     FUNCTIONS,
     INSTRUCTIONS,
@@ -22,14 +25,11 @@ from olp.languages.vendors.rapid.known_routines import (
 from olp.languages.vendors.rapid.limits import LONGEST_TEXT
 from olp.languages.vendors.rapid.predefined_data import RECORDS, SPEEDS, ZONES
 
-_TOKEN: Final = re.compile(
-    r"(?P<text>\"(?:[^\"]|\"\")*\"?)|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+)|(?P<word>[^\W\d]\w*)"
-    r"|(?P<sign>:=|<>|<=|>=|[-+*/=<>(){}\[\],;:.\\|%?])|(?P<odd>\S)"
-)
 _NAME_LENGTH: Final = {"irc5-5.15": 16, "irc5-6.13": 32, "omnicore-7": 32}
 _ONE_CHARACTER: Final = re.compile(r'""|\\\\|\\[0-9A-Fa-f]{2}')  # of a text, written as two or three
-_KINDS: Final = frozenset(("var", "pers", "const"))
-_ROUTINES: Final = {"proc": "endproc", "func": "endfunc", "trap": "endtrap"}
+_KINDS: Final = ("var", "pers", "const")
+# What a parameter of each mode takes.
+_CHANGED: Final = {"inout": ("var", "pers"), "var": ("var",), "pers": ("pers",)}
 _SECTIONS: Final = frozenset(("error", "undo", "backward"))
 _OPERATORS: Final = frozenset(("and", "or", "xor", "not", "div", "mod"))
 _TEXT_BLOCKS: Final = """
@@ -74,59 +74,6 @@ _PREFIXES: Final = (
 )  # fmt: skip
 
 
-class RapidToken(NamedTuple):
-    kind: str
-    text: str
-    line: int
-    column: int
-
-    @property
-    def span(self) -> Span:
-        return Span(self.line, self.column, self.column + len(self.text))
-
-    @property
-    def key(self) -> str:
-        return self.text.casefold()
-
-
-@dataclass(slots=True)
-class Data:
-    """A declaration. `kind`: var, pers, const, or parameter and loop."""
-
-    name: RapidToken
-    type: str
-    kind: str
-    local: bool = False
-    array: bool = False
-
-
-@dataclass(slots=True)
-class RapidRoutine:
-    """What is declared of a routine. `type`: of what a function returns."""
-
-    name: RapidToken
-    kind: str
-    type: str
-    local: bool
-    parameters: list[Data] = field(default_factory=list)
-    takes: list[str] = field(default_factory=list)  # the types of what is no option
-    options: set[str] = field(default_factory=set)
-    data: list[Data] = field(default_factory=list)
-    body: list[RapidToken] = field(default_factory=list)
-    late: list[RapidToken] = field(default_factory=list)  # declarations behind the first statement
-
-
-@dataclass(slots=True)
-class Module:
-    name: str = ""
-    tokens: list[RapidToken] = field(default_factory=list)
-    data: list[Data] = field(default_factory=list)
-    routines: list[RapidRoutine] = field(default_factory=list)
-    types: dict[str, RapidToken] = field(default_factory=dict)
-    components: dict[str, dict[str, str]] = field(default_factory=dict)  # of records, each with its type
-    values: list[tuple[Data, list[RapidToken]]] = field(default_factory=list)  # what declarations begin with
-
-
 def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     """What a controller refuses in one module of a cell."""
     found = LoadFindings(source)
@@ -137,8 +84,10 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     _texts(found, own, _NAME_LENGTH.get(cell.controller, 32))
     _duplicates(found, own, modules[1:] if _is_task(source) else [])
     shared = _SharedNames.of(modules)
+    constants = {d.name.key for r in own.routines for d in (*r.data, *r.parameters)}
     for data, value in own.values:
         _value(found, shared, data, value)
+        _first_value(found, shared, data, value, constants)
     for routine in own.routines:
         _routine(found, shared, routine)
     names = {d.name.text for m in modules for d in m.data} | {
@@ -174,153 +123,6 @@ def _has_system(stems: set[str]) -> bool:
     return any(name.endswith((".sys", ".sysx")) for name in stems)
 
 
-def tokens_of(source: Source) -> Iterator[RapidToken]:
-    """The tokens without comments; RAPID's texts end with their line."""
-    for number, line in enumerate(source.lines, 1):
-        for match in _TOKEN.finditer(line):
-            if match[0] == "!":
-                break
-            yield RapidToken(match.lastgroup or "", match[0], number, match.start() + 1)
-
-
-@lru_cache(maxsize=512)
-def module_of(source: Source) -> Module:
-    """The declarations of a module, as far as they can be told."""
-    if source.path.lower().endswith(".pgf"):
-        return Module()
-    return _Reader(source).read()
-
-
-class _Reader:
-    def __init__(self, source: Source) -> None:
-        self.tokens = list(tokens_of(source))
-        self.at = 0
-        self.module = Module(tokens=self.tokens)
-
-    def key(self, ahead: int = 0) -> str:
-        at = self.at + ahead
-        return self.tokens[at].key if at < len(self.tokens) else ""
-
-    def until(self, sign: str) -> list[RapidToken]:
-        """The tokens up to `sign`, which is passed."""
-        start = self.at
-        while self.at < len(self.tokens) and self.tokens[self.at].text != sign:
-            self.at += 1
-        self.at += 1
-        return self.tokens[start : self.at - 1]
-
-    def read(self) -> Module:
-        m = self.module
-        while self.at < len(self.tokens):
-            local = self.key() == "local"
-            word = self.key(1) if self.key() in ("local", "task") else self.key()
-            self.at += self.key() in ("local", "task")
-            if word == "module":
-                m.name = self.key(1)
-                self.at += 2
-            elif word in _KINDS:
-                m.data += [d for d, _ in self.declaration(local, m.values)]
-            elif word in _ROUTINES:
-                m.routines.append(self.routine(local))
-            elif word in ("record", "alias"):
-                self.type(word)
-            else:
-                self.at += 1
-        return m
-
-    def type(self, word: str) -> None:
-        name = self.at + (1 if word == "record" else 2)
-        if name < len(self.tokens):
-            self.module.types[self.tokens[name].key] = self.tokens[name]
-        if word == "alias":
-            self.until(";")
-            return
-        start = name + 1
-        while self.at < len(self.tokens) and self.key() != "endrecord":
-            self.at += 1
-        if name < len(self.tokens):
-            members = self.module.components.setdefault(self.tokens[name].key, {})
-            kind = ""
-            for token in self.tokens[start : self.at]:
-                if token.kind != "word":
-                    kind = "" if token.text == ";" else kind
-                elif not kind:
-                    kind = token.key
-                else:
-                    members[token.key] = kind
-        self.at += 1
-
-    def declaration(
-        self, local: bool, values: list[tuple[Data, list[RapidToken]]]
-    ) -> list[tuple[Data, RapidToken]]:
-        first = self.tokens[self.at]
-        row = self.until(";")
-        if len(row) < 3 or row[1].kind != "word" or row[2].kind != "word":
-            return []
-        array = len(row) > 3 and row[3].text == "{"
-        data = Data(row[2], row[1].key, row[0].key, local, array)
-        begins = next((i for i, t in enumerate(row) if t.text == ":="), len(row))
-        values.append((data, row[begins + 1 :]))
-        return [(data, first)]
-
-    def routine(self, local: bool) -> RapidRoutine:
-        kind = self.key()
-        type_ = self.key(1) if kind == "func" else ""
-        self.at += 2 if kind == "func" else 1
-        name = self.tokens[self.at] if self.at < len(self.tokens) else self.tokens[-1]
-        self.at += 1
-        routine = RapidRoutine(name, kind, type_, local)
-        if self.key() == "(":
-            self.at += 1
-            self.parameters(routine)
-        end, begun = _ROUTINES[kind], False
-        while self.at < len(self.tokens) and self.key() not in (end, "endmodule"):
-            if self.key() in _ROUTINES and self.key(1) not in ("", ":=", "(") and self.key(-1) == ";":
-                break
-            if self.key() in _KINDS and self.key(2) and self.tokens[self.at + 1].kind == "word":
-                if begun:
-                    routine.late.append(self.tokens[self.at])
-                routine.data += [d for d, _ in self.declaration(False, self.module.values)]
-                continue
-            begun = True
-            routine.body.append(self.tokens[self.at])
-            self.at += 1
-        self.at += 1
-        return routine
-
-    def parameters(self, routine: RapidRoutine) -> None:
-        depth = 1
-        part: list[RapidToken] = []
-        parts: list[tuple[list[RapidToken], str]] = []
-        while self.at < len(self.tokens) and depth:
-            token = self.tokens[self.at]
-            self.at += 1
-            depth += (token.text == "(") - (token.text == ")")
-            if depth and token.text in (",", "|"):
-                parts.append((part, token.text))
-                part = []
-            elif depth and token.text == "\\" and part:
-                parts.append((part, ","))
-                part = [token]
-            elif depth:
-                part.append(token)
-        parts.append((part, ""))
-        before = ""
-        for one, sign in parts:
-            optional = bool(one and one[0].text == "\\") or before == "|"
-            words = [t for t in one if t.kind == "word" and t.key not in ("inout", "var", "pers", "switch")]
-            if words:
-                type_ = words[0].key if len(words) > 1 else "switch"
-                routine.parameters.append(
-                    Data(words[-1], type_, "parameter", array=any(t.text == "{" for t in one))
-                )
-                if optional or type_ == "switch":
-                    routine.options.add(words[-1].key)
-                else:
-                    routine.takes.append("" if routine.parameters[-1].array else type_)
-            before = sign
-
-
 def _texts(found: LoadFindings, module: Module, longest: int) -> None:
     for token in module.tokens:
         if token.kind == "odd":
@@ -338,7 +140,8 @@ def _texts(found: LoadFindings, module: Module, longest: int) -> None:
             found.tell("K105", "the text does not end within its line", token.span, 'close it with "')
         elif token.kind == "text" and len(_ONE_CHARACTER.sub("x", token.text[1:-1])) > LONGEST_TEXT:
             found.tell("K103", f"a text holds at most {LONGEST_TEXT} characters", token.span, "split it")
-    declared = [d.name for d in module.data] + [r.name for r in module.routines] + list(module.types.values())
+    declared = [*([] if module.title is None else [module.title]), *(d.name for d in module.data)]
+    declared += [r.name for r in module.routines] + list(module.types.values())
     declared += [d.name for r in module.routines for d in (*r.data, *r.parameters)]
     for name in declared:
         found.too_long("name", name.text, name.span, longest)
@@ -413,6 +216,7 @@ _LITERALS: Final = {"text": "string", "number": "num"}
 _SIMPLE: Final = frozenset(
     ("num", "bool", "string", "robtarget", "jointtarget", "pos", "orient", "pose", "tooldata", "wobjdata")
 ) | {"speeddata", "zonedata", "loaddata", "confdata", "clock", "socketdev", "iodev", "intnum", "triggdata"}
+_COMPARED: Final = frozenset(("num", "bool", "string"))
 _NUMBERS: Final = frozenset(("num", "dnum", "byte", "intnum", "errnum"))
 
 
@@ -434,6 +238,34 @@ def _value(found: LoadFindings, shared: _SharedNames, data: Data, value: list[Ra
             value[0].span,
             f"{data.name.text} is {data.type}",
         )
+
+
+def _first_value(
+    found: LoadFindings,
+    shared: _SharedNames,
+    data: Data,
+    value: list[RapidToken],
+    inner: Set[str],
+) -> None:
+    """A first value with a variable in it, or with fewer or more elements than its array.
+
+    `inner`: the names that routines declare for themselves, which may hide those of the module.
+    """
+    for before, token in zip([None, *value], value, strict=False):
+        if token.kind != "word" or (before is not None and before.text in (".", "\\")) or token.key in inner:
+            continue
+        one = shared.data.get(token.key)
+        if one is not None and one.kind in ("var", "pers"):
+            says = f"{data.name.text} begins with {token.text}, which is no constant"
+            found.tell("K107", says, token.span, "assign it in a routine")
+            return
+    if not data.array or not data.sizes[0].isdigit() or not value or value[0].text != "[":
+        return
+    if _closes(value, 0) == len(value) - 1:
+        count = len(_between(value[1:-1], lambda t: t.text == ","))
+        if count != int(data.sizes[0]):
+            says = f"{data.name.text} has {data.sizes[0]} elements, and {count} are given"
+            found.tell("K109", says, data.name.span)
 
 
 def _type_of(tokens: list[RapidToken], shared: _SharedNames, local: Mapping[str, Data]) -> str:
@@ -505,6 +337,8 @@ def _routine(found: LoadFindings, shared: _SharedNames, routine: RapidRoutine) -
         if d.type not in shared.types and d.type != "switch":
             found.unknown.append((d.type, d.name.span, "the type"))
     statements = list(_statements(routine.body))
+    labels = (s[0] for s in statements if len(s) == 2 and s[1].text == ":")
+    found.doubles((one.key, one.text, one.span) for one in (*(d.name for d in routine.data), *labels))
     loops = {s[1].key for s in statements if s[0].key == "for" and len(s) > 1}
     for statement in statements:
         _statement(found, shared, _Scope(local, loops, routine), statement)
@@ -556,6 +390,8 @@ def _statement(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list
         return
     if head == "goto":
         return  # the reader knows the labels
+    if head == "connect" and len(s) == 4:
+        _connect(found, shared, scope, s)
     if head == "return":
         _return(found, shared, scope, s)
     assigned = next((i for i, t in enumerate(s) if t.text in (":=", "\\") and _depth(s, i) == 0), 0)
@@ -577,6 +413,16 @@ def _statement(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list
     ):
         _call(found, shared, scope, s[0], s[1:])
     _names(found, shared, scope, s)
+
+
+def _connect(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken]) -> None:
+    """`CONNECT number WITH trap`."""
+    type_, _ = shared.type_of(s[1], scope.local)
+    if type_ in _SIMPLE and type_ != "intnum":
+        found.tell("K108", f"CONNECT takes an intnum here, and this is {type_}", s[1].span)
+    routine = shared.routines.get(s[3].key)
+    if routine is not None and routine.kind != "trap":
+        found.tell("K112", f"{s[3].text} is no TRAP", s[3].span)
 
 
 def _is_one_word(s: list[RapidToken]) -> bool:
@@ -643,10 +489,13 @@ def _operators(found: LoadFindings, shared: _SharedNames, scope: _Scope, given: 
     places = [i for i, t in enumerate(given) if not _depth(given, i)]
     if any(given[i].key in _LOGIC for i in places):
         for operand in _between(given, lambda t: t.key in _LOGIC):
+            _compared(found, shared, scope, operand)
             type_ = _type_of(operand, shared, scope.local)
             if type_ in ("num", "dnum", "string", "robtarget", "jointtarget"):
                 says = f"{operand[0].text} is {type_}, and no condition"
                 found.tell("K108", says, operand[0].span, "compare it with a value")
+    elif any(given[i].text in _TRUTHS for i in places):
+        _compared(found, shared, scope, given)
     elif any(given[i].text == "+" for i in places) and not any(given[i].text in _TRUTHS for i in places):
         operands = _between(given, lambda t: t.text == "+")
         types = [_type_of(operand, shared, scope.local) for operand in operands]
@@ -656,6 +505,15 @@ def _operators(found: LoadFindings, shared: _SharedNames, scope: _Scope, given: 
             elif type_ in ("num", "dnum") and "string" in types:
                 says = f"{operand[0].text} is {type_}, and + joins texts"
                 found.tell("K108", says, operand[0].span, "write NumToStr, or an argument as \\Num:=")
+
+
+def _compared(found: LoadFindings, shared: _SharedNames, scope: _Scope, given: list[RapidToken]) -> None:
+    """A comparison of values of two kinds."""
+    sides = _between(given, lambda t: t.text in _TRUTHS)
+    types = [_type_of(side, shared, scope.local) for side in sides]
+    if len(sides) == 2 and types[0] != types[1] and all(one in _COMPARED for one in types):
+        says = f"{sides[0][0].text} is {types[0]}, and {sides[1][0].text} is {types[1]}"
+        found.tell("K108", says, sides[1][0].span, "compare values of one kind")
 
 
 def _between(tokens: list[RapidToken], is_sign: Callable[[RapidToken], bool]) -> list[list[RapidToken]]:
@@ -701,15 +559,41 @@ def _given(
         return
     given, options = _arguments(rest)
     found.arguments(name.text, name.span, (len(wanted.takes), len(wanted.takes)), len(given))
-    for type_, tokens in zip(wanted.takes, given, strict=False):
+    routine = shared.routines.get(name.key)
+    modes = [""] * len(given) if routine is None else routine.modes
+    for type_, mode, tokens in zip(wanted.takes, modes, given, strict=False):
         is_type = _type_of(tokens, shared, scope.local)
         _match(found, shared, type_, is_type, tokens[0].span, f"{name.text} takes a {type_} here")
         _operators(found, shared, scope, tokens)
+        _changed(found, shared, scope, name, mode, tokens)
         if not is_type and type_ in _SIMPLE and len(tokens) == 1 and tokens[0].kind == "word":
             _argument(found, shared, scope, tokens[0], type_)
     for option in options:
         if wanted.options is not None and option.key not in wanted.options:
             found.tell("K112", f"{name.text} has no optional argument {option.text}", option.span)
+
+
+def _changed(
+    found: LoadFindings,
+    shared: _SharedNames,
+    scope: _Scope,
+    name: RapidToken,
+    mode: str,
+    given: list[RapidToken],
+) -> None:
+    """What a routine changes: data, and of the kind that it asks for."""
+    if not mode:
+        return
+    first = given[0]
+    if first.kind in _LITERALS or first.text in ("[", "-") or first.key in ("true", "false"):
+        says = f"{name.text} takes data of yours here ({mode.upper()}), and this is a value"
+        found.tell("K108", says, first.span, "hand over a variable")
+        return
+    one = scope.local.get(first.key) or (None if first.key in scope.loops else shared.data.get(first.key))
+    kinds = _CHANGED[mode]
+    if one is not None and one.kind in _KINDS and one.kind not in kinds:
+        says = f"{name.text} takes {mode.upper()} here, and {first.text} is {one.kind.upper()}"
+        found.tell("K108", says, first.span, f"declare it with {' or '.join(kinds).upper()}")
 
 
 def _argument(found: LoadFindings, shared: _SharedNames, scope: _Scope, name: RapidToken, type_: str) -> None:
@@ -754,6 +638,7 @@ def _names(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[Rap
         before, after = (s[i - 1].text if i else ""), (s[i + 1].text if i + 1 < len(s) else "")
         if before not in (".", "\\", "%") and after in (".", "{"):
             _members(found, shared, scope, s, i)
+            _indices(found, shared, scope, s, i)
         if before in (".", "\\", "%") or (i == 0 and after not in (":=", ".", "{")):
             continue
         if after == "(":
@@ -790,6 +675,20 @@ def _members(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[R
                 "K109", f"{type_} has no component {s[end + 1].text}", s[end + 1].span, f"it has {near}"
             )
             return
+
+
+def _indices(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken], at: int) -> None:
+    """As many indices as a name is declared with."""
+    one = scope.local.get(s[at].key) or shared.data.get(s[at].key)
+    end = _closes(s, at + 1)
+    if one is None or s[at + 1].text != "{" or end < 0 or s[at].key in scope.loops:
+        return
+    given = _between(s[at + 2 : end], lambda t: t.text == ",")
+    if not one.array:
+        found.tell("K109", f"{s[at].text} is declared without indices", s[at].span)
+    elif len(given) != len(one.sizes):
+        says = f"{s[at].text} has {len(one.sizes)} indices, and {len(given)} are given"
+        found.tell("K109", says, s[at].span)
 
 
 def _function(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[RapidToken], at: int) -> None:
