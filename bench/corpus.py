@@ -4,8 +4,9 @@ FOLDER holds one folder per origin. Per language: complete programs without an e
 `olp time` with a fitting robot has a complete total, statements of translation pairs that are neither exact nor
 approximated, files above ten seconds; and what is in the way, most frequent first. `--most N` takes N files of each
 origin (default 40, spread), `--no-pairs` leaves the translations out, `--only-pairs` the totals, `--list` names the
-files behind each cause. `--half development` takes the origins whose programs were read while the translation was made,
-`--half held-out` all others (KRL and RAPID alone).
+files behind each cause. `--pairs all` translates from each language into all that are written and prints a table of
+the pairs; without it RAPID, KRL and TP are translated into each other. `--half development` takes the origins whose
+programs were read while the translation was made, `--half held-out` all others (KRL and RAPID alone).
 Exit status 1 when a figure is missed. The programs are no part of the project: docs/figures.md names their origin.
 """
 
@@ -17,7 +18,7 @@ import sys
 import time
 from argparse import ArgumentParser, Namespace
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
@@ -28,7 +29,8 @@ import numpy as np
 import olp
 from olp.core.source import load
 from olp.ir.program import Move, Opaque, Program
-from olp.languages.vendor import find_vendor, maker_of, vendor_names
+from olp.languages.limits import writable
+from olp.languages.vendor import find_vendor, language_of, maker_of, vendor_names
 from olp.robots.robot import load_robot, robot_names
 from olp.runtime.first_move import holds_move
 from olp.runtime.flow import called_bodies
@@ -80,7 +82,7 @@ _TEMPLATE = rb"\{\{ *\w+ *\}\}|\{% "  # a text that some program fills in first 
 _RUNS = {"rapid": rb"(?im)^\s*proc\s+main\s*\("}
 _LIBRARIES = {"krl": ("system", "tp")}  # folders
 ASKED_CLEAN, ASKED_TIMED, ASKED_UNSAID, SLOWEST_S = 0.99, 0.90, 0.05, 10.0
-PAIRS = ("rapid", "krl", "tp")  # those whose statements are counted
+PAIRS = ("rapid", "krl", "tp")  # those whose statements are counted as usual
 MAX_STEPS = 20_000
 _TRIED = 6  # arms per program, small to large
 _NO_ARM = ("I001", "I002", "I003", "I004", "T101")  # errors that another arm may not have
@@ -114,6 +116,7 @@ def main(arguments: Sequence[str]) -> int:
     folder = Path(given.folder)
     held, found = True, False
     rows = []
+    pairs: dict[str, list[Outcome]] = {}
     details: list[str] = []
     with ProcessPoolExecutor(given.jobs) as pool:
         for vendor in given.vendor or vendor_names():
@@ -126,6 +129,7 @@ def main(arguments: Sequence[str]) -> int:
             row, holds = figures(vendor, outcomes)
             rows.append(row)
             held = held and holds
+            pairs[vendor] = outcomes
             details += told(vendor, folder, outcomes, given.list)
     if not found:
         print(f"no program below {folder}", file=sys.stderr)
@@ -142,6 +146,9 @@ def main(arguments: Sequence[str]) -> int:
         "slowest",
     )
     print_table(head, rows)
+    if given.pairs == "all":
+        print(f"\nneither exact nor near, by pair, asked {ASKED_UNSAID:.0%}:\n")
+        print_table(("from \\ to", *map(language_of, writable())), pair_rows(pairs))
     print("\n".join(details))
     return 0 if held else 1
 
@@ -155,6 +162,7 @@ def _arguments(arguments: Sequence[str]) -> Namespace:
     parser.add_argument("--no-pairs", action="store_true")
     parser.add_argument("--only-pairs", action="store_true")
     parser.add_argument("--half", default="all", choices=("all", "development", "held-out"))
+    parser.add_argument("--pairs", default="usual", choices=("usual", "all"))
     parser.add_argument("--list", action="store_true")
     given = parser.parse_args(arguments)
     if given.half != "all" and not set(given.vendor or ()).issubset(_DEVELOPMENT):
@@ -308,12 +316,15 @@ def arms(vendor: str) -> list[str]:
     return six[::step][:_TRIED]
 
 
-def _translate(out: Outcome, path: Path, vendor: str, raw: bytes) -> None:
-    if vendor not in PAIRS or not (out.complete and out.moves) or out.errors:
+def _translate(
+    out: Outcome, path: Path, vendor: str, raw: bytes, targets: Sequence[str] | None = None
+) -> None:
+    """Into RAPID, KRL and TP, from these; or into `targets` from any language."""
+    if (targets is None and vendor not in PAIRS) or not (out.complete and out.moves) or out.errors:
         return
     linked = link(olp.read(path, vendor=vendor))
     robot = load_robot(arms(vendor)[0])
-    for target in PAIRS:
+    for target in targets or PAIRS:
         if target == vendor:
             continue
         start = time.process_time()
@@ -336,12 +347,17 @@ def _translate(out: Outcome, path: Path, vendor: str, raw: bytes) -> None:
         )
 
 
+def _translate_to_all(out: Outcome, path: Path, vendor: str, raw: bytes) -> None:
+    _translate(out, path, vendor, raw, writable())
+
+
 Work = Callable[[Outcome, Path, str, bytes], None]
 
 
 def _works(given: Namespace) -> tuple[Work, ...]:
     """What is done with each file."""
-    return (_read, *([] if given.only_pairs else [_time]), *([] if given.no_pairs else [_translate]))
+    translate: Work = _translate_to_all if given.pairs == "all" else _translate
+    return (_read, *([] if given.only_pairs else [_time]), *([] if given.no_pairs else [translate]))
 
 
 def figures(vendor: str, outcomes: list[Outcome]) -> tuple[tuple[str, ...], bool]:
@@ -371,6 +387,14 @@ def left_out(rows: Iterable[Counter[str]]) -> tuple[int, int]:
     return fates.total() - fates["exact"] - fates["approximated"], fates.total()
 
 
+def pair_rows(found: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[str, ...]]:
+    """Per language a line of shares, one for each that is written."""
+    for vendor, outcomes in found.items():
+        fates = {target: [o.fates[target] for o in outcomes if target in o.fates] for target in writable()}
+        cells = ("" if target == vendor else share(*left_out(rows)) for target, rows in fates.items())
+        yield (language_of(vendor), *cells)
+
+
 def share(part: int, whole: int) -> str:
     return f"{100 * part / whole:.1f} % ({part} of {whole})" if whole else "–"
 
@@ -392,8 +416,7 @@ def told(vendor: str, folder: Path, outcomes: list[Outcome], every: bool) -> lis
     unsaid = sum((o.unsaid for o in outcomes), Counter())
     pairs = [
         f"to {target} {share(*left_out(o.fates[target] for o in outcomes if target in o.fates))}"
-        for target in PAIRS
-        if target != vendor
+        for target in sorted({target for o in outcomes for target in o.fates})
     ]
     rows += [f"\nnot translated (statements), {', '.join(pairs)}:", *_most(unsaid, {}, every)]
     opaque = sum((o.opaque for o in outcomes), Counter())
