@@ -10,6 +10,7 @@ from pathlib import Path as File
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from translated_texts import converted
 from urscript_python import Pose, Robot, run
 
 import olp
@@ -658,3 +659,33 @@ def test_joint_angles_have_no_components_of_a_pose() -> None:
     joints = Declare(1, "q", "joints", PositionLiteral("joint", (0.0,) * 6))
     with pytest.raises(OlpError, match="the component z of joint angles"):
         foreign(Assign(1, Named("n"), Member(Named("q"), "z")), data=(joints,))
+
+
+UNTYPED = """def part():
+  sleep(1)
+end
+def grip(w, on, p, d, q):
+  set_digital_out(w, on)
+  sleep(d)
+  movel(p, v=0.1)
+  movej(q)
+end
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "head"),
+    [
+        ("rapid", "PROC grip(num w,bool on,robtarget p,num d,robtarget q)"),
+        ("krl", "DECL INT w\r\nDECL BOOL on_1\r\nDECL E6POS p\r\nDECL REAL d\r\nDECL E6POS q\r\n"),
+    ],
+)
+def test_a_parameter_without_a_type_is_what_its_routine_takes_it_for(target, head):
+    """Scripts name no types: those of a routine that nothing here calls are told as assumed."""
+    made = converted(UNTYPED, "urscript", target)
+    text = b"\n".join(made.files.values()).decode()
+    assert head.replace("\r\n", "\n") in text.replace("\r\n", "\n")
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    told = {loss.says for loss in made.translated.losses if loss.part == "parameter"}
+    assert len(told) == 5
+    assert "q, a parameter without a type, is taken for a Cartesian position, which it may not be" in told

@@ -19,7 +19,7 @@ from olp.transpile.first_values import UNDECLARED
 from olp.transpile.integer_inference import loop_counters
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
-from olp.transpile.symbols import Symbols, base_of, kind_of_value
+from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 _WORDS: Final = {
     "integer": "a whole number",
@@ -43,7 +43,7 @@ _ASKS: Final = {
 
 def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     """Every name declared."""
-    program = loop_counters(program, work)
+    program = _typed_parameters(loop_counters(program, work), work)
     _tell_assumed(program, work)
     _tell_calls(program, work)
     unwaited = _unwaited(program)
@@ -83,6 +83,36 @@ def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     _tell_moves(program, uses, work)
     program = _with_axes(program, {name for name, use in uses.items() if use.kind == "joints"})
     return replace(program, data=(*program.data, *map(_declaration, uses.values())))
+
+
+def _typed_parameters(program: st.Program, work: TranslationContext) -> st.Program:
+    """Parameters without a type (scripts have none) as what their routine takes them for."""
+    routines: list[st.Routine] = []
+    for r in program.routines:
+        open_ = {p.name for p in r.parameters if not p.type and not p.switch}
+        if open_:
+            # What a routine does not declare is undeclared: its uses tell what it is.
+            alone = replace(r, parameters=tuple(p for p in r.parameters if p.name not in open_))
+            others = [one for one in program.routines if one is not r]
+            data = tuple(d for d in program.data if d.name not in open_)
+            uses = _Seen(program, symbols_of(replace(program, routines=(alone, *others), data=data)))
+            uses.look_at(alone)
+            uses.spread()
+            taken_for = {p: _taken_for(p, uses.uses.get(p), r, work) for p in sorted(open_)}
+            given = (replace(p, type=taken_for.get(p.name, p.type)) for p in r.parameters)
+            r = replace(r, parameters=tuple(given))
+        routines.append(r)
+    return replace(program, routines=tuple(routines))
+
+
+def _taken_for(name: str, use: Use | None, r: st.Routine, work: TranslationContext) -> str:
+    """The type of a parameter that the text gives none, told where it is used first."""
+    kind = "real" if use is None else use.kind
+    if kind == "integer" and not work.conventions.whole_numbers:
+        kind = "real"
+    says = f"{name}, a parameter without a type, is taken for {_taken(use)}"
+    work.lose(r.line if use is None else use.first, Fate.APPROXIMATED, "parameter", says)
+    return kind
 
 
 def _tell_assumed(program: st.Program, work: TranslationContext) -> None:
@@ -210,11 +240,18 @@ def _declaration(use: Use) -> st.Declare:
     return st.Declare(0, use.name, use.kind, None, sizes, storage, shared=True, comment=UNDECLARED)
 
 
+def _taken(use: Use | None) -> str:
+    """What a name is taken for, in words."""
+    if use is None or not use.kinds:
+        return "a number, because nothing gives its type"
+    if TARGET in use.kinds and use.kind == "position":
+        return "a Cartesian position, which it may not be"
+    return _WORDS[use.kind]
+
+
 def _tell(use: Use, work: TranslationContext) -> None:
     """One line for each name, at its first use."""
-    kind = _WORDS[use.kind] if use.kinds else "a number, because nothing gives its type"
-    if TARGET in use.kinds and use.kind == "position":
-        kind = "a Cartesian position, which it may not be"
+    kind = _taken(use)
     verb = "taught" if use.kind in PLACES else "set"
     own = use.name[0] == "$" and "$" not in work.conventions.name_signs
     where = "tells of the source's controller" if own else "is not declared here"
