@@ -12,7 +12,7 @@ import numpy as np
 
 from olp.contracts.oracle import MM, Array, Circle, angle_between, circle, of_quaternion
 from olp.ir.expressions import Compare, Expression, Named, Number, Signal, SignalState, Text
-from olp.ir.program import Declare, Path, Program, PulseOutput, SetOutput, Wait
+from olp.ir.program import Path, Program, PulseOutput, SetOutput, Wait
 from olp.languages.vendor import Vendor
 from olp.robots import EXAMPLE_ROBOT
 from olp.robots.kinematics.configuration import forward
@@ -93,7 +93,7 @@ def events_of(program: Program, plan: Plan, vendor: Vendor) -> list[OracleEvent]
 
 
 def _by_line(program: Program) -> Mapping[int, tuple[Any, ...]]:
-    constants = {d.name: d.value for d in _declarations(program)}
+    constants = {d.name: d.value for d in program.declarations()}
     found: dict[int, tuple[Any, ...]] = {}
     for one in program.statements():
         if isinstance(one, SetOutput | PulseOutput):
@@ -103,13 +103,6 @@ def _by_line(program: Program) -> Mapping[int, tuple[Any, ...]]:
             one = SetOutput(one.line, signal, one.value if isinstance(one, SetOutput) else SignalState(True))
         found[one.line] = (*found.get(one.line, ()), one)
     return found
-
-
-def _declarations(program: Program) -> Iterator[Declare]:
-    yield from program.data
-    for routine in program.routines:
-        yield from routine.data
-        yield from (one for one in routine.body if isinstance(one, Declare))
 
 
 def _signal_or_wait(

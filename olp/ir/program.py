@@ -771,6 +771,13 @@ class Program:
         for routine in self.routines:
             yield from routine.body
 
+    def declarations(self) -> Iterator[Declare]:
+        """The data that routines share, then of each routine its own data and what its body declares."""
+        yield from self.data
+        for routine in self.routines:
+            yield from routine.data
+            yield from (s for s in routine.body if type(s) is Declare)
+
 
 def like(program: Program, model: Program) -> Program:
     """`program` as an object of the class of `model`: what was read again keeps the methods of what it came from."""

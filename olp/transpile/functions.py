@@ -112,8 +112,7 @@ def _moved(program: Program) -> Program:
 
 def _turnless(program: Program) -> set[str]:
     """Names of poses that the program sets as a whole, and that nothing gives any turning."""
-    declared = [*program.data, *(d for r in program.routines for d in r.data)]
-    declared += [s for s in program.statements() if isinstance(s, Declare)]
+    declared = list(program.declarations())
     found = {d.name for d in declared if d.type in ("frame", "position") and not d.sizes}
     found -= {d.name for d in declared if d.value is not None and not _is_straight(d.value)}
     found -= {p.name for r in program.routines for p in r.parameters}

@@ -76,8 +76,7 @@ class _Postures:
     )  # variables of joint values: whether it is an array of them
 
     def program(self, program: Program) -> Program:
-        declared = (*program.data, *(d for r in program.routines for d in (*r.data, *r.body)))
-        self.held = {d.name: bool(d.sizes) for d in declared if isinstance(d, Declare) and d.type == "joints"}
+        self.held = {d.name: bool(d.sizes) for d in program.declarations() if d.type == "joints"}
         routines = tuple(
             replace(
                 r,

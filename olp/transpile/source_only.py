@@ -454,7 +454,7 @@ def data_comments(program: st.Program, work: TranslationContext, source: st.Prog
     that has the data, of the main one for those of the file. What has a number has no line of its own; tools, frames,
     speeds and loads may be numbers, settings or nothing in the target.
     """
-    carried = set() if work.limits.numbered else {_said(d) for d in _declared(program)}
+    carried = set() if work.limits.numbered else {_said(d) for d in program.declarations()}
     main = program.main or (program.routines[0].name if program.routines else "")
     heads: dict[str, list[st.Comment]] = {main: _lost_rows(source.data, carried)}
     inside: dict[str, list[st.Comment]] = {}
@@ -470,13 +470,6 @@ def data_comments(program: st.Program, work: TranslationContext, source: st.Prog
         for r in program.routines
     ]
     return replace(program, routines=tuple(routines))
-
-
-def _declared(program: st.Program) -> Iterator[st.Declare]:
-    yield from program.data
-    for r in program.routines:
-        yield from r.data
-        yield from (s for s in r.body if type(s) is st.Declare)
 
 
 def _said(d: st.Declare) -> tuple[int, tuple[str, ...], str]:

@@ -7,7 +7,6 @@ stand in the module, never in a routine.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -381,7 +380,7 @@ _TOLD_BY_SIGNAL: Final = (
 def enumerations(program: st.Program, work: TranslationContext) -> st.Program:
     """Variables of an enumeration as whole numbers, its constants counted from 1 as KRL counts them."""
     declared = [
-        d for d in _all_data(program) if d.type == "enumeration" and isinstance(d.value, ex.RecordLiteral)
+        d for d in program.declarations() if d.type == "enumeration" and isinstance(d.value, ex.RecordLiteral)
     ]
     if not declared or program.vendor == work.target:
         return program
@@ -422,13 +421,6 @@ def enumerations(program: st.Program, work: TranslationContext) -> st.Program:
         routines.append(replace(r, body=body, data=data, parameters=given, returns=returns))
     rows = tuple(plain(mapped(d, change)) for d in program.data if d.type != "enumeration")
     return replace(program, routines=tuple(routines), data=rows)
-
-
-def _all_data(program: st.Program) -> Iterator[st.Declare]:
-    yield from program.data
-    for r in program.routines:
-        yield from r.data
-        yield from (s for s in r.body if type(s) is st.Declare)
 
 
 def exclusive(program: st.Program, work: TranslationContext) -> st.Program:

@@ -55,7 +55,7 @@ def with_own_layouts(program: st.Program, reading: Sequence[st.Statement]) -> st
     taken |= {
         e.name.upper() for s in _copies(program, taken) for e in expressions_of(s) if type(e) is ex.Named
     }
-    rows = list(_declared(program))
+    rows = list(program.declarations())
     known = {d.name.upper() for d in rows}
     extra = [
         st.Declare(0, name, kind, None, shared=True, native=kind)
@@ -75,13 +75,6 @@ def with_own_layouts(program: st.Program, reading: Sequence[st.Statement]) -> st
 def _layout(name: str) -> st.Declare:
     members = tuple((member, ex.RecordLiteral(kind, ())) for member, kind in _LAYOUTS[name].items())
     return st.Declare(0, name, "structure", ex.RecordLiteral("STRUC", members), native="STRUC")
-
-
-def _declared(program: st.Program) -> Iterator[st.Declare]:
-    yield from program.data
-    for r in program.routines:
-        yield from r.data
-        yield from (s for s in r.body if type(s) is st.Declare)
 
 
 def reading_of(program: st.Program) -> list[st.Statement]:
@@ -157,7 +150,7 @@ def with_kept_settings(program: st.Program, reading: Sequence[st.Statement]) -> 
     }
     if not read and not places:
         return program
-    taken = {d.name.casefold() for d in _declared(program)}
+    taken = {d.name.casefold() for d in program.declarations()}
     names: dict[str, str] = {}
     for key in sorted(read):
         name = key.strip("$").replace(".", "_")
@@ -260,7 +253,7 @@ def with_channel_calls(program: st.Program) -> st.Program:
     """The program with calls in the place of the instructions for channels and their texts."""
     if not any(isinstance(s, st.Process) and s.name in _CALLS for s in program.statements()):
         return program
-    states = {d.name.upper() for d in _declared(program) if d.type.upper() == _STATE}
+    states = {d.name.upper() for d in program.declarations() if d.type.upper() == _STATE}
     members: dict[str, dict[str, None]] = {name: {} for name in states}
     for s in reading_of(program):
         for e in expressions_of(s):

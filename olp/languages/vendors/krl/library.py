@@ -212,13 +212,13 @@ _VALUES: Final = ("par_int", "par_real", "par_bool", "par_txt")
 def with_record_messages(program: st.Program) -> st.Program:
     """The program with its messages' records as texts, and what shows them as messages."""
     handed = dict(_handed_messages(program))
-    records = any(d.type.casefold() in _RECORDS for d in _declared(program))
+    records = any(d.type.casefold() in _RECORDS for d in program.declarations())
     if not handed and not records and not any(map(_kinds_taken, program.routines)):
         return program
     own = {r.name.casefold() for r in program.routines}
     if own & {_SETS, _STANDS}:
         return program
-    declared = {d.name.casefold() for d in _declared(program)}
+    declared = {d.name.casefold() for d in program.declarations()}
     shared = {name: kind for name, kind in handed.items() if name not in declared} | _kinds(program.data)
     taken = _taken(program, shared)
     routines = []
@@ -326,13 +326,6 @@ def _handed_messages(program: st.Program) -> Iterator[tuple[str, str]]:
                     name = _base(e)[0]
                     if name:
                         yield name.casefold(), kind
-
-
-def _declared(program: st.Program) -> Iterator[st.Declare]:
-    yield from program.data
-    for r in program.routines:
-        yield from r.data
-        yield from (s for s in r.body if type(s) is st.Declare)
 
 
 def _kinds(data: Sequence[st.Declare]) -> dict[str, str]:
@@ -545,7 +538,7 @@ _RETURNS_STATUS: Final = "eki_"
 
 def with_status_members(program: st.Program) -> st.Program:
     """The program with calls in the place of assignments of what EthernetKRL's functions return."""
-    rows = [d for d in _declared(program) if d.type.upper() == _STATUS]
+    rows = [d for d in program.declarations() if d.type.upper() == _STATUS]
     if not rows or any(r.name.casefold().startswith(_RETURNS_STATUS) for r in program.routines):
         return program
     names = {d.name for d in rows}
@@ -664,8 +657,8 @@ _OWN_TYPES: Final = frozenset(
 
 def without_unknown_types(program: st.Program) -> st.Program:
     """The program without variables of types that nobody knows: what they hold, their uses tell."""
-    known = {d.name.casefold() for d in _declared(program) if d.type in ("enumeration", "structure")}
-    counts = Counter(d.name.casefold() for d in _declared(program) if not _is_unknown(d, known))
+    known = {d.name.casefold() for d in program.declarations() if d.type in ("enumeration", "structure")}
+    counts = Counter(d.name.casefold() for d in program.declarations() if not _is_unknown(d, known))
     handed = {p.name.casefold() for r in program.routines for p in r.parameters}
 
     def kept(rows: Sequence[Any]) -> tuple[Any, ...]:

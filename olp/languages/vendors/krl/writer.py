@@ -5,7 +5,7 @@ Codes: X002 what KRL cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from itertools import islice
 from pathlib import PureWindowsPath
@@ -177,7 +177,7 @@ class KrlWriter(KrlMoves):
     forgets = CLOSES | BRANCHES | {st.While, st.For, st.Repeat, st.Label, st.Call}
 
     def __init__(self, program: st.Program, pair: bool, forms: bool = False) -> None:
-        strings = {one.name for one in _all_data(program) if one.type == "string"}
+        strings = {one.name for one in program.declarations() if one.type == "string"}
         strings |= {p.name for routine in program.routines for p in routine.parameters if p.type == "string"}
         super().__init__(program, _scope_of(program), frozenset(strings))
         self.pair = pair
@@ -547,17 +547,10 @@ def _is_system(s: st.Statement, first: bool) -> bool:
     return type(s) is st.Assign and type(s.target) is ex.FrameRef
 
 
-def _all_data(program: st.Program) -> Iterable[st.Declare]:
-    yield from program.data
-    for routine in program.routines:
-        yield from routine.data
-        yield from (one for one in routine.body if isinstance(one, st.Declare))
-
-
 def _scope_of(program: st.Program) -> Scope:
     """Types and values of all data, as the reader would know them."""
     scope = Scope()
-    for one in _all_data(program):
+    for one in program.declarations():
         native = one.native.removesuffix(CONFIG_MARK) if program.vendor == "krl" else ""
         scope.declare(one.name, native or _TYPES.get(one.type, one.type.upper()), bool(one.sizes))
         if one.native == "STRUC":
