@@ -97,6 +97,11 @@ def test_a_word_of_one_place_may_name_something_else(tmp_path: Path, name: str) 
     assert told(tmp_path, "cell.src", KRL.replace("COUNT", name)) == []
 
 
+def test_what_krl_chooses_by_is_not_told(tmp_path: Path) -> None:
+    rows = "SWITCH COUNT\nCASE -1,2\nCASE 'B101'\nDEFAULT\nENDSWITCH\nBUSY = NOT (BUSY AND (COUNT>1)) OR $IN[COUNT+1]"
+    assert told(tmp_path, "CELL.src", KRL.replace("COUNT = 3", rows)) == []
+
+
 def test_what_rapid_allows_is_not_told(tmp_path: Path) -> None:
     """A constant of a routine that hides a variable, whole arrays, components of an array, data that a parameter is."""
     text = RAPID.replace(
@@ -195,6 +200,12 @@ def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code:
         ("COUNT = 3", "$OUT[3] = COUNT", "K108"),
         ("COUNT = 3", "WAIT FOR HEIGHT", "K108"),
         ("COUNT = 3", "WAIT SEC BUSY", "K108"),
+        ("COUNT = 3", "BUSY = BUSY AND COUNT", "K108"),
+        ("COUNT = 3", "BUSY = NOT (BUSY OR (COUNT+1))", "K108"),
+        ("IF SUM(COUNT) > 2", "IF SUM(COUNT) > 2 AND COUNT", "K108"),
+        ("COUNT = 3", "FOR HEIGHT=1 TO 3\nENDFOR", "K108"),
+        ("COUNT = 3", "SWITCH HEIGHT\nCASE 1\nENDSWITCH", "K108"),
+        ("COUNT = 3", "SWITCH COUNT\nCASE 1.5\nENDSWITCH", "K108"),
         ("COUNT = 3", "SUM(COUNT)", "K112"),
         ("PTP XHOME", "PTP HEIGHT", "K108"),
         ("RETURN N + 1", "RETURN", "K108"),

@@ -2772,3 +2772,18 @@ def test_tools_that_a_list_leaves_open_are_zeros_that_are_told(tmp_path):
     assert text.count("[TRUE,[[") == 5  # four, and the one that holds
     says = "no file has values for TOOL_DATA[1], TOOL_DATA[3], TOOL_DATA[4]: zeros are written"
     assert says in [one.says for one in made.translated.losses]
+
+
+def test_cases_that_are_fractions_are_no_switch_of_integers():
+    rows = [
+        "R[1]=2.5",
+        "SELECT R[1]=1,JMP LBL[1]",
+        "       =2.5,JMP LBL[2]",
+        "LBL[1]",
+        "DO[1]=ON",
+        "LBL[2]",
+        "DO[2]=ON",
+    ]
+    made = translated(tp(*rows), "tp", "krl")
+    assert "CASE" not in made
+    assert "==2.5" in made

@@ -219,7 +219,9 @@ class _Target:
         limits = self.work.limits
         values = [value for m, _ in block.branches if isinstance(m, st.Case) for value in m.values]
         of_texts = any(isinstance(value, Text) and value.value[:1] != "#" for value in values)
+        fractions = any(isinstance(one, Number) and not float(one.value).is_integer() for one in values)
         has_switch = limits.has_switch and not (limits.texts_by_statement and of_texts)
+        has_switch = has_switch and not (limits.integer_type and fractions)
         if has_switch and all(isinstance(value, (Number, Text)) for value in values):
             return [Block([(m, self.lowered(inside, loop)) for m, inside in block.branches], block.closer)]
         switch = block.opener
@@ -227,7 +229,8 @@ class _Target:
         before: list[Node] = []
         value = switch.value
         if not isinstance(value, (Named, Number)):
-            name = self.variable("choice", "string" if of_texts else "integer")
+            kind_of_choice = "string" if of_texts else "real" if fractions else "integer"
+            name = self.variable("choice", kind_of_choice)
             before.append(st.Assign(switch.line, name, value, switch.comment))
             value = name
         else:

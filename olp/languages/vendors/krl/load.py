@@ -647,6 +647,10 @@ def _types(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlSc
         _condition(found, number, tokens[1:last], scope)
     elif head == "for" and sign > 1 and _alike(_kind_of(tokens[1:sign], scope), scope) not in ("", "number"):
         found.tell("K108", f"{tokens[1][1]} is no number, and counts no loop", _at(number, tokens[1]))
+    elif head == "for" and sign > 1 and _kind_of(tokens[1:sign], scope) == "real":
+        found.tell("K108", f"{tokens[1][1]} is REAL, and loops count with INT", _at(number, tokens[1]))
+    elif head in ("switch", "case"):
+        _choice(found, number, tokens[1:], scope)
     elif head == "wait" and tokens[1:] and tokens[1][1].casefold() == "for":
         _condition(found, number, tokens[2:], scope)
     elif head == "wait":
@@ -666,10 +670,38 @@ def _types(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlSc
         kind = _ALIKE.get(_kind_of(tokens[1:end], scope), "")
         if kind in ("number", "bool") or scope.kinds.get(tokens[1][1].casefold()) in _MOVE_DATA:
             found.tell("K108", f"{tokens[1][1]} is no place", _at(number, tokens[1]))
+    _logic(found, number, tokens[sign + 1 if sign and head not in _WORDS else 1 : last], scope)
     for at in range(len(tokens) - 1):
         routine = scope.routines.get(tokens[at][1].casefold()) if tokens[at + 1][1] == "(" else None
         if routine is not None and (not at or tokens[at - 1][1] != "."):
             _arguments(found, number, tokens[at + 1 :], routine, scope)
+
+
+_LOGIC: Final = frozenset(("and", "or", "exor", "not"))
+
+
+def _choice(found: LoadFindings, number: int, given: list[_Token], scope: _KrlScope) -> None:
+    """What SWITCH asks and CASE answers: whole numbers, characters and constants of enumerations."""
+    for one in _split(given):
+        computed = any(t[1].casefold() in _COMPUTES for t in one)  # INT or REAL: what it is of is not asked
+        if not computed and _kind_of(one, scope) in ("real", "bool"):
+            says = f"{_shown(one, scope)}, and SWITCH takes INT, CHAR or an enumeration"
+            found.tell("K108", says, _at(number, one[0]))
+
+
+def _logic(found: LoadFindings, number: int, given: list[_Token], scope: _KrlScope) -> None:
+    """Operands of AND, OR, EXOR and NOT that are no BOOL, those in brackets too."""
+    places = [i for i, t in enumerate(given) if t[1].casefold() in _LOGIC and not _depth(given, i)]
+    starts = [0, *(i + 1 for i in places)]
+    for start, end in zip(starts, [*places, len(given)], strict=True):
+        operand = given[start:end]
+        if not operand:
+            continue
+        if operand[0][1] == "(" and _closing(operand, 0) == len(operand) - 1:
+            _logic(found, number, operand[1:-1], scope)
+        if places and _alike(_kind_of(operand, scope), scope) not in ("", "bool"):
+            says = f"{_shown(operand, scope)}, and no condition"
+            found.tell("K108", says, _at(number, operand[0]), "compare it with a value, or write B_AND, B_OR")
 
 
 _MOVES: Final = frozenset(("ptp", "lin", "sptp", "slin"))
