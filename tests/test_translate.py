@@ -583,7 +583,7 @@ def test_arguments_have_the_type_that_is_read_and_those_that_nothing_reads_are_l
     lines = [line.strip() for line in made.files[made.main].decode().splitlines()]
     assert head in lines
     assert call in lines
-    assert any("SHOW reads 1 of its 2 arguments" in told.says for told in made.translated.remarks)
+    assert any("SHOW takes 1 of its 2 arguments" in told.says for told in made.translated.remarks)
     assert [loss.says for loss in made.translated.losses] == [
         "the end of a task that nothing here starts: SUB3"
     ]

@@ -522,7 +522,8 @@ def _without_surplus(program: Program, work: TranslationContext) -> Program:
         if not isinstance(s, Call) or len(s.arguments) <= taken.get(s.routine, len(s.arguments)):
             return s
         count = taken[s.routine]
-        work.note_at(s, f"{s.routine} reads {count} of its {len(s.arguments)} arguments")
+        says = f"{s.routine} takes {count} of its {len(s.arguments)} arguments: nothing translated reads the others"
+        work.note_at(s, says)
         return replace(s, arguments=s.arguments[:count])
 
     routines = tuple(replace(r, body=tuple(map(row, r.body))) for r in program.routines)
