@@ -458,6 +458,40 @@ def test_lines_told_by_joints_alone_are_learnt_with_the_robot_and_say_that_they_
     assert any(d.code == "H054" and "8 lines" in d.message for d in told)
 
 
+def test_arcs_with_their_ends_at_the_flange_and_their_middle_at_the_tool_are_not_learnt(
+    tmp_path: Path,
+) -> None:
+    axes = [f"q{i + 1}_{end}_deg" for end in ("start", "end") for i in range(6)]
+    lines = [
+        ",".join(["move", "type", "duration_s", "speed_mm_s", "x_via_mm", "y_via_mm", "z_via_mm", *axes])
+    ]
+    for i in range(6):
+        joints = [-20 + i, -90, 90, 0, 40, 0, 20 + i, -90, 90, 0, 40, 0]
+        lines.append(",".join(map(str, [i + 1, "circular", 20 + i / 100, 100, 450, 5 * i, 300, *joints])))
+    (tmp_path / "moves.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    (tmp_path / "recording.toml").write_text(f'robot = "{ROBOT}"\n', encoding="utf-8")
+    with pytest.raises(olp.OlpError) as caught:
+        calibrate(read_recording(tmp_path))
+    assert [d.code for d in caught.value.diagnostics] == ["H003", "H054"]
+    assert "6 arcs are left out" in caught.value.diagnostics[1].message
+    (tmp_path / "recording.toml").write_text(
+        f'robot = "{ROBOT}"\ntool = [0, 0, 80, 0, 0, 0]\n', encoding="utf-8"
+    )
+    assert not any(d.code == "H054" for d in calibrate(read_recording(tmp_path))[1])
+
+
+def test_slow_moves_without_a_speed_are_told(tmp_path: Path) -> None:
+    robot, moves, one = load_robot(ROBOT), moves_of(12, 4, ROBOT), np.ones(12)
+    moves = joint_moves(robot, moves.start, moves.end, one, one, one)
+    measured = arm_prior(robot).durations(moves.motions) * np.repeat([1.0, 4.0], [9, 3])
+    folder = write_recording(tmp_path / "slow", moves, measured, ROBOT)
+    text = (folder / "moves.csv").read_text(encoding="utf-8")
+    assert not any(d.code == "H056" for d in calibrate(read_recording(folder))[1])
+    (folder / "moves.csv").write_text(text.replace(",100.0,", ",,"), encoding="utf-8")
+    (note,) = (d for d in calibrate(read_recording(folder))[1] if d.code == "H056")
+    assert "3 joint moves without speed_pct" in note.message
+
+
 def test_moves_faster_than_the_axes_are_told_and_not_learnt(tmp_path: Path) -> None:
     moves = moves_of(30, 3, ROBOT)
     measured = arm_prior(load_robot(ROBOT)).durations(moves.motions)

@@ -195,6 +195,7 @@ def test_a_table_without_any_points_says_which_columns_there_are(tmp_path):
     [
         ("Duration", "duration_s"),
         ("duration_ms", "duration_s"),
+        ("duration_ticks", "duration_s"),
         ("duration", "duration_s"),
         ("xstart_mm", "x_start_mm"),
         ("x_start_m", "x_start_mm"),
@@ -207,6 +208,8 @@ def test_a_missing_column_suggests_the_one_that_was_meant(written, meant, tmp_pa
     row = {written if n == meant else n: cell for n, cell in rows[0].items()}
     found = refused(write(tmp_path, table(row, names=names)))
     assert any(d.code == "D010" and written in d.help for d in found), [d.help for d in found]
+    if written in ("duration_ms", "duration_ticks", "x_start_m"):
+        assert any("convert it" in d.help for d in found), "renamed, its numbers would be wrong"
 
 
 @pytest.mark.parametrize(

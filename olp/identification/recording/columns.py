@@ -148,7 +148,15 @@ def _plain(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
-_UNIT = re.compile(r"_(mm_s2|m_s2|mm_s|m_s|deg_s|rad_s|kg_m2|deg|rad|mm|m|ms|s|pct|percent|kg|c|nm|a)$")
+_UNIT = re.compile(
+    r"_(mm_s2|m_s2|mm_s|m_s|deg_s|rad_s|kg_m2|deg|rad|mm|m|ms|s|pct|percent|kg|c|nm|a|ticks|cycles)$"
+)
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of a column's name, "" when it has none."""
+    found = _UNIT.search(name.lower())
+    return found[1] if found else ""
 
 
 def _stem(name: str) -> str:

@@ -31,6 +31,7 @@ from olp.identification.recording.columns import (
     nearest,
     numbers,
     texts,
+    unit_of,
 )
 from olp.identification.recording.fit import fit_together, logs_fit
 from olp.identification.recording.log import Log
@@ -326,6 +327,8 @@ class _MovesReader:
     def _instead(self, name: str) -> str:
         unknown = [other for other in self.table.names if other not in self.known]
         near = nearest(name, unknown) or next((o for o in unknown if nearest(o, [name])), "")
+        if near and unit_of(near) not in ("", unit_of(name)):
+            return f"{near} names another unit: convert it, {name} is in {unit_of(name)}"
         return f"is it the column {near}?" if near else ""
 
     def _number(self, name: str, rule: ColumnRule) -> Floats:

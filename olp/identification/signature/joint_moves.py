@@ -2,7 +2,8 @@
 example.
 
 Codes: H050 recorded moves that contradict each other, H051 moves faster than the axes are rated, H052 what
-joint moves told, H055 joint moves that tell less than olp knows without them.
+joint moves told, H055 joint moves that tell less than olp knows without them, H056 joint moves whose speed is not told
+and that are slow.
 """
 
 from __future__ import annotations
@@ -283,6 +284,7 @@ _BETTER: Final = 0.02  # of the mean error that a learner has to take away on mo
 _SURE: Final = 0.95
 _MANY: Final = 100  # errors that tell their own quantile; of fewer it is no less than Student's
 _NORMAL: Final = 1.96
+_SLOWER: Final = 1.5  # times what a joint move takes at 100 %: it was programmed at less
 _TOO_FAST: Final = 0.9  # of the time that the axes need at their rated speeds
 _UNTOLD: Final = 0.85  # of the prior's sd that is left of a number that the moves did not tell
 _TELLING: Final = 0.5  # of the prior's precision that the moves have to add to a number to have told it
@@ -641,6 +643,20 @@ def too_fast_notes(rows: Rows, move: Labels, robot: Robot | None, file: str) -> 
     return [warning("H051", says, file=file, help=help)]
 
 
+def unsaid_speed_notes(
+    moves: JointMoves, measured: Floats, prior: ArmTiming, unsaid: Mask, file: str
+) -> list[Diagnostic]:
+    """A warning where moves whose speed is `unsaid` (n,) take much longer than at full speed."""
+    slow = int(np.sum(unsaid & (measured > _SLOWER * prior.durations(moves.motions))))
+    if not slow:
+        return []
+    says = (
+        f"{slow} joint moves without speed_pct take more than {_SLOWER:g} times as long as at 100 %, at which they "
+        "are taken to run"
+    )
+    return [warning("H056", says, file=file, help="give speed_pct of these rows, or override_pct")]
+
+
 def held_out_words(held_out: Mapping[str, float]) -> str:
     """The mean errors [%] of the law, of another learner where that does better, and of olp with nothing learnt."""
     learners = {name: error for name, error in held_out.items() if name != _NOTHING.name}
@@ -662,6 +678,8 @@ def learnt_note(learnt: LearntArm, rolling: int, file: str) -> Diagnostic:
     says = f"{learnt.rows} joint moves: {held_out_words(learnt.held_out)}"
     if rolling:
         says += f"; {rolling} of them run into others, with what olp's law says of their corners"
+    if min(learnt.held_out.values()) == learnt.held_out[_NOTHING.name]:
+        says += "; these few moves show no gain"
     if learnt.untold:
         says += f"; not determined by these moves, prior values kept: {', '.join(learnt.untold)}"
     return info("H052", says, file=file)

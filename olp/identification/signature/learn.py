@@ -3,8 +3,8 @@
 Of straight moves: fit, choice of the method and error model, all from the recording alone.
 
 Codes: H003 too few measured moves, H004 moves that cannot be used, H005 moves faster than length over speed,
-H021 what was learnt beside straight moves, H033 repeated moves, H050 to H052 and H055 of joint moves, H054 lines whose
-tool is not told.
+H021 what was learnt beside straight moves, H033 repeated moves, H050 to H052, H055 and H056 of joint moves, H054 lines
+and arcs whose tool is not told.
 """
 
 from __future__ import annotations
@@ -58,8 +58,9 @@ from olp.identification.signature.joint_moves import (
     learnt_note,
     recorded_joint_moves,
     too_fast_notes,
+    unsaid_speed_notes,
 )
-from olp.identification.signature.moveset import MoveSet, moves_of_recording, with_points
+from olp.identification.signature.moveset import MoveSet, middle_alone, moves_of_recording, with_points
 from olp.identification.signature.rows import RecordedTimes, rows_of
 from olp.identification.signature.stretch_times import law_savings, motions_of
 from olp.identification.signature.stretches import Stretches, plain_rows, stretches_of
@@ -115,7 +116,6 @@ def calibrate_straight(
     if len(moves) < _FEWEST:
         says = f"{len(moves)} measured straight moves with exact stops, at least {_FEWEST} are needed"
         raise OlpError(error("H003", says, file=recording.path, help=_needed(recording)))
-    told.extend(_at_the_flange(recording))
     fitted = fit_moves(moves, robot, method)
     payload = moves.payload[np.isfinite(moves.payload)]
     settings = recording.settings
@@ -202,22 +202,22 @@ def _needed(recording: Recording) -> str:
 
 
 def _at_the_flange(recording: Recording) -> list[Diagnostic]:
-    """A note where lines are told by joints and no tool is."""
+    """Notes where lines are told by joints and no tool is, and arcs are but for their middle."""
     from olp.identification.recording.moves import LINEAR
 
-    moves = recording.moves
+    moves, found = recording.moves, []
     lines = int(np.sum((moves.kind == LINEAR) & ~moves.has_points & moves.has_joints))
-    if not lines or recording.tool is not None:
-        return []
-    says = f"{lines} lines are told by joints and no tool is: their ways are those of the flange"
-    return [
-        info(
-            "H054",
-            says,
-            file=recording.path,
-            help="give the tool (tool = in recording.toml) if it turns on them",
+    if lines and recording.tool is None:
+        says = f"{lines} lines are told by joints and no tool is: their ways are those of the flange"
+        help = "give the tool (tool = in recording.toml) if it turns on them"
+        found.append(info("H054", says, file=recording.path, help=help))
+    arcs = int(np.sum(middle_alone(moves, recording.tool)))
+    if arcs:
+        says = f"{arcs} arcs are left out: their ends are told by joints, their middle by the tool, and no tool is told"
+        found.append(
+            warning("H054", says, file=recording.path, help="give the tool (tool = in recording.toml)")
         )
-    ]
+    return found
 
 
 def _left_out(recording: Recording, moves: MoveSet, measured: NDArray[np.bool_]) -> list[Diagnostic]:
@@ -348,7 +348,7 @@ def calibrate(
         parts[STOP] = stop
         straight = _without_stops(recording, stop.value("fixed_time"))
     arm, said = _learn_joints(recording)
-    said = [*found, *said]
+    said = [*found, *_at_the_flange(recording), *said]
     try:
         signature, told = calibrate_straight(straight, method, robot)
     except OlpError as problem:
@@ -490,6 +490,9 @@ def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnost
     )
     controller = recording.settings.controller
     prior = arm_prior(robot, generations_in(controller or ""), [f"q{i + 1}" for i in range(axes)])
+    if robot is not None:
+        unsaid = np.isnan(moves.speed_fraction[rows])
+        told += unsaid_speed_notes(joints, measured, prior, unsaid, recording.path)
     learnt = learn_arm(prior, joints, measured, _programs(recording, rows), resolution)
     return learnt, [*told, learnt_note(learnt, int(rolling[rows].sum()), recording.path)]
 

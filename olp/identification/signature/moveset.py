@@ -21,8 +21,11 @@ Floats = NDArray[np.float64]
 
 
 def with_points(moves: RecordedMoves, robot: Robot | None, tool: Pose | None) -> RecordedMoves:
-    """Rows with joint points alone get the tool's, at the flange where no tool is told."""
-    lacking = moves.has_joints & ~moves.has_points
+    """Rows with joint points alone get the tool's, at the flange where no tool is told.
+
+    Not of arcs then: no circle goes through the flange at both ends and the tool in the middle.
+    """
+    lacking = moves.has_joints & ~moves.has_points & ~middle_alone(moves, tool)
     if not lacking.any() or not _fits(moves, robot):
         return moves
     assert robot is not None
@@ -32,6 +35,14 @@ def with_points(moves: RecordedMoves, robot: Robot | None, tool: Pose | None) ->
     for joints, points, angles in ((moves.joints_start, start, first), (moves.joints_end, end, last)):
         points[lacking], angles[lacking] = _pose(robot, joints[lacking], tool)
     return replace(moves, start=start, end=end, start_angles=first, end_angles=last)
+
+
+def middle_alone(moves: RecordedMoves, tool: Pose | None) -> NDArray[np.bool_]:
+    """(n,) arcs of which the tool's middle point is told, the ends by joints alone, and the tool not at all."""
+    from olp.identification.recording.moves import CIRCULAR
+
+    told = np.isfinite(moves.via).all(axis=1) & moves.has_joints & ~moves.has_points
+    return np.asarray((moves.kind == CIRCULAR) & told & (tool is None))
 
 
 def joint_ends(moves: RecordedMoves, robot: Robot | None, tool: Pose | None) -> tuple[Floats, Floats]:
