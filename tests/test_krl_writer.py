@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from krl_programs import again, meaning, read, source, written
+from translated_texts import translated
 
 import olp
 from olp.core.source import decode
@@ -414,3 +415,25 @@ def test_a_program_that_moves_begins_with_the_settings_of_its_controller_and_the
     assert at < found.index("$TOOL=grip")
     assert found.count("BAS (#INITMOV,0)") == 1
     assert "BAS (#INITMOV,0)" not in lines_of(foreign(Assign(2, Named("n"), Number(1))))
+
+
+def test_functions_that_nothing_calls_are_there_for_other_files():
+    """Of a file with several routines only those that are GLOBAL are seen elsewhere."""
+    rows = ("PROC main()", "x:=twice(x);", "ENDPROC", "FUNC num twice(num n)", "RETURN 2*n;", "ENDFUNC")
+    text = "\n".join(
+        [
+            "MODULE M",
+            "VAR num x;",
+            *rows,
+            *(r.replace("twice", "half") for r in rows[3:]),
+            "LOCAL FUNC num own(num n)",
+            *rows[4:],
+            "ENDMODULE",
+        ]
+    )
+    heads = [row for row in translated(text, "rapid", "krl").splitlines() if "DEFFCT" in row]
+    assert heads == [
+        "DEFFCT REAL twice (n :IN)",
+        "GLOBAL DEFFCT REAL half (n :IN)",
+        "DEFFCT REAL own (n :IN)",
+    ]

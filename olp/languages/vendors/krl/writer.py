@@ -184,6 +184,7 @@ class KrlWriter(KrlMoves):
         main = program.main
         ordered = sorted(program.routines, key=lambda one: bool(main) and one.name != main)
         self.routines = list(program.routines) if self.own else ordered
+        self.offered = frozenset() if self.own else _uncalled_functions(program, self.routines)
         if not self.own:
             self.rated = frozenset(
                 s.path is st.Path.JOINT
@@ -421,7 +422,8 @@ class KrlWriter(KrlMoves):
         )
 
     def _head(self, routine: st.Routine) -> str:
-        shared = "GLOBAL " if routine.starts or ("GLOBAL" in routine.details and self.own) else ""
+        offered = routine.starts or routine.name in self.offered
+        shared = "GLOBAL " if offered or ("GLOBAL" in routine.details and self.own) else ""
         given = self.parameters_text(routine.parameters)
         if routine.returns:
             word = _TYPES.get(routine.returns) or routine.returns
@@ -538,6 +540,20 @@ class KrlWriter(KrlMoves):
 
     def _first_name(self) -> str:
         return self.routines[0].name if self.routines else "PROGRAM"
+
+
+def _uncalled_functions(program: st.Program, routines: Sequence[st.Routine]) -> frozenset[str]:
+    """Functions that nothing in the program calls: they are there for other files, which see GLOBAL ones alone."""
+    called = {s.routine.casefold() for s in program.statements() if type(s) is st.Call}
+    called |= {
+        e.routine.casefold()
+        for s in program.statements()
+        for e in expressions_of(s)
+        if type(e) is ex.CallValue
+    }
+    return frozenset(
+        r.name for r in routines[1:] if r.returns and r.shared and r.name.casefold() not in called
+    )
 
 
 def _is_system(s: st.Statement, first: bool) -> bool:
