@@ -61,15 +61,18 @@ def timed_as(kind: str) -> str:
     return next((StepKind(code).name.lower() for line, code in steps if line in lines), "")
 
 
-@lru_cache(maxsize=1000)
 def written_by(vendor: str, kind: str) -> str:
     """What becomes of a statement of this kind in the vendor's language: "exact", "approximated" or "" (refused)."""
+    statements = probes().get(kind)
+    return "" if statements is None or vendor not in writable() else _written(vendor, statements)
+
+
+@lru_cache(maxsize=1000)
+def _written(vendor: str, statements: tuple[Statement, ...]) -> str:
+    """The same of a program with these statements: kinds that stand together only share one."""
     from olp.transpile.context import Context, Fate
     from olp.transpile.convert import convert
 
-    statements = probes().get(kind)
-    if statements is None or vendor not in writable():
-        return ""
     robot = _robot()
     try:
         converted = convert(
