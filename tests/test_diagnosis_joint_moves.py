@@ -12,6 +12,7 @@ from olp.identification.diagnosis.evidence import CUT, clipped_cut, confirmed, c
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.next_candidates import joined
 from olp.identification.diagnosis.result import FittedParameter
 from olp.identification.diagnosis.search import in_its_place, move_terms, of_all_axes, shelf_of
 from olp.identification.recorded_plan import case_of
@@ -103,23 +104,27 @@ def test_motors_that_fade_make_short_moves_slower_as_far_as_they_get_quick(tmp_p
     np.testing.assert_allclose(slower[1:], true[1:], rtol=4e-3)
 
 
-def travel(limit, top):
-    """[s] from rest to rest over a way of 1, whose acceleration is at most `limit` (m,) in each of m even steps."""
-    step = 1.0 / len(limit)
-    up, down = (np.concatenate([[0.0], np.cumsum(2.0 * step * one)]) for one in (limit, limit[::-1]))
+def travel(limit, top, brake=None):
+    """[s] from rest to rest over a way of 1, whose acceleration is at most `limit` (m,) in each of m even steps, and at
+    most `brake` (m,), where that is another one, to slow down."""
+    step, brake = 1.0 / len(limit), limit if brake is None else brake
+    up, down = (np.concatenate([[0.0], np.cumsum(2.0 * step * one)]) for one in (limit, brake[::-1]))
     speed = np.minimum(np.sqrt(np.minimum(up, down[::-1])), top)
     return float(np.sum(2.0 * step / (speed[:-1] + speed[1:])))
 
 
-def test_three_bodies_slow_the_joint_moves_of_an_arm_that_nobody_named(tmp_path):
-    """Upper arm, forearm and load about the first axis, each at its own distance along the way."""
+def elbow_and_wrist(q):
+    """(…) [m] each: how far out they are."""
+    elbow = 0.25 + 1.1 * np.sin(q[..., 1])
+    return elbow, elbow + 1.3 * np.cos(q[..., 2])
+
+
+def of_an_arm(folder, law):
+    """Joint moves of an arm of three axes that no file tells. `law` says from joints (m, 3) of a move, from what each
+    axis allows (3,) and from the load [kg] what the move speeds up and slows down by (m,) each [1/s²]."""
     rng = np.random.default_rng(3)
     limits, speeds = np.radians([230.0, 205.0, 240.0]), np.radians([130.0, 120.0, 125.0])
     joints = np.radians(rng.uniform([-90, 5, -30], [90, 65, 40], (121, 3)))
-
-    def elbow_and_wrist(q):
-        elbow = 0.25 + 1.1 * np.sin(q[..., 1])
-        return elbow, elbow + 1.3 * np.cos(q[..., 2])
 
     def place(q):
         out, up = elbow_and_wrist(q)[1], 0.8 + 1.1 * np.cos(q[1]) + 1.3 * np.sin(q[2])
@@ -128,24 +133,63 @@ def test_three_bodies_slow_the_joint_moves_of_an_arm_that_nobody_named(tmp_path)
     columns = [f"{c}_{end}" for end in ("start", "end") for c in "xyz"]
     names = [f"{c}_mm" for c in columns[:3]] + [f"q{k}_start_deg" for k in (1, 2, 3)]
     names += [f"{c}_mm" for c in columns[3:]] + [f"q{k}_end_deg" for k in (1, 2, 3)]
-    lines = [",".join(["move,type,duration_s,sim_s,speed_pct,accel_pct", *names])]
+    lines = [",".join(["move,type,duration_s,sim_s,speed_pct,accel_pct,payload_kg", *names])]
     for k in range(120):
-        way = np.abs(joints[k + 1] - joints[k])
+        way, load = np.abs(joints[k + 1] - joints[k]), (0.0, 20.0, 45.0)[k % 3]
         at = (np.arange(4000)[:, None] + 0.5) / 4000
-        elbow, wrist = elbow_and_wrist(joints[k] + at * (joints[k + 1] - joints[k]))
+        along = joints[k] + at * (joints[k + 1] - joints[k])
+        slow, top = (limits / way), float((0.6 * speeds / way).min())
+        up, down = law(along, slow, load)
+        real = travel(up, top, down) + rng.normal(0.0, 0.001)
+        sim = travel(np.full(4000, slow.min()), top)
+        ends = (*place(joints[k]), *place(joints[k + 1]))
+        lines.append(",".join(map(str, (k + 1, "joint", real, sim, 60, 100, load, *ends))))
+    (folder / "moves.csv").write_text("\n".join(lines) + "\n")
+    return case_of(read_recording(folder)).case
+
+
+def test_three_bodies_slow_the_joint_moves_of_an_arm_that_nobody_named(tmp_path):
+    """Upper arm, forearm and load about the first axis, each at its own distance along the way."""
+
+    def law(q, slow, load):
+        elbow, wrist = elbow_and_wrist(q)
         upper_arm, forearm = 0.5 * (0.25 + elbow), elbow + (wrist - elbow) / 3.0
         heavy = 0.45 + 0.12 * upper_arm**2 + 0.2 * forearm**2 + 0.15 * wrist**2
-        slow, top = (limits / way), float((0.6 * speeds / way).min())
-        real = travel(np.minimum(slow[0] / heavy, slow[1:].min()), top) + rng.normal(0.0, 0.001)
-        sim = travel(np.full(4000, slow.min()), top)
-        lines.append(
-            ",".join(map(str, (k + 1, "joint", real, sim, 60, 100, *place(joints[k]), *place(joints[k + 1]))))
-        )
-    (tmp_path / "moves.csv").write_text("\n".join(lines) + "\n")
-    forms = best_forms("reach-inertia", case_of(read_recording(tmp_path)).case)
+        limit = np.minimum(slow[0] / heavy, slow[1:].min())
+        return limit, limit
+
+    forms = best_forms("reach-inertia", of_an_arm(tmp_path, law))
     left = {key: found.scale for key, found in forms.items()}
     best = left.pop("whole arm")
     assert best < 0.002 < 0.5 * min(left.values())
+
+
+@pytest.mark.parametrize("helped", [True, False])
+def test_axes_that_hold_the_arm_have_less_torque_left_upwards_and_more_downwards(tmp_path, helped):
+    """Each axis by what it holds of the arm and of the load; whichever has least left sets the move. A controller that
+    plans by the written acceleration takes no more than that where the weight helps."""
+
+    def law(q, slow, load):
+        carried, turn = 1.0 + 0.01 * load, np.sign(q[-1] - q[0])
+        # Rods keep the forearm's angle: the second axis lifts elbow and wrist alike.
+        second = -(0.15 + 0.15 * carried) * np.sin(q[:, 1])
+        held = np.stack([0.0 * second, second, 0.25 * carried * np.cos(q[:, 2])], axis=1)
+        ramps = (np.min(slow * (1.0 - way * turn * held), axis=1) for way in (1.0, -1.0))
+        return tuple(ramp if helped else np.minimum(ramp, slow.min()) for ramp in ramps)
+
+    moves = of_an_arm(tmp_path, law)
+    forms = best_forms("gravity", moves)
+    best = min(forms, key=lambda key: forms[key].scale)
+    assert best == ("each axis" if helped else "each axis against alone")
+    assert forms[best].scale < 0.002 < 0.2 * evaluate(DurationModel(), moves, NOISE).scale
+    (part,) = forms[best].model.parts
+    told = dict(zip((p.name for p in part.form.parameters), part.values, strict=True))
+    assert told["wrist_axis_3"] == pytest.approx(0.25, rel=0.1)
+    assert told["load"] == pytest.approx(0.01, rel=0.2)
+    more = joined(moves, moves.take(np.arange(3)))  # as where an experiment is designed
+    assert forms[best].model.seconds(more.take(np.arange(120))) == pytest.approx(
+        forms[best].model.seconds(moves)
+    )
 
 
 def reach_of_lines(tmp_path):

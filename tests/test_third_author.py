@@ -68,3 +68,15 @@ def test_dry_friction_makes_no_move_quicker_where_acceleration_builds_up() -> No
     never = ~world.waits & (slow.speed * jerk < least**2)
     assert never.any()
     assert np.abs(late[never]).max() < 1e-6
+
+
+def test_no_axis_brakes_harder_because_another_one_holds_less() -> None:
+    """Each ramp of a joint move is set by the axis that has least left for it: an axis without weight gains nothing."""
+    rng = np.random.default_rng(3)
+    moves = make_moves(rng, ARMS[1], "tending", 100)
+    world = World(moves, {"planned": 0.0}, np.zeros(100))
+    pulled, _, _ = EFFECTS["gravity"](world, 0.7, world.drive)
+    column = world.limits[:, 0] / world.limits.min(1)  # what the first axis, which holds nothing, allows
+    allowed = column[world.joint, None]
+    assert world.joint.any()
+    assert (np.concatenate([pulled.up, pulled.down], axis=1)[world.joint] <= allowed + 1e-9).all()

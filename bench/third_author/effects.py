@@ -57,13 +57,17 @@ def gravity(world: World, strength: float, drive: Drive) -> Change:
     if world.pulls is None:
         world.pulls = _path_pull(world), _torque_left(world)
     path, torques = world.pulls
-    left = np.clip(1 - 2 * strength * torques, 0.1, 2) * world.limits[:, None]
-    axes = 1 - left.min(-1) / world.limits.min(-1)[:, None]
-    pull = np.where(world.joint[:, None], axes, strength * path)
-    up, down = 1 - pull, 1 + pull
+    up, down = (_with_weights(world, way * strength, path, torques) for way in (1, -1))
     if world.options["planned"]:  # the planner never asks for more than it knows
         up, down = np.minimum(up, 1), np.minimum(down, 1)
     return drive.with_share(np.clip(up, 0.1, 2), np.clip(down, 0.1, 2)), 0.0, {}
+
+
+def _with_weights(world: World, share: float, path: np.ndarray, torques: np.ndarray) -> np.ndarray:
+    """The acceleration of a ramp over that without weights; `share` is negative where they help to brake. Of a joint
+    move each axis has its own, and whichever has least left sets both ramps, each for itself."""
+    left = np.clip(1 - 2 * share * torques, 0.1, 2) * world.limits[:, None]
+    return np.where(world.joint[:, None], left.min(-1) / world.limits.min(-1)[:, None], 1 - share * path)
 
 
 def _path_pull(world: World) -> np.ndarray:

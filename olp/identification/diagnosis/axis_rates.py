@@ -59,7 +59,7 @@ def rates_of(recording: Recording, rows: Labels, way: Floats) -> tuple[Rates | N
     path[~known] = 0.0
     path[known] /= way[known, None, None]
     speeds, slopes = (v if np.isfinite(v).all() else None for v in (robot.speeds, robot.accelerations))
-    return Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies), task.told()
+    return Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies, task.lifts), task.told()
 
 
 @dataclass(slots=True, eq=False)
@@ -76,6 +76,7 @@ class _Task:
     why: dict[int, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     bodies: Floats | None = None  # (n, m, 2, 3) [m], see Rates
+    lifts: Floats | None = None  # (n, m, 2, k) [m/rad], see Rates
 
     def __post_init__(self) -> None:
         axes = len(self.robot.axes)
@@ -138,8 +139,8 @@ def _means(
         says = "how fast each axis turns along lines is read off the joint and tool points; a robot model would add"
     names = tuple(f"axis {i + 1}" for i in range(turned.shape[1]))
     arm = learned_arm(moves, rows, points)
-    bodies = None if arm is None else arm.bodies(moves, rows, points)
-    return Rates(path, known, False, names, bodies=bodies), (f"{what}: {says} its rated speeds",)
+    bodies, lifts = (None, None) if arm is None else arm.bodies(moves, rows, points)
+    return Rates(path, known, False, names, bodies=bodies, lifts=lifts), (f"{what}: {says} its rated speeds",)
 
 
 # --- joint moves ------------------------------------------------------------------------------------------------------
@@ -210,18 +211,28 @@ def _between(start: Floats, end: Floats) -> Floats:
 
 
 def _add_bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> None:
-    """Where the elbow and the wrist centre are along the moves `at`, of arms that have both."""
+    """Where the elbow and the wrist centre are along the moves `at`, and how each axis lifts them, of arms that have
+    both."""
     from olp.robots.kinematics.configuration import geometry_of, sweep
 
     geometry = geometry_of(task.robot)
     if geometry.links is None:
         return
     count, places, axes = joints.shape
-    origins = sweep(task.robot, geometry, joints.reshape(count * places, axes).T).origins
-    if task.bodies is None:
+    swept = sweep(task.robot, geometry, joints.reshape(count * places, axes).T)
+    if task.bodies is None or task.lifts is None:
         task.bodies = np.full((len(task.rows), PLACES, 2, 3), np.nan)
+        task.lifts = np.full((len(task.rows), PLACES, 2, axes), np.nan)
     for which, joint in enumerate((_ELBOW, _WRIST)):
-        task.bodies[at, :, which] = origins[joint].T.reshape(count, places, 3)
+        task.bodies[at, :, which] = swept.origins[joint].T.reshape(count, places, 3)
+        lifts = np.zeros((axes, count * places))
+        for turned, direction, origin in zip(
+            geometry.joints[:joint], swept.axes, swept.origins, strict=False
+        ):
+            arm = swept.origins[joint] - origin
+            slides = task.robot.axes[turned.axis].linear
+            lifts[turned.axis] += direction[2] if slides else direction[0] * arm[1] - direction[1] * arm[0]
+        task.lifts[at, :, which] = lifts.T.reshape(count, places, axes)
 
 
 def _ways(task: _Task, wanted: Mask) -> ToolPaths:
@@ -437,8 +448,11 @@ class LearnedArm(NamedTuple):
     up: Floats
     tool: Floats  # (3,) [m] the tool's point seen from the wrist, in the tool's directions
 
-    def bodies(self, moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]) -> Floats:
-        """(n, m, 2, 3) [m] elbow and wrist centre along moves between `points`; nan where they are not known."""
+    def bodies(
+        self, moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]
+    ) -> tuple[Floats, Floats]:
+        """(n, m, 2, 3) [m] elbow and wrist centre along moves between `points`, and (n, m, 2, k) [m/rad] their rise by
+        each axis; nan where they are not known."""
         joints, turning = _between(*points), moves.kind[rows] == JOINT
         upper, fore, bearing = (
             joints[..., 1],
@@ -453,10 +467,17 @@ class LearnedArm(NamedTuple):
         )
         bearing[~turning] = np.arctan2(side * y, side * x)
         sines, bodies = _sines(upper, fore), []
+        lifts = np.zeros((*upper.shape, 2, joints.shape[-1]))
+        by_upper, by_fore = (
+            np.stack([np.cos(angle), -np.sin(angle)], axis=-1) @ self.up[at]
+            for angle, at in ((upper, slice(1, 3)), (fore, slice(3, 5)))
+        )
+        lifts[..., 0, 1], lifts[..., 1, 1] = by_upper, by_upper + self.coupled * by_fore
+        lifts[..., 1, 2] = by_fore
         for last in (3, 5):  # elbow, wrist
             out, up = (sines[..., :last] @ lengths[:last] for lengths in (self.out, self.up))
             bodies.append(np.stack([out * np.cos(bearing), out * np.sin(bearing), up], axis=-1))
-        return np.stack(bodies, axis=2)
+        return np.stack(bodies, axis=2), lifts
 
     def _wrist(self, moves: RecordedMoves, rows: Labels) -> Floats:
         """(n, m, 3) [m] where the tool's ways put the wrist; the tool is not turned where nothing tells that."""

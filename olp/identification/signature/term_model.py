@@ -219,6 +219,8 @@ def _known(part: ModelPart, rates: Rates | None) -> bool:
     name, key, axis = part.term.name, part.form.key, part.form.axis
     if key == "whole arm":
         return rates is not None and rates.bodies is not None
+    if name == "gravity" and key.startswith("each axis"):
+        return rates is not None and rates.lifts is not None
     if name == "payload-inertia" and key == "limit":
         return rates is not None and rates.rated_acceleration is not None
     if name in ("joint-speed-limit", "joint-acceleration-limit"):

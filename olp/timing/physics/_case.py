@@ -36,6 +36,9 @@ class Rates:
     rated: Floats | None = None  # (k,) [rad/s | m/s] rated speeds, where a robot file tells them
     rated_acceleration: Floats | None = None  # (k,) [rad/s² | m/s²]
     bodies: Floats | None = None  # (n, m, 2, 3) [m] elbow and wrist centre along the way, nan where not known
+    lifts: Floats | None = (
+        None  # (n, m, 2, k) [m/rad] rise of elbow and wrist centre by each axis, nan likewise
+    )
 
     @property
     def start(self) -> Floats:
@@ -299,7 +302,8 @@ class MeasuredMoves:
         rates = self.rates
         if rates is not None:
             bodies = None if rates.bodies is None else rates.bodies[rows]
-            rates = replace(rates, path=rates.path[rows], known=rates.known[rows], bodies=bodies)
+            lifts = None if rates.lifts is None else rates.lifts[rows]
+            rates = replace(rates, path=rates.path[rows], known=rates.known[rows], bodies=bodies, lifts=lifts)
         return replace(
             self,
             base=self.base.take(rows),
