@@ -2787,3 +2787,10 @@ def test_cases_that_are_fractions_are_no_switch_of_integers():
     made = translated(tp(*rows), "tp", "krl")
     assert "CASE" not in made
     assert "==2.5" in made
+
+
+def test_an_element_of_a_pose_by_a_computed_number_is_no_position():
+    rows = ["i = 2", "p1 = p[0.1, 0.2, 0.3, 0, 0, 0]", "if p1[i] < 0.1:", "  sleep(1)", "end"]
+    said = {one.says for one in losses(script(*rows), "urscript", "krl")}
+    assert "an element of a pose by a computed number" in said
+    assert not any("compared with" in one for one in said)

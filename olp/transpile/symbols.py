@@ -321,7 +321,7 @@ def _computed_kind(found: Symbols, routine: str, e: ex.Expression | None) -> str
     name = getattr(e, "name", "")
     if name == "timer-running":
         return "boolean"
-    if name in ("pose-distance", "timer"):
+    if name in ("pose-distance", "pose-element", "timer"):
         return "real"
     if name.startswith(_POSES) or name in ("current-pose", "position-pose", "forward"):
         return "position"
