@@ -581,7 +581,7 @@ def test_where_no_name_holds_the_verdict_is_that_of_no_names(monkeypatch, tmp_pa
 
     def holds(best, clean, noise, folds, shelf, kinds):
         part = next(p for p in shelf.parts if p.term.name == "acceleration")
-        return fit(DurationModel((part,)), clean, noise, 30), (Gain(30.0, 1.0, 0.02, 0.01, 4.0),)
+        return fit(DurationModel((part,)), clean, noise, 30), (Gain(30.0, 1.0, 0.02, 0.01, 4.0),), {}
 
     monkeypatch.setattr(naming, "confirmed", holds)
     monkeypatch.setattr(naming, "selection", lambda clean, *_: Selection(clean.simulated, ()))
@@ -672,6 +672,8 @@ def test_a_name_whose_interval_holds_its_null_falls_even_if_others_are_as_good(m
         idle.add(name)
         found = diagnose_recording(recording).diagnosis
         assert [finding.term for finding in found.findings] == left
+        (note,) = (note for note in found.notes if note.startswith("found by the search, and not named"))
+        assert f"{term} (" in note
 
 
 @pytest.mark.parametrize("seed", [0, 8, 11])

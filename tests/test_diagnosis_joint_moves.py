@@ -272,7 +272,7 @@ def test_the_axes_of_one_term_are_held_against_unseen_moves_together(tmp_path):
         fit(DurationModel(tuple(slower)), moves, NOISE, 30),
         Folds("", interleaved(np.arange(len(moves)))),
     )
-    kept, gains = confirmed(best, moves, NOISE, folds, shelf_of(moves, [term]))
+    kept, gains, _ = confirmed(best, moves, NOISE, folds, shelf_of(moves, [term]))
     assert [part.form.axis for part in kept.model.parts] == [1, 2, 3]
     alone = fit(best.model.without(0), moves, NOISE, 30).model
     assert gain_of(best, (0,), alone, moves, NOISE, folds, 0.002).cut < CUT < gains[0].cut

@@ -298,7 +298,8 @@ def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
     fitted = evaluate(DurationModel((own,)), late, Noise(NOISE / 2))
     assert set(programmed[evidence.acts(fitted, (0,), late)].tolist()) == {4}
     folds, shelf = Folds("", np.arange(MOVES) % 5), shelf_of(late, [load_term("orientation-limit")])
-    assert evidence.confirmed(fitted, late, Noise(NOISE / 2), folds, shelf)[0].names == ()
+    kept, _, fallen = evidence.confirmed(fitted, late, Noise(NOISE / 2), folds, shelf)
+    assert (kept.names, list(fallen)) == ((), ["orientation-limit"])
     one = part("orientation-limit", turned, 1.0, key="slows the path")
     late = replace(turned, measured=DurationModel((one,)).seconds(turned) + scatter(), derived={})
     alone = evaluate(DurationModel((one,)), late, Noise(NOISE / 2))
@@ -323,7 +324,10 @@ def test_names_predict_whole_groups_of_every_kind_no_worse_than_one_of_them_alon
     )
     assert evidence.confirmed(best, made, noise, folds, shelf)[0].names == ("dispatch", "payload")
     assert kinds_of({"speed": start, "type": start}, np.arange(MOVES) < 0) == []
-    assert evidence.confirmed(best, made, noise, folds, shelf, kinds)[0].names == names
+    kept, _, fallen = evidence.confirmed(best, made, noise, folds, shelf, kinds)
+    assert kept.names == names
+    assert set(fallen) == {"dispatch", "payload"} - set(names)
+    assert all("whole groups" in why for why in fallen.values())
 
 
 def test_what_a_name_brings_is_against_the_others_at_their_best():
@@ -451,5 +455,5 @@ def test_a_fixed_time_in_a_region_of_few_programmed_moves_may_as_well_be_waits(f
     region = Condition((Statement("start z", below=0.0), Statement("x", above=-9.0)))
     time = part("dispatch", made, 0.03, key="")._replace(condition=region)
     best = fit(DurationModel((time,)), made, noise)
-    named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None, {})
+    named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None, {}, {})
     assert [other.term for other in _as_waits(best, 0, named)] == (["external-wait"] if alike else [])

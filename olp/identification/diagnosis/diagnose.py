@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -114,11 +115,13 @@ def _answer(
 ) -> DiagnosisOutcome:
     sigma, told_by = floor_of(named)
     told = findings_of(named, case, sigma)
-    gone = set[str]()
+    gone, fallen = set[str](), dict(named.fallen)
     while idle := _idle(told):
         gone.add(idle)
         named, told = _without_idle(named, told, case, gone)
+        fallen |= {**named.fallen, idle: "the intervals of its numbers hold those at which it does nothing"}
         sigma, told_by = floor_of(named)
+    fallen = {term: why for term, why in fallen.items() if term not in {f.term for f in told.findings}}
     told, tuned = _without_tuning(told, case)
     if _misled(named):
         tuned = (*tuned, *(f"not named for want of evidence: {f.says}" for f in told.findings))
@@ -136,6 +139,7 @@ def _answer(
     if told.findings:
         predicted = np.where(named.waiting, case.measured, predicted)
     findings = _together(told.findings, log)
+    notes = (*notes, *_fallen(fallen, findings))
     unseen = _unseen(named) if told.findings else case.residual
     diagnosis = Diagnosis(
         verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
@@ -284,6 +288,13 @@ def _beyond_the_names(named: NamingResult) -> list[DurationModel]:
     more = {part.term.name: part for part in additions(named.shelf, best, case, noise, 2 * _NEAREST)}
     models = [DurationModel((*best.model.parts, part)) for part in more.values()]
     return [one.model for one in sorted((fit(m, case, noise) for m in models), key=price)[:_NEAREST]]
+
+
+def _fallen(fallen: dict[str, str], findings: Sequence[Finding]) -> tuple[str, ...]:
+    """The names that the search found, and why they are none."""
+    named = {finding.term for finding in findings}
+    told = "; ".join(f"{name} ({why})" for name, why in fallen.items() if name not in named)
+    return (f"found by the search, and not named: {told}",) if told else ()
 
 
 def _held_back(named: NamingResult) -> tuple[str, ...]:

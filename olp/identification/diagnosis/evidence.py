@@ -55,6 +55,12 @@ _CLIP = 6.0  # times the scatter: what is farther off counts as that
 ACTS = 0.5  # of the scatter: a term acts in moves to which it adds more
 _SURE_DRIFT = 3.0  # standard errors
 NOTICED = 1.05  # times the error with a name: without it, it is more
+# Why a name that the search found is none.
+_UNCONFIRMED = "unseen moves do not confirm it"
+_TOO_LITTLE = "the other names explain about as much"
+_TOO_FEW = "it acts in fewer programmed moves than it has numbers"
+_DRIFTS = "durations still drift with it"
+_MISLEADS = "whole groups of moves are predicted better without it"
 CUT = 2.0  # times the mean square beyond the noise: a name takes away as much of it as it leaves, at least
 
 
@@ -246,33 +252,40 @@ def confirmed(
     folds: Folds,
     shelf: PartShelf,
     kinds: Sequence[Folds] = (),
-) -> tuple[ModelFit, tuple[Gain, ...]]:
-    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew.
+) -> tuple[ModelFit, tuple[Gain, ...], dict[str, str]]:
+    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew; what each
+    of them gains; and the names that fell, with the reason.
 
     `kinds`: further ways to hold out whole groups. Where more than scatter is left, moves of a group have errors in
     common: then the set has to do no worse than a smaller one in each.
     """
-    tried, gone = len({part.label for part in shelf.parts}), set[str]()
+    tried, gone, fell = len({part.label for part in shelf.parts}), set[str](), dict[str, str]()
     while best.model.parts:
         count, names = range(len(best.model.parts)), _names(best.model)
         floor = noise_left(best, case, noise)
         rests = {name: fit(_leaving(best.model, name), case, noise, 30) for name in names}
         gains = [gain_of(best, name, rests[name].model, case, noise, folds, floor) for name in names]
         fewer = [rests[(k,)] if (k,) in rests else fit(best.model.without(k), case, noise, 30) for k in count]
-        weak = [k for at in fallen(gains, tried) for k in names[at]]
-        weak += [k for k in count if k not in weak and worth(fewer[k], best, case, noise) < TELLING]
-        weak += [k for k in count if k not in weak and _has_a_number_for_each(best, k, case)]
-        weak = [k for k in count if drifts_on(best, k, case)] or weak
+        weak = dict.fromkeys([k for at in fallen(gains, tried) for k in names[at]], _UNCONFIRMED)
+        for k in count:
+            if k not in weak and worth(fewer[k], best, case, noise) < TELLING:
+                weak[k] = _TOO_LITTLE
+            elif k not in weak and _has_a_number_for_each(best, k, case):
+                weak[k] = _TOO_FEW
+        weak = dict.fromkeys([k for k in count if drifts_on(best, k, case)], _DRIFTS) or weak
         if not weak and patterned(best, case, noise):
-            weak = _misleading(best, {name: one.model for name, one in rests.items()}, case, noise, kinds)
+            without = {name: one.model for name, one in rests.items()}
+            weak = dict.fromkeys(_misleading(best, without, case, noise, kinds), _MISLEADS)
         told = {k: gain for name, gain in zip(names, gains, strict=True) for k in name}
         if not weak:
-            return best, tuple(told[k] for k in count)
+            left_out = {name: why for name, why in fell.items() if name not in best.names}
+            return best, tuple(told[k] for k in count), left_out
         worst = min(weak, key=lambda k: (told[k].loglik, worth(fewer[k], best, case, noise)))
         gone.add(best.model.parts[worst].label)
+        fell[best.model.parts[worst].term.name] = weak[worst]
         left = in_its_place(fewer[worst], best.model.parts[worst], shelf, case, noise, gone)
         best = fit(left.model, case, noise, 30)
-    return best, ()
+    return best, (), fell
 
 
 def _names(model: DurationModel) -> list[tuple[int, ...]]:

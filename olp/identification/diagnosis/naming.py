@@ -66,6 +66,7 @@ class NamingResult(NamedTuple):
     gains: tuple[Gain, ...]
     remains: Remains
     groups: dict[str, Labels]  # of the clean case
+    fallen: dict[str, str]  # names that the search found and moves do not confirm: why
 
 
 def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> NamingResult:
@@ -87,7 +88,7 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
             break
         late = again
     clean_folds = Folds(folds.by, folds.labels[~late])
-    best, gains = confirmed(
+    best, gains, fell = confirmed(
         fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
     )
     if not np.array_equal(again := _waits(best, case, noise), late):
@@ -96,7 +97,7 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         clean = case.take(np.nonzero(~late)[0].astype(np.int64))
         shelf = shelf_of(clean, move_terms())
         best = _found(clean, noise, shelf) if late.any() else best
-        best, gains = confirmed(
+        best, gains, fell = confirmed(
             fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
         )
     if (
@@ -112,7 +113,7 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     residual = case.measured - best.model.seconds(case)
     waiting = waiting_moves(late, residual, spread(residual[~late], noise.least), case.resolution)
     return NamingResult(
-        best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups
+        best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups, fell
     )
 
 
@@ -120,9 +121,9 @@ def instead(named: NamingResult, model: DurationModel) -> NamingResult:
     """Other names, fitted, confirmed and held against unseen moves like those that were found."""
     clean, noise = named.clean, named.noise
     kinds = kinds_of(named.groups, np.zeros(len(clean), dtype=bool))
-    best, gains = confirmed(fit(model, clean, noise, 30), clean, noise, named.folds, named.shelf, kinds)
+    best, gains, fell = confirmed(fit(model, clean, noise, 30), clean, noise, named.folds, named.shelf, kinds)
     seen = selection(clean, noise, named.folds, named.shelf, best.model, named.selection.found)
-    return _with(named, best, gains)._replace(selection=seen)
+    return _with(named, best, gains)._replace(selection=seen, fallen=fell)
 
 
 def nameless(named: NamingResult) -> NamingResult:
