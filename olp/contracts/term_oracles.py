@@ -33,6 +33,8 @@ NEAR: Final[Mapping[str, float]] = {
     "reach-inertia any arm": 0.05,
     "gravity whole arm": 0.06,
     "gravity any arm": 0.06,
+    "gravity each axis": 0.06,
+    "gravity each axis against alone": 0.06,
 }  # relative, by term or by term and form; all others are exact
 COARSE: Final[Mapping[str, float]] = {
     "joint-speed-limit": 0.1
@@ -301,6 +303,8 @@ def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         return _lifted(case, values)
     if form.key == "any arm":
         return _pulled_anywhere(case, values)
+    if form.key.startswith("each axis"):
+        return _held_up(case, form, values)
     way = case.end - case.start
     length = np.linalg.norm(way, axis=1)
     about = straight(case) & (length > 0)
@@ -322,15 +326,60 @@ def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     return both(case, np.maximum(up, 0.05), np.maximum(down, 0.05))
 
 
-def _lifted(case: MeasuredMoves, values: Array) -> Columns:
-    """How fast wrist and elbow rise per way, over each ramp."""
+def _held_up(case: MeasuredMoves, form: Form, values: Array) -> Columns:
+    """Each axis of a joint move loses, of what it could accelerate, what it holds of each body against its turn; the
+    least that any axis has left, over the least that any had, is what remains of the ramp. Lines are lifted."""
+    rates, told = case.rates, dict(zip((p.name for p in form.parameters), values.tolist(), strict=True))
+    assert rates is not None
+    assert rates.lifts is not None
+    turns, axes = rates.path[:, 0], range(rates.path.shape[2])
+    if rates.rated_acceleration is None:
+        could = np.stack([np.where(leads(case, k), 1.0, np.inf) for k in axes], axis=1)
+    else:
+        with np.errstate(divide="ignore"):
+            could = rates.rated_acceleration / np.abs(turns)
+    about = case.joint & case.moving & rates.known & np.isfinite(could).any(axis=1)
+    could = np.where(about[:, None], could, np.inf)
+    least = np.where(about, could.min(axis=1), 1.0)[:, None]
+    loads = {
+        "elbow": np.ones(len(case)),
+        "wrist": 1.0 + told.get("load", 0.0) * np.nan_to_num(case.payload),
+    }
+    left = [np.repeat(could[:, None, :], rates.lifts.shape[1], axis=1) for _ in (0, 1)]
+    for k, name in enumerate(rates.names):
+        pull = np.zeros(rates.lifts.shape[:2])
+        for which, body in enumerate(("elbow", "wrist")):
+            out = np.nan_to_num(rates.lifts[:, :, which, k])
+            share = told.get(f"{body}_{name.lower().replace(' ', '_')}", 0.0)
+            if share:
+                out = out / np.abs(out[could[:, k] < 2.0 * least[:, 0]]).max()
+            pull += share * loads[body][:, None] * out * np.sign(turns[:, k])[:, None]
+        for remains, sign in zip(left, (1.0, -1.0), strict=True):
+            remains[:, :, k] *= np.maximum(1.0 - sign * pull, 0.05)
+    up, down = (np.where(about[:, None], one.min(axis=2) / least, 1.0) for one in left)
+    if "wrist" in told:
+        pull = np.where(
+            straight(case)[:, None],
+            np.nan_to_num(_slopes(case) @ np.array([told["elbow"], told["wrist"]])),
+            0.0,
+        )
+        up, down = up * (1.0 - pull), down * (1.0 + pull)
+    most = 1.0 if form.key.endswith("alone") else np.inf
+    return _available(case, np.minimum(up, most), np.minimum(down, most))
+
+
+def _slopes(case: MeasuredMoves) -> Array:
+    """(n, m, 2) how fast elbow and wrist rise per way."""
     assert case.rates is not None
     assert case.rates.bodies is not None
     height = np.nan_to_num(case.rates.bodies[..., 2])
-    slope = (
-        np.gradient(height, axis=1) * (height.shape[1] - 1) / np.maximum(case.base.way, 1e-9)[:, None, None]
-    )
-    return _against(case, slope @ np.array([values[1], values[0]]))
+    way = np.maximum(case.base.way, 1e-9)[:, None, None]
+    return np.asarray(np.gradient(height, axis=1) * (height.shape[1] - 1) / way)
+
+
+def _lifted(case: MeasuredMoves, values: Array) -> Columns:
+    """How fast wrist and elbow rise per way, over each ramp."""
+    return _against(case, _slopes(case) @ np.array([values[1], values[0]]))
 
 
 def _against(case: MeasuredMoves, pull: Array) -> Columns:
