@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from cpu_time import cpu_time_below
-from translated_texts import converted, inform, krl, module, read, run_elsewhere, tp
+from translated_texts import converted, inform, krl, module, read, run_elsewhere, tp, translated
 
 from olp.ir.expressions import Store
 from olp.robots.robot import load_robot
@@ -230,6 +230,15 @@ def test_names_that_became_registers_by_way_of_a_shorter_name_have_the_same_valu
     found = receipt(krl(*rows), "tp", vendor="krl")
     assert differences(found) == []
     assert sum(one.steps for one in found.made_up) >= 3
+
+
+def test_a_tool_whose_name_is_no_word_of_the_target_is_the_same_thing_in_both_runs():
+    """Scripts have a function popup, so the tool that another file declares is popup_1 there."""
+    text = module("MoveL [[600,0,600],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v500,fine,popup;")
+    assert "set_tcp(popup_1)" in translated(text, "rapid", "urscript")
+    found = receipt(text, "urscript", vendor="rapid")
+    assert differences(found) == []
+    assert sum(one.steps for one in found.made_up) >= 4
 
 
 def test_both_programs_start_at_the_same_routine():

@@ -264,13 +264,15 @@ class SharedUnknowns:
         mapping = self.translated.mapping
         # A name that was cut short, and then became a register, is there twice.
         first = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
+        systems = {to for (kind, _), to in mapping.items() if kind in _SYSTEMS}
         for (kind, name), to in mapping.items():
             if kind in _SYSTEMS:
                 old = UnknownThing(kind, _system(first.get(name, name)))
                 yield UnknownThing(kind, _system(to)), old
                 if not to.isdecimal():
-                    yield UnknownThing("variable", self._folded(to, self.vendor)), old
-            elif kind in ("variable", "point"):
+                    called = mapping.get(("variable", to), to)  # its name may be no word of the target
+                    yield UnknownThing("variable", self._folded(called, self.vendor)), old
+            elif kind in ("variable", "point") and name not in systems:
                 yield from self._variables(first.get(name, name), to, here)
         signals = SignalsThere.of(self.translated.mapping)
         for old_signal, new_signal in signals.single.items():
