@@ -128,7 +128,7 @@ class _Reader:
                 m.title = self.tokens[self.at + 1] if m.name else None
                 self.at += 2
             elif word in _KINDS:
-                m.data += [d for d, _ in self.declaration(local, m.values)]
+                m.data += self.declaration(local, m.values)
             elif word in _ROUTINES:
                 m.routines.append(self.routine(local))
             elif word in ("record", "alias"):
@@ -159,17 +159,14 @@ class _Reader:
                     members[token.key] = kind
         self.at += 1
 
-    def declaration(
-        self, local: bool, values: list[tuple[Data, list[RapidToken]]]
-    ) -> list[tuple[Data, RapidToken]]:
-        first = self.tokens[self.at]
+    def declaration(self, local: bool, values: list[tuple[Data, list[RapidToken]]]) -> list[Data]:
         row = self.until(";")
         if len(row) < 3 or row[1].kind != "word" or row[2].kind != "word":
             return []
         data = Data(row[2], row[1].key, row[0].key, local, _sizes(row[3:]))
         begins = next((i for i, t in enumerate(row) if t.text == ":="), len(row))
         values.append((data, row[begins + 1 :]))
-        return [(data, first)]
+        return [data]
 
     def routine(self, local: bool) -> RapidRoutine:
         kind = self.key()
@@ -188,7 +185,7 @@ class _Reader:
             if self.key() in _KINDS and self.key(2) and self.tokens[self.at + 1].kind == "word":
                 if begun:
                     routine.late.append(self.tokens[self.at])
-                routine.data += [d for d, _ in self.declaration(False, self.module.values)]
+                routine.data += self.declaration(False, self.module.values)
                 continue
             begun = True
             routine.body.append(self.tokens[self.at])
