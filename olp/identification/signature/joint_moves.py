@@ -302,7 +302,8 @@ class LearntArm:
     """`timing` after the recorded moves; `regions` and `trees` correct it where they helped on held-out moves.
 
     `quantile`: spreads that hold 95 % of held-out moves. `held_out` [%]: mean errors of the candidates on moves they
-    did not see. `untold`: numbers that kept their prior. `rows`: moves it was learnt from.
+    did not see. `untold`: numbers that kept their prior. `rows`: moves it was learnt from. `nothing`: held-out moves
+    were surely nearer to olp's own numbers, which were kept.
     """
 
     timing: ArmTiming
@@ -312,11 +313,7 @@ class LearntArm:
     held_out: Mapping[str, float]
     untold: tuple[str, ...]
     rows: int
-
-    @property
-    def nothing(self) -> bool:
-        """Whether olp's own numbers were kept, as held-out moves were nearer to them."""
-        return set(self.untold) == set(self.timing.names)
+    nothing: bool = False
 
     def predict(self, moves: JointMoves) -> JointTimes:
         if not len(moves):
@@ -428,7 +425,7 @@ def learn_arm(
     some = _sample(len(moves), _MOST)
     chosen, held_out, ratios = _choose(prior, moves.take(some), measured[some], resolution)
     if chosen is _NOTHING:
-        return LearntArm(prior, (), None, _quantile(ratios), held_out, prior.names, len(moves))
+        return LearntArm(prior, (), None, _quantile(ratios), held_out, prior.names, len(moves), nothing=True)
     learnt = _fit(prior, moves, measured, resolution, chosen, some)
     quantile = max(
         _quantile(ratios), _between_groups(prior, moves.take(some), measured[some], groups[some], resolution)
