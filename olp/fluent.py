@@ -80,7 +80,7 @@ class FluentPlan(runtime.Plan):
             from olp.identification.signature.correction import SignatureCorrection
             from olp.identification.signature.file import read_signature
 
-            if isinstance(signature, str | os.PathLike):
+            if isinstance(signature, (str, os.PathLike)):
                 signature = read_signature(os.fspath(signature))
             learnt = SignatureCorrection(signature)
         return time_plan(self, model, acceleration, override, law, learnt, **parameters)

@@ -205,7 +205,7 @@ def predict(
 
     from olp.identification.signature.rows import predict_recording
 
-    if isinstance(signature, str | os.PathLike):
+    if isinstance(signature, (str, os.PathLike)):
         signature = FluentSignature.read(signature)
     rows, _ = predict_recording(signature, _recording(recording))
     columns = {"move": rows.move, "predicted_s": rows.predicted, "low_s": rows.low, "high_s": rows.high}

@@ -7,7 +7,7 @@ Prints the path of the environment's Python. Standard library only: it runs befo
 import hashlib
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def is_ready(kind: str) -> bool:
 
 
 @contextmanager
-def only_one() -> Iterator[None]:
+def only_one() -> Generator[None]:
     """Two first runs at once: the second waits for the first."""
     VENV.mkdir(exist_ok=True)
     with (VENV / "olp.lock").open("w") as lock:

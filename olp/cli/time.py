@@ -83,13 +83,19 @@ def run(args: Namespace) -> int:
 
     if args.summary and args.by in ("cause", "line"):
         raise OlpError(error("C002", "--summary and --by exclude each other", help="leave out --summary"))
-    workbook = args.output is not None and args.output.lower().endswith(WORKBOOK)
-    said = None if args.output is None else format_of(args.output)
-    if args.format is not None and said is not None and (workbook or said != args.format):
+    output: str | None = args.output
+    workbook = output is not None and output.lower().endswith(WORKBOOK)
+    said = None if output is None else format_of(output)
+    if (
+        args.format is not None
+        and output is not None
+        and said is not None
+        and (workbook or said != args.format)
+    ):
         load_report(args.format)
-        says = f"a file ending in .{args.output.rpartition('.')[2]} is {'a workbook' if workbook else said}"
+        says = f"a file ending in .{output.rpartition('.')[2]} is {'a workbook' if workbook else said}"
         says += f", and --format says {args.format}"
-        raise OlpError(error("C002", says, file=args.output, help="leave out --format, or name another file"))
+        raise OlpError(error("C002", says, file=output, help="leave out --format, or name another file"))
     if said is None and not workbook:
         refuse_other_forms(args.output, (".csv", ".json", ".md", WORKBOOK), args.format)
     args.format = args.format or said or "text"

@@ -197,7 +197,7 @@ def learns_plain_numbers(it: EstimatorUnderTest) -> Iterator[Difference]:
 
 
 def _leaves(value: Any) -> Iterator[Any]:
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         for one in value:
             yield from _leaves(one)
     elif isinstance(value, dict):

@@ -464,7 +464,8 @@ def fields_that_count() -> Iterator[tuple[str, tuple[st.Statement, ...], tuple[s
     for path in (st.Path.JOINT, st.Path.LINEAR):
         for name, value in {**moves, **(lines if path is st.Path.LINEAR else {})}.items():
             start, plain = _travels(path, targets=(turned,)), _travels(path)
-            yield f"Move {path.value} with {name}", (start, plain), (start, replace(plain, **{name: value}))
+            changed: dict[str, Any] = {name: value}
+            yield f"Move {path.value} with {name}", (start, plain), (start, replace(plain, **changed))
     places = [
         ex.PositionLiteral("pose", (0.9, 0.06, 0.5, 3.0, 0.1, 0.2), external) for external in ((), (120.0,))
     ]

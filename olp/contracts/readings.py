@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from difflib import SequenceMatcher
@@ -127,7 +127,7 @@ def fields_of(node: Any, but: Iterable[str] = ("line",)) -> str:
 
 
 def _is_default(value: Any, default: Any) -> bool:
-    empty = isinstance(value, Mapping | tuple) and not value
+    empty = isinstance(value, (Mapping, tuple)) and not value
     return empty or (type(value) is type(default) and value == default)
 
 
@@ -223,7 +223,7 @@ def text_of(rows: Iterable[str]) -> list[str]:
 
 
 @contextmanager
-def written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Iterator[Path]:
+def written_out(vendor: Vendor, files: Mapping[str, list[str]]) -> Generator[Path]:
     """A folder with the texts of these files; nothing else is in it or beside it, where languages look, too."""
     with temporary_cell() as folder:
         for name, rows in files.items():

@@ -13,7 +13,7 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -146,7 +146,7 @@ def read_input(path: str | os.PathLike[str], most: int = MOST_BYTES, first: int 
 
 
 @contextmanager
-def temporary_cell() -> Iterator[Path]:
+def temporary_cell() -> Generator[Path]:
     """An empty folder for the programs of a cell, deleted afterwards.
 
     Readers look for routines and settings in the folders around a program. Those around this one are empty, whatever

@@ -9,7 +9,7 @@ key and answers that are asked for anew before it is used: the result is always 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Generator, Hashable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import local
@@ -85,7 +85,7 @@ _rounds = _Rounds()
 
 
 @contextmanager
-def remembering(memory: TextCache, wanted: Callable[[], bool] = lambda: True) -> Iterator[None]:
+def remembering(memory: TextCache, wanted: Callable[[], bool] = lambda: True) -> Generator[None]:
     """Use `memory` for the results of this thread as long as the context lasts.
 
     `wanted`: returns whether the result is still of use; `check` calls it.
@@ -226,7 +226,7 @@ _old = _Old()
 
 
 @contextmanager
-def no_garbage_collection() -> Iterator[None]:
+def no_garbage_collection() -> Generator[None]:
     """For code that builds many objects and no cycles: collecting them over and over doubles its time.
 
     What was built counts as old afterwards, or the first collection would walk over all of it once more. Python looks

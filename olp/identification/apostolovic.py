@@ -18,7 +18,7 @@ def bearing(along: ArrayLike, across: ArrayLike) -> Floats:
     Horizontal tests: along = change of X, across = change of Y. Downward test: along = change of Z, across =
     change of Y, so the "incline" is measured from the vertical. A move and its way back have the same bearing.
     """
-    return np.arctan(np.divide(across, along))
+    return np.asarray(np.arctan(np.divide(across, along)))
 
 
 def adjusted_acceleration(duration: ArrayLike, length: ArrayLike, speed: ArrayLike) -> Floats:

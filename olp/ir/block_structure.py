@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -10,8 +10,14 @@ from olp.core.diagnostic import Diagnostic, Span, error, warning
 from olp.ir import program as st
 from olp.ir.expressions import Compare, Expression, Logic, SignalState, Unary
 
-_OPENERS = {st.If: "IFTHEN", st.While: "WHILE", st.For: "FOR", st.Switch: "SWITCH", st.Repeat: "REPEAT"}
-_CLOSERS = {
+_OPENERS: Final[Mapping[type, str]] = {
+    st.If: "IFTHEN",
+    st.While: "WHILE",
+    st.For: "FOR",
+    st.Switch: "SWITCH",
+    st.Repeat: "REPEAT",
+}
+_CLOSERS: Final[Mapping[type, type]] = {
     st.EndIf: st.If,
     st.EndWhile: st.While,
     st.Next: st.For,
@@ -19,7 +25,12 @@ _CLOSERS = {
     st.Until: st.Repeat,
 }
 LOOPS: Final = (st.While, st.For, st.Repeat)
-_BRANCHES = {st.ElseIf: st.If, st.Else: st.If, st.Case: st.Switch, st.Default: st.Switch}
+_BRANCHES: Final[Mapping[type, type]] = {
+    st.ElseIf: st.If,
+    st.Else: st.If,
+    st.Case: st.Switch,
+    st.Default: st.Switch,
+}
 LAST_BRANCHES: Final = (st.Else, st.Default)  # for all other cases: no branch of their block follows
 # Message and help of what does not pair, without a keyword: for languages with other words.
 UNPAIRED: Final = {
@@ -28,7 +39,7 @@ UNPAIRED: Final = {
     "P114": ("this belongs inside of a loop", "remove it, or put it into a loop"),
     "P115": ("this stands behind the branch for all other cases", "that branch comes last, and once"),
 }
-_CLOSER_WORD = {
+_CLOSER_WORD: Final[Mapping[type, str]] = {
     st.If: "ENDIF",
     st.While: "ENDWHILE",
     st.For: "NEXT",

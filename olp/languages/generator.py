@@ -566,7 +566,9 @@ def _checked(
 
     def checked(self: Generator, s: Any) -> Lines:
         if foreign is not None and not self.own and not _ends_program(s):
-            raise CannotSayError(foreign.format(s=s, self=self, called=terminology.statement(s)))
+            raise CannotSayError(
+                foreign.format_map({"s": s, "self": self, "called": terminology.statement(s)})
+            )
         if cannot and any(values(s)[:-1]):
             raise refusal(next(refused for name, refused in cannot.items() if getattr(s, name)))
         found = write(self, s)

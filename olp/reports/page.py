@@ -303,7 +303,7 @@ def report_page(
     costs = [ProgramCost() if entry.timing is None else cost_of(entry.timing, _LONGEST) for entry in entries]
     folder = common_folder([entry.path for entry in entries])
     most = _LONGEST if len(entries) == 1 else _LONGEST_OF_MANY
-    programs = [
+    programs: list[dict[str, Any]] = [
         {
             **_program(row.index, entries[row.index], earlier, costs[row.index], room[row.index]),
             "depth": row.depth,

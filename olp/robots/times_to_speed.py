@@ -150,7 +150,9 @@ def _law_of_class(axis: int, others: tuple[KnownArm, ...]) -> _LawOfClass:
         fit = np.linalg.solve(x.T @ x + ridge, x.T @ y + ridge @ expected)
         variance = float(np.sum((y - x @ fit) ** 2) / (len(arms) - 2))
     covariance = variance * np.linalg.inv(x.T @ x + np.diag(variance * weight))
-    return _LawOfClass(fit, covariance, variance, len(arms))
+    return _LawOfClass(
+        np.asarray(fit, dtype=np.float64), np.asarray(covariance, dtype=np.float64), variance, len(arms)
+    )
 
 
 def _payload(robot: Robot, own: list[KnownArm], arms: tuple[KnownArm, ...]) -> tuple[float, float]:

@@ -51,7 +51,7 @@ def jump(m: Machine, s: st.Jump) -> int | None:
 
 
 def _label_name(value: Value) -> str:
-    if isinstance(value, float) and value.is_integer():
+    if isinstance(value, float) and float(value).is_integer():
         value = int(value)
     return str(int(value)) if isinstance(value, bool) else str(value)
 

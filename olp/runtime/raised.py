@@ -114,7 +114,8 @@ def _to_its_end(nodes: Sequence[Node], known: ErrorHandling) -> list[Node] | Non
 
 def _ends(node: Node, known: ErrorHandling) -> bool:
     if isinstance(node, Block):
-        whole = {st.If: st.Else, st.Switch: st.Default}.get(type(node.opener))
+        wholes: dict[type, type] = {st.If: st.Else, st.Switch: st.Default}
+        whole = wholes.get(type(node.opener))
         markers = [type(marker) for marker, _ in node.branches]
         inside = [nodes for m, nodes in node.branches if not isinstance(m, st.Switch)]
         return whole in markers and all(any(_ends(one, known) for one in nodes) for nodes in inside)

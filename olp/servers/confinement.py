@@ -140,7 +140,7 @@ class Guard(NamedTuple):
         self._check(path, writes)
 
     def _check(self, path: object, writes: bool) -> None:
-        if not isinstance(path, str | bytes | os.PathLike):
+        if not isinstance(path, (str, bytes, os.PathLike)):
             return  # a file that is open already
         real = Path(os.path.realpath(os.fsdecode(path)))
         if real.is_relative_to(self.temporary):

@@ -73,7 +73,8 @@ class CornerPieces:
     @classmethod
     def none(cls, count: int) -> CornerPieces:
         """No corner at any of `count` rows."""
-        return cls(*np.zeros((9, count)))
+        span, lead, before, after, entry, exit, fall, rise, shift = np.zeros((9, count))
+        return cls(span, lead, before, after, entry, exit, fall, rise, shift)
 
     def add(self, other: CornerPieces) -> None:
         """Add the corners of `other`, which are at other rows."""

@@ -124,9 +124,13 @@ def _limits(
     settings = plan.settings
     if acceleration is None and "accel_mm_s2" in settings:
         acceleration = float(settings["accel_mm_s2"]) * mm
+
+    def report(says: str) -> None:
+        assumed.setdefault(says, Assumption(0, says))
+
     return MotionLimits(
         acceleration,
-        lambda says: assumed.setdefault(says, Assumption(0, says)) and None,
+        report,
         load_law(law or str(settings.get("acceleration_law", DEFAULT_LAW))),
         learnt.axis_scale,
         plan.robot if learnt.knows_joint_moves else None,

@@ -354,8 +354,10 @@ def _compared(
         result.steps += 1
         result.times.append(
             (
-                *((0, 0.0) if a is None else (a.line, a.seconds)),
-                *((0, 0.0) if b is None else (b.line, b.seconds)),
+                0 if a is None else a.line,
+                0.0 if a is None else a.seconds,
+                0 if b is None else b.line,
+                0.0 if b is None else b.seconds,
             )
         )
         if b is None and a is not None and rules.asks(a):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import codecs
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -316,7 +316,7 @@ def _starting(written: Sequence[Program], start: str) -> Program:
 @contextmanager
 def _read_again(
     converted: Converted, vendor: str, robot: Robot | None, source: Program | None
-) -> Iterator[tuple[list[Program], PlanAgain]]:
+) -> Generator[tuple[list[Program], PlanAgain]]:
     """The programs of the files, and what runs them: inputs of the source, how many statements, made-up values."""
     from olp.core.files import temporary_cell
     from olp.languages.vendor import find_vendor, read

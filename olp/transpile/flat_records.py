@@ -133,7 +133,12 @@ def _settings(program: st.Program, work: TranslationContext) -> st.Program:
     symbols = work.symbols(program)
 
     def setting(e: ex.Expression, routine: str) -> ex.Expression:
-        if type(e) is ex.Binary and e.operator == "*" and type(e.left) is type(e.right) is ex.Number:
+        if (
+            type(e) is ex.Binary
+            and e.operator == "*"
+            and type(e.left) is ex.Number
+            and type(e.right) is ex.Number
+        ):
             return ex.Number(e.left.value * e.right.value)
         record = symbols.fixed_value(routine, e.base) if type(e) is ex.Member else None
         if type(e) is not ex.Member or not isinstance(record, ex.RecordLiteral):

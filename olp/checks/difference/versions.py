@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -78,7 +78,7 @@ def _budgets(pair: VersionPair, job: TimingJob) -> tuple[JudgedItem, ...]:
 
 
 @contextmanager
-def open_versions(old: str, new: str, paths: Sequence[str] = ()) -> Iterator[Versions]:
+def open_versions(old: str, new: str, paths: Sequence[str] = ()) -> Generator[Versions]:
     """The versions that two arguments name; revisions are checked out into a temporary folder.
 
     Raises OlpError (U001, U002, U003).

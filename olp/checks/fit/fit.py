@@ -12,7 +12,7 @@ Codes: U030 a program that cannot be timed completely, U031 an invalid time.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -508,7 +508,7 @@ class FitSearch:
 
 
 @contextmanager
-def _in_place(sources: Sequence[Source]) -> Iterator[None]:
+def _in_place(sources: Sequence[Source]) -> Generator[None]:
     """Use these texts in place of their files while the context lasts."""
     before = {one.path: text(one.path) for one in sources}
     for one in sources:
@@ -530,7 +530,7 @@ def _asked_otherwise(base: Timing, other: Timing) -> Steps:
         one, two = getattr(base.plan.moves, name), getattr(other.plan.moves, name)
         rows |= ~np.isclose(one, two, rtol=1e-12, atol=0.0, equal_nan=True)
     moving = np.flatnonzero(base.plan.kind == StepKind.MOVE)
-    return moving[rows[base.plan.row[moving]]]
+    return np.asarray(moving[rows[base.plan.row[moving]]])
 
 
 def callers(path: str, program: Program) -> tuple[str, ...]:

@@ -293,7 +293,7 @@ def _judged_from(value: object) -> JudgedFile:
     if len(read) > _MOST_READ:
         raise ValueError("more files than a program calls")
     judged = JudgedFile(
-        items=tuple(JudgedItem(**{**item, "status": Status(item["status"])}) for item in items),
+        items=tuple(JudgedItem(**(item | {"status": Status(item["status"])})) for item in items),
         findings=tuple(_finding(finding) for finding in findings),
         read=read,
         **whole,
@@ -313,7 +313,7 @@ def _finding(value: dict[str, Any]) -> OutcomeFinding:
     fixes = tuple(
         (int(first), int(last), str(text)) for first, last, text in map(_list, _list(value["fixes"]))
     )
-    found = OutcomeFinding(**{**value, "level": Level(value["level"]), "fixes": fixes})
+    found = OutcomeFinding(**(value | {"level": Level(value["level"]), "fixes": fixes}))
     _texts([found.code, found.message, found.file, found.title, found.help, found.source_line, found.anchor])
     _wholes([found.line, found.column, found.end_column, *(line for fix in fixes for line in fix[:2])])
     _numbers([number for number in _table(found.numbers).values() if not isinstance(number, str)])

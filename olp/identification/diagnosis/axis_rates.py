@@ -526,7 +526,7 @@ def learned_arm(moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats
         none = np.zeros_like(sines)
         told = np.block([[sines, none, tool[0]], [none, sines, tool[1]]])
         wanted = np.concatenate([cos * places[:, 0] + sin * places[:, 1], places[:, 2]])
-        lengths = np.linalg.lstsq(told, wanted, rcond=1e-9)[0]
+        lengths = np.asarray(np.linalg.lstsq(told, wanted, rcond=1e-9)[0], dtype=np.float64)
         off = float(np.quantile(np.abs(told @ lengths - wanted), _OF_ENDS))
         if off < least:
             tool_of = lengths[10:] if len(lengths) > 10 else np.zeros(3)

@@ -147,7 +147,7 @@ def scale_before_rounding(fitted: ModelFit, case: MeasuredMoves, noise: Noise) -
         return fitted.scale
     left = case.measured - fitted.model.seconds(case)
     tried = np.geomspace(min(_ALIKE * width, fitted.scale), fitted.scale, _SCALES)
-    return float(min(tried, key=lambda scale: loss_each(left, scale, width).sum()))
+    return min(map(float, tried), key=lambda scale: float(loss_each(left, scale, width).sum()))
 
 
 def rounded_bic(fitted: ModelFit, case: MeasuredMoves, noise: Noise) -> float:

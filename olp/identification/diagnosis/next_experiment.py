@@ -164,7 +164,7 @@ def _spreads(
 ) -> list[Floats]:
     """Per pair (runs, p) [s]: what one standard deviation of each parameter of the two models does to a run."""
     noise = Noise(scatter)
-    each = []
+    each: list[Floats] = []
     for model in models:
         if not model.parts:
             each.append(np.zeros((len(found), 0)))
@@ -180,7 +180,7 @@ def _spreads(
         )
         told = known.T @ known / scatter**2 + np.diag(4.0 / np.maximum(span, 1e-9) ** 2)
         # V = G C Gᵀ with C the inverse of what the recording tells: G times a root of C.
-        each.append(np.linalg.solve(np.linalg.cholesky(told), slopes.T).T)
+        each.append(np.asarray(np.linalg.solve(np.linalg.cholesky(told), slopes.T).T, dtype=np.float64))
     return [np.concatenate([each[one], each[two]], axis=1) for one, two in pairs]
 
 

@@ -167,7 +167,7 @@ def tool_file(number: int, tool: Pose) -> str:
     """TOOL.CND for the proof alone: on a controller it would replace the tools that are there."""
     numbers = (tool.xyz_angles() / ([mm] * 3 + [deg] * 3)).tolist()
     blank = ["0.000,0.000,0.000", "0.000", "0.000,0.000,0.000", "0.000,0,1"]
-    text = []
+    text: list[str] = []
     for tag, six in ((0, [0.0] * 6), (number, numbers)):
         row = ",".join(f"{v:.{3 if i < 3 else 4}f}" for i, v in enumerate(six))
         text += [f"//TOOL {tag}", "///NAME", row, *blank]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
@@ -89,7 +89,7 @@ def read_bag(path: Path, topic: str = "", joints: Sequence[str] = ()) -> Bag:
 
 
 @contextmanager
-def _bounded_memory(size: int) -> Iterator[None]:
+def _bounded_memory(size: int) -> Generator[None]:
     """At most `size` [bytes] more while it lasts, where the system can (Linux); beyond that: MemoryError."""
     try:
         import resource

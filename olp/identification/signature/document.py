@@ -352,15 +352,20 @@ def _features(numbers: Floats, pieces: PathPieces) -> Floats:
     """(n, f): the features by which examples are compared."""
     law = path_durations(numbers, pieces)
     highest = float(np.exp(numbers[_NAMES.index("highest speed")]))
-    single = (
+    single: tuple[Floats, ...] = (
         np.log(pieces.length / law),
         np.log(np.minimum(pieces.speed * pieces.override, highest)),
-        pieces.arc,
-        pieces.first,
+        np.asarray(pieces.arc, dtype=np.float64),
+        np.asarray(pieces.first, dtype=np.float64),
         np.log(pieces.axis / law + 0.01),
     )
-    pairs = (pieces.rolling, np.log1p(pieces.zone / 1e-3), pieces.turn, pieces.tilt)
-    return np.concatenate([*(np.asarray(v, dtype=np.float64)[:, None] for v in single), *pairs], axis=1)
+    pairs = (
+        np.asarray(pieces.rolling, dtype=np.float64),
+        np.log1p(pieces.zone / 1e-3),
+        pieces.turn,
+        pieces.tilt,
+    )
+    return np.concatenate([*(v[:, None] for v in single), *pairs], axis=1)
 
 
 def _examples(numbers: Floats, pieces: PathPieces, measured: Floats, length: float) -> Examples:
@@ -374,7 +379,9 @@ def _examples(numbers: Floats, pieces: PathPieces, measured: Floats, length: flo
     scaled = _scaled(features, centre, scale)
     left = np.log(measured[keep] / path_durations(numbers, own))
     matrix = _kernel(scaled, scaled, length) + _NOISE**2 * np.eye(len(keep))
-    return Examples(scaled, np.asarray(np.linalg.solve(matrix, left)), centre, scale, length)
+    return Examples(
+        scaled, np.asarray(np.linalg.solve(matrix, left), dtype=np.float64), centre, scale, length
+    )
 
 
 def _scaled(features: Floats, centre: Floats, scale: Floats) -> Floats:

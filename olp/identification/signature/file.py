@@ -225,7 +225,7 @@ def _rounded(value: Any) -> Any:
     """Twelve digits, and None for what is no finite number: JSON has none."""
     if isinstance(value, dict):
         return {k: _rounded(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         return [_rounded(v) for v in value]
     if isinstance(value, np.generic):
         value = value.item()

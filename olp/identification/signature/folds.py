@@ -140,4 +140,4 @@ def merit_doubt(one: Trial, other: Trial, moves: MoveSet) -> float:
 def _group_sums(held: HeldOut, moves: MoveSet) -> Floats:
     """(groups,) sums of the relative errors of each group that was held out together."""
     error = np.abs(duration_of(held.slowness, moves) - moves.duration) / moves.duration
-    return np.asarray(np.bincount(np.unique(held.labels, return_inverse=True)[1], error))
+    return np.asarray(np.bincount(np.unique(held.labels, return_inverse=True)[1], error), dtype=np.float64)

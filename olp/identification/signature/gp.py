@@ -87,7 +87,8 @@ def learn(
     size = float(np.exp(theta[-1]))
     variances = np.asarray(size**2 * every, dtype=np.float64)
     matrix = sum(_covariances(fitted, whole)) + np.diag(variances)
-    return FittedProcess(fitted, size, places, np.asarray(np.linalg.solve(matrix, values)), variances)
+    weights = np.asarray(np.linalg.solve(matrix, values), dtype=np.float64)
+    return FittedProcess(fitted, size, places, weights, variances)
 
 
 def answer(process: FittedProcess, places: Places) -> tuple[Floats, Floats]:

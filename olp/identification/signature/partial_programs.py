@@ -124,7 +124,7 @@ def programs_of(table: TotalsTable, robot: str | None = None) -> Programs:
         measured.append(values)
     if found is None:
         raise OlpError(*(error("H031", d.message, file=d.file) for d in told))
-    totals = gather(sets, np.array([np.mean(values) for values in measured]))
+    totals = gather(sets, np.array([float(np.mean(values)) for values in measured]))
     return Programs(totals, found, sets[0][0].tool, _scatter(measured), tuple(told))
 
 

@@ -101,7 +101,7 @@ def _short(value: Any) -> str:
     if isinstance(value, list):
         names = all(isinstance(v, str) for v in value)
         if names and len(value) <= _FEW:
-            return ", ".join(v or "-" for v in value)
+            return ", ".join(str(v) or "-" for v in value)
         return f"{len(value)} entries" if len(value) != 1 else "1 entry"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 

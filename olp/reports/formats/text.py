@@ -112,7 +112,7 @@ def _overview(parts: Sequence[ReportPart], options: Options) -> str:
         flat = (CellRow(row.index, 0) for row in order)
         order = sorted(flat, key=lambda row: _sorted_by(parts[row.index], options.sort))
     folder = common_folder([part.file for part in parts])
-    rows = [
+    rows: list[tuple[str, ...]] = [
         ("  " * row.depth + parts[row.index].file[len(folder) :], *_summary(parts[row.index])[1:])
         for row in order
     ]

@@ -29,7 +29,7 @@ _COLOURS: dict[Path, Role] = {
     Path.CIRCULAR: "orange",
     Path.SPLINE: "purple",
 }
-_DASHES: dict[Path, tuple[float, ...]] = dict.fromkeys(Path, ()) | {Path.JOINT: (5.0, 3.5)}
+_DASHES: dict[Path, tuple[float, ...]] = {path: (5.0, 3.5) if path is Path.JOINT else () for path in Path}
 _TURN, _TILT = 35.0 * deg, 28.0 * deg  # from where the view in space looks
 _LONGEST_NAME = 90
 

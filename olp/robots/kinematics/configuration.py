@@ -104,7 +104,9 @@ def joint_speeds(robot: Robot, joints: ArrayLike, twist: ArrayLike, damping: flo
     matrix = jacobian(robot, joints)
     turned = matrix.transpose(0, 2, 1)
     square = turned @ matrix + damping**2 * np.eye(matrix.shape[2])
-    return np.asarray(np.linalg.solve(square, turned @ np.asarray(twist)[:, :, None])[:, :, 0])
+    return np.asarray(
+        np.linalg.solve(square, turned @ np.asarray(twist)[:, :, None])[:, :, 0], dtype=np.float64
+    )
 
 
 def as_joints(robot: Robot, joints: ArrayLike) -> Array:

@@ -215,14 +215,17 @@ class Protocol(LanguageServerProtocol):
     _server: OlpLanguageServer
 
     @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
+    # pyrefly: ignore[bad-override]  # its generator is for what runs in threads
     def lsp_text_document__did_open(self, params: types.DidOpenTextDocumentParams) -> None:
         self._server.texts.opened(params.text_document)
 
     @lsp_method(types.TEXT_DOCUMENT_DID_CHANGE)
+    # pyrefly: ignore[bad-override]  # its generator is for what runs in threads
     def lsp_text_document__did_change(self, params: types.DidChangeTextDocumentParams) -> None:
         self._server.texts.changed(params)
 
     @lsp_method(types.TEXT_DOCUMENT_DID_CLOSE)
+    # pyrefly: ignore[bad-override]  # its generator is for what runs in threads
     def lsp_text_document__did_close(self, params: types.DidCloseTextDocumentParams) -> None:
         self._server.texts.closed(params.text_document.uri)
 

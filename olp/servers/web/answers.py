@@ -12,7 +12,7 @@ import multiprocessing
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -191,7 +191,7 @@ def page(desk: Desk, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def _in_place_of_files(sources: Sequence[Source]) -> Iterator[None]:
+def _in_place_of_files(sources: Sequence[Source]) -> Generator[None]:
     """Use these texts in place of their files while the context lasts."""
     from olp.core.source import drop, put
 

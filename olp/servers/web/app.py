@@ -18,7 +18,7 @@ import tempfile
 import zipfile
 from asyncio.subprocess import Process
 from collections import OrderedDict
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -158,7 +158,7 @@ def _answer(told: dict[str, Any]) -> dict[str, Any]:
 
 
 def _diagnostic(row: dict[str, Any]) -> Diagnostic:
-    return Diagnostic(**{**row, "severity": Severity(row["severity"])})
+    return Diagnostic(**(row | {"severity": Severity(row["severity"])}))
 
 
 log = logging.getLogger("olp.serve")
@@ -407,7 +407,7 @@ def web_app(
     site = FolderSite(pool, name)
 
     @asynccontextmanager
-    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+    async def lifespan(app: Starlette) -> AsyncGenerator[None]:
         await pool.warm()
         ready()
         try:

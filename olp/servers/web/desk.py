@@ -54,8 +54,8 @@ class WorkerSetting:
 
     @classmethod
     def from_json(cls, told: dict[str, Any]) -> WorkerSetting:
-        listed = {name: tuple(told[name]) for name in ("words", "also")}
-        return cls(**{**told, **listed, "job": TimingJob(**told["job"])})
+        lists: dict[str, Any] = {name: tuple(told[name]) for name in ("words", "also")}
+        return cls(**(told | lists | {"job": TimingJob(**told["job"])}))
 
     @property
     def folder(self) -> Path:

@@ -290,4 +290,4 @@ def _level(power: Floats) -> Floats:
     edges = np.unique(np.linspace(0, len(power), 41).astype(int))
     middles = (edges[:-1] + edges[1:]) / 2
     medians = [np.median(power[a:b]) for a, b in itertools.pairwise(edges)]
-    return np.exp(np.interp(np.arange(len(power)), middles, np.log(np.maximum(medians, 1e-300))))
+    return np.asarray(np.exp(np.interp(np.arange(len(power)), middles, np.log(np.maximum(medians, 1e-300)))))

@@ -272,7 +272,8 @@ def _fit(
     weight = np.ones(len(there))
     for _ in range(_ROUNDS):
         normal = columns.T @ (weight[:, None] * columns)
-        sizes = np.linalg.lstsq(normal, columns.T @ (weight * target), rcond=1e-12)[0]
+        found = np.linalg.lstsq(normal, columns.T @ (weight * target), rcond=1e-12)[0]
+        sizes = np.asarray(found, dtype=np.float64)
         left = target - columns @ sizes
         scale = max(1.4826 * float(np.median(np.abs(left))), 1e-9)
         weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(left), 1e-15))

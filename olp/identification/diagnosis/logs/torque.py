@@ -201,4 +201,4 @@ def shrink(library: Floats, soft: Mask) -> Floats:
     """
     if not soft.any():
         return np.zeros(library.shape[1])
-    return np.asarray(soft * _SHRINK * float((library[:, soft] ** 2).mean(axis=0).max()))
+    return np.asarray(soft, dtype=np.float64) * _SHRINK * float((library[:, soft] ** 2).mean(axis=0).max())

@@ -217,7 +217,7 @@ class FlowRules(InformMoveRules, BlockWords):
 
     def jump(self, children: list[Any]) -> st.Jump:
         (word, *_, target), suffix = _suffix(children)
-        if word == "JMP":
+        if str(word) == "JMP":
             self.remarks.append(InformRemark("P036", "JMP", word.column or 1))
         name = target[1:] if type(target) is Token else target
         return st.Jump(0, name, suffix.condition, spelling=suffix.word)

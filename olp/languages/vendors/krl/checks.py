@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import PurePath, PureWindowsPath
 from typing import Final
 
@@ -22,7 +22,7 @@ _OPENS: Final[dict[type, tuple[type, str, str]]] = {
 }
 _CLOSES: Final = {closer: (opener, words) for opener, (closer, *words) in _OPENS.items()}
 _LOOPS = (st.While, st.For, st.Repeat)
-_WITHIN: Final = {
+_WITHIN: Final[Mapping[type, tuple[type, str, str]]] = {
     st.Else: (st.If, "ELSE", "IF"),
     st.ElseIf: (st.If, "ELSEIF", "IF"),
     st.Case: (st.Switch, "CASE", "SWITCH"),

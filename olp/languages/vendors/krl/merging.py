@@ -79,7 +79,7 @@ class KrlMerging(MergeRules):
 
     def cut(self, text: str, known: Known) -> Cut:
         rules = self if not _LIST.search(text) and _RUNS.search(text) else _DATA_LIST
-        return super(KrlMerging, rules).cut(text, known)
+        return MergeRules.cut(rules, text, known)
 
 
 class KrlListMerging(KrlMerging):

@@ -389,7 +389,7 @@ def _value(
 
 
 def _options(rules: RapidExpressionRules, given: list[RapidArgument]) -> dict[str, ex.Expression]:
-    found = {}
+    found: dict[str, ex.Expression] = {}
     for one in given:
         for option in one.options:
             found[option.name.lower()] = (

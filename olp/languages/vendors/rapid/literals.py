@@ -131,7 +131,7 @@ def _record(value: RapidAggregate, kind: str, names: RapidNames) -> ex.Expressio
 def _guessed(value: RapidAggregate) -> str:
     """The type by the shape alone: where an argument's type is not known."""
     lengths = tuple(len(item.items) if isinstance(item, RapidAggregate) else 0 for item in value.items)
-    known = {(3, 4, 4, 6): "robtarget", (3, 4): "pose", (6, 6): "jointtarget"}
+    known: dict[tuple[int, ...], str] = {(3, 4, 4, 6): "robtarget", (3, 4): "pose", (6, 6): "jointtarget"}
     return known.get(lengths, "")
 
 

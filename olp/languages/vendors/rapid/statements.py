@@ -243,7 +243,8 @@ class ClauseRules(RapidExpressionRules, BlockWords):
                 on = _ON.search(raw)
                 if key != "confj" or (on is None and _OFF.search(raw) is None):
                     return kept
-                return [st.ObeyFlags(0, on is not None), kept]
+                obeyed: list[st.Statement] = [st.ObeyFlags(0, on is not None), kept]
+                return obeyed
             if key in INTERRUPTS:
                 return interrupts.ordered(f"{name} {raw}".strip(), key, given)
             if key in PROCESS:

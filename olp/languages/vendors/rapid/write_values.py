@@ -534,7 +534,7 @@ class RapidValues(Generator):
     def _solved(self, word: str, first: str, given: Arguments) -> str:
         named = {one.name: one.value for one in given if isinstance(one, ex.NamedArgument)}
         tool, frame = named.get("Tool"), named.get("WObj")
-        chosen = "" if frame in (None, ex.FrameRef("base")) else f"\\WObj:={self.value(frame)}"
+        chosen = "" if frame is None or frame == ex.FrameRef("base") else f"\\WObj:={self.value(frame)}"
         return f"{word}({first},{'tool0' if tool is None else self.value(tool)}{chosen})"
 
     def function_given(self, given: Arguments, kind: str = "") -> str:
@@ -565,7 +565,7 @@ def common_base(values: tuple[ex.Expression, ...], names: tuple[str, ...]) -> ex
 
 def _whole(it: ex.Expression) -> ex.Expression:
     """2.0 as 2."""
-    whole = isinstance(it, ex.Number) and isinstance(it.value, float) and it.value.is_integer()
+    whole = isinstance(it, ex.Number) and isinstance(it.value, float) and float(it.value).is_integer()
     return ex.Number(int(it.value)) if whole and isinstance(it, ex.Number) else it
 
 

@@ -177,7 +177,7 @@ class _TpRows:
             plain = np.all(rounded * units == self.block.values, axis=1)
         else:
             plain = ~np.isnan(rounded).any(axis=1)
-        return rounded.tolist(), plain.tolist(), decimals, scale
+        return rounded.tolist(), np.atleast_1d(plain).tolist(), decimals, scale
 
     def plain(self, row: int, frames: Frames | None) -> str | None:
         """What stands behind the number of a pose of six rounded values, as nearly all are; None for all others."""

@@ -172,7 +172,7 @@ class Rules(Transformer[Token, Any]):
     def false(self, _: list[Any]) -> Node:
         return Literal(False)
 
-    def list(self, children: list[Any]) -> Node:
+    def sequence(self, children: list[Any]) -> Node:
         return ListOf(tuple(children[0] or ()))
 
 

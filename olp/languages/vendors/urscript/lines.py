@@ -8,9 +8,9 @@ grammar reads it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeVar, cast
 
 from olp.core import memory_limit
 from olp.core.diagnostic import Severity, Span
@@ -35,6 +35,8 @@ from olp.languages.vendors.urscript.syntax import (
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput
 
+N = TypeVar("N")
+
 
 _NUMBER: Final = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE](?:-\d{1,3}|\+?\d{1,2})(?!\d))?"
 _NAME: Final = r"[A-Za-z_][A-Za-z0-9_]*+"
@@ -54,8 +56,13 @@ _WORDS: Final = frozenset((
 ))  # fmt: skip
 _HUGE = 1e100  # numbers from here on are refused by the grammar
 _LONGEST = 26  # characters of a number; longer ones are examined by the reader of lines
-# The nodes as their constructors make them, in half the time.
-_new: Final = tuple.__new__
+
+
+class _New(Protocol):
+    def __call__(self, kind: type[N], values: tuple[object, ...]) -> N: ...
+
+
+_new: Final = cast(_New, tuple.__new__)  # the nodes as their constructors make them, in half the time
 _TRANS: Final = UrscriptName("pose_trans")
 _KIN: Final = UrscriptName("get_inverse_kin")
 _MOVES: Final = {word: UrscriptName(word) for word in ("movej", "movel", "movep")}
@@ -217,7 +224,7 @@ class UrscriptLineReader:
     def read(self) -> Iterator[UrscriptLine]:
         """All instructions in order; every physical line gets its kind."""
         number, count, lines, kinds = 0, len(self._lines), self._lines, self._kinds
-        new = tuple.__new__  # as the constructor does, in half the time
+        new: Callable[..., UrscriptLine] = tuple.__new__  # as the constructor does, in half the time
         read = quick if self._shelf is None else self._quick
         while number < count:
             text = lines[number].strip(" \t\f\u00a0\x1a")

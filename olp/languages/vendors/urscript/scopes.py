@@ -77,7 +77,7 @@ class UrscriptPart:
 
     def all(self) -> Iterator[UrscriptPart]:
         """This part and all in it, in order of writing."""
-        pending = [self]
+        pending: list[UrscriptPart] = [self]
         while pending:
             part = pending.pop()
             yield part
