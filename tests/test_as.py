@@ -176,6 +176,16 @@ def test_a_saved_array_counts_from_zero_and_loops_reach_it() -> None:
     np.testing.assert_allclose(plan.positions.position[plan.moves.target][:, 0], [0.001, 0.011])
 
 
+def test_all_rows_of_a_saved_array_are_as_long_as_the_longest() -> None:
+    table = ".TRANS\np[1,1] 1 2 3 0 0 0\np[1,3] 11 12 13 0 0 0\np[2,0] 21 22 23 0 0 0\n.END\n"
+    (declared,) = program("LMOVE p[1,1]", tables=table).data
+    rows = [[value for _, value in row.members] for _, row in declared.value.members]  # type: ignore[union-attr]
+    assert [len(row) for row in rows] == [size.value for size in declared.sizes[1:]] * 3 == [4] * 3  # type: ignore[attr-defined]
+    known = {(i, j): row[j].values[0] / mm for i, row in enumerate(rows) for j in range(4)}
+    known = {place: round(x, 9) for place, x in known.items() if x == x}
+    assert known == {(1, 1): 1, (1, 3): 11, (2, 0): 21}
+
+
 def test_the_sample_goes_where_its_numbers_say() -> None:
     check_plan(olp.read(SAMPLE).plan("yaskawa/gp25"))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 from olp.core.source import decode
@@ -78,3 +79,27 @@ def _types_of_registers(*rows):
 def test_a_register_counts_with_whole_numbers_only_where_nothing_else_sets_what_is_read(rows, kind):
     types = _types_of_registers(*rows)
     assert types["R1"] == types["R2"] == kind
+
+
+TABLE = "".join(f"q[{i},{j}] {300 + i} {j} 400 0 180 0\n" for i in range(1, 10) for j in range(1, 20))
+
+
+def test_elements_of_a_table_that_has_no_room_are_points_where_their_index_is_a_number():
+    moves = "LMOVE q[1,1]\nLMOVE q[9,19]\nFOR i = 1 TO 9\nLMOVE q[i,1]\nLMOVE q[i,2]\nEND\nLMOVE q[2,7]\n"
+    text = f".PROGRAM p()\nSPEED 100 MM/S ALWAYS\n{moves}.END\n.TRANS\n{TABLE}.END\n"
+    source = read_source(decode(text.encode(), "p.as"))
+    made = convert(source, "inform", Context(on_loss="comment"))
+    left_out = {loss.line: loss.says for loss in made.translated.losses if loss.leaves_out}
+    assert left_out.keys() == {6, 7}
+    assert all("more than 128 variables" in says for says in left_out.values())
+    found = read_source(decode(made.files[made.main], made.main)).plan()
+    places = found.positions.position[found.moves.target]
+    np.testing.assert_allclose(places * 1000, [[301, 1, 400], [309, 19, 400], [302, 7, 400]], atol=1e-3)
+
+
+def test_each_move_to_a_position_for_which_no_variable_is_left_is_left_out():
+    rows = "".join(f"LMOVE a{n}\n" for n in range(140)) * 2
+    source = read_source(decode(f".PROGRAM p()\nSPEED 100 MM/S ALWAYS\n{rows}.END\n".encode(), "p.as"))
+    made = convert(source, "inform", Context(on_loss="comment"))
+    beyond = {loss.line for loss in made.translated.losses if loss.leaves_out}
+    assert beyond == {n + 3 for n in (*range(128, 140), *range(268, 280))}

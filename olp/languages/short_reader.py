@@ -416,19 +416,15 @@ def from_zero(index: ex.Expression) -> ex.Expression:
 
 def array(
     type_: str, elements: Mapping[tuple[int, ...], ex.Expression], missing: ex.Expression
-) -> ex.RecordLiteral:
+) -> ex.Expression:
     """Return the literal of an array from its elements by their indices, which count from 0, with `missing` in the
-    gaps.
+    gaps: every row is as long as the longest.
     """
-    size = max(index[0] for index in elements) + 1
-    rows: dict[int, dict[tuple[int, ...], ex.Expression]] = {}
-    for index, value in elements.items():
-        rows.setdefault(index[0], {})[index[1:]] = value
-    members: list[tuple[str, ex.Expression]] = []
-    for place in range(size):
-        row = rows.get(place)
-        if row is None or () in row:
-            members.append(("", missing if row is None else row[()]))
-        else:
-            members.append(("", array(type_, row, missing)))
-    return ex.RecordLiteral(type_, tuple(members))
+    sizes = tuple(max(places) + 1 for places in zip(*elements, strict=True))
+
+    def row(above: tuple[int, ...]) -> ex.Expression:
+        if len(above) == len(sizes):
+            return elements.get(above, missing)
+        return ex.RecordLiteral(type_, tuple(("", row((*above, at))) for at in range(sizes[len(above)])))
+
+    return row(())

@@ -16,7 +16,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
-from olp.ir.transformer import edited, is_usual, is_written_out, mapped, note_names
+from olp.ir.transformer import edited, expressions_of, is_usual, is_written_out, mapped, note_names
 from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
 from olp.transpile.arrays import largest_indices, sizes_of
@@ -38,6 +38,7 @@ class PositionNumbers:
 
     work: TranslationContext
     symbols: Symbols
+    program: st.Program
     arrays: Mapping[str, int] = field(default_factory=dict)  # largest index written of each
     numbers: dict[str, int] = field(default_factory=dict)
     taken: dict[ex.Store, set[int]] = field(default_factory=dict)
@@ -60,6 +61,8 @@ class PositionNumbers:
     )  # position variables for one statement each; of each routine, where several run at once
     at_once: bool = False
     under_way: int = 0  # how many of them the statement under way needs
+    # Variables for which no number is left, with the lines that choose an element of them by a computed index.
+    beyond: dict[str, set[int]] = field(default_factory=dict)
     told: bool = False  # that configurations are those of the plan
     lines: Mapping[str, int] = field(default_factory=dict)  # where each variable is declared, 0: nowhere
     owners: Mapping[str, str] = field(default_factory=dict)  # variable -> the routine that has it for itself
@@ -102,6 +105,8 @@ class PositionNumbers:
             self.work.names[("variable", e.name)] = shown
         elif known is None:
             known = self.numbers[e.name] = self._allocate(e.name, store, self._size(symbol))
+        elif e.name in self.beyond:
+            self._refuse_beyond(e.name, store)
         return ex.Variable(store, ex.Number(known), owner is not None, e.name)
 
     def keep_apart(self, program: st.Program) -> None:
@@ -143,14 +148,26 @@ class PositionNumbers:
         )
         start = int(wanted) if wanted.isdecimal() else next(free, first + largest)
         if start + size > first + largest:
-            says = f"more than {largest} variables of one kind ({terminology.STORES[store]})"
-            # What is declared in no line of its own, such as a member of a record, falls with its uses.
-            self.work.lose(self.lines.get(name) or self.line, Fate.REFUSED, "variable", says)
+            chosen = {
+                s.line for s in self.program.statements() if any(_chooses(e, name) for e in expressions_of(s))
+            }
+            self.beyond[name] = chosen
+            self._refuse_beyond(name, store)
         else:
             taken.update(range(start, start + size))
         shown = self.registers.variable.format(letter=self.registers.letters.get(store, ""), number=start)
         self.work.names[("variable", name)] = shown
         return start
+
+    def _refuse_beyond(self, name: str, store: ex.Store) -> None:
+        """Its declaration, with which all uses fall. What is declared in no line of its own, such as a member of a
+        record, falls with each use; so does what never changes: other uses of that are points. Of an array what
+        chooses an element by a computed index falls first: without it the others may be no array.
+        """
+        says = f"more than {self._largest(store)} variables of one kind ({terminology.STORES[store]})"
+        declared = 0 if self._is_fixed(ex.Named(name)) else self.lines.get(name, 0)
+        for line in (declared,) if declared else self.beyond[name] or (self.line,):
+            self.work.lose(line, Fate.REFUSED, "variable", says)
 
     def _largest(self, store: ex.Store) -> int:
         """How many variables of a kind the controller can have."""
@@ -422,6 +439,12 @@ class PositionNumbers:
         return name
 
 
+def _chooses(e: ex.Expression, array: str) -> bool:
+    return (
+        type(e) is ex.Item and e.base == ex.Named(array) and any(type(i) is not ex.Number for i in e.indices)
+    )
+
+
 def _turned(angles: Sequence[ex.Expression]) -> npt.NDArray[np.float64] | None:
     """The rotation of RelTool: about x, then the new y, then the new z [deg]; None where an angle is computed."""
     from olp.robots.geometry import rotation_from_angles
@@ -518,7 +541,7 @@ def number(program: st.Program, work: TranslationContext) -> st.Program:
     """For languages with registers: no name of a variable or point is left."""
     before = {to: name for (kind, name), to in work.names.items() if kind == "variable"}  # it was too long
     lines = {d.name: d.line or work.declared_at.get(before.get(d.name, d.name), 0) for d in program.data}
-    own = _Numbers(work, symbols_of(program), largest_indices(program, work), lines=lines)
+    own = _Numbers(work, symbols_of(program), program, largest_indices(program, work), lines=lines)
     main = program.main or (program.routines[0].name if program.routines else "")
     own.note_places(program)
     own.keep_apart(program)
@@ -653,7 +676,9 @@ class _Numbers(PositionNumbers):
         """Initial values, and which name is which number. `used`: of these names alone (None: all)."""
         rows: list[st.Statement] = []
         comments: list[st.Statement] = []
-        for declare in (d for d in program.data if d.name in self.numbers and d.name not in self.owners):
+        for declare in program.data:
+            if declare.name not in self.numbers or declare.name in self.owners or declare.name in self.beyond:
+                continue
             if used is not None and declare.name not in used:
                 continue
             symbol = self.symbols.find("", declare.name)
