@@ -139,6 +139,35 @@ def test_a_weld_that_fanucs_move_begins_is_told_and_the_move_is_made(options):
     assert "MoveL" in translated(tp(*rows, positions=(P1, P2)), "tp", "rapid")
 
 
+@pytest.mark.parametrize("number", [1, 20])
+def test_a_weld_under_numbered_conditions_is_one_where_the_target_has_such(number):
+    weld = (f"Arc Start[{number}]", "L P[2] 10mm/sec FINE", f"Arc End[{number}]")
+    text = tp("J P[1] 100% FINE", *weld, positions=(P1, P2))
+    found = converted(text, "tp", "inform")
+    told = [
+        (loss.line, loss.fate, loss.part) for loss in found.translated.losses if loss.part == "conditions"
+    ]
+    assert told == [(7, Fate.APPROXIMATED, "conditions"), (9, Fate.APPROXIMATED, "conditions")]
+    (asked,) = (things for says, things in found.translated.asks.items() if "welding conditions" in says)
+    assert asked == (f"ARCON {number}", f"ARCOF {number}")
+    job = found.files[found.main].decode()
+    rows = [row for row in job.splitlines() if row.startswith(("MOV", "ARC"))]
+    assert [row.split()[0] for row in rows] == ["MOVJ", "ARCON", "MOVL", "ARCOF"]
+    assert f"ARCON ASF#({number})" in rows
+    assert f"ARCOF AEF#({number})" in rows
+    back = translated(job, "inform", "tp")
+    assert f"Arc Start[{number}] ;" in back
+    assert f"Arc End[{number}] ;" in back
+
+
+@pytest.mark.parametrize(
+    "weld", ["Arc Start[R[1]]", "Arc Start[20.0Volts,180.0Amps]", "Arc Start[1,2]", "Arc Start"]
+)
+def test_a_weld_whose_conditions_are_no_number_is_left_out(weld):
+    text = tp("J P[1] 100% FINE", weld, positions=(P1,))
+    assert [loss.line for loss in losses(text, "tp", "inform") if loss.leaves_out] == [7]
+
+
 # --- 3: handlers --------------------------------------------------------------------------------------------
 
 

@@ -33,7 +33,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import expressions_of
-from olp.languages.vendor import ENDS_PROGRAM, language_of
+from olp.languages.vendor import ENDS_PROGRAM, Weld, language_of
 
 ATOM: Final = 99  # binds stronger than any operation: names, numbers, what has brackets of its own
 OPENS: Final[frozenset[type]] = frozenset({st.If, st.While, st.For, st.Repeat, st.Switch})
@@ -118,6 +118,8 @@ class Generator(ABC):
     it comes from another language; `{s.name}` in it is the statement's field, `{called}` what people call it,
     `{self.source_language}` the language that it is from.
 
+    `welds`: instructions of the language's own that are written for other languages, too.
+
     `step`: the indent of one level, from `first_depth` on, never less than `least_depth`, never more than `deepest`
     levels. `comment_form`: a comment behind a line; `comment_row`: which line of a statement has it. `forgets`:
     statements after which it is not known what holds: they empty `holds`, where a writer keeps the texts of modal
@@ -157,6 +159,7 @@ class Generator(ABC):
     }
     cannot: ClassVar[Mapping[type, Mapping[str, Refusal]]] = {}
     own_only: ClassVar[Mapping[type, str]] = {}
+    welds: ClassVar[tuple[Weld, ...]] = ()
 
     step: ClassVar[str] = ""
     first_depth: ClassVar[int] = 0
@@ -215,6 +218,9 @@ class Generator(ABC):
         vendor's title).
         """
         return language_of(self.program.vendor)
+
+    def _welds(self, s: object) -> bool:
+        return isinstance(s, st.Process) and any(weld.number(s) is not None for weld in self.welds)
 
     def written(self) -> tuple[dict[str, object], list[Diagnostic]]:
         """Return the values for the language's template, and an error (X002) for everything that the language
@@ -565,7 +571,7 @@ def _checked(
     values: Callable[[Any], Any] = attrgetter(*cannot, "line") if cannot else lambda s: ()
 
     def checked(self: Generator, s: Any) -> Lines:
-        if foreign is not None and not self.own and not _ends_program(s):
+        if foreign is not None and not self.own and not _ends_program(s) and not self._welds(s):
             raise CannotSayError(
                 foreign.format_map({"s": s, "self": self, "called": terminology.statement(s)})
             )

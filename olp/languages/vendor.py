@@ -21,7 +21,8 @@ from olp.core.diagnostic import OlpError, error
 from olp.core.files import expand_paths, parse_json
 from olp.core.registry import file_names
 from olp.core.source import Source, load
-from olp.ir.program import Program, Routine, Statement
+from olp.ir.expressions import Number, Text
+from olp.ir.program import Process, Program, Routine, Statement
 
 if TYPE_CHECKING:
     from olp.ir.program import Program
@@ -90,6 +91,33 @@ class MoveOptions:
     together: frozenset[str] = frozenset()
     ends_elsewhere: frozenset[str] = frozenset()
     silent: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Weld:
+    """An instruction that begins or ends a weld as conditions say that have a number in the controller.
+
+    `process`: its name; `tag`: of the number; `form`: how the number is written, "": it is a number of its own.
+    """
+
+    process: str
+    tag: str = ""
+    form: str = ""
+
+    def written(self, number: int) -> Process:
+        """The instruction with these conditions."""
+        value = Text(self.form.format(number)) if self.form else Number(number)
+        return Process(0, self.process, ((self.tag, value),))
+
+    def number(self, s: Process) -> int | None:
+        """Of the conditions that `s` names; None where it is another instruction, or says anything else."""
+        if s.name.casefold() != self.process.casefold() or len(s.arguments) != 1:
+            return None
+        ((tag, value),) = s.arguments
+        if isinstance(value, Text) and self.form:
+            found = re.fullmatch(re.escape(self.form).replace(r"\{\}", r"(\d+)"), value.value)
+            return int(found[1]) if found else None
+        return int(value.value) if tag == self.tag and isinstance(value, Number) and not self.form else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +233,7 @@ class Conventions:
     manner_processes: Mapping[str, str] = field(
         default_factory=dict
     )  # process, case folded -> what it says of how moves are made, which every controller does in a way of its own
+    welds: tuple[Weld, Weld] | None = None  # what begins a weld and what ends it
     window_process: str = ""  # how the window of the message behind it looks
     idle_routines: Mapping[str, str] = field(
         default_factory=dict

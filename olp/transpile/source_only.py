@@ -255,6 +255,8 @@ class _ForeignWords:
         ):
             self.work.note_at(s, "the title and the look of the message's window are left out")
             return []
+        if (weld := self._weld(s)) is not None:
+            return [weld]
         manner = self.work.conventions.manner_processes.get(s.name.casefold())
         if manner is not None:
             return [self._manner(s, manner)]
@@ -276,6 +278,20 @@ class _ForeignWords:
             says = f"{silent} means nothing to another controller: it is left out"
             self.work.lose(s, Fate.EXACT, "statement", says)
         return [st.Comment(s.line, s.comment)] if s.comment else []
+
+    def _weld(self, s: st.Process) -> st.Process | None:
+        """What begins or ends a weld under numbered conditions, where the target has such, too."""
+        own, others = self.work.conventions.welds, self.work.target_conventions.welds
+        for one, other in zip(own or (), others or (), strict=False):
+            if (number := one.number(s)) is not None:
+                says = f"{other.process} takes conditions of the same number: their values are its controller's own"
+                self.work.lose(s, Fate.APPROXIMATED, "conditions", says)
+                self.work.ask(
+                    "give these welding conditions the values of the source's controller",
+                    f"{other.process} {number}",
+                )
+                return replace(other.written(number), line=s.line, comment=s.comment)
+        return None
 
     def _watched(self, s: st.Process, how: ex.Expression) -> list[st.Statement]:
         """What says that a routine runs as soon as a condition comes true."""

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, statements
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, Vendor, Weld, statements
+
+WELDS: Final = (Weld("ARCON", "ASF#"), Weld("ARCOF", "AEF#"))
 
 
 class Inform(Vendor):
@@ -44,6 +48,7 @@ class Inform(Vendor):
         surplus_arguments=True,
         returns_by_register=True,
         known_functions=True,
+        welds=WELDS,
     )
     # PL as the manual counts it.
     joint_moves = ((r"^(\s*)MOVL\b(.*?)\bV=[\d.]+", r"\1MOVJ\2VJ={percent:.2f}"),)

@@ -20,7 +20,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.languages.generator import CannotSayError, Joined, Lines, as_text
-from olp.languages.vendors.inform import values
+from olp.languages.vendors.inform import WELDS, values
 from olp.languages.vendors.inform.statements import FUNCTIONS
 from olp.languages.vendors.inform.write_values import COUNTED, LETTERS, InformValues, decimal, is_simple
 
@@ -209,6 +209,7 @@ class InformWriter(InformMoves):
     }
     _foreign = "a word of {self.source_language} that means nothing in INFORM"
     own_only: ClassVar = {st.Process: _foreign, st.Disabled: _foreign, st.Opaque: _foreign}
+    welds: ClassVar = WELDS
     comment_form = "  //{}"
     joins = frozenset({st.Switch})
 

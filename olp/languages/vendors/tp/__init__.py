@@ -7,9 +7,10 @@ from typing import Final
 
 from olp.core.source import Source
 from olp.ir.program import Program
-from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, statements
+from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, Weld, statements
 
 _COMMENT: Final = re.compile(rb"\s*\d*\s*:\s*!(.*?)\s*;?\s*", re.DOTALL)
+WELDS: Final = (Weld("Arc Start", form="[{}]"), Weld("Arc End", form="[{}]"))
 
 
 class Tp(Vendor):
@@ -60,6 +61,7 @@ class Tp(Vendor):
             "tool_offset condition": "a condition of offsets, which moves name themselves,",
         },
         share_zones=True,
+        welds=WELDS,
         pulse_setting="a pulse that names no time lasts as long as $DEFPULSE says: as delivered, 0.4 s, is written",
     )
     # CNT is a percentage.

@@ -17,7 +17,7 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import expressions_of
 from olp.languages.generator import CannotSayError, Joined, Lines, as_text
-from olp.languages.vendors.tp import values
+from olp.languages.vendors.tp import WELDS, values
 from olp.languages.vendors.tp.instructions import BLOCK
 from olp.languages.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, NAME_LENGTH
 from olp.languages.vendors.tp.write_moves import TpMoves, components, is_position, shift_of
@@ -102,6 +102,7 @@ class TpWriter(TpMoves):
     }
     _foreign = "a word of another language: {called}"
     own_only: ClassVar = {st.Process: _foreign, st.Disabled: _foreign, st.Opaque: _foreign}
+    welds: ClassVar = WELDS
     forgets = frozenset({st.Label, st.Call, st.Else, st.EndIf, st.For, st.Next, st.Switch})
     joins = frozenset({st.Wait, st.If, st.Switch})
 
