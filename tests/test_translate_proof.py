@@ -353,3 +353,12 @@ def test_inputs_with_computed_numbers_end_the_same_loops_in_both_runs(target):
     found = proof(tp(*rows, positions=points), target, vendor="tp")
     assert not found.comparison.differences
     assert not [x for x in found.verdict.objections if "differ" in x.says]
+
+
+def test_a_difference_that_comes_back_in_a_loop_is_told_once_with_the_number_of_its_steps():
+    moves = ["MoveL p1,v100,z20,tool0;", "MoveJ p2,v100,fine,tool0;"]
+    receipt = proof(module("FOR i FROM 1 TO 3 DO", *moves, "ENDFOR", data=PLACES), "krl")
+    (told,) = (line for line in as_text(receipt).splitlines() if line.startswith("  lines "))
+    assert told.startswith("  lines 9 and ")
+    assert ", step 2 and 2 later: time at speed 1 and " in told
+    assert sum("time at speed" in one for one in receipt.comparison.differences) == 3

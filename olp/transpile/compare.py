@@ -84,7 +84,20 @@ class PlanDifference(NamedTuple):
     line: int
     other: int
     part: str
-    says: str
+    step: int
+    text: str
+
+    @property
+    def says(self) -> str:
+        return f"step {self.step} (line {self._lines(', ')}): {self.text}"
+
+    @property
+    def where(self) -> str:
+        """The line in both programs."""
+        return f"lines {self._lines(' and ')}"
+
+    def _lines(self, between: str) -> str:
+        return between.join(str(line) if line else "none" for line in (self.line, self.other))
 
 
 @dataclass(slots=True)
@@ -119,8 +132,7 @@ class Comparison:
 
     def differ(self, a: ComparedStep | None, b: ComparedStep | None, part: str, says: str) -> None:
         lines = (0 if a is None else a.line), (0 if b is None else b.line)
-        where = ", ".join(str(line) if line else "none" for line in lines)
-        self.found.append(PlanDifference(*lines, part, f"step {self.steps} (line {where}): {says}"))
+        self.found.append(PlanDifference(*lines, part, self.steps, says))
 
 
 def compare_plans(

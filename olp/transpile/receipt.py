@@ -338,7 +338,7 @@ def _with_made_up(
             return any((row.line, row.part) == first for row in alone.found)
 
         says = blamed(run, differs)
-        new = [row._replace(says=f"with another value of {says}: {row.says}") for row in new]
+        new = [row._replace(text=f"with another value of {says}: {row.text}") for row in new]
     found.found = new
     return found
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from olp.core.units import deg, mm
 from olp.ir.terminology import STATEMENTS
 from olp.languages.vendor import language_of
-from olp.transpile.compare import Tolerances
+from olp.transpile.compare import Comparison, PlanDifference, Tolerances
 from olp.transpile.context import Fate, Loss
 from olp.transpile.preflight import places, some
 from olp.transpile.receipt import Receipt
@@ -25,6 +25,7 @@ _KINDS = {
 _TINY = 1e-6  # what is smaller is the rounding of a computer
 
 Group = list[Loss]
+_Where = tuple[int, int, str]  # the lines of a difference in both programs, and what it says
 
 
 def as_text(receipt: Receipt) -> str:
@@ -86,7 +87,8 @@ def _verdict(receipt: Receipt) -> Iterator[str]:
         some = [one for one in objections if one.kind == kind]
         file, line = receipt.places.get(some[0].line, (receipt.source, some[0].line))
         place = f"{file}:{line}" if line else file
-        more = f" (and {len(some) - 1} more)" if len(some) > 1 else ""
+        others = len({one.line for one in some}) - 1
+        more = f" (and {others} more lines)" if others > 1 else " (and another line)" if others else ""
         yield f"not proven: {_KINDS[kind]}, first at {place}: {some[0].says}{more}"
 
 
@@ -122,28 +124,49 @@ def _compared(receipt: Receipt) -> Iterator[str]:
         f" apart, speeds {_number(100 * c.worst_speed)} %, blends {_number(c.worst_blend / mm)} mm,"
         f" waits {_number(c.worst_wait)} s"
     )
-    yield from (f"  {says}" for says in c.differences[:_DIFFERENCES])
-    if len(c.differences) > _DIFFERENCES:
-        yield f"  and {len(c.differences) - _DIFFERENCES} more differences"
+    told: set[_Where] = set()
+    yield from _few(_each_once([c], told))
     for again in receipt.again:
-        new = [says for says in again.differences if says not in c.differences]
+        new = _each_once([again], told)
         yield f"with the inputs on: {again.steps} steps, {len(new) or 'no'} further differences"
-        yield from (f"  {says}" for says in new[:_DIFFERENCES])
+        yield from _few(new)
     for name, start in receipt.starts.items():
-        yield f"from {name}: {start.steps} steps, {len(start.differences) or 'no'} differences"
-        yield from (f"  {says}" for says in start.differences[:_DIFFERENCES])
+        own = _each_once([start], set())
+        yield f"from {name}: {start.steps} steps, {len(own) or 'no'} differences"
+        yield from _few(own)
     if receipt.made_up:
-        new = list(dict.fromkeys(says for one in receipt.made_up for says in one.differences))
+        new = _each_once(receipt.made_up, told)
         steps = sum(one.steps for one in receipt.made_up)
         yield (
             f"with other values for what no file tells, {len(receipt.made_up)} times: {steps} steps,"
             f" {len(new) or 'no'} further differences"
         )
-        yield from (f"  {says}" for says in new[:_DIFFERENCES])
+        yield from _few(new)
     if receipt.times:
         source, target = (_total([row[at] for row in receipt.times]) for at in (1, 3))
         names = " and ".join(dict.fromkeys(name for name in receipt.robots if name)) or "no robot named"
         yield f"predicted ({names}): {source} before, {target} after"
+
+
+def _each_once(runs: Iterable[Comparison], told: set[_Where]) -> list[str]:
+    """What differs, once for each pair of lines, with the number of steps. Without what is in `told`, which grows."""
+    found: dict[_Where, list[PlanDifference]] = {}
+    for run in runs:
+        for one in run.found:
+            found.setdefault((one.line, one.other, one.text), []).append(one)
+    new = [
+        f"{each[0].where}, step {each[0].step}{f' and {len(each) - 1} later' * (len(each) > 1)}: {each[0].text}"
+        for where, each in found.items()
+        if where not in told
+    ]
+    told.update(found)
+    return new
+
+
+def _few(differences: list[str]) -> Iterator[str]:
+    yield from (f"  {says}" for says in differences[:_DIFFERENCES])
+    if len(differences) > _DIFFERENCES:
+        yield f"  and {len(differences) - _DIFFERENCES} more differences"
 
 
 def _total(seconds: list[float]) -> str:
