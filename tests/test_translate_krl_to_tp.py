@@ -43,7 +43,14 @@ def test_a_manual_mode_is_the_enabled_pendant(condition):
 
 @pytest.mark.parametrize("condition", ["$T1 AND $T2", "$T2 AND $IN[3]"])
 def test_the_manual_mode_at_full_speed_is_not_told_by_the_pendant(condition):
-    assert left_out(krl(f"IF {condition} THEN", "HALT", "ENDIF"))
+    """A flag tells it, which something has to set."""
+    made = converted(krl(f"IF {condition} THEN", "HALT", "ENDIF"), "krl", "tp")
+    says = "whether the mode is manual at full speed is asked of a variable, manual_full, which something has to set"
+    assert says in [loss.says for loss in made.translated.losses]
+    assert (
+        "manual_full"
+        in made.translated.asks["set, all the time, what the source's controller tells of itself"]
+    )
 
 
 def test_an_element_of_joint_values_that_nothing_changes_is_a_number():

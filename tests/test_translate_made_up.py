@@ -261,3 +261,20 @@ def test_what_goes_wrong_for_an_argument_that_nobody_passes_is_a_warning():
         "MODULE M\nVAR num list{3}:=[1,2,3];\nPROC main(num at)\nWaitTime list{at+5};\nENDPROC\nENDMODULE\n"
     )
     assert [d.severity.value for d in run(read(text, "rapid")).diagnostics if d.code == "I223"] == ["warning"]
+
+
+STATES = ["IF $T1 OR NOT $IN_HOME THEN", "WAIT SEC 1", "ELSE", "WAIT SEC 3", "ENDIF", "IF $AUT THEN",
+          "WAIT SEC 2", "ENDIF"]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["inform", "urscript"])
+def test_variables_that_tell_of_the_controller_are_what_the_source_asked_of_it(target):
+    found = receipt(krl(*STATES), target, vendor="krl")
+    assert found.verdict.agrees, found.verdict.objections
+    assert len(found.made_up) >= 4
+
+
+def test_a_state_that_is_not_asked_is_a_difference_though_no_plain_run_shows_it():
+    rows = ("IF $T1 THEN", "WAIT SEC 1", "ENDIF")
+    found = receipt(krl(*rows), "urscript", ("if (manual_reduced)", "if (False)"), vendor="krl")
+    assert differences(found)

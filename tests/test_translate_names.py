@@ -396,8 +396,10 @@ def test_a_structure_that_nothing_declares_is_handed_by_its_members(target):
 
 
 def test_a_table_of_positions_that_nothing_declares_is_no_list_of_lists():
-    made = converted(krl("  PTP Grid[1, 2]", "  Sums[1, 2] = 4"), "krl", "urscript")
-    assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [2]
+    """A call may hand over a table that is nowhere as a whole: then nobody can tell how its rows would lie."""
+    rows = ("  PTP Grid[1, 2]", "  Sums[1, 2] = 4", "  foreign (Grid)")
+    made = converted(krl(*rows), "krl", "urscript")
+    assert [loss.line for loss in made.translated.losses if loss.fate is Fate.COMMENTED] == [2, 4]
 
 
 @pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
@@ -543,3 +545,64 @@ def test_a_tool_that_is_declared_elsewhere_is_a_variable_whose_value_is_asked_fo
     assert [line for line, _ in told] == [3, 3, 4, 4]
     assert sum("zeros are written" in says for _, says in told) == 2
     assert {"tool tGun", "frame wCell"} <= set(made.translated.asks["set these values, which are zeros now"])
+
+
+TABLES = (
+    "  DECL INT n, t",
+    "  DECL POS P",
+    "  n = 2",
+    "  t = 3",
+    "  P = offsets[2,12]",
+    "  P.X = P.X + offsets[n,t].X",
+    "  LIN P",
+)
+
+
+def test_a_table_of_positions_that_no_file_declares_is_one_row_where_lists_have_one_index():
+    made = converted(krl(*TABLES), "krl", "urscript")
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    assert "offsets: 10 by 12 elements in one row, the last index runs first" in made.translated.notes
+    text = translated(krl(*TABLES), "krl", "urscript")
+    assert "= offsets[23]" in text
+    assert "offsets[n * 12 + t - 12 - 1][0]" in text
+
+
+def test_that_no_index_may_leave_such_a_row_is_told():
+    made = converted(krl(*TABLES), "krl", "urscript")
+    says = "nothing here tells how many elements offsets has: 120 are kept, none may be used beyond"
+    assert [row for row in loss_lines(made, "index") if "offsets" in row[1]] == [(7, says)]
+    asked = "see that no index goes beyond the numbers kept for what no file here declares"
+    assert list(made.translated.asks[asked]) == ["offsets"]
+
+
+def test_a_row_is_as_long_as_the_loop_that_counts_through_it():
+    rows = ("  DECL INT n", "  FOR n = 1 TO 14", "  WAIT SEC times[2,n]", "  ENDFOR")
+    made = converted(krl(*rows), "krl", "inform")
+    assert "times: 2 by 14 elements in one row, the last index runs first" in made.translated.notes
+
+
+STATES = (
+    "  IF $T1 OR NOT $IN_HOME THEN",
+    "  WAIT SEC 1",
+    "  ELSE",
+    "  WAIT SEC 3",
+    "  ENDIF",
+    "  IF $AUT THEN",
+    "  WAIT SEC 2",
+    "  ENDIF",
+)
+
+
+@pytest.mark.parametrize("target", ["inform", "urscript"])
+def test_what_a_program_asks_its_controller_is_a_variable_where_no_word_and_no_signal_tells_it(target):
+    made = converted(krl(*STATES), "krl", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    says = "whether the arm stands at home is asked of a variable, at_home, which something has to set"
+    assert (2, says) in loss_lines(made, "condition")
+    asked = made.translated.asks["set, all the time, what the source's controller tells of itself"]
+    assert list(asked) == ["manual_reduced", "at_home", "manual_full"]
+
+
+@pytest.mark.parametrize("target", ["inform", "tp", "rapid", "urscript"])
+def test_where_no_mode_is_manual_it_is_automatic(target):
+    assert run_elsewhere(krl(*STATES[5:]), "krl", target).durations.tolist() == pytest.approx([2.0])

@@ -254,6 +254,11 @@ def value(name: str) -> str:
     return VALUES.get(name) or STATES.get(name, f"the controller's value {name}")
 
 
+def state_variable(name: str) -> str:
+    """The variable that tells what a program asks of the controller, where a language has no word for it."""
+    return name.replace("-", "_")
+
+
 def operation(operator: str) -> str:
     """What people call an operator."""
     return OPERATORS.get(operator, f"the operation {operator}")

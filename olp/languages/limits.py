@@ -281,6 +281,9 @@ class Limits:
     clock_form: str = ""
     clock_unit: float = 1.0
     zeroing_stops: bool = True  # a clock that is set to 0 stops, or nothing tells whether it does
+    states: frozenset[str] = (
+        frozenset()
+    )  # of the controller, that a condition asks for by a word of the language
     # State of the controller, as `terminology.STATES` names it -> bus and number or name of what is on in it, and what
     # makes it so
     state_signals: Mapping[str, tuple[str, int | str, str]] = field(default_factory=dict)

@@ -310,9 +310,15 @@ def read_system_value(m: Machine, value: ex.SystemValue) -> Value:
         return pose_value(frame_pose(m, ex.FrameRef(ACTIVE)))
     if value.name == "current-tool":
         return pose_value(m.world.cell.tool_pose(m.active_tool))
+    told = None if m.made_up is None else m.made_up.state(value.name)
+    if told is not None:
+        return told
     if value.name in ("manual-reduced", "manual-full"):
         m.assume("the mode is taken to be automatic")
         return False
+    if value.name == "automatic":
+        modes = ("manual-reduced", "manual-full")
+        return not any(read_system_value(m, ex.SystemValue(mode)) for mode in modes)
     if value.name in terminology.STATES:
         m.assume(f"{terminology.STATES[value.name]}: taken not to be so")
         return False

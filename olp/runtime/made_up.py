@@ -16,6 +16,7 @@ from typing import ClassVar, Final, NamedTuple
 import numpy as np
 
 from olp.core.units import deg, mm
+from olp.ir import terminology
 from olp.ir.expressions import Store
 from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import Pose
@@ -149,6 +150,11 @@ class MadeUp:
         thing = self.origin("variable", name)
         type_ = type_ or self.types.get(str(thing.name), "")
         return self._position(thing, False, type_) if type_ in _POSITIONS else self._plain(thing, type_)
+
+    def state(self, name: str) -> Value | None:
+        """What a program asks of its controller, where the translation has a variable for it."""
+        variable = terminology.state_variable(name)
+        return self.named(variable, "") if variable in self.types else None
 
     def result(self, name: str) -> int | bool:
         """What a function returns that is not known here."""

@@ -14,10 +14,11 @@ from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.transpile.constant_folding import calls_of, handed_over, paired
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.implicit_declarations import uses_of
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
-_ONE, _ANY = "one", "any"  # what Limits.dimensions says
+_ONE, _NUMBERS_ALONE, _ANY = "one", "numbers", "any"  # what Limits.dimensions says
 
 
 def sizes_of(symbols: Symbols, symbol: Symbol) -> tuple[int, ...] | None:
@@ -205,7 +206,7 @@ def _elements(
 # Arrays of several dimensions as one row, where the target has registers, or no list of lists of such a kind.
 
 _NUMBERS: Final = ("real", "integer")
-KEPT_ROWS: Final = 10  # of a dimension with a computed index, where nothing declares the array
+_KEPT: Final = 10  # of a dimension with a computed index, where nothing declares the array
 
 
 def single_rows(program: st.Program, work: TranslationContext) -> st.Program:
@@ -217,8 +218,7 @@ def single_rows(program: st.Program, work: TranslationContext) -> st.Program:
         return program
     symbols = symbols_of(program)
     sizes = {key: found for key, (found, s) in _tables(program, symbols).items() if _is_flat(s, work)}
-    if work.limits.dimensions == _ONE:
-        sizes |= _undeclared_tables(program, symbols, work)
+    sizes |= _undeclared_tables(program, symbols, work)
     handed = _handed_tables(program, symbols) if sizes else []
     for routine in program.routines if sizes else ():
         for s in routine.body:
@@ -267,25 +267,31 @@ def _undeclared_tables(
     program: st.Program, symbols: Symbols, work: TranslationContext
 ) -> dict[tuple[str, str], tuple[int, ...]]:
     """Of arrays that no file at hand declares the largest indices written out; some more where others are computed."""
+    if not any(
+        _is_open_table(e, routine.name, symbols)
+        for routine in program.routines
+        for e in work.look(routine).expressions
+    ):
+        return {}
     found: dict[tuple[str, str], tuple[int, ...]] = {}
-    odd: set[tuple[str, str]] = set()
-    for routine in program.routines:
-        for e in work.look(routine).expressions:
-            if type(e) is not ex.Item or type(e.base) is not ex.Named or len(e.indices) < 2:
-                continue
-            symbol = symbols.find(routine.name, e.base.name)
-            key = ("", e.base.name)
-            if symbol is not None and symbol.declared:
-                continue
-            written = [int(one.value) if isinstance(one, ex.Number) else KEPT_ROWS for one in e.indices]
-            before = found.get(key, (1,) * len(e.indices))
-            if len(before) != len(written):
-                odd.add(key)
-            else:
-                found[key] = tuple(map(max, before, written))
-    found = {key: sizes for key, sizes in found.items() if key not in odd}
-    work.row_sizes.update({name: math.prod(sizes) for (_, name), sizes in found.items()})
+    for name, use in uses_of(program, work).items():
+        numbers = work.limits.dimensions == _NUMBERS_ALONE and use.kind in _NUMBERS
+        if numbers or len(use.sizes) < 2 or len({len(row) for row in use.indices}) != 1:
+            continue
+        columns = zip(*use.indices, strict=True)
+        found[("", name)] = tuple(
+            max(1, *(_KEPT if at is None else at for at in column)) for column in columns
+        )
+        work.row_sizes[name] = math.prod(found[("", name)])
     return found
+
+
+def _is_open_table(e: ex.Expression, routine: str, symbols: Symbols) -> bool:
+    """Whether an expression is an element, by several indices, of an array that nothing declares."""
+    if type(e) is not ex.Item or type(e.base) is not ex.Named or len(e.indices) < 2:
+        return False
+    symbol = symbols.find(routine, e.base.name)
+    return symbol is None or not symbol.declared
 
 
 def _handed_tables(program: st.Program, symbols: Symbols) -> list[tuple[tuple[str, str], tuple[str, str]]]:

@@ -34,7 +34,7 @@ _WORDS: Final = {
 _DEEPEST: Final = 6  # members of members
 _SYSTEMS_READ: Final = {"Tool": "tool", "WObj": "frame"}  # with which, and in which, a position is read
 _KEPT: Final = 20  # elements of an array with a computed index, where the target numbers its variables
-_ASKS: Final = {
+ASKS: Final = {
     "taught": "teach what no file here declares, or copy its values",
     "set": "set what no file here declares",
     "status": "set, all the time, what the source's controller tells of itself",
@@ -70,9 +70,9 @@ def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     own -= told
     _refuse_own(program, own, work)
     uses = {name: use for name, use in uses.items() if name not in own}
-    if work.limits.numbered:
-        for use in uses.values():
-            use.kept = work.row_sizes.get(use.name, _KEPT) if use.computed else 0
+    for use in uses.values():
+        if use.computed:
+            use.kept = work.row_sizes.get(use.name, _KEPT if work.limits.numbered else 0)
     for use in uses.values():
         _tell(use, work)
         work.undeclared[use.name] = use.kind
@@ -261,11 +261,12 @@ def _tell(use: Use, work: TranslationContext) -> None:
         size = "x".join(str(max(size, 1)) for size in use.sizes)
         says += f", {size} of them"
     work.lose(use.first, Fate.APPROXIMATED, "name", f"{says}; its value has to be {verb}")
-    work.ask(_ASKS["status" if own else verb], use.name)
+    work.ask(ASKS["status" if own else verb], use.name)
     if not use.sizes or not use.computed:
         return
-    if work.limits.numbered:
-        # An index beyond them is that of another variable: the limit has to be seen by whoever runs the program.
+    if work.limits.numbered or use.name in work.row_sizes:
+        # An index beyond them is that of another variable, in a row of rows of another element: the limit has to be
+        # seen by whoever runs the program.
         work.ask("see that no index goes beyond the numbers kept for what no file here declares", use.name)
         says = (
             f"nothing here tells how many elements {use.name} has: {size} are kept, none may be used beyond"

@@ -83,6 +83,7 @@ from olp.transpile.typed_values import (
     powers,
     shown_values,
     states,
+    told_states,
     typed_values,
 )
 from olp.transpile.unroll import executed
@@ -259,6 +260,7 @@ def passes(work: TranslationContext, source: Program) -> tuple[Pass, ...]:
         helper_routines,
         states,
         manual_modes,
+        told_states,
         texts,
         array_values,
         single_rows,

@@ -8,7 +8,7 @@ stand in the module, never in a routine.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
@@ -17,6 +17,8 @@ from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.limits import ValueTypes
 from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.first_values import UNDECLARED
+from olp.transpile.implicit_declarations import ASKS
 from olp.transpile.name_types import NUMERIC_FUNCTIONS, taken
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
 from olp.transpile.symbols import Symbols, kind_of_value
@@ -599,6 +601,38 @@ def manual_modes(program: st.Program, work: TranslationContext) -> st.Program:
 
     routines = [changed_rare(r, work.look(r), change) for r in program.routines]
     return with_routines(program, routines)
+
+
+def told_states(program: st.Program, work: TranslationContext) -> st.Program:
+    """What the program asks of its controller and the target's cannot answer, from variables that something sets."""
+    names: dict[str, str] = {}
+
+    def told(e: ex.Expression) -> ex.Expression:
+        if not _is_state(e, work):
+            return e
+        if e.name not in names:
+            names[e.name] = work.fresh(terminology.state_variable(e.name))
+            work.undeclared[names[e.name]] = "boolean"
+            work.ask(ASKS["status"], names[e.name])
+        return ex.Named(names[e.name])
+
+    def change(s: st.Statement) -> st.Statement:
+        for e in dict.fromkeys(e for e in expressions_of(s) if _is_state(e, work)):
+            variable = told(e)
+            assert isinstance(variable, ex.Named)
+            says = f"{terminology.value(e.name)} is asked of a variable, {variable.name}, which something has to set"
+            work.lose(s, Fate.APPROXIMATED, "condition", says)
+        return mapped(s, told)
+
+    routines = [changed_rare(r, work.look(r), change) for r in program.routines]
+    data = (st.Declare(0, name, "boolean", shared=True, comment=UNDECLARED) for name in names.values())
+    return replace(with_routines(program, routines), data=(*program.data, *data)) if names else program
+
+
+def _is_state(e: ex.Expression, work: TranslationContext) -> TypeGuard[ex.SystemValue]:
+    if type(e) is not ex.SystemValue or e.name in work.limits.states:
+        return False
+    return e.name in terminology.STATES or e in _MANUAL
 
 
 def _either(e: ex.Expression) -> list[ex.Expression]:

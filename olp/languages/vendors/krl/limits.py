@@ -7,6 +7,7 @@ from math import inf
 from typing import Final
 
 from olp.core.units import deg, percent
+from olp.ir import terminology
 from olp.ir.program import AccelerationUnit, BlendKind, Path, SpeedUnit
 from olp.languages.limits import Limits, PathTriggerForms, ValueTypes
 from olp.languages.vendors.krl.texts import HELPERS
@@ -90,6 +91,7 @@ LIMITS: Final = Limits(
     reference_parameters=True,  # arrays are handed over in no other way
     wait_poll=0.012,
     data_beside=True,
+    states=frozenset({"manual-reduced", "manual-full", *terminology.STATES}),  # $T1, $IN_HOME …
     clocks=20,
     clock_form="$TIMER[{}]",
     clock_unit=0.001,

@@ -65,6 +65,7 @@ LIMITS = Limits(
     computed_axes=True,
     value_types=ValueTypes(signals_are_states=False, persistent_systems=True),
     clocks=1000,  # as many as are declared
+    states=frozenset({"manual-reduced", "manual-full"}),  # OpMode()
     state_signals={
         "at-home": (
             "out",
