@@ -15,7 +15,7 @@ from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
 from olp.ir.expressions import Number, Signal, SignalState
-from olp.ir.program import Move, Program, SpeedUnit, While
+from olp.ir.program import Declare, Move, Program, SpeedUnit, While
 from olp.ir.program import Path as Shape
 
 SAMPLE = SAMPLES / "as" / "handling.as"
@@ -236,3 +236,10 @@ def test_functions_of_places_and_texts_are_read() -> None:
     w, x, y, z = plan.positions.quaternion[plan.moves.target][0]
     turned = Rotation.from_quat((x, y, z, w)).as_rotvec(degrees=True)
     np.testing.assert_allclose(turned, [30, 0, 0], atol=1e-9)
+
+
+def test_only_a_dot_in_front_makes_a_variable_the_programs_own() -> None:
+    lines = ("p.offset = 5", "n.o[2] = 1", ".x = 2", '$.t = "a"')
+    found = program(*lines)
+    assert {one.name for one in found.data} >= {"p.offset", "n.o"}
+    assert {one.name for one in found.routines[0].body if isinstance(one, Declare)} == {".x", "$.t"}

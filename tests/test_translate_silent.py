@@ -2823,3 +2823,32 @@ def test_an_element_of_a_pose_by_a_computed_number_is_no_position():
     said = {one.says for one in losses(script(*rows), "urscript", "krl")}
     assert "an element of a pose by a computed number" in said
     assert not any("compared with" in one for one in said)
+
+
+def test_an_element_of_an_array_of_joint_values_is_no_axis():
+    rows = [f"tab[{n}]={{A1 {n},A2 -90,A3 90,A4 0,A5 10,A6 0}}" for n in (1, 2, 3)]
+    text = krl(
+        "E6AXIS tab[3]",
+        "$BASE=$NULLFRAME",
+        "$TOOL=$NULLFRAME",
+        *rows,
+        "PTP tab[2]",
+        "tab[2].A3=95",
+        "PTP tab[2]",
+    )
+    made = translated(text, "krl", "rapid")
+    assert "MoveAbsJ tab{2}," in made
+    assert "tab{2}.robax.rax_3:=95;" in made
+    made = translated(text, "krl", "tp")
+    assert re.search(r"PR\[2,3(:\w+)?\]=95 ", made)
+    said = losses(text, "krl", "inform")
+    assert any("one axis of joint values" in one.says for one in said)
+
+
+def test_a_saved_array_of_joint_values_has_joint_values_in_its_gaps():
+    text = ".PROGRAM main()\nJMOVE #safe[2]\n.END\n.JOINTS\n#safe[2] 0 10 -20 0 30 0\n.END\n"
+    program = read_source(decode(text.encode(), "part.as"))
+    made = convert(program, "rapid", Context(robot=ROBOT, on_loss="comment"))
+    (text,) = (raw.decode() for raw in made.files.values())
+    assert text.count("[[0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]") == 2
+    assert re.search(r"MoveAbsJ \w+\{3\},", text)

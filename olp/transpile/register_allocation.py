@@ -234,6 +234,9 @@ class PositionNumbers:
         return ex.Number(int(value) if value.is_integer() else value)
 
     def _is_joints(self, e: ex.Variable) -> bool:
+        """Whether it holds joint values, whose elements are axes; one without a name is an element of an array."""
+        if e.store is ex.Store.ROBOT and not e.name:
+            return True
         symbol = self.symbols.find("", e.name) if e.name and e.store is ex.Store.ROBOT else None
         return symbol is not None and symbol.type == "joints" and not symbol.sizes
 

@@ -64,7 +64,7 @@ _MOVES: Final = words(
     "JMOVE LMOVE HMOVE XMOVE LAPPRO JAPPRO LDEPART JDEPART C1MOVE C2MOVE DRAW TDRAW DRIVE ALIGN JOINT "
     "LINEAR LIN2 CIR1 CIR2"
 )
-_UNTAUGHT: Final = ex.PositionLiteral("pose", (float("nan"),) * 6)
+_UNTAUGHT: Final = {kind: ex.PositionLiteral(kind, (float("nan"),) * 6) for kind in ("pose", "joint")}
 _MOST_ELEMENTS: Final = 5000  # per index of an array
 _DEEP: Final = 4  # variables that are set to variables
 _MOST_ROOM: Final = 500_000  # elements of all arrays together
@@ -269,7 +269,7 @@ class _AsFile:
             sizes = indexed.get(base.name.casefold(), (ex.Number(_SIZES.get(count, 20)),) * count)
             if base.name.casefold() not in self.data.keys() | own.keys() and not self._takes(sizes):
                 sizes = (ex.Number(1),) * count
-            local = "." in base.name[:2]
+            local = _is_own(base.name)
             place = own if local else self.data
             type_ = self._type(one.value) if isinstance(one, st.Assign) else _counter(one)
             if base.name.startswith("$"):
@@ -375,7 +375,7 @@ class _SignalNumbers:
     def _key(self, r: st.Routine, e: ex.Expression) -> tuple[str, str]:
         base = e.base if isinstance(e, ex.Item) else e
         name = base.name.casefold() if isinstance(base, ex.Named) else ""
-        own = "." in name[:2] or (r.name, name) in self.values
+        own = _is_own(name) or (r.name, name) in self.values
         return (r.name if own else ""), name
 
     def _statement(self, r: st.Routine, s: st.Statement) -> st.Statement:
@@ -642,6 +642,11 @@ def _counter(s: st.Statement) -> str:
     return "real" if fractions else "integer"
 
 
+def _is_own(name: str) -> bool:
+    """Whether a variable is its program's own: `.x`, `#.x`, `$.x`; `p.offset` is everybody's."""
+    return name.lstrip("#$").startswith(".")
+
+
 def _constant_sizes(routines: list[st.Routine]) -> dict[str, tuple[ex.Number, ...]]:
     """Of the arrays of which every index is written out, and which no program hands to another."""
     found: dict[str, tuple[int, ...] | None] = {}
@@ -663,7 +668,7 @@ def _constant_sizes(routines: list[st.Routine]) -> dict[str, tuple[ex.Number, ..
 def _gap(element: ex.Expression) -> tuple[str, ex.Expression]:
     """The type of an array by one of its elements, and what stands where none was given."""
     if isinstance(element, ex.PositionLiteral):
-        return ("position", _UNTAUGHT) if element.kind == "pose" else ("joints", _UNTAUGHT)
+        return "position" if element.kind == "pose" else "joints", _UNTAUGHT[element.kind]
     return ("string", ex.Text("")) if isinstance(element, ex.Text) else ("real", ex.Number(0))
 
 

@@ -88,6 +88,7 @@ class RapidValues(Generator):
     def __init__(self, program: st.Program, types: Mapping[str, str], names: RapidNames) -> None:
         super().__init__(program, program.vendor == "rapid")
         self.types = types
+        self.arrays: frozenset[str] = frozenset()  # names in lower case
         self.before: list[str] = []
         self.temporary: dict[str, str] = {}  # name -> type
         self.under_way: set[str] = set()  # those of them that the statement under way has
@@ -244,7 +245,9 @@ class RapidValues(Generator):
 
     def spell_item(self, e: ex.Item) -> str:
         base, indices = e.base, e.indices
-        if self.type_of(base) == "jointtarget" and len(indices) == 1 and isinstance(indices[0], ex.Number):
+        array = isinstance(base, ex.Named) and base.name.lower() in self.arrays
+        axis = self.type_of(base) == "jointtarget" and len(indices) == 1 and not array
+        if axis and isinstance(indices[0], ex.Number):
             if isinstance(base, (ex.SystemValue, ex.Function)):
                 base = self.stored(base, "jointtarget")
             return f"{self.value(base)}.robax.rax_{indices[0].value}"

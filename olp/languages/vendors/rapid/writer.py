@@ -68,6 +68,8 @@ class RapidWriter(RapidStatements):
         self._used = {} if self.own else uses(program)
         self.globals.update({name: kind for name, kind in self._used.items() if name in self.globals})
         self.types = self.globals
+        self.arrays = frozenset(one.name.lower() for one in program.data if one.sizes)
+        self._lists = self.arrays
         self._data: dict[str, deque[st.Declare]] = {}
         for one in program.data:
             if one.type != STRUCTURE:  # which stands in the module's own text
@@ -176,6 +178,8 @@ class RapidWriter(RapidStatements):
         local.update({name: kind for name, kind in self._used.items() if name in local})
         local.update({one.name.lower(): self._parameter_type(one) for one in routine.parameters})
         self.types = {**self.globals, **local}
+        declared = (*routine.parameters, *(one for one in routine.body if isinstance(one, st.Declare)))
+        self.arrays = self._lists - local.keys() | {one.name.lower() for one in declared if one.sizes}
         framing = framing_comments(routine, self.own)
         outside = int(routine.details.get("outside", "0"))  # comments that the text between routines has
         before = "".join(f"{self.step}!{one}\n" for one in framing.above[outside:])
