@@ -2852,3 +2852,28 @@ def test_a_saved_array_of_joint_values_has_joint_values_in_its_gaps():
     (text,) = (raw.decode() for raw in made.files.values())
     assert text.count("[[0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]") == 2
     assert re.search(r"MoveAbsJ \w+\{3\},", text)
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp", "inform"])
+def test_a_function_of_data_that_the_target_lacks_goes_with_its_calls(target):
+    text = "\n".join(
+        [
+            "def part():",
+            "  def pair(t):",
+            "    return struct(a = t, b = [t, 2*t])",
+            "  end",
+            "  def row(t):",
+            "    return [t, 2*t]",
+            "  end",
+            "  s = pair(0.5)",
+            "  z = row(3)",
+            "  if z[1] > 2:",
+            "    set_standard_digital_out(1, True)",
+            "  end",
+            "end",
+            "",
+        ]
+    )
+    made = translated(text, "urscript", target)
+    assert not re.search(r"(FUNC|DEFFCT) list|^ *RETURN \[", made, re.MULTILINE)
+    assert {3, 6, 8, 9, 10} <= {one.line for one in losses(text, "urscript", target)}

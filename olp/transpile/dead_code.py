@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Set
 from dataclasses import replace
 from pathlib import PureWindowsPath
 from typing import Final
 
 from olp.core.diagnostic import OlpError, error
-from olp.ir.expressions import Expression, Named, PositionLiteral, RecordLiteral
-from olp.ir.program import Declare, Program, Routine
+from olp.ir.expressions import CallValue, Expression, Named, PositionLiteral, RecordLiteral
+from olp.ir.program import Declare, Program, Return, Routine, Statement
 from olp.ir.transformer import expressions_of, gather, note_names
 from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
@@ -52,6 +53,8 @@ def prune(program: Program, work: TranslationContext) -> Program:
     for s in program.statements():
         if type(s) is Declare:
             everything.append(s)
+            if any(type(e) is CallValue for e in expressions_of(s)):  # which may do something
+                named.append(Named(s.name))
         else:
             gather(s, named)
     used = {e.name for e in named if type(e) is Named}
@@ -80,6 +83,7 @@ def prune(program: Program, work: TranslationContext) -> Program:
         traps = work.limits.traps
         said = _HELD if traps is None else _HELD | {traps.data_type}
         _refuse(program, {d.name: d.type for d in everything if d.type not in said and kept(d)}, work)
+        _refuse_heads(program, said | _WRITTEN, work)
     return replace(
         program,
         data=tuple([d for d in program.data if d.name in used or kept(d)]),
@@ -107,20 +111,38 @@ def _tell_gone(data: list[Declare], work: TranslationContext) -> None:
 
 
 def _refuse(program: Program, types: dict[str, str], work: TranslationContext) -> None:
-    """Every statement that names data of a type that only its own language has."""
+    """Every statement that names data of a type that only its own language has, and their first values."""
     if not types:
         return
     for s in program.statements():
         if isinstance(s, Declare):
+            if s.name in types and s.value is not None:
+                work.lose(s, Fate.REFUSED, "data", _alien(s.name, types[s.name], work))
             continue
         name = next((e.name for e in expressions_of(s) if type(e) is Named and e.name in types), None)
         if name is not None:
-            work.lose(
-                s,
-                Fate.REFUSED,
-                "data",
-                f"{name} is data of the type {types[name]}, which {language_of(work.target)} does not have",
-            )
+            work.lose(s, Fate.REFUSED, "data", _alien(name, types[name], work))
+
+
+def _refuse_heads(program: Program, said: Set[str], work: TranslationContext) -> None:
+    """Routines that take or give back data of a type that only its own language has, or that nothing tells."""
+    for r in program.routines:
+        alien = next((p for p in r.parameters if not p.switch and p.type not in said), None)
+        if alien is not None:
+            work.lose(r.line, Fate.REFUSED, "parameter", _alien(alien.name, alien.type, work))
+        elif r.returns not in said:
+            work.lose(r.line, Fate.REFUSED, "result", _alien(f"what {r.name} returns", r.returns, work))
+        elif not r.returns and (given := next(filter(_gives, r.body), None)):
+            says = f"what {r.name} returns has a type that nothing tells"
+            work.lose(r.line if r.parameters else given, Fate.REFUSED, "result", says)
+
+
+def _gives(s: Statement) -> bool:
+    return type(s) is Return and type(s.value) is RecordLiteral
+
+
+def _alien(name: str, kind: str, work: TranslationContext) -> str:
+    return f"{name} is data of the type {kind}, which {language_of(work.target)} does not have"
 
 
 # --- Data only ---

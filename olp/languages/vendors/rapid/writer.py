@@ -178,8 +178,9 @@ class RapidWriter(RapidStatements):
         local.update({name: kind for name, kind in self._used.items() if name in local})
         local.update({one.name.lower(): self._parameter_type(one) for one in routine.parameters})
         self.types = {**self.globals, **local}
-        declared = (*routine.parameters, *(one for one in routine.body if isinstance(one, st.Declare)))
-        self.arrays = self._lists - local.keys() | {one.name.lower() for one in declared if one.sizes}
+        arrays = {one.name.lower() for one in routine.parameters if one.sizes}
+        arrays |= {one.name.lower() for one in routine.body if isinstance(one, st.Declare) and one.sizes}
+        self.arrays = self._lists - local.keys() | arrays
         framing = framing_comments(routine, self.own)
         outside = int(routine.details.get("outside", "0"))  # comments that the text between routines has
         before = "".join(f"{self.step}!{one}\n" for one in framing.above[outside:])
