@@ -7,11 +7,13 @@ import re
 import numpy as np
 import pytest
 
+import olp
 from olp.core.source import decode
 from olp.fluent import read_source
 from olp.ir.program import Assign, SetOutput
 from olp.transpile import Context
 from olp.transpile.convert import convert
+from olp.transpile.link import link
 
 HEAD = "/PROG  P\n/ATTR\n/MN\n"
 POSE = "\tX= 900 mm, Y= 0 mm, Z= 900 mm,\n\tW= 0 deg, P= 90 deg, R= 0 deg\n"
@@ -81,25 +83,51 @@ def test_a_register_counts_with_whole_numbers_only_where_nothing_else_sets_what_
     assert types["R1"] == types["R2"] == kind
 
 
-TABLE = "".join(f"q[{i},{j}] {300 + i} {j} 400 0 180 0\n" for i in range(1, 10) for j in range(1, 20))
+TABLE = "".join(f"q[{i},{j}] {300 + i} {j} 400 0 180 0\n" for i in range(1, 41) for j in range(1, 31))
 
 
 def test_elements_of_a_table_that_has_no_room_are_points_where_their_index_is_a_number():
-    moves = "LMOVE q[1,1]\nLMOVE q[9,19]\nFOR i = 1 TO 9\nLMOVE q[i,1]\nLMOVE q[i,2]\nEND\nLMOVE q[2,7]\n"
+    moves = "LMOVE q[1,1]\nLMOVE q[39,29]\nFOR i = 1 TO 40\nLMOVE q[i,1]\nLMOVE q[i,2]\nEND\nLMOVE q[2,7]\n"
     text = f".PROGRAM p()\nSPEED 100 MM/S ALWAYS\n{moves}.END\n.TRANS\n{TABLE}.END\n"
     source = read_source(decode(text.encode(), "p.as"))
     made = convert(source, "inform", Context(on_loss="comment"))
     left_out = {loss.line: loss.says for loss in made.translated.losses if loss.leaves_out}
     assert left_out.keys() == {6, 7}
-    assert all("more than 128 variables" in says for says in left_out.values())
+    assert all("more than 1000 variables" in says for says in left_out.values())
     found = read_source(decode(made.files[made.main], made.main)).plan()
     places = found.positions.position[found.moves.target]
-    np.testing.assert_allclose(places * 1000, [[301, 1, 400], [309, 19, 400], [302, 7, 400]], atol=1e-3)
+    np.testing.assert_allclose(places * 1000, [[301, 1, 400], [339, 29, 400], [302, 7, 400]], atol=1e-3)
 
 
 def test_each_move_to_a_position_for_which_no_variable_is_left_is_left_out():
-    rows = "".join(f"LMOVE a{n}\n" for n in range(140)) * 2
+    rows = "".join(f"LMOVE a{n}\n" for n in range(1010)) * 2
     source = read_source(decode(f".PROGRAM p()\nSPEED 100 MM/S ALWAYS\n{rows}.END\n".encode(), "p.as"))
     made = convert(source, "inform", Context(on_loss="comment"))
     beyond = {loss.line for loss in made.translated.losses if loss.leaves_out}
-    assert beyond == {n + 3 for n in (*range(128, 140), *range(268, 280))}
+    assert beyond == {n + 3 for n in (*range(1000, 1010), *range(2010, 2020))}
+    beginning = "set the controller up for more variables than it is delivered with"
+    assert made.translated.asks[beginning] == ("P999 is used, 128 are delivered",)
+
+
+def test_numbers_that_routines_have_for_themselves_need_no_larger_controller():
+    own = "".join(f"local x{n} = {n}.5\n" for n in range(60))
+    sums = "+".join(f"x{n}" for n in range(60))
+    routines = "".join(f"def r{k}():\n{own}textmsg({sums})\nend\n" for k in range(3))
+    text = f"def p():\n{routines}r0()\nr1()\nr2()\nend\n"
+    made = convert(read_source(decode(text.encode(), "p.script"), vendor="urscript"), "inform")
+    assert not made.translated.asks
+
+
+def test_a_listing_that_calls_itself_and_takes_arguments_is_left_out_and_no_more(tmp_path):
+    own = (
+        HEAD.replace("P\n", "OWN\n", 1)
+        + "   1:  R[1]=AR[1] ;\n   2:  CALL OWN(2) ;\n   3:  R[2]=AR[1] ;\n"
+        + TAIL
+    )
+    (tmp_path / "own.ls").write_text(own)
+    (tmp_path / "p.ls").write_text(HEAD + "   1:L P[1] 50mm/sec FINE ;\n   2:  CALL OWN(1) ;\n" + TAIL)
+    linked = link(olp.read(tmp_path / "p.ls")).program
+    made = convert(linked, "inform", Context(on_loss="comment"))
+    left_out = {loss.statement for loss in made.translated.losses if loss.leaves_out}
+    assert left_out == {"Call", "Assign"}
+    assert b"MOVL C00000" in made.files[made.main]

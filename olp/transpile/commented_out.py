@@ -178,10 +178,14 @@ def _declared(
 
 
 def _without_heads(program: st.Program, out: LeftOut, lost: _Gone) -> tuple[st.Program, dict[int, str]]:
-    """A routine whose head cannot be said takes and gives nothing, and the lines that it held are to go."""
+    """A routine whose head cannot be said takes and gives nothing, and the lines that it held are to go.
+
+    What a listing takes it only names where it is used: its head is refused again when it has been left out.
+    """
     routines, bodies = [], {}
     for routine in program.routines:
-        if routine.line in out.lines and (routine.parameters or routine.returns):
+        takes = routine.parameters or routine.returns or routine.line in out.gone
+        if routine.line in out.lines and takes:
             says = lost["", routine.name.casefold()] = out.lines[routine.line]
             bodies.update({s.line: says for s in routine.body if s.line})
             routine = replace(routine, parameters=(), returns="", arguments=())

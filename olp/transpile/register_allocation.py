@@ -121,7 +121,8 @@ class PositionNumbers:
             if symbol is not None and d.name in used:
                 kinds[d.name] = self._store(symbol)
                 needed[kinds[d.name]] = needed.get(kinds[d.name], 0) + self._size(symbol)
-        many = {store for store in self.registers.routines_own if needed.get(store, 0) > self._largest(store)}
+        delivered = self.work.limits.numbered
+        many = {s for s in self.registers.routines_own if needed.get(s, 0) > delivered.get(s, 0)}
         mapped_ = self.work.context.mapping.variables
         plain = {
             d.name

@@ -36,6 +36,11 @@ LIMITS: Final = Limits(
         Store.STRING: 100,
         Store.ROBOT: 128,
     },
+    # More are an option, as many as a parameter says (DX100, instructions for the high-speed Ethernet server,
+    # HW1480958, 3.3.32); how many at most is told on no page at hand: as many as three digits count.
+    enlarged=dict.fromkeys(
+        (Store.BYTE, Store.INTEGER, Store.DOUBLE, Store.REAL, Store.STRING, Store.ROBOT), 1000
+    ),
     has_repeat=False,
     has_break=False,
     for_counts_whole=True,
