@@ -276,6 +276,40 @@ def test_a_station_that_stands_still_is_no_group_that_moves(second):
         assert [loss.says for loss in made.translated.losses] == ["a move of several control groups"] * 2
 
 
+@pytest.mark.parametrize(
+    ("kind", "second", "says"),
+    [
+        ("PULSE", "104847", "the track has the same position"),
+        ("PULSE", "104848", ""),
+        ("BASE", "104847", ""),  # which the track does not carry along: the arm's own base is elsewhere
+    ],
+)
+def test_a_track_that_stands_still_carries_what_is_taught_in_pulses(kind, second, says):
+    places = ["100,-2000,3000,0,-50000,0", "8000,-2000,3000,0,-50000,0"]
+    head = ["///POSTYPE PULSE", "///PULSE"]
+    if kind == "BASE":
+        head = ["///POSTYPE BASE", "///RECTAN"]
+        places = ["900.0,0.0,500.0,180.0,0.0,0.0", "900.0,100.0,500.0,180.0,0.0,0.0"]
+    points = ["///TOOL 0", *head, *(f"C0000{n}={place}" for n, place in enumerate(places))]
+    points += ["///POSTYPE PULSE", "///PULSE", "BC00000=104847", f"BC00001={second}"]
+    points += ["EC00000=1,2", "EC00001=1,2"]
+    rows = [f"SMOVL C0000{n} BC0000{n} V=100.0 PL=0 +MOVJ EC0000{n}" for n in (0, 1)]
+    text = inform("MEMOF", "CLEAR MPF", *rows, points=points).replace("NPOS 2,0,0", "NPOS 2,2,2")
+    text = text.replace("///GROUP1 RB1", "///GROUP1 RB1,BS1\n///GROUP2 ST1")
+    made = converted(text, "inform", "krl")
+    notes = made.translated.notes
+    left_out = {
+        loss.says for loss in made.translated.losses if loss.leaves_out and loss.statement != "Process"
+    }
+    if says:
+        assert not left_out
+        assert any(says in note for note in notes)
+        assert any("the station has" in note for note in notes)
+        assert made.files[made.main].count(b"LIN ") == 2
+    else:
+        assert left_out == {"a move of several control groups"}
+
+
 SHIFTED_POINTS = (
     "///TOOL 0",
     "///POSTYPE BASE",

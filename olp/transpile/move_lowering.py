@@ -270,10 +270,17 @@ def _names_systems(s: Move) -> bool:
 
 def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:
     """The move with names; as it was, with a loss, where its target cannot be known."""
-    if s.parts and _stands_still(points, s):
-        says = "the station has the same position in all points: its part of the moves is left out"
-        points.work.note_once(says)
-        s = edited(s, {"parts": (), "coordinated": False})
+    beside = (*s.targets[1:], *(target for part in s.parts for target in part.targets))
+    if (
+        beside
+        and all(_stands_still(points, target) for target in beside)
+        and _is_seen(points, routine, s, value)
+    ):
+        for word in dict.fromkeys(_STANDING[target.store] for target in beside if type(target) is ex.Taught):
+            points.work.note_once(
+                f"the {word} has the same position in all points: its part of the moves is left out"
+            )
+        s = edited(s, {"targets": s.targets[:1], "parts": (), "coordinated": False})
     if s.parts or len(s.targets) > 1:
         points.work.lose(s, Fate.REFUSED, "groups", "a move of several control groups")
         return [s]
@@ -329,11 +336,22 @@ def framed_shift(points: Points, s: ShiftOn, value: Value) -> ShiftOn:
     return replace(s, frame=frame if isinstance(frame, ex.FrameRef) else ex.FrameRef("base"))
 
 
-def _stands_still(points: Points, s: Move) -> bool:
-    """Whether all that a move has besides its arm are stations that no point of the program moves."""
-    targets = [target for part in s.parts for target in part.targets]
-    stations = all(type(target) is ex.Taught and target.store is ex.Store.STATION for target in targets)
-    return bool(targets) and stations and points.station_stands()
+_STANDING: Final = {ex.Store.STATION: "station", ex.Store.BASE: "track"}
+
+
+def _stands_still(points: Points, target: ex.Expression) -> bool:
+    """Whether what a move has besides its arm is a station or a track that no point of the program moves."""
+    return type(target) is ex.Taught and target.store in _STANDING and points.stands_still(target.store)
+
+
+def _is_seen(points: Points, routine: Routine, s: Move, value: Value) -> bool:
+    """Whether it is known where the arm's own base has a move's target: what a track carries is elsewhere by as much as
+    the track is, in whatever frame does not move with it.
+    """
+    if len(s.targets) == 1:
+        return True
+    state = _state(points, routine, s.targets[0], value)
+    return state is not None and (state.kind is not PointKind.POSE or state.frame == "robot")
 
 
 def _state(points: Points, routine: Routine, target: ex.Expression, value: Value) -> PointState | None:
@@ -411,7 +429,9 @@ class Points:
         default_factory=dict
     )  # the taught points of a routine
     changed: set[ex.Variable] | None = None  # variables that statements set, once it was asked
-    stands: bool | None = None  # whether no point moves a station, once it was asked
+    stands: dict[ex.Store, bool] = field(
+        default_factory=dict
+    )  # whether no point moves stations or tracks, if asked
 
     def is_set(self, variable: ex.Variable) -> bool:
         """Whether a statement of the program may give a position variable another value."""
@@ -424,13 +444,13 @@ class Points:
             for e in self.changed
         )
 
-    def station_stands(self) -> bool:
-        """Whether all points of stations, in all routines, are one and the same."""
-        if self.stands is None:
-            found = [r.points.blocks.get((ex.Store.STATION, True)) for r in self.work.source.routines]
+    def stands_still(self, store: ex.Store) -> bool:
+        """Whether all points of stations, or of tracks, are one and the same in all routines."""
+        if store not in self.stands:
+            found = [r.points.blocks.get((store, True)) for r in self.work.source.routines]
             rows = [tuple(row) for block in found if block is not None for row in block.values.tolist()]
-            self.stands = all(row == rows[0] for row in rows)
-        return self.stands
+            self.stands[store] = all(row == rows[0] for row in rows)
+        return self.stands[store]
 
     def point(self, routine: Routine, store: ex.Store, number: int) -> Point | None:
         """A taught point; all of a routine are taken out of their columns at once."""

@@ -48,6 +48,7 @@ class Inform(Vendor):
         surplus_arguments=True,
         returns_by_register=True,
         known_functions=True,
+        idle_processes={"memof": "ending a memory of passes", "clear": "clearing a memory of passes"},
         welds=WELDS,
     )
     # PL as the manual counts it.
