@@ -9,7 +9,8 @@ import pytest
 
 from bench.physics_page import DETAILS, PAGE, all_details, page
 from olp.contracts.terms import CYCLE, rich_case
-from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.fitting import Noise, fit
+from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
 from olp.timing.physics import MoveTerm, load_term, term_names
 
 CONTRACT = term_names()
@@ -26,6 +27,7 @@ FORMS = [
 IDS = [f"{term.name} {form.key}".strip() + ("" if case is CASE else ", laden") for term, form, case in FORMS]
 ROUNDED = (CASE.base.round_start > 0) | (CASE.base.round_end > 0)
 STRAIGHT = CASE.moving & ~CASE.joint
+COULOMB = load_term("coulomb-friction").forms(CASE)[0]
 EVERYTHING = np.ones(len(CASE), dtype=bool)
 WRIST = CASE.rates is not None and (np.abs(CASE.rates.path[:, :, 3:]).max(axis=(1, 2)) > 1e-9)
 
@@ -195,6 +197,36 @@ def test_models_changed_together_predict_what_each_predicts_alone():
         for other, seconds_ in zip(others, together, strict=True):
             alone = DurationModel((*model.parts[:last], other)).smooth(case)
             np.testing.assert_array_equal(seconds_, alone, err_msg=f"{term.name} {form.key}")
+
+
+def test_parts_before_and_behind_the_one_that_is_changed_act_on_all_changes_as_on_each():
+    """Under a condition, too: what changes made of the moves goes through the other parts in one go."""
+    told = load_term("dispatch")
+    for term, form, case in FORMS:
+        if term.name in ("dispatch", "external-wait"):
+            continue
+        part = ModelPart(term, form, np.asarray(strong(term, form, case), dtype=float))
+        late = Condition((Statement("time", above=float(np.median(case.t_start - case.began))),))
+        parts = (
+            ModelPart(load_term("coulomb-friction"), COULOMB, np.array([0.1]), late),
+            part._replace(condition=late if part.conditionable else None),
+            ModelPart(told, told.forms(case)[0], np.array([0.03])),
+        )
+        changes = [(k, p._replace(values=f * p.values)) for k, p in enumerate(parts) for f in (0.99, 0.9)]
+        for (k, other), both in zip(changes, DurationModel(parts).both_with(changes, case), strict=True):
+            alone = DurationModel((*parts[:k], other, *parts[k + 1 :])).both(case)
+            np.testing.assert_allclose(both, alone, rtol=1e-12, err_msg=f"{term.name} {form.key} {k}")
+
+
+def test_what_was_fitted_to_the_same_moves_before_is_not_fitted_again():
+    rows = np.arange(0, len(CASE), 2)
+    some = CASE.fold(rows)
+    assert CASE.fold(rows.copy()) is some
+    np.testing.assert_array_equal(some.measured, CASE.measured[rows])
+    model = DurationModel((ModelPart(load_term("coulomb-friction"), COULOMB, np.array([0.1])),))
+    first, other = (fit(model, some, noise, 6) for noise in (Noise(1e-3), Noise(2e-3)))
+    assert fit(model, some, Noise(1e-3), 6) is first
+    assert other is not first
 
 
 def test_the_cycle_of_the_recording_is_found():

@@ -344,11 +344,11 @@ def _held_out(model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Fo
     for label in np.unique(folds.labels).tolist():
         seen = np.nonzero(folds.labels != label)[0].astype(np.int64)
         held = np.nonzero(folds.labels == label)[0].astype(np.int64)
-        test = case.take(held)
+        test = case.fold(held)
         if not len(seen):
             left[held] = test.residual
             continue
-        left[held] = test.measured - fit(model, case.take(seen), noise, 6).model.seconds(test)
+        left[held] = test.measured - fit(model, case.fold(seen), noise, 6).model.seconds(test)
     return rms(left)
 
 

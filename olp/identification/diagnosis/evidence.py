@@ -150,7 +150,7 @@ def gain_of(
     scale, width = scale_before_rounding(fitted, case, noise), rounding_of(case, noise)
     for label in np.unique(labels).tolist():
         seen, held = _parts(labels, label)
-        train, test = case.take(seen), case.take(held)
+        train, test = case.fold(seen), case.fold(held)
         with_it[held] = test.measured - fit_anew(fitted.model, train, noise, 6).model.seconds(test)
         without[held] = test.measured - fit_anew(rest, train, noise, 6).model.seconds(test)
         losses = [loss_each(whiten(left[held], noise, test), scale, width) for left in (without, with_it)]
@@ -332,8 +332,8 @@ def held_out_error(model: DurationModel, case: MeasuredMoves, noise: Noise, fold
     left = np.zeros(len(case))
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
-        test = case.take(held)
-        left[held] = test.measured - fit_anew(model, case.take(seen), noise, 6).model.seconds(test)
+        test = case.fold(held)
+        left[held] = test.measured - fit_anew(model, case.fold(seen), noise, 6).model.seconds(test)
     return rms(left)
 
 
@@ -382,7 +382,7 @@ def selection(
     searched = list[ModelFit | None]()
     for turn, label in enumerate(np.unique(folds.labels).tolist()):
         seen, held = _parts(folds.labels, label)
-        train, test = case.take(seen), case.take(held)
+        train, test = case.fold(seen), case.fold(held)
         if not len(seen):
             predicted[held] = test.simulated
             searched.append(None)

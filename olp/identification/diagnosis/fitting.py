@@ -25,6 +25,7 @@ _DENSITY = math.gamma(3.5) / (math.sqrt(FREEDOM * math.pi) * math.gamma(3.0))  #
 _ALIKE = 0.02  # of a width: durations that scatter by less are rounded alike
 _SCALES = 40  # that are tried
 LATTICE = "cycle-quantisation"  # its mean has a slope that says nothing of the cycle
+_KEPT = 256  # fits of a case
 _STEP = 1e-5  # of a parameter's span, for differences
 _ROUNDS = 4  # of the scale's fixed point
 _FINEST = 64.0  # times as long as the last step along a coordinate is the first
@@ -183,9 +184,21 @@ def evaluate(model: DurationModel, case: MeasuredMoves, noise: Noise) -> ModelFi
 
 
 def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10, held: int = -1) -> ModelFit:
-    """The best values near those of `model`; the coordinate `held` stays where it is."""
+    """The best values near those of `model`; the coordinate `held` stays where it is. A case keeps what came of it."""
     if not model.parts:
         return evaluate(model, case, noise)
+    parts = tuple((p.term.name, p.form, p.values.tobytes(), p.condition) for p in model.parts)
+    key = (parts, noise, steps, held)
+    known = case.fits.get(key)
+    if isinstance(known, ModelFit):
+        return known
+    if len(case.fits) >= _KEPT:
+        del case.fits[next(iter(case.fits))]
+    case.fits[key] = found = _fitted(model, case, noise, steps, held)
+    return found
+
+
+def _fitted(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, held: int) -> ModelFit:
     place, damping = _pack(model), 1e-3
     seconds, smooth = model.both(case)
     best = _judged(model, case.measured - seconds, case, noise)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.timing.physics import Form, MoveTerm
-from olp.timing.physics._case import MeasuredMoves, Rivals
-from olp.timing.physics._motion import Motion, durations
+from olp.timing.physics._case import MeasuredMoves, RepeatedMoves, Rivals
+from olp.timing.physics._motion import Motion, stacked
 
 Floats = NDArray[np.float64]
 
@@ -124,7 +124,7 @@ _NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
 }
 
 
-_LATELY = 512  # motions that a case keeps
+_LATELY = 64  # motions that a case keeps
 
 
 @lru_cache(maxsize=_LATELY)
@@ -159,19 +159,24 @@ class ModelPart(NamedTuple):
 
     def act(self, motion: Motion, case: MeasuredMoves) -> Motion:
         """The motion with the part in it. A fit asks again and again for the parts whose values it leaves."""
+        if isinstance(case, RepeatedMoves):  # of trials: each is asked for once
+            return self._made(motion, case)
         of = (self.term.name, self.form.key, self.form.axis, self.condition)
         key = (id(motion), self.values.tobytes(), of)
         known = case.acted.get(key)
         if known is not None:
             return known[1]
-        changed = self.term.act(motion, self.form, self.values, case)
-        if self.condition is not None:
-            mask = case.once(_named(self.condition), lambda: self._mask(case)) > 0
-            changed = motion.where(mask, changed)
+        changed = self._made(motion, case)
         if len(case.acted) >= _LATELY:
             del case.acted[next(iter(case.acted))]
         case.acted[key] = (motion, changed)  # it keeps the motion: no other one has its number meanwhile
         return changed
+
+    def _made(self, motion: Motion, case: MeasuredMoves) -> Motion:
+        changed = self.term.act(motion, self.form, self.values, case)
+        if self.condition is None:
+            return changed
+        return motion.where(case.once(_named(self.condition), lambda: self._mask(case)) > 0, changed)
 
     def _mask(self, case: MeasuredMoves) -> Floats:
         assert self.condition is not None
@@ -234,6 +239,47 @@ class _Led(NamedTuple):
 
 
 _SET_BY_AXES = ("speed", "accelerate", "decelerate")
+_ROWS = 4096  # of motions in one go: more do not stay near to the processor
+
+
+class _Stack(NamedTuple):
+    """What some changes of a model make of the same moves, one below the other."""
+
+    of: tuple[int, ...]  # the changes
+    led: _Led
+
+    def with_(self, part: ModelPart, case: MeasuredMoves) -> _Stack:
+        return self._replace(led=self.led.with_(part, case.repeated(len(self.of))))
+
+    @property
+    def manner(self) -> tuple[object, ...]:
+        return self.led.motion.manner, None if self.led.rivals is None else self.led.rivals.manner
+
+
+def _stacked(stacks: Sequence[_Stack], case: MeasuredMoves) -> list[_Stack]:
+    """Those in one manner together, as far as they are not too large."""
+    alike: dict[tuple[object, ...], list[list[_Stack]]] = {}
+    for stack in stacks:
+        bunches = alike.setdefault(stack.manner, [[]])
+        if sum(len(one.of) for one in (*bunches[-1], stack)) * len(case) > _ROWS:
+            bunches.append([])
+        bunches[-1].append(stack)
+    return [_together(bunch, case) for bunches in alike.values() for bunch in bunches if bunch]
+
+
+def _together(stacks: Sequence[_Stack], case: MeasuredMoves) -> _Stack:
+    """One stack of those in one manner."""
+    if len(stacks) == 1:
+        return stacks[0]
+    each = [case.repeated(len(one.of)) for one in stacks]
+    of = tuple(at for one in stacks for at in one.of)
+    whole = case.repeated(len(of))
+    motion = stacked([one.led.motion for one in stacks], [moves.base for moves in each], whole.base)
+    rivals = [one.led.rivals for one in stacks if one.led.rivals is not None]
+    if not rivals or whole.rivals is None:
+        return _Stack(of, _Led(motion, None))
+    bases = [moves.rivals.moves.base for moves in each if moves.rivals is not None]
+    return _Stack(of, _Led(motion, stacked(rivals, bases, whole.rivals.moves.base)))
 
 
 class DurationModel(NamedTuple):
@@ -263,20 +309,23 @@ class DurationModel(NamedTuple):
     ) -> list[tuple[Floats, Floats]]:
         """Per change `both` likewise."""
         order = sorted(range(len(self.parts)), key=lambda k: self.parts[k].term.stage)
-        before = [_Led.of(case)]
-        for k in order[:-1]:
-            before.append(before[-1].with_(self.parts[k], case))
-        motions = []
-        for index, part in changes:
-            place = order.index(index)
-            led = before[place].with_(part, case)
-            for k in order[place + 1 :]:
-                led = led.with_(self.parts[k], case)
-            motions.append(led.together(case))
-        base, found = _base(case), []
-        for motion, seconds in zip(motions, durations(motions), strict=True):
-            found.append(_in_cycles((case.simulated + seconds - base) * motion.rate, motion))
-        return found
+        stacks, before = list[_Stack](), _Led.of(case)
+        for k in order:
+            stacks = [stack.with_(self.parts[k], case) for stack in stacks]
+            mine = [(at, part) for at, (index, part) in enumerate(changes) if index == k]
+            stacks += [_Stack((at,), before.with_(part, case)) for at, part in mine]
+            stacks = _stacked(stacks, case)
+            if k != order[-1]:
+                before = before.with_(self.parts[k], case)
+        found = dict[int, tuple[Floats, Floats]]()
+        _base(case)
+        for of, led in stacks:
+            moves = case.repeated(len(of))
+            motion = led.together(moves)
+            both = _in_cycles(_seconds_of(motion, moves), motion)
+            each = (columns.reshape(len(of), -1) for columns in both)
+            found.update(zip(of, zip(*each, strict=True), strict=True))
+        return [found[at] for at in range(len(changes))]
 
     def motion(self, case: MeasuredMoves) -> Motion:
         """The simulation's motion with all parts in it."""

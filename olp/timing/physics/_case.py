@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,6 +150,9 @@ class MeasuredMoves:
     acted: dict[Hashable, tuple[Motion, Motion]] = field(
         default_factory=dict, init=False
     )  # what terms made of a motion lately, with that motion
+    copies: dict[int, RepeatedMoves] = field(default_factory=dict, init=False)  # see `repeated`
+    folds: dict[bytes, MeasuredMoves] = field(default_factory=dict, init=False)  # see `fold`
+    fits: dict[Hashable, object] = field(default_factory=dict, init=False)  # what models came to lately
 
     def __post_init__(self) -> None:
         if self.rivals is not None:
@@ -294,6 +297,26 @@ class MeasuredMoves:
         of = self.moving & np.isfinite(self.base.accelerate)
         return float(np.median((self.base.accelerate / self.ratio)[of])) if of.any() else 1.0
 
+    def repeated(self, count: int) -> MeasuredMoves:
+        """The moves `count` times, one set below the other: what a term does to as many motions of them in one go. No
+        term looks from one move to another, so the sets do not touch."""
+        if count == 1:
+            return self
+        if count not in self.copies:
+            if len(self.copies) >= _COPIES:
+                del self.copies[next(iter(self.copies))]
+            self.copies[count] = RepeatedMoves(self, count)
+        return self.copies[count]
+
+    def fold(self, rows: NDArray[np.int64]) -> MeasuredMoves:
+        """`take`, kept: models are fitted to the same rows again and again."""
+        key = rows.tobytes()
+        if key not in self.folds:
+            if len(self.folds) >= _FOLDS:
+                del self.folds[next(iter(self.folds))]
+            self.folds[key] = self.take(rows)
+        return self.folds[key]
+
     def take(self, rows: NDArray[np.int64]) -> MeasuredMoves:
         """Some of the moves; their neighbours' properties, and the numbers that forms refer to, stay unchanged."""
         columns = {
@@ -324,3 +347,96 @@ _COLUMNS = (
     *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),
     *("place", "sim_payload", "sim_payload_inertia", "override", "leader"),
 )
+_FOLDS = 64  # sets of rows that a case keeps
+_COPIES = 16  # sizes of repeated moves that a case keeps
+
+
+class _RepeatedRates(Rates):
+    """Of moves several times over; a column is repeated when it is asked for."""
+
+    origin: Rates
+    count: int
+    rows: int
+
+    def __init__(self, origin: Rates, count: int, rows: int) -> None:
+        for name, value in (("origin", origin), ("count", count), ("rows", rows)):
+            object.__setattr__(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        value = getattr(self.origin, name)
+        if name in ("path", "known", "bodies", "lifts"):
+            value = _repeated(value, self.count, self.rows)
+        object.__setattr__(self, name, value)
+        return value
+
+
+class RepeatedMoves(MeasuredMoves):
+    """Moves several times over. A column is repeated when it is asked for: few are."""
+
+    origin: MeasuredMoves
+    count: int
+
+    def __init__(self, origin: MeasuredMoves, count: int) -> None:
+        own = {
+            "origin": origin,
+            "count": count,
+            "derived": {},
+            "acted": {},
+            "copies": {},
+            "folds": {},
+            "fits": {},
+        }
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "numbers", _NumbersOf(origin))
+
+    def __getattr__(self, name: str) -> Any:
+        """A field that was not asked for before."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        value = _repeated(getattr(self.origin, name), self.count, len(self.origin))
+        object.__setattr__(self, name, value)
+        return value
+
+    def __len__(self) -> int:
+        return len(self.origin) * self.count
+
+    def led(self, axis: int) -> Mask:
+        return np.tile(self.origin.led(axis), self.count)
+
+    @property
+    def bodies_known(self) -> bool:
+        return self.origin.bodies_known
+
+    def once(self, name: str, make: Callable[[], Floats]) -> Floats:
+        """Rows that were worked out for the moves themselves are repeated."""
+        if name not in self.derived:
+            known = self.origin.derived.get(name)
+            rows = known is not None and len(known) == len(self.origin) > _LAYERS
+            self.derived[name] = _repeated(known, self.count, len(self.origin)) if rows else make()
+        return self.derived[name]
+
+
+_LAYERS = 3  # that a derived array may have instead of rows: more rows are taken for moves
+
+
+def _repeated(value: Any, count: int, rows: int) -> Any:
+    """A field of `rows` moves for `count` times as many; what has no rows stays as it is."""
+    if isinstance(value, np.ndarray):
+        return np.tile(value, (count, *(1,) * (value.ndim - 1))) if len(value) == rows else value
+    if isinstance(value, tuple) and type(value) is tuple:
+        return value * count
+    if isinstance(value, Rivals):
+        steps, (first, of) = np.arange(count)[:, None], value.together
+        return Rivals(
+            value.moves.repeated(count),
+            (value.of + rows * steps).ravel(),
+            ((first + len(value.of) * steps).ravel(), (of + rows * steps).ravel()),
+        )
+    if isinstance(value, Rates):
+        return _RepeatedRates(value, count, rows)
+    if isinstance(value, Mapping):
+        return {name: _repeated(column, count, rows) for name, column in value.items()}
+    return value.repeated(count) if hasattr(value, "repeated") else value

@@ -117,10 +117,11 @@ class Motion:
             return np.asarray(whole)
         return np.asarray(whole - np.minimum(self._saved(top), _MOST * travel))
 
-    def _way_of_timing(self) -> tuple[object, ...]:
-        """What moves have in common that are timed in one go."""
-        corners = self.corners is None
-        return self.law, self.overlap, self.split, self.reach, self.portion, self._jerked, corners
+    @property
+    def manner(self) -> tuple[object, ...]:
+        """What motions of the same moves have in common that can stand one below the other as one."""
+        own = vars(self)
+        return *(own[name] for name in _IN_COMMON), self._jerked
 
     def _saved(self, top: Floats) -> Floats:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
@@ -258,6 +259,16 @@ class Motion:
         slow = 0.5 * (1.0 / self.accelerate + 1.0 / self.decelerate)
         return np.asarray(np.minimum(self.speed, np.sqrt(np.maximum(self.way, 1e-9) / slow)))
 
+    def repeated(self, count: int) -> Motion:
+        """The moves `count` times, one set below the other."""
+        own = vars(self)
+        columns: dict[str, Floats | MoveCorners] = {name: np.tile(own[name], count) for name in _COLUMNS}
+        if self.corners is not None:
+            columns["corners"] = MoveCorners(*(np.tile(column, count) for column in self.corners))
+        result = self.with_(**columns)
+        vars(result)["_jerked"] = self._jerked
+        return result
+
     def take(self, rows: NDArray[np.intp]) -> Motion:
         """Some of the moves."""
         some = self._some(rows)
@@ -272,42 +283,22 @@ class Motion:
         return some
 
 
-_COLUMNS = tuple(
-    column.name
-    for column in fields(Motion)
-    if column.name not in ("cycle", "early", "law", "overlap", "split", "reach", "portion", "corners")
-)
+_IN_COMMON = ("cycle", "early", "law", "overlap", "split", "reach", "portion")  # of all moves
+_COLUMNS = tuple(column.name for column in fields(Motion) if column.name not in (*_IN_COMMON, "corners"))
 _TRAVEL = ("way", "speed", "accelerate", "decelerate", "jerk", "filtered")  # what the way alone hangs on
 
 
-def durations(motions: Sequence[Motion]) -> list[Floats]:
-    """Of each motion of the same moves what its `duration` is: those that pass corners alike in one go."""
-    alike: dict[tuple[object, ...], list[int]] = {}
-    for k, motion in enumerate(motions):
-        alike.setdefault(motion._way_of_timing(), []).append(k)
-    found = list[Floats]([np.zeros(0)] * len(motions))
-    for members in alike.values():
-        each = _stacked([motions[k] for k in members]).duration().reshape(len(members), -1)
-        for k, seconds in zip(members, each, strict=True):
-            found[k] = seconds
-    return found
-
-
-def _stacked(motions: Sequence[Motion]) -> Motion:
-    """The moves of all motions, one below the other."""
-    first = motions[0]
-    if len(motions) == 1:
-        return first
-    own = [vars(motion) for motion in motions]
-    columns: dict[str, Floats | MoveCorners] = {
-        name: np.concatenate([one[name] for one in own]) for name in _COLUMNS
-    }
-    if first.corners is not None:
-        corners = zip(*(motion.corners for motion in motions if motion.corners is not None), strict=True)
-        columns["corners"] = MoveCorners(*map(np.concatenate, corners))
-    stacked = first.with_(**columns)
-    vars(stacked)["_jerked"] = any(motion._jerked for motion in motions)
-    return stacked
+def stacked(motions: Sequence[Motion], own: Sequence[Motion], whole: Motion) -> Motion:
+    """Motions in one manner as one, one below the other. `own`: the moves' own motion, as often as each has them;
+    `whole`: as often as all have them. A column that is nowhere changed is that of `whole`."""
+    columns = dict[str, Floats]()
+    changed, bases, all_of = [vars(one) for one in motions], [vars(one) for one in own], vars(whole)
+    for name in _COLUMNS:
+        same = all(one[name] is base[name] for one, base in zip(changed, bases, strict=True))
+        columns[name] = all_of[name] if same else np.concatenate([one[name] for one in changed])
+    result = motions[0].with_(**columns, corners=whole.corners)
+    vars(result)["_jerked"] = motions[0]._jerked
+    return result
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

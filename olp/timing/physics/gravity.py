@@ -69,7 +69,7 @@ class Gravity(MoveTerm):
         if form.key in (_AXES, _AXES_PLANNED):
             return _axes_pulled(motion, form, values, case)
         if form.key in ("whole arm", "any arm"):
-            slopes = case.once(form.key, lambda: (_lifts if form.key == "whole arm" else _works)(case))
+            slopes = _slopes(case, form.key)
             return pulled(motion, slopes @ values, _LEAST)
         if form.key == "lift and reach":
             pull = case.once("lift and reach", lambda: _outside(case)) @ values
@@ -311,7 +311,7 @@ def _axes_pulled(motion: Motion, form: Form, values: Floats, case: MeasuredMoves
         up = np.minimum(up, reserve[:, axis, None] * np.maximum(1.0 - pull, _LEAST))
         down = np.minimum(down, reserve[:, axis, None] * np.maximum(1.0 + pull, _LEAST))
     if len(values) > len(pairs) + 1:  # lines are lifted, too
-        lifted = _lifts(case) @ values[len(pairs) : len(pairs) + 2]
+        lifted = _slopes(case, "whole arm") @ values[len(pairs) : len(pairs) + 2]
         up, down = up * np.maximum(1.0 - lifted, _LEAST), down * np.maximum(1.0 + lifted, _LEAST)
     most = 1.0 if form.key == _AXES_PLANNED else np.inf
     up, down = np.minimum(up, most), np.minimum(down, most)
@@ -331,6 +331,11 @@ def _apart() -> tuple[TermParameter, TermParameter]:
         for name in ("up", "down")
     )
     return up, down
+
+
+def _slopes(case: MeasuredMoves, key: str) -> Floats:
+    """(n, m, p) what the parameters of a form along straight moves multiply."""
+    return case.once(key, lambda: (_lifts if key == "whole arm" else _works)(case))
 
 
 def _lifts(case: MeasuredMoves) -> Floats:

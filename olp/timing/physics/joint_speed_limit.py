@@ -60,9 +60,8 @@ class JointSpeedLimit(MoveTerm):
                 motion.way[touched] * _beyond(case, form.axis, touched, values[0] / top) / values[0]
             )
             return motion.with_(added=added)
-        mine, rate = motion.take(touched), _rates(case, form.axis)[touched].T
-        limited = np.minimum(mine.speed, values[0] / np.maximum(rate, 1e-12))
-        added[touched] += _swept(mine, limited) - _alone(mine, len(rate))
+        limit = values[0] / np.maximum(_rates(case, form.axis)[touched], 1e-12)
+        added[touched] += _longer(motion, touched, limit)
         return motion.with_(added=added)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
@@ -129,36 +128,37 @@ def _beyond(case: MeasuredMoves, axis: int, rows: NDArray[np.intp], least: Float
     return np.asarray(np.maximum(sums[rows, above] - least * shares[rows, above], 0.0))
 
 
-def _swept(motion: Motion, most: Floats) -> Floats:
-    """Time (n,) [s] along the path at no more than `most` (m, n) [m/s] and within the ramps' accelerations.
+def _longer(motion: Motion, rows: NDArray[np.intp], limit: Floats) -> Floats:
+    """Time (r,) [s] that moves `rows` take longer along the path at no more than `limit` (r, m) [m/s], within the
+    ramps' accelerations, than at no more than the programmed speed.
 
     Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for
     constant acceleration between two places.
     """
-    square, at = most**2, np.arange(len(most))[:, None]
-    step = motion.way / (len(most) - 1)
+    places = limit.shape[1]
+    speed, step, at = motion.speed[rows], motion.way[rows] / (places - 1), np.arange(places)
+    gained = (2.0 * motion.accelerate[rows] * step)[:, None] * at
+    lost = (2.0 * motion.decelerate[rows] * step)[:, None] * at[::-1]
+    # With the limit, and without it, which has a closed form.
+    squares = np.empty((2, *limit.shape))
+    square = np.minimum(speed[:, None], limit, out=squares[0])
+    np.square(square, out=square)
     # At rounded corners the ramps are whole too: they overlap with the neighbours' ones.
-    square[0], square[-1] = 0.0, 0.0
+    square[:, 0] = square[:, -1] = 0.0
     # A place is reached from any place before it, at a gain for each step between: over all places in one go.
-    gained, lost = 2.0 * motion.accelerate * step * at, 2.0 * motion.decelerate * step * at[::-1]
-    square = np.minimum.accumulate(square - gained) + gained
-    square = np.minimum.accumulate((square - lost)[::-1])[::-1] + lost
+    square -= gained
+    np.minimum.accumulate(square, axis=1, out=square)
+    square += gained
+    square -= lost
+    np.minimum.accumulate(square[:, ::-1], axis=1, out=square[:, ::-1])
+    square += lost
     # What was taken off and added again leaves a rounding, at rest below nothing.
-    square = np.maximum(square, 0.0)
-    return _along(step, square)
-
-
-def _alone(motion: Motion, places: int) -> Floats:
-    """Time (n,) [s] along the path at no more than the programmed speed, in closed form."""
-    step, at = motion.way / (places - 1), np.arange(places)[:, None]
-    ramps = np.minimum(2.0 * motion.accelerate * step * at, 2.0 * motion.decelerate * step * at[::-1])
-    return _along(step, np.minimum(motion.speed**2, ramps))
-
-
-def _along(step: Floats, square: Floats) -> Floats:
-    """Time (n,) [s] from squared speeds (m, n) at places `step` (n,) [m] apart."""
-    speed = np.sqrt(square)
-    return np.asarray(step * (2.0 / np.maximum(speed[1:] + speed[:-1], 1e-9)).sum(axis=0))
+    np.maximum(square, 0.0, out=square)
+    np.minimum(gained, lost, out=squares[1])
+    np.minimum(squares[1], (speed**2)[:, None], out=squares[1])
+    between = np.sqrt(squares, out=squares)
+    whole, alone = step * (2.0 / np.maximum(between[:, :, 1:] + between[:, :, :-1], 1e-9)).sum(axis=2)
+    return np.asarray(whole - alone)
 
 
 def _profile(motion: Motion, places: int) -> Floats:
