@@ -2877,3 +2877,27 @@ def test_a_function_of_data_that_the_target_lacks_goes_with_its_calls(target):
     made = translated(text, "urscript", target)
     assert not re.search(r"(FUNC|DEFFCT) list|^ *RETURN \[", made, re.MULTILINE)
     assert {3, 6, 8, 9, 10} <= {one.line for one in losses(text, "urscript", target)}
+
+
+def test_no_number_stands_left_in_a_condition_of_inform():
+    rows = [
+        "IF never SetDO do1,1;",
+        "IF never OR di1=1 SetDO do2,1;",
+        "IF 5>x SetDO do3,1;",
+        "IF 5>k SetDO do4,1;",
+    ]
+    data = ("VAR bool never:=FALSE;", "VAR num k:=3;", "VAR num x:=0;")
+    text = module("x:=x+1;", "WHILE TRUE DO", *rows, "WaitTime 1;", "ENDWHILE", data=data)
+    made = code(translated(text, "rapid", "inform"), "'")
+    assert not [row for row in made if re.match(r"(IFTHEN|WHILE)\w* -?\d|.*(OR|AND)IF \d", row)]
+    assert "JUMP *L1" in made
+    assert any(re.fullmatch(r"IFTHEN \w+<5", row) for row in made)
+
+
+def test_more_branches_than_tp_nests_stand_in_a_row():
+    rows = [row for n in range(2, 13) for row in (f"ELSEIF x={n} THEN", f"SetDO do{n},1;")]
+    rows = ["x:=x+1;", "IF x=1 THEN", "SetDO do1,1;", *rows, "ELSE", "SetDO do99,1;", "ENDIF"]
+    made = code(translated(module(*rows, data=("VAR num x:=0;",)), "rapid", "tp"), "!")
+    depth = [row.count(") THEN") - row.count("ENDIF") for row in made]
+    assert max(np.cumsum(depth)) == 1
+    assert sum("JMP LBL[1]" in row for row in made) == 12

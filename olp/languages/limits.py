@@ -175,6 +175,7 @@ class Limits:
     joint_blends: frozenset[BlendKind] | None = None  # of joint moves, where they differ
     has_override: bool = True  # a statement that scales all speeds
     has_elseif: bool = True
+    deepest_if: int = 99  # IF blocks within one another
     has_endless: bool = True  # a WHILE whose condition always holds
     joint_lines: bool = True  # lines and arcs may lead to joint values
     nested_logic: bool = True  # AND and OR in parentheses

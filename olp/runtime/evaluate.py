@@ -182,7 +182,7 @@ _BITWISE: Mapping[str, Callable[[int, int], int]] = {
     "or": operator.or_,
     "xor": operator.xor,
 }
-_COMPARE: Mapping[str, Callable[[Any, Any], bool]] = {
+COMPARED: Mapping[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
     "<>": operator.ne,
     "<": operator.lt,
@@ -236,7 +236,7 @@ def compare(sign: str, left: Value, right: Value) -> bool:
     numbers = isinstance(left, (int, float)) and isinstance(right, (int, float))
     if not texts and not numbers:
         raise StatementError("I208", "these two values cannot be compared", "compare numbers, or texts")
-    return _COMPARE[sign](left, right)
+    return COMPARED[sign](left, right)
 
 
 def round_half_away(value: float) -> int:

@@ -213,7 +213,20 @@ class _Target:
         branches = [(marker, self.lowered(inside, loop)) for marker, inside in block.branches]
         if self.work.limits.has_elseif or not any(isinstance(m, st.ElseIf) for m, _ in branches):
             return [Block(branches, block.closer)]
+        if len(branches) > self.work.limits.deepest_if:
+            return self._in_a_row(branches, block.closer)
         return [_nested(branches, block.closer)]
+
+    def _in_a_row(self, branches: list[tuple[st.Statement, list[Node]]], closer: st.Statement) -> list[Node]:
+        """More branches than blocks may stand within one another: each jumps behind the last one."""
+        end, rows = self.label(), []
+        for marker, inside in branches:
+            if isinstance(marker, (st.If, st.ElseIf)):
+                opener = st.If(marker.line, marker.condition, marker.comment)
+                rows.append(Block([(opener, [*inside, st.Jump(marker.line, end)])], st.EndIf(marker.line)))
+            else:
+                rows += [*_comment_of(marker), *inside]
+        return [*rows, *_comment_of(closer), st.Label(closer.line, end)]
 
     def _switch(self, block: Block, loop: _Loop | None) -> list[Node]:
         limits = self.work.limits

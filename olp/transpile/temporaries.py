@@ -14,6 +14,7 @@ from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, flat, negated, parse
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names
 from olp.languages.vendor import language_of
+from olp.runtime.evaluate import COMPARED
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
@@ -457,9 +458,9 @@ class Values:
         return ex.Compare("<>", e, ex.Number(0)) if isinstance(e, (ex.Named, ex.Item)) else e
 
     def _comparison(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
-        match e:
-            case ex.SignalState(on):
-                return ex.Compare("=", ex.Number(1), ex.Number(1 if on else 0))
+        match e := _known(e):
+            case ex.SignalState():  # left of the operator a variable or a signal stands
+                return ex.Compare("=", self._flag_variable(e, before), ex.Number(1))
             case ex.Signal():
                 return ex.Compare("=", e, ex.SignalState(True))
             case ex.Unary("not", operand):
@@ -525,6 +526,30 @@ class Values:
             if isinstance(inner, ex.Logic):
                 return ex.Logic(inner.first, (*inner.rest, (word, first)))
         return None
+
+
+def _known(e: ex.Expression) -> ex.Expression:
+    """A condition without the parts that numbers decide, calls apart."""
+    if isinstance(e, ex.Compare) and type(e.left) is ex.Number and type(e.right) is ex.Number:
+        return ex.SignalState(COMPARED[e.operator](e.left.value, e.right.value))
+    words = {word for word, _ in e.rest} if isinstance(e, ex.Logic) else set()
+    if not isinstance(e, ex.Logic) or words not in ({"and"}, {"or"}):
+        return e
+    if any(type(x) is ex.CallValue for x in expressions_of(e)):
+        return e
+    decides = ex.SignalState(words == {"or"})
+    parts = [
+        part for part in map(_known, (e.first, *(part for _, part in e.rest))) if not _is_said(part, decides)
+    ]
+    if decides in parts or not parts:
+        return decides if parts else ex.SignalState(not decides.on)
+    (word,) = words
+    return ex.Logic(parts[0], tuple((word, part) for part in parts[1:])) if len(parts) > 1 else parts[0]
+
+
+def _is_said(part: ex.Expression, decides: ex.SignalState) -> bool:
+    """Whether a part changes nothing: TRUE among ANDs, FALSE among ORs."""
+    return isinstance(part, ex.SignalState) and part != decides
 
 
 def _grouped(e: ex.Logic) -> ex.Logic:
@@ -684,6 +709,8 @@ class _Hoist(Values):
         self._begin(block)
         before: list[st.Statement] = []
         if isinstance(head, st.While):
+            if head.condition == ex.SignalState(True):
+                return [Block(inside, block.closer)]
             condition = self.condition(head.condition, before)
             if not before:
                 return [Block([(replace(head, condition=condition), inside[0][1])], block.closer)]

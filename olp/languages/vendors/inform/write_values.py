@@ -28,6 +28,7 @@ TAUGHT_LETTERS: Final = {ex.Store.ROBOT: "C", ex.Store.BASE: "BC", ex.Store.STAT
 FRAMES: Final = {"base": "BF", "robot": "RF", "tool": "TF", "master-tool": "MTF"}
 _POSITION_VALUES = {"position-pulse": "$PX000", "position-pose": "$PX001"}
 COUNTED: Final = (ex.Store.BYTE, ex.Store.INTEGER, ex.Store.DOUBLE)
+_TURNED: Final = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 _EXPRESS = "EXPRESS has + - * and /"
 
 
@@ -150,7 +151,10 @@ class InformValues(Generator):
             raise CannotSayError(
                 "a condition that compares nothing", "write it as comparisons joined by AND and OR"
             )
-        return f"{self.value(e.left)}{e.operator}{self.value(e.right)}"
+        left, operator, right = e.left, e.operator, e.right
+        if type(left) is ex.Number and type(right) is not ex.Number:  # jobs seen have no number there
+            left, operator, right = right, _TURNED.get(operator, operator), left
+        return f"{self.value(left)}{operator}{self.value(right)}"
 
     # --- numbers with units -----------------------------------------------------------------------------
 

@@ -41,6 +41,8 @@ LIMITS: Final = Limits(
     has_goto=True,
     has_while=False,
     has_repeat=False,
+    # From memory, no page at hand; FOR has the same ten (blog.csdn.net/weixin_31022521/article/details/112104526).
+    deepest_if=10,
     has_for=True,
     has_break=False,
     has_switch=False,
