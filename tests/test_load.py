@@ -138,6 +138,9 @@ def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one
         ("count:=height+Sum(3,most);", 'count:="three";', "K108"),
         ("RETURN one+other;", "RETURN;", "K108"),
         ("IF busy AND diPart=1 GOTO", "IF count GOTO", "K108"),
+        ("        SetDO doGrip,1;", '        TEST count\n        CASE 1,"two":\n        ENDTEST', "K108"),
+        ("        SetDO doGrip,1;", "        TEST label\n        CASE 1:\n        ENDTEST", "K108"),
+        ("RETURN one+other;", "count:=one;", "K108"),
         ("label:=NumToStr(which,0);", "most:=5;", "K111"),
         ("Pick i\\Slow;", "Pick;", "K112"),
         ("Pick i\\Slow;", "Pick i\\Quick;", "K112"),
@@ -211,6 +214,8 @@ def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code:
         ("RETURN N + 1", "RETURN", "K108"),
         ("RETURN N + 1", "RETURN N > 1", "K108"),
         ("RETURN N + 1", "N = 1", "K108"),
+        ("RETURN N + 1\nENDFCT", "RETURN N + 1\nEND", "K114"),
+        ("GOTO AGAIN\nENDIF\nEND", "GOTO AGAIN\nENDIF\nENDFCT", "K114"),
         ("DONE = TRUE", "RETURN 5", "K108"),
         ("REAL HEIGHT", "REAL HEIGHT=3", "K115"),
         ("REAL HEIGHT", "REAL HEIGHT\nSTRING TEXT", "K101"),
@@ -225,6 +230,16 @@ def test_each_mistake_in_krl_is_told(tmp_path: Path, old: str, new: str, code: s
     assert old in KRL
     codes = {one for one, _ in told(tmp_path, "cell.src", KRL.replace(old, new, 1))}
     assert code in codes or (code == "K105" and codes)
+
+
+def test_a_routine_that_another_module_has_for_itself_is_told(tmp_path: Path) -> None:
+    (tmp_path / "tools.src").write_text("DEF TOOLS()\nEND\nDEF HIDDEN()\nEND\nGLOBAL DEF SEEN()\nEND\n")
+    assert told(tmp_path, "cell.src", "DEF CELL()\nTOOLS()\nSEEN()\nHIDDEN()\nEND\n") == [("K101", 4)]
+
+
+def test_the_cases_of_a_test_within_another_are_held_against_its_own_value(tmp_path: Path) -> None:
+    rows = 'TEST count\nCASE 1:\nTEST label\nCASE "a","b":\nENDTEST\nCASE -2,most:\nDEFAULT:\nENDTEST'
+    assert told(tmp_path, "Cell.mod", RAPID.replace("SetDO doGrip,1;", rows)) == []
 
 
 def test_a_name_that_stands_twice_in_a_list_is_told(tmp_path: Path) -> None:

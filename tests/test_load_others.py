@@ -258,6 +258,8 @@ def test_a_sound_program_is_told_nothing_of(language: str, tmp_path: Path) -> No
         ("tp", "GO[1]=R[1:count]", "PR[1,10]=R[1:count]", ("K109", 11)),
         ("tp", "GO[1]=R[1:count]", "IF DI[1:part]=ON THEN ;\n   7:  ENDIF", ("K114", 11)),
         ("tp", "GO[1]=R[1:count]", "IF DI[1]=ON AND !DI[2],JMP LBL[1]", ("K114", 11)),
+        ("tp", "GO[1]=R[1:count]", "IF DI[1]=ON AND DI[2]=ON OR R[1]>2,JMP LBL[1]", ("K114", 11)),
+        ("tp", "GO[1]=R[1:count]", "WAIT DI[1]=ON OR DI[2]=ON AND R[1]>2", ("K114", 11)),
         ("val3", '<Local name="l_nPart"', '<Local name="x_nCount"', ("K102", 8)),
         ("val3", 'name="jHome"', 'name="pPick"', ("K102", 4)),
         ("val3", '<Local name="l_nPart"', '<Local name="until"', ("K104", 8)),

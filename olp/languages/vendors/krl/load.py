@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
@@ -89,6 +90,9 @@ _INERT: Final = re.compile(
 _NAMED: Final = re.compile(r"\s*([$A-Za-z_][\w$]*)\s*(\[[^\]]*\])?")
 
 
+_ENDS: Final = {"DEF": "END", "DEFFCT": "ENDFCT"}
+
+
 class Name(NamedTuple):
     text: str
     span: Span
@@ -101,7 +105,7 @@ class Name(NamedTuple):
 @dataclass(slots=True)
 class KrlRoutine:
     """`result`: the type of what a function returns. `names`: what its declarations declare; `body`: its other lines,
-    with their numbers.
+    with their numbers. `end`: the word that closes it.
     """
 
     name: Name
@@ -112,6 +116,7 @@ class KrlRoutine:
     body: list[tuple[int, str]] = field(default_factory=list)
     late: list[tuple[int, str]] = field(default_factory=list)
     shared: bool = False
+    end: Name | None = None
 
 
 @dataclass(slots=True)
@@ -208,6 +213,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
                 routines.setdefault(routine.name.key, routine)
     lists = {n.key: (n, kind) for file in (own, *beside) for n, kind in file.names}
     users = _users_lines(source)
+    hidden = {r.name.key: one.path for one, file in files[1:] for r in file.routines[1:] if not r.shared}
     found.doubles((r.name.key, r.name.text, r.name.span) for r in own.routines)
     for routine in own.routines:
         _routine(found, routine, shared, routines, types, lists, structures)
@@ -216,6 +222,11 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     configured = any(stem(one.path) == "$CONFIG" for one, _ in files)
     complete = configured and _is_complete((file for _, file in files), names)
     found.unknown = [one for one in found.unknown if users is None or one[1].line in users]
+    for name, span, what in list(found.unknown):
+        if what == "the routine" and name.casefold() in hidden:
+            found.unknown.remove((name, span, what))
+            says = f"{name} of {Path(hidden[name.casefold()]).name} is not GLOBAL: no other module calls it"
+            found.tell("K101", says, span, f"GLOBAL DEF {name}")
     return found.finish(names, complete and _in_tree(source), shared=not configured, complete=complete)
 
 
@@ -281,7 +292,9 @@ def file_of(source: Source) -> File:
             in_list = True
             continue
         if _INERT.match(code) and not in_list:
-            routine = None if word in ("END", "ENDFCT") else routine
+            if routine is not None and word in _ENDS.values():
+                routine.end = Name(word, _span(line, number, line.split()[0]))
+                routine = None
             continue
         if word in ("ENDDAT",):
             in_list = False
@@ -438,6 +451,9 @@ def _routine(
         found.tell(
             "K106", "a declaration behind a statement", Span(number, begin, len(line.rstrip()) + 1), help
         )
+    if routine.end is not None and routine.end.text != _ENDS[routine.kind]:
+        says = f"{routine.end.text} closes a {routine.kind}"
+        found.tell("K114", says, routine.end.span, _ENDS[routine.kind])
     declared = [n for n, _ in routine.names]
     found.doubles((n.key, n.text, n.span) for n in declared)
     for name, kind in routine.names:

@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Final
 
-from olp.core.diagnostic import Diagnostic, Span
+from olp.core.diagnostic import Diagnostic, Severity, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading
 from olp.languages.vendors.rapid.declared import Data, Module, RapidRoutine, RapidToken, module_of
@@ -340,8 +341,33 @@ def _routine(found: LoadFindings, shared: _SharedNames, routine: RapidRoutine) -
     labels = (s[0] for s in statements if len(s) == 2 and s[1].text == ":")
     found.doubles((one.key, one.text, one.span) for one in (*(d.name for d in routine.data), *labels))
     loops = {s[1].key for s in statements if s[0].key == "for" and len(s) > 1}
+    scope = _Scope(local, loops, routine)
     for statement in statements:
-        _statement(found, shared, _Scope(local, loops, routine), statement)
+        _statement(found, shared, scope, statement)
+    _cases(found, shared, scope, routine.body)
+    if routine.kind == "func" and not any(t.key in ("return", "raise") for t in routine.body):
+        says = f"{routine.name.text} is a FUNC and returns nothing"
+        found.tell("K108", says, routine.name.span, "RETURN with a value", Severity.WARNING)
+
+
+def _cases(found: LoadFindings, shared: _SharedNames, scope: _Scope, body: list[RapidToken]) -> None:
+    """Values of CASE of another kind than what their TEST asks."""
+    tested: list[str] = []
+    for i, token in enumerate(body):
+        if token.key == "test":
+            tested.append(_type_of(_until(body, i + 1, ("case", "default", "endtest")), shared, scope.local))
+        elif token.key == "endtest":
+            del tested[-1:]
+        elif token.key == "case" and tested:
+            for value in _between(_until(body, i + 1, (":",)), lambda t: t.text == ","):
+                type_ = _type_of(value, shared, scope.local)
+                if tested[-1] != type_ and {tested[-1], type_} <= _COMPARED:
+                    says = f"TEST asks a {tested[-1]}, and {value[0].text} is {type_}"
+                    found.tell("K108", says, value[0].span, "compare values of one kind")
+
+
+def _until(body: list[RapidToken], start: int, ends: tuple[str, ...]) -> list[RapidToken]:
+    return list(takewhile(lambda t: t.key not in ends and t.text not in ends, body[start:]))
 
 
 @dataclass(slots=True)

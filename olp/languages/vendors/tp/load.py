@@ -2,6 +2,8 @@
 
 Tried on controllers or in ROBOGUIDE by public projects: a group output set from a group input, a negative constant
 without parentheses as an argument, an argument register as a speed or CNT (ASBN-092), a `"` in the header's COMMENT.
+From the operator's manual (R-30iB, branch instructions): AND and OR do not stand in one condition, as it is without
+parentheses.
 From the field's reference: up to 36 characters in a program's name, 8 before the R-30iA; labels from 1 to 32766.
 From memory: labels and positions are unique, what names consist of, 10 arguments, numbers from 1, CNT and joint speeds
 up to 100, moves need a motion group, what speeds moves take, what signals are compared with, where `!` and THEN need
@@ -78,6 +80,12 @@ _WRONG: Final = (
         "K114",
         "! stands without parentheses",
         "IF (!DI[1]),…",
+    ),
+    WrongForm(
+        re.compile(r"(?<=:)\s*(?:IF|WAIT)\s+(?=[^(\s])(?=[^(]*\bAND\b)(?=[^(]*\bOR\b)[^,(;]*"),
+        "K114",
+        "AND and OR in one condition without parentheses",
+        "IF (… AND … OR …),…",
     ),
 )
 
