@@ -306,6 +306,39 @@ def test_a_law_with_more_numbers_than_programmed_moves_to_act_in_is_not_named():
     assert evidence.confirmed(alone, late, Noise(NOISE / 2), folds, shelf)[0].names == ("orientation-limit",)
 
 
+def _as_step(height, way):
+    return 0.05 * (height > 1 / 3)
+
+
+def _evenly(height, way):
+    return 0.05 * height
+
+
+def _more_or_less(height, way):
+    """Of both signs, and more in longer moves: no column tells which."""
+    sign = np.random.default_rng(6).choice([-1, 1], len(way))
+    return 0.05 * (height > 1 / 3) * (1 + np.clip(2 * way, 0, 1) * sign)
+
+
+@pytest.mark.parametrize(("law", "named"), [(_as_step, True), (_evenly, False), (_more_or_less, False)])
+def test_a_law_that_is_cut_into_steps_is_not_named(law, named):
+    """The best step leaves a ninth of what grows evenly from nought, with a pattern in it; or what is larger in moves
+    of some kind, where no scatter is."""
+    programmed = np.arange(MOVES) // (1 if law is _more_or_less else 2)
+    made, folds = case(repeats=programmed), Folds("", programmed % 5)
+    height = np.random.default_rng(5).permutation(np.linspace(0, 1, programmed.max() + 1))[programmed]
+    made = replace(made, end=np.column_stack([made.end[:, :2], height]), derived={})
+    real = replace(made, measured=made.simulated + law(height, made.base.way) + scatter(), derived={})
+    step = part("settling", made, 0.03)._replace(condition=Condition((Statement("z", above=1 / 3),)))
+    noise, shelf = Noise(NOISE / 2), shelf_of(real, [load_term("settling")])
+    best = fit(DurationModel((step,)), real, noise, 30)
+    left = real.measured - best.model.seconds(real)
+    assert evidence.cut(real.residual, left, NOISE) > evidence.CUT
+    kept, _, fallen = evidence.confirmed(best, real, noise, folds, shelf)
+    assert (kept.names, list(fallen)) == ((("settling",), []) if named else ((), ["settling"]))
+    assert evidence.patterned(best, real, noise) == (law is _evenly)
+
+
 @pytest.mark.parametrize(
     ("late", "names"),
     [((0, 50, 0, 50, 50), ("payload",)), ((30, 40, 50, 60, 70), ("dispatch", "payload"))],
