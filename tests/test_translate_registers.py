@@ -131,3 +131,29 @@ def test_a_listing_that_calls_itself_and_takes_arguments_is_left_out_and_no_more
     left_out = {loss.statement for loss in made.translated.losses if loss.leaves_out}
     assert left_out == {"Call", "Assign"}
     assert b"MOVL C00000" in made.files[made.main]
+
+
+def test_configurable_signals_are_further_ones_of_fanuc_and_robot_signals_its_own():
+    text = "def p():\n  set_configurable_digital_out(3, True)\n  set_tool_digital_out(1, True)\nend\n"
+    made = convert(read_source(decode(text.encode(), "p.script"), vendor="urscript"), "tp")
+    job = made.files[made.main].decode()
+    assert "DO[403]=ON" in job
+    assert "DO[301]=ON" in job
+    (asked,) = made.translated.asks.values()
+    assert asked == ("configurable-out 3 is out 403", "tool-out 1 is out 301")
+    program = "PROGRAM p\nBEGIN\n  $FDOUT[2] := TRUE\nEND p\n"
+    own = convert(read_source(decode(program.encode(), "p.pdl"), vendor="pdl2"), "tp")
+    assert "RO[2]=ON" in own.files[own.main].decode()
+
+
+def test_positions_built_by_component_have_registers_of_a_larger_controller_where_all_others_are_taken():
+    moves = "".join(f"  p{n} = get_actual_tcp_pose()\n  movel(p{n})\n" for n in range(102))
+    branch = "  if get_standard_digital_in(1):\n    set_tcp(p[0,0,0.2,0,0,0])\n  end\n"
+    text = f"def p():\n  set_tcp(p[0,0,0.1,0,0,0])\n{moves}{branch}  movel(p0)\nend\n"
+    made = convert(
+        read_source(decode(text.encode(), "p.script"), vendor="urscript"), "tp", Context(on_loss="comment")
+    )
+    job = made.files[made.main].decode()
+    numbers = {int(n) for n in re.findall(r"PR\[(\d+)", job)}
+    assert max(numbers) > 100
+    assert "UTOOL[1]=PR[" in job

@@ -230,6 +230,7 @@ class Limits:
     frame_functions: bool = False  # tools and frames are set by functions of their number
     first_signal: int = 0
     spare_signals: int = 0  # where a robot's own signals, a tool's and configurable ones go; 0: nowhere
+    own_signals: frozenset[str] = frozenset()  # those of these kinds that it has itself
     last_signals: Mapping[str, int] = field(
         default_factory=dict
     )  # bus -> number of the last one; of others there are as many as are named

@@ -202,7 +202,7 @@ class _Signals:
             return replace(
                 e, bus=bus or e.bus, index=ex.Number(int(index)) if index.isdecimal() else ex.Text(index)
             )
-        if self.work.limits.spare_signals and e.bus in _BESIDE and not isinstance(e.index, ex.Text):
+        if self.work.limits.spare_signals and self._is_beside(e.bus) and not isinstance(e.index, ex.Text):
             return self._beside(e, shown)
         if self.work.limits.declared_groups and shown and e.bus in _GROUPS:
             ends = self._declared(shown)
@@ -226,6 +226,9 @@ class _Signals:
         if not self.work.target_conventions.controller_names and isinstance(e.index, ex.Text):
             return replace(e, index=ex.Number(self._number(e.bus, e.index.value)))
         return e
+
+    def _is_beside(self, bus: str) -> bool:
+        return bus in _BESIDE and bus not in self.work.limits.own_signals
 
     def _beside(self, e: ex.Signal, shown: str) -> ex.Signal:
         """A signal of a kind that the target lacks, among the usual ones."""
@@ -511,7 +514,14 @@ def _beside_named(work: TranslationContext, s: st.Statement) -> str:
     if not named or not work.limits.spare_signals:
         return ""
     buses = (e.bus for e in expressions_of(s) if isinstance(e, ex.Signal) and _is_computed(e))
-    return next((b for b in buses if b in _BESIDE and any(key.startswith(f"{b} ") for key in named)), "")
+    return next(
+        (
+            b
+            for b in buses
+            if b in _BESIDE.keys() - work.limits.own_signals and any(key.startswith(f"{b} ") for key in named)
+        ),
+        "",
+    )
 
 
 def _kind(bus: str) -> str:

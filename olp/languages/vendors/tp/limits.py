@@ -38,6 +38,8 @@ LIMITS: Final = Limits(
     # At controlled start (Program Limits Setup): position registers up to 2000 for one group, numbers up to 1500 of an
     # R-30iB (the numbers from memory, no page at hand); texts: no bound told.
     enlarged={Store.REAL: 1500, Store.ROBOT: 2000, Store.STRING: 1000},
+    spare_signals=200,  # of 512 digital inputs and outputs (from memory, no page at hand)
+    own_signals=frozenset({"robot-in", "robot-out"}),
     has_goto=True,
     has_while=False,
     has_repeat=False,

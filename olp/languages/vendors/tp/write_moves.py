@@ -272,7 +272,9 @@ class TpMoves(TpValues):
 
     def __init__(self, program: st.Program, date: str) -> None:
         super().__init__(program, date)
-        self.scratch = Scratch(_used(program), LIMITS.numbered[ex.Store.ROBOT])
+        self.scratch = Scratch(
+            _used(program), LIMITS.numbered[ex.Store.ROBOT], LIMITS.enlarged[ex.Store.ROBOT]
+        )
         self.positions = TpPositionWriter(PointTable(), {}, self.own)
 
     def forget(self) -> None:
@@ -535,8 +537,13 @@ def _number(frame: ex.Expression | None) -> int | None:
 class Scratch:
     """Position registers that nobody else uses, for values that TP can only build component by component."""
 
-    def __init__(self, used: set[int], largest: int) -> None:
-        self._free = [number for number in range(largest, 0, -1) if number not in used]
+    def __init__(self, used: set[int], delivered: int, largest: int) -> None:
+        """`delivered`: how many a controller has as delivered; `largest`: how many one has that is set up for more, as
+        it has to be where `used` goes beyond them.
+        """
+        self._free = [number for number in range(delivered, 0, -1) if number not in used]
+        if max(used, default=0) > delivered:
+            self._free += [number for number in range(delivered + 1, largest + 1) if number not in used]
 
     def register(self, place: int = 0) -> str:
         """The highest free one, the next for `place` 1 … Raises CannotSayError when all are taken."""
