@@ -362,3 +362,12 @@ def test_a_difference_that_comes_back_in_a_loop_is_told_once_with_the_number_of_
     assert told.startswith("  lines 9 and ")
     assert ", step 2 and 2 later: time at speed 1 and " in told
     assert sum("time at speed" in one for one in receipt.comparison.differences) == 3
+
+
+def test_names_that_nobody_declares_are_told_together():
+    rows = ["PTP XP1", "PTP XP2", "PTP XP3"]
+    receipt = proof(krl(*rows), "rapid", vendor="krl")
+    told = [line for line in as_text(receipt).splitlines() if "is not declared here" in line]
+    assert len(told) == 1
+    assert "each of 3 names is not declared here: taken for a Cartesian position" in told[0]
+    assert told[0].endswith(": XP1, XP2, XP3")

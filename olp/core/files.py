@@ -51,6 +51,19 @@ def write_output(
         _replace(target, data)
 
 
+def named_like(path: str, other: str) -> str:
+    """A file below the working directory as people name `other`: relative where that is relative."""
+    file = Path(path)
+    if (
+        not file.is_absolute()
+        or not other
+        or Path(other).is_absolute()
+        or not file.is_relative_to(Path.cwd())
+    ):
+        return path
+    return str(file.relative_to(Path.cwd()))
+
+
 def refuse_inputs(path: str | Path, inputs: Iterable[str | Path]) -> None:
     """Raises OlpError when `path` is one of `inputs` under whatever name (link, other case, relative)."""
     for source in map(Path, inputs):

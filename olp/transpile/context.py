@@ -75,6 +75,7 @@ class Loss:
     size: float = float("nan")
     unit: str = ""
     help: str = ""  # what would have worked, where that is more than a comment
+    name: str = ""  # in `says`: losses that differ in it alone are told together
 
     @property
     def leaves_out(self) -> bool:
@@ -237,11 +238,12 @@ class TranslationContext:
         size: float = float("nan"),
         unit: str = "",
         help: str = "",
+        name: str = "",
     ) -> None:
         """Notes a loss at a statement (or a line)."""
         line = statement if isinstance(statement, int) else statement.line
         kind = "program" if isinstance(statement, int) else kind_of(statement)
-        self.losses.append(Loss(line, kind, fate, part, says, size, unit, help))
+        self.losses.append(Loss(line, kind, fate, part, says, size, unit, help, name))
 
     def need_robot(self, s: st.Statement | None, why: str) -> None:
         """Notes that a statement (None: a point) cannot be translated without a robot that makes the moves.

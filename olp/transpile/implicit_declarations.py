@@ -260,7 +260,8 @@ def _tell(use: Use, work: TranslationContext) -> None:
     if use.indices and use.sizes:
         size = "x".join(str(max(size, 1)) for size in use.sizes)
         says += f", {size} of them"
-    work.lose(use.first, Fate.APPROXIMATED, "name", f"{says}; its value has to be {verb}")
+    says += f"; its value has to be {verb}"
+    work.lose(use.first, Fate.APPROXIMATED, "name", says, name=use.name)
     work.ask(ASKS["status" if own else verb], use.name)
     if not use.sizes or not use.computed:
         return

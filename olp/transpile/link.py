@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from olp.core.diagnostic import Diagnostic, errors
+from olp.core.files import named_like
 from olp.core.source import Source
 from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Function, Named, Number, RecordLiteral, Store, Variable
@@ -55,7 +56,7 @@ class Linked:
         """The file and the line there of a line of the linked program."""
         for part in reversed(self.parts):
             if line > part.offset:
-                return part.path, line - part.offset
+                return named_like(part.path, self.program.path), line - part.offset
         return self.program.path, line
 
     def located(self, found: Diagnostic) -> Diagnostic:

@@ -20,6 +20,7 @@ from olp.transpile.link import Linked
 
 _SYSTEMS: Final = {"tool": "tool", "user": "frame"}
 _MOST = 12  # of a kind that are named
+_MOST_FILES = 3  # that a line names
 _COMPUTED: Final = "(computed)"  # the number of a signal
 
 System = tuple[str, int]  # "tool" or "user", its number
@@ -54,13 +55,15 @@ def _lines(linked: Linked, lines: Iterable[int]) -> str:
 
 
 def places(where: Iterable[tuple[str, int]]) -> str:
-    """`a.src:3, 5-7; b.src:2`. Line 0 is the file as a whole."""
+    """`a.src:3, 5-7; b.src:2`, of many files the first ones. Line 0 is the file as a whole."""
     files: dict[str, set[int]] = {}
     for file, line in where:
         files.setdefault(file, set()).add(line)
-    return "; ".join(
+    found = [
         f"{file}:{_ranges(sorted(lines - {0}))}" if lines - {0} else file for file, lines in files.items()
-    )
+    ]
+    more = len(found) - _MOST_FILES
+    return "; ".join(found[:_MOST_FILES]) + (f" and {more} more file{'s' * (more > 1)}" if more > 0 else "")
 
 
 def _ranges(lines: list[int]) -> str:

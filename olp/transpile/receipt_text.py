@@ -24,6 +24,8 @@ _KINDS = {
 }
 _TINY = 1e-6  # what is smaller is the rounding of a computer
 
+_NAME = "\0"
+
 Group = list[Loss]
 _Where = tuple[int, int, str]  # the lines of a difference in both programs, and what it says
 
@@ -212,7 +214,8 @@ def _groups(losses: Iterable[Loss]) -> list[Group]:
     """What says the same, the worst fates first."""
     found: dict[tuple[bool, Fate, str, str, str], Group] = {}
     for loss in losses:
-        key = (not loss.line, loss.fate, loss.part, loss.says, loss.unit)
+        says = loss.says.replace(loss.name, _NAME, 1) if loss.name else loss.says
+        key = (not loss.line, loss.fate, loss.part, says, loss.unit)
         found.setdefault(key, []).append(loss)
     return sorted(found.values(), key=lambda group: -_FATES.index(group[0].fate))
 
@@ -231,6 +234,8 @@ def _told(receipt: Receipt, group: Group) -> str:
     what = f"{kinds}:{part}" if part and "," in kinds else f"{kinds}{part}" if first.line else first.part
     # What a writer cannot say is told by its kind alone: once is enough.
     says = f"{language_of(receipt.target_vendor)} has none" if first.says == what else first.says
+    if len(names := list(dict.fromkeys(loss.name for loss in group))) > 1:
+        says = f"{says.replace(first.name, f'each of {len(names)} names', 1)}: {some(names)}"
     return f"{_place(receipt, group)}: {what} {first.fate.value}: {says}{size}"
 
 
