@@ -106,10 +106,19 @@ def _passing(force: Floats, ramp: Floats) -> Floats:
 def _at(values: Floats, share: Floats) -> Floats:
     """Values (n, k) at shares (n, k) of the path, interpolated from values (n, m) along it."""
     rows, places = values.shape
-    place = np.minimum(np.maximum(share * (places - 1), 0.0), places - 1)  # half of the time of `clip`
-    low = np.minimum(place.astype(np.int64), places - 2)
-    beyond = place - low
+    # In place: new arrays of many moves cost more than what is worked out in them.
+    place = share * (places - 1)
+    np.maximum(place, 0.0, out=place)
+    np.minimum(place, places - 1, out=place)
+    low = place.astype(np.int64)
+    np.minimum(low, places - 2, out=low)
+    place -= low
     low += np.arange(0, rows * places, places)[:, None]
     flat = values.ravel()  # taking from it is twice as fast as from rows and columns
-    here = flat.take(low)
-    return np.asarray(here + beyond * (flat.take(low + 1) - here))
+    here = flat.take(low, mode="clip")  # they are within; to see to it takes long
+    low += 1
+    there = flat.take(low, mode="clip")
+    there -= here
+    there *= place
+    there += here
+    return np.asarray(there)
