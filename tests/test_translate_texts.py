@@ -60,6 +60,24 @@ def test_texts_mean_the_same_in_string_registers(body: str, tenths: list[float])
             )
 
 
+@pytest.mark.parametrize(
+    ("body", "tenths"), [case for case in CASES if "Str" in case[0] and "StrPart" not in case[0]]
+)
+def test_places_of_texts_are_the_same_in_scripts(body: str, tenths: list[float]) -> None:
+    made = convert(module(body), "urscript", Context(on_loss="comment"))
+    written = read_source(decode(made.files[made.main], made.main), vendor="urscript")
+    assert waits(written) == tenths
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+
+
+def test_a_search_from_a_character_on_is_read_from_a_script() -> None:
+    text = 'def a():\n  sleep(str_find("12 345 7", " ", 3) / 10)\n  sleep(str_find("12 345 7", "#", 3) + 1.5)\nend\n'
+    program = read_source(decode(text.encode(), "a.script"), vendor="urscript")
+    assert waits(program) == [6.0, 5.0]
+    made = convert(program, "urscript", Context())
+    assert 'str_find("12 345 7", " ", 3)' in made.files[made.main].decode()
+
+
 def test_a_number_becomes_a_text_with_the_controllers_decimals() -> None:
     made, _ = tp('n:=3; t:=NumToStr(n,2)+"#";')
     assert re.search(r"SR\[\d+[^\]]*\]=R\[\d+", made.files[made.main].decode())

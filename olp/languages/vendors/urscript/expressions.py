@@ -330,9 +330,14 @@ def _character(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ..
 
 
 def _find(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:
-    if len(values) != 2:
+    if not 2 <= len(values) <= 3:
         return None
-    return ex.Binary("-", ex.Function("position-in-text", tuple(map(e.lower, values))), ex.Number(1))
+    text, wanted, *start = map(e.lower, values)
+    if start:
+        found = ex.Function("find-in-text", (text, _from_one(start[0]), wanted))
+    else:
+        found = ex.Function("position-in-text", (text, wanted))
+    return ex.Binary("-", found, ex.Number(1))
 
 
 def _length(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:

@@ -55,6 +55,21 @@ TEXTS: Final = {
     ),
     "olp_min": ("def olp_min(a, b):", "  if (a < b):", "    return a", "  end", "  return b", "end"),
     "olp_max": ("def olp_max(a, b):", "  if (a > b):", "    return a", "  end", "  return b", "end"),
+    # Characters count from 0 in URScript, from 1 in olp.
+    "olp_find": (
+        "def olp_find(text, first, wanted):",
+        "  return str_find(text, wanted, first - 1) + 1",
+        "end",
+    ),
+    "olp_match": (
+        "def olp_match(text, first, wanted):",
+        "  local at = str_find(text, wanted, first - 1)",
+        "  if (at < 0):",
+        "    return str_len(text) + 1",
+        "  end",
+        "  return at + 1",
+        "end",
+    ),
 }
 _FUNCTIONS: Final = {
     "olp_pose": "pose-angles",
@@ -62,6 +77,8 @@ _FUNCTIONS: Final = {
     "olp_round": "round",
     "olp_min": "min",
     "olp_max": "max",
+    "olp_find": "find-in-text",
+    "olp_match": "match-in-text",
 }
 WORDS: Final = {neutral: name for name, neutral in _FUNCTIONS.items()}
 # A pulse of an output is a thread, for nothing of URScript goes on by itself. Its name says what it does.

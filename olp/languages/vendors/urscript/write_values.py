@@ -205,9 +205,14 @@ class UrscriptValues(Generator):
             return special
         if e.operator == "div":
             return self.helper("olp_trunc", (ex.Binary("/", e.left, e.right),))
-        found = e.left if type(e.left) is ex.Function and e.left.name == "position-in-text" else None
-        if e.operator == "-" and found is not None and e.right == ex.Number(1) and len(found.arguments) == 2:
+        found = (
+            e.left if type(e.left) is ex.Function and e.operator == "-" and e.right == ex.Number(1) else None
+        )
+        if found is not None and found.name == "position-in-text" and len(found.arguments) == 2:
             return f"str_find({self.arguments(found.arguments)})"
+        if found is not None and found.name == "find-in-text":
+            text, start, wanted = found.arguments
+            return f"str_find({self.arguments((text, wanted))}, {self.index(start)})"
         return super().spell_binary(e)
 
     def _factor(self, e: ex.Binary) -> str | None:
