@@ -79,7 +79,7 @@ def reaching(program: st.Program, definitions: Definitions, kinds: Set[type]) ->
     result = Reaching()
     graphs = {routine.name: _Graph(routine, pair(routine.body)) for routine in program.routines}
     names = {routine.name.casefold(): routine.name for routine in program.routines}
-    summaries: dict[str, dict[Key, Values]] = {name: {} for name in graphs}
+    summaries: dict[str, State] = {name: {} for name in graphs}
     callers: dict[str, set[str]] = defaultdict(set)
     for name, graph in graphs.items():
         for called in graph.calls(names).values():
@@ -161,23 +161,23 @@ class _Graph:
         kinds: Set[type],
         summaries: Mapping[str, Mapping[Key, Values]],
         names: dict[str, str],
-    ) -> tuple[list[State | None], dict[Key, Values]]:
+    ) -> tuple[list[State | None], State]:
         """What holds before each statement, and what the routine has set when it ends."""
         body, calls = self.routine.body, self.calls(names)
         before: list[State | None] = [None] * len(body)
         last = len(body) - 1
-        leaving: dict[Key, Values] | None = None
+        leaving: State | None = None
         work: list[tuple[int, State]] = [(0, {})]
         while work:
             index, state = work.pop()
             while True:
                 if index >= len(body):
-                    leaving = dict(state) if leaving is None else _joined(leaving, state)
+                    leaving = state if leaving is None else _joined(leaving, state)
                     break
                 known = before[index]
                 if known is not None:
                     joined = known if known is state else _joined(known, state)
-                    if joined == known:
+                    if joined is known:
                         break
                     state = joined
                 before[index] = state
@@ -193,7 +193,7 @@ class _Graph:
                     continue
                 following = self._following(index)
                 if not following:
-                    leaving = dict(after) if leaving is None else _joined(leaving, after)
+                    leaving = after if leaving is None else _joined(leaving, after)
                     break
                 work += [(other, after) for other in following[1:]]
                 index, state = following[0], after
@@ -286,10 +286,16 @@ def _runs_at_all(s: st.For) -> bool:
     return start <= stop if step > 0 else start >= stop
 
 
-def _joined(one: State, other: State) -> dict[Key, Values]:
-    result = dict(one)
+def _joined(one: State, other: State) -> State:
+    """What holds where two ways meet; `one` itself where the other adds nothing, as it nearly always does."""
+    result: dict[Key, Values] | None = None
     for key, values in other.items():
-        result[key] = result.get(key, _FROM_OUTSIDE) | values
-    for key in one.keys() - other.keys():
-        result[key] = result[key] | _FROM_OUTSIDE
-    return result
+        own = one.get(key, _FROM_OUTSIDE)
+        if own is not values and not values <= own:
+            result = dict(one) if result is None else result
+            result[key] = own | values
+    for key, own in one.items():
+        if key not in other and ENTRY not in own:
+            result = dict(one) if result is None else result
+            result[key] = own | _FROM_OUTSIDE
+    return one if result is None else result
