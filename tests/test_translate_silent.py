@@ -2901,3 +2901,22 @@ def test_more_branches_than_tp_nests_stand_in_a_row():
     depth = [row.count(") THEN") - row.count("ENDIF") for row in made]
     assert max(np.cumsum(depth)) == 1
     assert sum("JMP LBL[1]" in row for row in made) == 12
+
+
+def test_a_group_of_signals_is_read_into_and_set_from_a_byte_in_inform():
+    """Jobs seen have DIN B010 IG#(30) and DOUT OG#(2) B003; no SET has a signal, no DOUT another variable."""
+    rows = [
+        "n:=gi1+2;", "SetGO go1,n;", "SetGO go2,gi1;", "IF n>gi2 THEN", "WaitTime 1;", "ENDIF", "IF gi1>gi2 THEN",
+        "WaitTime 2;", "ENDIF", "WaitUntil n<gi2;", "SetGO go3,5;",
+    ]  # fmt: skip
+    made = converted(module(*rows, data=["VAR num n;"]), "rapid", "inform")
+    assert not made.translated.losses
+    text = made.files["main.JBI"].decode("cp1252").replace("\r\n", "\n")
+    assert "DIN B000 IG#(1)\nSET R000  EXPRESS B000 + 2\nSET B000 R000\nDOUT OG#(1) B000\n" in text
+    assert "DIN B000 IG#(1)\nDOUT OG#(2) B000\n" in text
+    assert "IFTHEN IG#(2)<R000\n" in text
+    assert "DIN B000 IG#(2)\nIFTHEN IG#(1)>B000\n" in text
+    assert "WAIT IG#(2)>R000\n" in text
+    assert "DOUT OG#(3) 5\n" in text
+    one = run(read(module(*rows, data=["VAR num n;"]), "rapid"), robot=ROBOT)
+    assert compare_plans(one, run_converted(made, "inform", ROBOT)).differences == []

@@ -212,6 +212,7 @@ _TREE_CLOSERS: Final = {
 }
 _OPENER_OF: Final = {closer: opener for opener, closer in _TREE_CLOSERS.items()}
 _NEGATED: Final = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
+MIRRORED: Final = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}  # comparisons whose sides change places
 
 
 @dataclass(slots=True)

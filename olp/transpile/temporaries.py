@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
-from olp.ir.block_structure import Block, Node, flat, negated, parse
+from olp.ir.block_structure import MIRRORED, Block, Node, flat, negated, parse
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names
 from olp.languages.vendor import language_of
 from olp.runtime.evaluate import COMPARED
@@ -143,6 +143,8 @@ class Values:
                 target = self.temporary("integer")
                 before.append(st.Assign(0, target, ex.Binary("*", e, ex.Number(count))))
                 return ex.Binary("/", target, ex.Number(float(count)))
+            case ex.Signal(bus) if bus in self.work.limits.signal_variables:
+                return self._signal_read(e, before)
             case ex.SystemValue() | ex.Signal() | ex.Member():
                 e = self._signal(e, before) if isinstance(e, ex.Signal) else e
                 return (
@@ -159,6 +161,13 @@ class Values:
                 return e
         kind = kind_of_value(self.symbols, self.routine, e)
         return self._kept(new, "integer" if kind == "integer" or whole else "real", before) if alone else new
+
+    def _signal_read(self, e: ex.Signal, before: list[st.Statement]) -> ex.Named:
+        """The variable that a signal's number is read into."""
+        signal = self._signal(e, before)
+        target = self.temporary(self.work.limits.signal_variables[e.bus])
+        before.append(st.ReadInput(self.line, target, signal))
+        return target
 
     def _read(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """An element of where the arm stands: of a position that is read before."""
@@ -490,6 +499,11 @@ class Values:
         if is_condition(left) and not isinstance(left, (ex.Signal, ex.Named)):
             left = self._flag_variable(left, before)
             right = self._flag_variable(right, before) if is_condition(right) else right
+        if isinstance(right, ex.Signal) and right.bus in self.work.limits.signal_variables:
+            # Jobs seen have signals left of the operator alone.
+            if not isinstance(left, ex.Signal):
+                return self._compare(MIRRORED.get(operator, operator), right, left, before)
+            right = self._signal_read(right, before)
         return ex.Compare(operator, self._side(left, before), self._side(right, before))
 
     def _side(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
@@ -900,7 +914,15 @@ class _Hoist(Values):
                 Block([(st.If(s.line, condition), on), (st.Else(s.line), off)], st.EndIf(s.line)),
             ]
         value = self.value(s.value, before, alone=True)  # first: it adds to what stands before
+        type_ = self.work.limits.signal_variables.get(s.signal.bus)
+        if type_ is not None and not (isinstance(value, ex.Number) or self._has_type(value, type_)):
+            target = self.temporary(type_)
+            before.append(st.Assign(s.line, target, value))
+            value = target
         return [*before, replace(s, value=value)]
+
+    def _has_type(self, e: ex.Expression, type_: str) -> bool:
+        return isinstance(e, ex.Named) and kind_of_value(self.symbols, self.routine, e) == type_
 
     def _quantities(self, s: Any, before: list[st.Statement]) -> Any:
         """Computed speeds, times and blends in variables, in the unit that a number of the target has there."""

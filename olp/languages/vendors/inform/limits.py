@@ -59,6 +59,8 @@ LIMITS: Final = Limits(
     radius_step=0.1 * mm,
     has_endless=False,
     nested_logic=False,
+    # Jobs seen: DIN B010 IG#(30), DOUT OG#(2) B003; no SET … EXPRESS has a signal, no DOUT another variable.
+    signal_variables={"in-group": "byte", "out-group": "byte"},
     timed_out="",
     ordered_arguments=True,
     registers=Registers(
@@ -66,6 +68,7 @@ LIMITS: Final = Limits(
             "integer": Store.DOUBLE,
             "real": Store.REAL,
             "boolean": Store.BYTE,
+            "byte": Store.BYTE,
             "string": Store.STRING,
             "position": Store.ROBOT,
             "joints": Store.ROBOT,

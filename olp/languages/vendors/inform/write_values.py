@@ -9,6 +9,7 @@ from typing import ClassVar, Final
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.block_structure import MIRRORED
 from olp.languages import generator
 from olp.languages.generator import ATOM, CannotSayError, Generator, Spelled, without_noise
 from olp.languages.vendors.inform import values
@@ -28,7 +29,6 @@ TAUGHT_LETTERS: Final = {ex.Store.ROBOT: "C", ex.Store.BASE: "BC", ex.Store.STAT
 FRAMES: Final = {"base": "BF", "robot": "RF", "tool": "TF", "master-tool": "MTF"}
 _POSITION_VALUES = {"position-pulse": "$PX000", "position-pose": "$PX001"}
 COUNTED: Final = (ex.Store.BYTE, ex.Store.INTEGER, ex.Store.DOUBLE)
-_TURNED: Final = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 _EXPRESS = "EXPRESS has + - * and /"
 
 
@@ -153,7 +153,7 @@ class InformValues(Generator):
             )
         left, operator, right = e.left, e.operator, e.right
         if type(left) is ex.Number and type(right) is not ex.Number:  # jobs seen have no number there
-            left, operator, right = right, _TURNED.get(operator, operator), left
+            left, operator, right = right, MIRRORED.get(operator, operator), left
         return f"{self.value(left)}{operator}{self.value(right)}"
 
     # --- numbers with units -----------------------------------------------------------------------------
