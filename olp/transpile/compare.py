@@ -79,6 +79,7 @@ class PlanDifference(NamedTuple):
     """What differs: in the step of `line` of the first program and `other` of the second, 0 where it has none.
 
     `part`: path, position, orientation, speed, blend, wait, signal, or order for a step that the other has not.
+    `step`: of the comparison, from 1; a statement in a loop has several. `text`: what both have.
     """
 
     line: int

@@ -62,8 +62,8 @@ _TOO_FEW = "it acts in fewer programmed moves than it has numbers"
 _DRIFTS = "durations still drift with it"
 _MISLEADS = "whole groups of moves are predicted better without it"
 _STEPS_ONLY = "what it leaves has a pattern: a law that changes evenly would be cut into such parts as well"
-_STEP = 9.0  # the same of a law that grows evenly from nought, where the best step is in its place
 CUT = 2.0  # times the mean square beyond the noise: a name takes away as much of it as it leaves, at least
+_STEP = 9.0  # times likewise, where one step stands in the place of a law that grows evenly from nought
 
 
 class Gain(NamedTuple):
