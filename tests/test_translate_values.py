@@ -76,7 +76,7 @@ def test_arrays_that_are_assigned_as_a_whole(target):
 @pytest.mark.parametrize(
     ("statement", "computed"),
     [
-        ("SetGO go1, n * 2 + 1;", r"\bOG#\(1\) [RD]|GO\[1\]=R\["),
+        ("SetGO go1, n * 2 + 1;", r"\bOG#\(1\) B|GO\[1\]=R\["),
         ("SetAO ao1, n * 2 + 1;", r"AO#\(1\) [RD]|AO\[1\]=R\["),
     ],
 )

@@ -913,8 +913,8 @@ class _Hoist(Values):
                 *before,
                 Block([(st.If(s.line, condition), on), (st.Else(s.line), off)], st.EndIf(s.line)),
             ]
-        value = self.value(s.value, before, alone=True)  # first: it adds to what stands before
         type_ = self.work.limits.signal_variables.get(s.signal.bus)
+        value = self.value(s.value, before, alone=type_ is None)  # first: it adds to what stands before
         if type_ is not None and not (isinstance(value, ex.Number) or self._has_type(value, type_)):
             target = self.temporary(type_)
             before.append(st.Assign(s.line, target, value))
