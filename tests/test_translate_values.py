@@ -453,3 +453,24 @@ def test_elements_of_a_register_of_axis_values_are_axes(target, axis, sets):
     text = translated(tp("PR[5]=JPOS", "R[1]=PR[5,2]", "PR[5,4]=R[1]+5", "J PR[5] 10% FINE"), "tp", target)
     assert axis in text
     assert sets in text
+
+
+@pytest.mark.parametrize(("target", "zero"), [("inform", r"^SET [RB]\d+ 0\r?$"), ("tp", r"R\[.*?\]=0 ")])
+def test_registers_begin_with_the_zero_of_the_module_where_nothing_sets_them_first(target, zero):
+    """RAPID's numbers and truth values begin with zero; a register holds what the last program left in it."""
+    data = ("VAR num n;", "VAR num first;", "VAR bool seen;", "VAR num row{3};", "VAR num many{40};")
+    rows = (
+        "first:=1;",
+        "IF n=0 SetDO do1,1;",
+        "IF NOT seen SetDO do2,1;",
+        "IF row{2}<1 SetDO do3,1;",
+        "many{i}:=many{i}+first;",
+        "n:=n+nobody;",
+    )
+    made = converted(module(*rows, data=data), "rapid", target)
+    zeros = re.findall(zero, b"\n".join(made.files.values()).decode(), re.M)
+    assert len(zeros) == 3  # n, seen and the element of the row that something reads
+    assert any(
+        "to zero before each start" in says and "many" in things
+        for says, things in made.translated.asks.items()
+    )

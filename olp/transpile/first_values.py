@@ -214,6 +214,7 @@ _ZEROS: Final[Mapping[str, ex.Expression]] = {
 POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in which languages number them
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
 _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets one by one
+_MOST_SHARED_ZEROS: Final = 20  # elements of a program's array that its first routine sets one by one
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 
 
@@ -223,13 +224,19 @@ def begun(program: st.Program, work: TranslationContext) -> st.Program:
     if not work.limits.unset_variables:
         return program
     _ask_anew(program, work)
+    used = _elements_used(program, work)
+    data = tuple(_begun(d, used.get(d.name, set())) for d in program.data)
+    return replace(program, data=data, routines=_with_zeros(program))
+
+
+def _elements_used(program: st.Program, work: TranslationContext) -> dict[str, set[tuple[int, ...]] | None]:
+    """The elements of each array that statements name, None where an index is computed."""
     used: dict[str, set[tuple[int, ...]] | None] = {}
     for s in [s for r in program.routines for _, s in work.look(r).rare if type(s) is not st.Declare]:
         for e in expressions_of(s):
             if type(e) is ex.Item and type(e.base) is ex.Named:
                 _note_element(e, e.base.name, used)
-    data = tuple(_begun(d, used.get(d.name, set())) for d in program.data)
-    return replace(program, data=data, routines=_with_zeros(program))
+    return used
 
 
 def begun_anew(program: st.Program, work: TranslationContext) -> st.Program:
@@ -237,6 +244,30 @@ def begun_anew(program: st.Program, work: TranslationContext) -> st.Program:
     if not work.conventions.data_begin_anew:
         return program
     return replace(program, routines=_with_zeros(program))
+
+
+def shared_zeros(program: st.Program, work: TranslationContext) -> st.Program:
+    """Data that are read before anything sets them, with the zero that each run of the source begins with."""
+    if not work.conventions.data_begin_anew:
+        return program
+    open_ = {
+        d.name
+        for d in program.data
+        if d.type in _ZEROS and d.value is None and d.storage == "variable" and d.comment != UNDECLARED
+    } - work.helpers
+    if not open_:
+        return program
+    parts = _changed_parts(program)
+    read = _read_first(program, {name: parts.get(name, {""}) for name in open_})
+    used = _elements_used(program, work)
+    data = []
+    for d in program.data:
+        begun_ = _begun(d, used.get(d.name, set())) if d.name in read else d
+        few = prod(int(size.value) for size in d.sizes if type(size) is ex.Number) <= _MOST_SHARED_ZEROS
+        if begun_ is not d and not few:
+            work.ask("set all elements of these to zero before each start", d.name)
+        data.append(begun_ if few else d)
+    return replace(program, data=tuple(data))
 
 
 def _ask_anew(program: st.Program, work: TranslationContext) -> None:
