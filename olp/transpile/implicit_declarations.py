@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
@@ -43,7 +43,7 @@ ASKS: Final = {
 
 def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     """Every name declared."""
-    program = _typed_parameters(loop_counters(program, work), work)
+    program = _typed_parameters(_typed_variables(loop_counters(program, work), work), work)
     _tell_assumed(program, work)
     _tell_calls(program, work)
     unwaited = _unwaited(program)
@@ -85,6 +85,43 @@ def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, data=(*program.data, *map(_declaration, uses.values())))
 
 
+def _typed_variables(program: st.Program, work: TranslationContext) -> st.Program:
+    """Variables whose type no declaration and no value tells (what a routine of no file returns), as their uses are."""
+    routines: list[st.Routine] = []
+    for r in program.routines:
+        open_ = {s.name: s for s in reversed(r.body) if _is_untyped(s)}
+        if open_:
+            body = [_as_stored(s) if _is_untyped(s) else s for s in r.body]
+            uses = _uses_alone(program, r, replace(r, body=tuple(body)), program.data)
+            types = {name: _type_of(name, "variable", uses.get(name), open_[name], work) for name in open_}
+            r = replace(r, body=tuple([_with_type(s, types) if _is_untyped(s) else s for s in r.body]))
+        routines.append(r)
+    return replace(program, routines=tuple(routines))
+
+
+def _is_untyped(s: st.Statement) -> TypeGuard[st.Declare]:
+    return type(s) is st.Declare and not s.type and not s.sizes
+
+
+def _as_stored(s: st.Declare) -> st.Statement:
+    return st.Assign(s.line, ex.Named(s.name), s.value) if s.value is not None else st.Comment(s.line, "")
+
+
+def _with_type(s: st.Declare, types: Mapping[str, str]) -> st.Declare:
+    return replace(s, type=types[s.name])
+
+
+def _uses_alone(
+    program: st.Program, r: st.Routine, alone: st.Routine, data: tuple[st.Declare, ...]
+) -> dict[str, Use]:
+    """How a routine uses the names that it no longer declares."""
+    others = [one for one in program.routines if one is not r]
+    uses = _Seen(program, symbols_of(replace(program, routines=(alone, *others), data=data)))
+    uses.look_at(alone)
+    uses.spread()
+    return uses.uses
+
+
 def _typed_parameters(program: st.Program, work: TranslationContext) -> st.Program:
     """Parameters without a type (scripts have none) as what their routine takes them for."""
     routines: list[st.Routine] = []
@@ -93,25 +130,25 @@ def _typed_parameters(program: st.Program, work: TranslationContext) -> st.Progr
         if open_:
             # What a routine does not declare is undeclared: its uses tell what it is.
             alone = replace(r, parameters=tuple(p for p in r.parameters if p.name not in open_))
-            others = [one for one in program.routines if one is not r]
             data = tuple(d for d in program.data if d.name not in open_)
-            uses = _Seen(program, symbols_of(replace(program, routines=(alone, *others), data=data)))
-            uses.look_at(alone)
-            uses.spread()
-            taken_for = {p: _taken_for(p, uses.uses.get(p), r, work) for p in sorted(open_)}
+            uses = _uses_alone(program, r, alone, data)
+            taken_for = {
+                p: _type_of(p, "parameter", use := uses.get(p), r.line if use is None else use.first, work)
+                for p in sorted(open_)
+            }
             given = (replace(p, type=taken_for.get(p.name, p.type)) for p in r.parameters)
             r = replace(r, parameters=tuple(given))
         routines.append(r)
     return replace(program, routines=tuple(routines))
 
 
-def _taken_for(name: str, use: Use | None, r: st.Routine, work: TranslationContext) -> str:
-    """The type of a parameter that the text gives none, told where it is used first."""
+def _type_of(name: str, what: str, use: Use | None, at: st.Statement | int, work: TranslationContext) -> str:
+    """The type of a parameter or variable that the text gives none, told at a statement or line."""
     kind = "real" if use is None else use.kind
     if kind == "integer" and not work.conventions.whole_numbers:
         kind = "real"
-    says = f"{name}, a parameter without a type, is taken for {_taken(use)}"
-    work.lose(r.line if use is None else use.first, Fate.APPROXIMATED, "parameter", says)
+    says = f"{name}, a {what} without a type, is taken for {_taken(use)}"
+    work.lose(at, Fate.APPROXIMATED, what, says)
     return kind
 
 

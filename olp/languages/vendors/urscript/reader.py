@@ -58,7 +58,7 @@ def read_lines(source: Source) -> st.Program:
         root = Outliner(findings).read(UrscriptLineReader(findings).read())
         _forget_helpers(root, source)
         main = _main(root, source)
-        names = UrscriptNames(root, main)
+        names = UrscriptNames(root, main, _starts(root, main))
         bodies = Bodies(findings, names)
         # The main program says which data holds before anything runs.
         routines = [bodies.routine(main, main.unique)]
@@ -113,9 +113,8 @@ def _refused(findings: Findings) -> bool:
 
 def _main(root: UrscriptPart, source: Source) -> UrscriptPart:
     """The part that runs: the file's own instructions, else the function they call, else the one that nobody calls."""
-    own = [line for line, _ in root.lines if type(line.content) is not Mark]
-    called = _called(own, root)
-    if own and called is None:
+    called = _started(root)
+    if _own_lines(root) and called is None:
         root.unique = _identifier(PurePath(source.path).stem, {part.unique for part in root.all()})
         return root
     main = called or _uncalled(root)
@@ -135,8 +134,19 @@ def _remarks(root: UrscriptPart) -> Iterator[UrscriptLine]:
             yield UrscriptLine(line.number, line.last, Mark(f" {line.comment}"))
 
 
-def _called(own: list[UrscriptLine], root: UrscriptPart) -> UrscriptPart | None:
+def _starts(root: UrscriptPart, main: UrscriptPart) -> bool:
+    """Whether the file is a program, of which `main` runs once, and no library that others call."""
+    return main is root or _started(root) is main or (len(root.parts) == 1 and not main.parameters)
+
+
+def _own_lines(root: UrscriptPart) -> list[UrscriptLine]:
+    """The file's own instructions, outside of all functions."""
+    return [line for line, _ in root.lines if type(line.content) is not Mark]
+
+
+def _started(root: UrscriptPart) -> UrscriptPart | None:
     """The function that the file's only instruction calls."""
+    own = _own_lines(root)
     if len(own) != 1 or type(own[0].content) is not Evaluation:
         return None
     call = own[0].content.value
@@ -306,7 +316,8 @@ class _UrscriptBody:
         self._part = part
         self._data = data
         self._is_main = part is names.main
-        self._preamble = self._is_main
+        # Another file may call a library's function, and each time its values are set anew.
+        self._preamble = self._is_main and names.starts
         self._expressions = Expressions(names, part, self._tell)
         self._moves = UrscriptMoveRules(self._expressions, self._tell)
         self._calls = CallRules(self._expressions, self._tell)

@@ -278,10 +278,11 @@ class Facts:
 
 
 class UrscriptNames:
-    """All names of a file. `facts`: one for each part."""
+    """All names of a file. `facts`: one for each part. `starts`: the file is a program, which runs `main` once."""
 
-    def __init__(self, root: UrscriptPart, main: UrscriptPart) -> None:
+    def __init__(self, root: UrscriptPart, main: UrscriptPart, starts: bool) -> None:
         self.main = main
+        self.starts = starts
         parts = [part for part in root.all() if part is not root or root is main]
         self.facts = {id(part): _gather(part) for part in parts}
         self.shared = self._find_shared()
