@@ -278,3 +278,13 @@ def test_a_state_that_is_not_asked_is_a_difference_though_no_plain_run_shows_it(
     rows = ("IF $T1 THEN", "WAIT SEC 1", "ENDIF")
     found = receipt(krl(*rows), "urscript", ("if (manual_reduced)", "if (False)"), vendor="krl")
     assert differences(found)
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp"])
+def test_a_wait_for_what_the_controller_tells_by_a_signal_is_the_same(target):
+    """KUKA's waits for its own state name no signal, and their translations do: that is no difference."""
+    text = krl("WAIT FOR $IN_HOME", "$OUT[5]=TRUE", "WAIT FOR $IN[4] AND $IN_HOME", "$OUT[6]=TRUE")
+    made, linked = converted(text, "krl", target), link(read(text, "krl"))
+    runs = runs_of(linked.program, made, target, (ROBOT, None))
+    found = receipt_of(linked, made.translated, target, tuple(made.files), runs, (ROBOT, None))
+    assert not [one for one in found.verdict.objections if one.kind == "difference"]

@@ -148,6 +148,7 @@ def compare_plans(
     loose: Mapping[str, Set[int]] | None = None,
     origins: Mapping[Place, int] | None = None,
     renamed: Callable[[Event], Event] | None = None,
+    states: Set[str] = frozenset(),
     seconds: tuple[Sequence[float], Sequence[float]] = ((), ()),
     other_lengths: bool = False,
 ) -> Comparison:
@@ -157,13 +158,22 @@ def compare_plans(
     nothing became a comment; anything else of them has its counterpart. `loose`: "speed", "blend", "order" and
     "wait", the lines of `one` where they are known to differ. `origins`: the line of `one` that each line of
     `other` was made from; without it steps are paired in their order. `renamed`: an event of `one` with the signals
-    of `other`. `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are not as long as
+    of `other`. `states`: the signals by which the controller of `other` tells what `one` asks it without a signal.
+    `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are not as long as
     they were when speeds of joint moves and sizes of blends were converted, which are then not compared. Of two runs
     that were stopped, the last move is not compared, as what follows it is not known, nor what one of them comes to.
     """
     cut_short = all(any(d.code in CUT_SHORT for d in p.diagnostics) for p in (one, other))
     rules = _Rules(
-        tolerances or Tolerances(), speeds, blends, loose or {}, origins, renamed, other_lengths, cut_short
+        tolerances or Tolerances(),
+        speeds,
+        blends,
+        loose or {},
+        origins,
+        renamed,
+        states,
+        other_lengths,
+        cut_short,
     )
     first = steps_of(one, without, seconds[0], comments=comments)
     second = rules.joined(steps_of(other, seconds=seconds[1]))
@@ -191,6 +201,7 @@ class _Rules(NamedTuple):
     loose: Mapping[str, Set[int]]
     origins: Mapping[Place, int] | None
     renamed: Callable[[Event], Event] | None
+    states: Set[str] = frozenset()
     other_lengths: bool = False
     cut_short: bool = False
 
@@ -399,7 +410,9 @@ def _compare_events(a: ComparedStep, b: ComparedStep, result: Comparison, rules:
     one = a.event if rules.renamed is None else rules.renamed(a.event)
     if a.kind is StepKind.WAIT and not b.event.signals:
         return  # of a variable, which a signal without a number may be there
-    if rules.renamed is not None and one.signals != b.event.signals:
+    told = rules.states - set(one.signals) if a.kind is StepKind.WAIT else ()
+    there = tuple(name for name in b.event.signals if name not in told)
+    if rules.renamed is not None and one.signals != there:
         says = f"{_named(a.event)}, which is {_named(one)} there, and {_named(b.event)}"
         result.differ(a, b, "signal", f"signals {says}")
     elif not _same_value(one.value, b.event.value):

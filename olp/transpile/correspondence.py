@@ -17,6 +17,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.languages.limits import SPARE_SIGNALS, limits_of
+from olp.languages.limits import limits_of
 from olp.languages.vendor import conventions_of, find_vendor
 from olp.runtime.assumptions import NAMED_SIGNAL, VARIABLE_LETTERS, SignalKey, signal_key, signal_name
 from olp.runtime.made_up import FrameAndTool, MadeUp, MadeUpPosition, UnknownThing
@@ -168,6 +169,14 @@ def renamer(mapping: Mapping[tuple[str, str], str]) -> Callable[[Event], Event]:
         return event if signals == event.signals else event._replace(signals=signals)
 
     return renamed
+
+
+def states_told(target: str) -> frozenset[str]:
+    """The signals by which the target's controller tells its own state, as events name them."""
+    limits = limits_of(target)
+    told = [(bus, index) for bus, index, _ in limits.state_signals.values()]
+    told += [limits.manual_signal] if limits.manual_signal is not None else []
+    return frozenset(signal_name(_key(bus, str(index))) for bus, index in told)
 
 
 # --- What no file tells ---

@@ -21,7 +21,7 @@ from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
 from olp.transpile.context import PROCESS, Fate, Loss, Translated, partly_left_out
-from olp.transpile.correspondence import MadeUpRun, blamed, renamer
+from olp.transpile.correspondence import MadeUpRun, blamed, renamer, states_told
 from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
 from olp.transpile.preflight import before_it_runs, places
@@ -246,6 +246,7 @@ def receipt_of(
         tolerances=tolerances,
         origins=runs.origins,
         renamed=renamer(translated.mapping),
+        states=states_told(target),
         loose={
             part: {loss.line for loss in translated.losses if loss.part == part} for part in ("wait", "order")
         },
