@@ -17,7 +17,6 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of
 from olp.languages.limits import SPARE_SIGNALS, limits_of
-from olp.languages.limits import limits_of
 from olp.languages.vendor import conventions_of, find_vendor
 from olp.runtime.assumptions import NAMED_SIGNAL, VARIABLE_LETTERS, SignalKey, signal_key, signal_name
 from olp.runtime.made_up import FrameAndTool, MadeUp, MadeUpPosition, UnknownThing
