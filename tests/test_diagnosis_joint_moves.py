@@ -312,14 +312,14 @@ def together(turned, share, speeds, ramps):
     return np.where(top**2 <= slow, 1.0 / top + top / slow, 2.0 / np.sqrt(slow))
 
 
-def of_four_axes(folder, turned, share, speeds, ramps, scatter=0.0):
-    """The moves of a recording whose axes have other `speeds` and `ramps` than simulated."""
+def of_four_axes(folder, turned, share, speeds, ramps, scatter=0.0, **more):
+    """The moves of a recording whose axes have other `speeds` and `ramps` than simulated; `more` columns."""
     noise = np.random.default_rng(5).normal(0.0, scatter, len(turned))
     took, sim = together(turned, share, speeds, ramps) + noise, together(turned, share, SPEEDS, RAMPS)
     names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 5)]
-    table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names])]
+    table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names, *more])]
     for k, way in enumerate(np.degrees(turned)):
-        ends = ",".join(f"{q:.9f}" for q in way)
+        ends = ",".join(f"{q:.9f}" for q in (*way, *(column[k] for column in more.values())))
         table.append(f"{k},joint,{100 * share[k]:.9f},{took[k]:.9f},{sim[k]:.9f},0,0,0,0,{ends}")
     (folder / "moves.csv").write_text("\n".join(table) + "\n")
     return case_of(read_recording(folder)).case
@@ -352,6 +352,26 @@ def test_another_axis_leads_where_the_first_one_is_slower_or_quicker_than_simula
     np.testing.assert_allclose(model.seconds(moves.take(some)), model.seconds(moves)[some], atol=1e-12)
     (many,) = model.smooth_with([(0, model.parts[0])], moves)
     np.testing.assert_allclose(many, model.seconds(moves), atol=1e-12)
+
+
+@pytest.mark.parametrize("simulated", [None, 0.0, 0.5])
+def test_a_load_slows_the_wrist_alone_which_then_sets_the_pace_of_more_moves(tmp_path, simulated):
+    """`simulated` [kg m²]: the load's inertia that the simulation knows of."""
+    rng, growth = np.random.default_rng(8), 1.2
+    turned = rng.uniform(0.1, 2.0, (80, 4))
+    turned[np.arange(80), np.arange(80) % 4] += 0.5
+    inertia = rng.choice([0.0, 0.8, 2.0], 80)
+    told = {"payload_inertia_kg_m2": inertia}
+    if simulated is not None:
+        told["sim_payload_inertia_kg_m2"] = np.full(80, simulated)
+    lighter = (1.0 + growth * (simulated or 0.0)) / (1.0 + growth * inertia)
+    ramps = RAMPS * np.stack([np.ones(80)] * 3 + [lighter], axis=1)
+    moves = of_four_axes(tmp_path, turned, rng.choice([0.3, 0.6, 1.0], 80), SPEEDS, ramps, 0.001, **told)
+    found = best_forms("payload-inertia", moves)
+    of_all = "" if simulated is None else "real over simulated"
+    (led,) = (form for key, form in found.items() if key.endswith("leading axis"))
+    assert led.scale < 0.0015 < 0.2 * found[of_all].scale
+    assert led.model.parts[0].values == pytest.approx([growth], rel=0.02)
 
 
 def one_by_one(shares):

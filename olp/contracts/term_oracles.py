@@ -140,7 +140,8 @@ def payload(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """Euler: the wrist's share of the turning is slowed by 1 + k I; or its rated acceleration is.
+    """Euler: the wrist's share of the turning is slowed by 1 + k I; or its rated acceleration is; or joint moves whose
+    slowest axis is of the wrist.
 
     Real over simulated: of joint moves alone where there are any, as straight ones have a written acceleration.
     """
@@ -161,6 +162,9 @@ def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
             slowed = np.minimum(slow, limit / (1.0 + values[0] * inertia))
             factors.append(slowed / np.minimum(slow, limit))
         return both(case, *factors)
+    if form.key.endswith("leading axis"):
+        set_by_wrist = np.any([leads(case, axis) for axis in (3, 4, 5)], axis=0)
+        wrist = (set_by_wrist & case.joint & case.moving).astype(float)
     if form.key.startswith("real over simulated"):
         w = leads(case, form.axis).astype(float) if form.axis >= 0 else wrist
         w = w * (case.joint if (case.joint & case.moving).any() else 1.0)

@@ -194,11 +194,11 @@ class _Led(NamedTuple):
         return cls(case.base, None if case.rivals is None else case.rivals.moves.base)
 
     def with_(self, part: ModelPart, case: MeasuredMoves) -> _Led:
-        """The same with one more part in it: what is of no single axis acts on all of a move's axes alike."""
+        """The same with one more part in it: what does not act axis by axis acts on all of a move's axes alike."""
         motion, rivals = part.act(self.motion, case), self.rivals
         if rivals is None or case.rivals is None:
             return _Led(motion, None)
-        if part.form.axis >= 0:
+        if part.term.by_axis(part.form):
             return _Led(motion, part.act(rivals, case.rivals.moves))
         more = {
             name: getattr(rivals, name) * (after / before)[case.rivals.of]

@@ -223,6 +223,8 @@ def _known(part: ModelPart, rates: Rates | None) -> bool:
         return rates is not None and rates.lifts is not None
     if name == "payload-inertia" and key == "limit":
         return rates is not None and rates.rated_acceleration is not None
+    if name == "payload-inertia" and part.term.by_axis(part.form):
+        return rates is not None
     if name in ("joint-speed-limit", "joint-acceleration-limit"):
         if rates is None or axis >= len(rates.names):
             return False

@@ -11,6 +11,7 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FIRST_OF_WRIST = 3
 _RATIO = "real over simulated"
+_LED = "leading axis"  # behind the key of a form: of joint moves, those that an axis of the wrist sets
 _OTHER = 0.01  # of the load's inertia
 _FEWEST = 4  # moves that an axis leads
 
@@ -35,14 +36,23 @@ class PayloadInertia(MoveTerm):
         )
         share = Form("", (one,), r"a(I) = a / (1 + k I w)")
         every = Form("every move", (one,), r"a(I) = a / (1 + k I)")
+        led = (Form(_LED, (one,), r"a(I) = a / (1 + k I)"),) if _may_lead(case) else ()
         if case.rates is None or case.rates.rated_acceleration is None:
-            return (share, every)
-        return (share, every, Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"))
+            return (share, every, *led)
+        return (
+            share,
+            every,
+            *led,
+            Form("limit", (one,), r"a(I) \le A_j / (1 + k I) / |q_j'|, \quad j = 4, 5, 6"),
+        )
 
     def lacks(self, case: MeasuredMoves) -> str:
         return (
             "" if self.forms(case) else "payload_inertia_kg_m2 with two values, and moves that turn the wrist"
         )
+
+    def by_axis(self, form: Form) -> bool:
+        return super().by_axis(form) or form.key.endswith(_LED)
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key.startswith(_RATIO):  # 1.5, 3 and 9 times the acceleration with no load at all
@@ -58,7 +68,7 @@ class PayloadInertia(MoveTerm):
                 decelerate=_limited(motion.decelerate, end, less),
             )
         if form.key.startswith(_RATIO):
-            wrist = _led(case, form.axis)
+            wrist = _wrist_leads(case) if form.key.endswith(_LED) else _led(case, form.axis)
             real, simulated = (
                 1.0 + values[0] * wrist * i for i in (case.payload_inertia, case.sim_payload_inertia)
             )
@@ -67,6 +77,8 @@ class PayloadInertia(MoveTerm):
         share = case.once("wrist inertia", lambda: _wrist(case) * np.nan_to_num(case.payload_inertia))
         if form.key == "every move":
             share = np.nan_to_num(case.payload_inertia)
+        elif form.key == _LED:
+            share = _wrist_leads(case) * np.nan_to_num(case.payload_inertia)
         less = 1.0 + values[0] * share
         return motion.with_(accelerate=motion.accelerate / less, decelerate=motion.decelerate / less)
 
@@ -102,13 +114,16 @@ def _heaviest(case: MeasuredMoves) -> float:
 
 
 def _ratios(case: MeasuredMoves) -> tuple[Form, ...]:
-    """One form for the whole wrist, and one for each of its axes."""
+    """Two forms for the whole wrist, and one for each of its axes."""
     equation = r"a = a_{sim} (1 + k I_{sim} w) / (1 + k I w)"
     growth = TermParameter(
         "growth", "1/(kg m^2)", 0.0, 200.0 / _heaviest(case), 0.0, False, "of the wrist's inertia"
     )
     forms = [Form(_RATIO, (growth,), equation)]
     assert case.rates is not None
+    if _may_lead(case):
+        leading = r"a = a_{sim} (1 + k I_{sim}) / (1 + k I)"
+        forms.append(Form(f"{_RATIO}, {_LED}", (growth,), leading))
     for axis, name in enumerate(case.rates.names):
         if axis >= _FIRST_OF_WRIST and (_led(case, axis) > 0).sum() >= _FEWEST:
             one = growth._replace(
@@ -129,6 +144,21 @@ def _led(case: MeasuredMoves, axis: int) -> Floats:
     else:
         share = case.led(axis).astype(np.float64)
     return np.where(case.joint, share, 0.0) if (case.joint & case.moving).any() else share
+
+
+def _may_lead(case: MeasuredMoves) -> bool:
+    """Whether rated speeds tell the leading axis of joint moves, and enough are led by one of the wrist."""
+    if case.rates is None or case.rates.rated is None or len(case.rates.names) <= _FIRST_OF_WRIST:
+        return False
+    return int((_wrist_leads(case) > 0).sum()) >= _FEWEST
+
+
+def _wrist_leads(case: MeasuredMoves) -> Floats:
+    """1 in the joint moves (n,) that an axis of the wrist leads, 0 in all others: axes start and end together, so the
+    load slows a move where the wrist sets its pace, or would with this load (`Rivals`)."""
+    assert case.rates is not None
+    leads = np.any([case.led(axis) for axis in range(_FIRST_OF_WRIST, len(case.rates.names))], axis=0)
+    return np.asarray(leads & case.joint & case.moving, dtype=np.float64)
 
 
 def _wrist(case: MeasuredMoves) -> Floats:

@@ -86,6 +86,10 @@ class MoveTerm(Term):
         """What has to be recorded to identify this term; "" when nothing is missing."""
         return ""
 
+    def by_axis(self, form: Form) -> bool:
+        """Whether the form asks which axis leads a move: then it acts on the axes that may take over one by one."""
+        return form.axis >= 0
+
     @abstractmethod
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         """Start values for the search (g, p), in SI, inside the bounds."""
