@@ -288,3 +288,15 @@ def test_a_wait_for_what_the_controller_tells_by_a_signal_is_the_same(target):
     runs = runs_of(linked.program, made, target, (ROBOT, None))
     found = receipt_of(linked, made.translated, target, tuple(made.files), runs, (ROBOT, None))
     assert not [one for one in found.verdict.objections if one.kind == "difference"]
+
+
+def test_a_loop_over_two_groups_takes_as_many_passes_where_one_of_them_is_copied_first():
+    """INFORM compares a group with a byte alone, which DIN sets; the run took the new byte for a change of its own."""
+    text = module("WHILE gi1<>gi2 DO", "WaitTime 0.1;", "ENDWHILE", "SetDO do3,1;")
+    made, linked = converted(text, "rapid", "inform"), link(read(text, "rapid"))
+    runs = runs_of(linked.program, made, "inform", (ROBOT, None))
+    assert [len(steps_of(both.source)) for both in runs.made_up if both.source is not None]
+    for both in runs.made_up:
+        assert both.source is not None
+        assert both.target is not None
+        assert len(steps_of(both.source)) == len(steps_of(both.target))

@@ -56,7 +56,24 @@ def region(body: tuple[st.Statement, ...], flow: ControlFlow, first: int, last: 
     while reads and len(reads) > size:
         size = len(reads)
         reads |= _behind(body, flow, range(first, last), reads)
-    return Region(exits, frozenset(reads))
+    return Region(exits, frozenset(reads - _copies(body[first:last])))
+
+
+def _copies(body: Sequence[st.Statement]) -> set[Read]:
+    """Variables that only hold what a signal was read as: as new as that, which decides in their place."""
+    copied: set[Read] = set()
+    computed: set[Read] = set()
+    for s in body:
+        if isinstance(s, st.ReadInput) or (isinstance(s, st.Assign) and type(s.value) is ex.Signal):
+            copied |= set(reads_of(s.target))
+        elif isinstance(s, (st.Assign, st.Update, st.Clear, st.For, st.Call)):
+            places: tuple[ex.Expression | None, ...]
+            if isinstance(s, st.Call):
+                places = (*s.arguments, s.result)
+            else:
+                places = (s.variable if isinstance(s, st.For) else s.target,)
+            computed |= {read for e in places if e is not None for read in reads_of(e)}
+    return copied - computed
 
 
 Read = tuple[str, int | None, bool]
