@@ -58,3 +58,73 @@ def test_what_a_function_of_no_file_returns_is_what_its_uses_take_it_for(target,
     assert all(
         loss.fate is Fate.APPROXIMATED for loss in converted(text, "urscript", target).translated.losses
     )
+
+
+def robot_as(*rows, tables=()):
+    return "\n".join([".PROGRAM part()", *rows, ".END", *tables, ""])
+
+
+_TRUTHS = (
+    "n = 5",
+    "IF n AND SIG(1002) THEN",
+    "SIGNAL 3",
+    "END",
+    "w = TRUE",
+    "WHILE w DO",
+    "w = SIG(1001)",
+    "END",
+)
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"),
+    [
+        ("krl", ("IF (n<>0) AND $IN[2] THEN", "DECL BOOL w=FALSE", "w=$IN[1]", "WHILE w")),
+        ("rapid", ("IF n<>0 AND di2=1 THEN", "VAR bool w;", "w:=di1=1;", "WHILE w DO")),
+        ("urscript", ("if (n != 0 and get_standard_digital_in(2)):", "global w = False", "while (w):")),
+    ],
+)
+def test_numbers_that_decide_in_as_are_compared_with_zero_elsewhere(target, wanted):
+    made = translated(robot_as(*_TRUTHS), "as", target)
+    assert [row for row in wanted if row not in made] == []
+
+
+def test_a_variable_of_as_that_is_also_a_number_has_numbers_for_true_and_false():
+    made = translated(robot_as("v = TRUE", "IF v == FALSE THEN", "v = v - 1", "END"), "as", "krl")
+    assert "DECL REAL v" in made
+    assert "v=-1" in made
+    assert "IF v==0 THEN" in made
+
+
+_COUNTS = {
+    "as": robot_as("count = count + 1", "IF count > 3 THEN", "SIGNAL 1", "END"),
+    "pdl2": "\n".join(
+        (
+            "PROGRAM part",
+            "VAR count : INTEGER",
+            "BEGIN",
+            "  count := count + 1",
+            "  IF count > 3 THEN",
+            "    $DOUT[1] := ON",
+            "  ENDIF",
+            "END part",
+            "",
+        )
+    ),
+}
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp", "urscript"])
+@pytest.mark.parametrize("vendor", list(_COUNTS))
+def test_what_other_programs_may_have_set_is_told_where_it_is_read_first(vendor, target):
+    done = converted(_COUNTS[vendor], vendor, target).translated
+    assert any("nothing has set count" in loss.says for loss in done.losses)
+    begun = _COUNTS[vendor].replace("count + 1", "2")
+    assert not [loss for loss in converted(begun, vendor, target).translated.losses if "count" in loss.says]
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
+def test_the_size_that_is_taken_for_an_array_of_as_is_told(target):
+    text = robot_as("FOR i = 1 TO n", "t[i] = i", "END", tables=(".REALS", "n = 3", ".END"))
+    says = [loss.says for loss in converted(text, "as", target).translated.losses if loss.line == 3]
+    assert says == ["nothing here tells how many elements t has: 1000 are taken"]

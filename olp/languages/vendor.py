@@ -265,6 +265,9 @@ class Conventions:
     known_functions: bool = False  # its functions are all known: another one is an error, and no assumption
     share_zones: bool = False  # zones are shares of the speed, corner radii are lengths; else all are lengths
     data_last: bool = False  # data of a list keep their last values when the program ends
+    data_set_elsewhere: bool = (
+        False  # the controller keeps what other programs and runs set; else nothing is set
+    )
     data_begin_anew: bool = False  # variables of a module have their first values again in each run
     systems_stay: bool = (
         False  # positions are read with the tool and in the frame of the last move, which names both

@@ -270,6 +270,20 @@ def shared_zeros(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, data=tuple(data))
 
 
+def unset_data(program: st.Program, work: TranslationContext) -> st.Program:
+    """Tells of variables that the controller keeps, and that are read here before anything here sets them."""
+    if not work.conventions.data_set_elsewhere:
+        return program
+    kinds = {*_ZEROS, "position", "joints"}
+    open_ = {d.name for d in program.data if d.value is None and d.type in kinds and d.comment != UNDECLARED}
+    parts = _changed_parts(program) if open_ else {}
+    for name, s in _read_first(program, {name: parts.get(name, {""}) for name in open_}).items():
+        says = f"on some path nothing has set {name}, which another program may set: it begins with zero"
+        work.lose(s, Fate.APPROXIMATED, "value", says)
+        work.ask("set what another program may set, which is zero now", name)
+    return program
+
+
 def _ask_anew(program: st.Program, work: TranslationContext) -> None:
     """Data that begin anew with each run in the source, that statements change, and that the target keeps."""
     if not work.conventions.data_begin_anew:

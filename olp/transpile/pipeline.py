@@ -52,7 +52,7 @@ from olp.transpile.control_flow import flow
 from olp.transpile.current_position import here, relative, shifts, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
 from olp.transpile.expression_lowering import lift
-from olp.transpile.first_values import begun, begun_anew, first_values, lasting, shared_zeros
+from olp.transpile.first_values import begun, begun_anew, first_values, lasting, shared_zeros, unset_data
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions, handed_systems, optional_parameters
@@ -278,6 +278,7 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     relative_tools,
     sums,
     lasting,
+    unset_data,
     undeclared,
     first_values,
     array_bounds,

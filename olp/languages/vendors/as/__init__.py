@@ -30,6 +30,7 @@ class As(Vendor):
     conventions = Conventions(
         sums_of_texts=True,
         clocks_run=True,
+        data_set_elsewhere=True,
         name_signs={"#": "joints", "$": "string"},
         move_options=MoveOptions(manner=frozenset({"hmove"})),
         assumed_codes=frozenset({"P588", "P589"}),

@@ -45,6 +45,7 @@ from .rules import (
     PercentOfPath,
     bus_of,
 )
+from .truths import with_truths
 
 _CODES: Final = Codes("P580", "P581", "P582", "P583", "P584", "P585")
 _MARK = re.compile(
@@ -97,6 +98,7 @@ class _AsFile:
         self.levels = LEVELS | _levels(findings.source.lines)
         self.saved = _places(findings.source.lines, ".SYSDATA", _SYSTEM_ROWS)
         self.saved |= _places(findings.source.lines, ".AUXDATA", _HOME_ROWS)
+        self.logical: set[str] = set()  # folded names of variables that only ever hold true or false
         self.outside: list[st.Statement] = []  # comments between programs, which the next one takes along
 
     def read(self) -> st.Program:
@@ -124,6 +126,7 @@ class _AsFile:
         self._declare_homes()
         routines = _SignalNumbers(self.findings, routines, self.data).known()
         self._declare_groups(routines)
+        routines, self.logical = with_truths(routines, self.data)
         sizes = _constant_sizes(routines)
         routines = [self._with_arrays(one, sizes) for one in routines]
         main = _main(routines)
@@ -274,9 +277,20 @@ class _AsFile:
             type_ = self._type(one.value) if isinstance(one, st.Assign) else _counter(one)
             if base.name.startswith("$"):
                 type_ = "string"
+            elif base.name.casefold() in self.logical:
+                type_ = "boolean"
             line = routine.line if local else 0
+            if count and base.name.casefold() not in indexed.keys() | place.keys():
+                self._tell_sizes(base.name, sizes, one.line)
             place.setdefault(base.name.casefold(), st.Declare(line, base.name, type_, None, sizes))
         return replace(routine, body=(*own.values(), *routine.body)) if own else routine
+
+    def _tell_sizes(self, name: str, sizes: tuple[ex.Number, ...], line: int) -> None:
+        """An array that only computed indices fill."""
+        taken = " x ".join(str(size.value) for size in sizes)
+        message = f"nothing here tells how many elements {name} has: {taken} are taken"
+        help = "write the indices out, or its values in a table"
+        self.findings.once(Severity.INFO, "P589", name, message, self.findings.whole_line(line), help)
 
     def _type(self, value: ex.Expression) -> str:
         """Of a variable that gets this value."""

@@ -29,6 +29,7 @@ class Pdl2(Vendor):
     )
     conventions = Conventions(
         clocks_run=True,
+        data_set_elsewhere=True,
         sums_of_texts=True,
         manner_settings=MANNERS,
         move_options=MoveOptions(manner=frozenset(MANNERS)),
