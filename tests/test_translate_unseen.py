@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
-from translated_texts import converted, script, translated
+from translated_texts import converted, read, script, translated
 
 from olp.core.source import load
+from olp.ir import program as st
 from olp.languages.vendors.urscript.reader import read_program
 from olp.transpile import Context
 from olp.transpile.context import Fate
@@ -128,3 +129,19 @@ def test_the_size_that_is_taken_for_an_array_of_as_is_told(target):
     text = robot_as("FOR i = 1 TO n", "t[i] = i", "END", tables=(".REALS", "n = 3", ".END"))
     says = [loss.says for loss in converted(text, "as", target).translated.losses if loss.line == 3]
     assert says == ["nothing here tells how many elements t has: 1000 are taken"]
+
+
+def overrides(*rows):
+    place = "{{{}, 20, -90, 0, 60, 0}}"
+    moves = (row.format(p=place.format(10 * n)) for n, row in enumerate(rows))
+    return read("\n".join(("PROGRAM part", "BEGIN", *moves, "END part", "")), "pdl2")
+
+
+def test_the_overrides_of_pdl2_are_multiplied_and_each_stands_in_for_itself_alone():
+    program = overrides("$ARM_OVR := 50", "MOVE JOINT TO {p} WITH $PROG_SPD_OVR = 20", "$GEN_OVR := 100")
+    assert [type(s) for s in program.routines[0].body] == [st.SetOverride, st.Move]
+    assert not program.diagnostics
+    program = overrides(
+        "$ARM_OVR := 50", "MOVE JOINT TO {p} WITH $ARM_OVR = 20", "$PROG_SPD_OVR := 40", "MOVE JOINT TO {p}"
+    )
+    assert [(d.code, d.line) for d in program.diagnostics] == [("P595", 4), ("P591", 5)]

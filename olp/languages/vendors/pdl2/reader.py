@@ -22,7 +22,7 @@ from olp.languages.short_reader import (
     with_comment,
     words,
 )
-from olp.languages.vendors.pdl2.rules import MoveType, Pdl2Rules, Untyped
+from olp.languages.vendors.pdl2.rules import MoveType, Pdl2Rules, Untyped, overrides_set
 
 _CODES: Final = Codes("P590", "P591", "P592", "P593", "P594", "P595")
 _MARK = re.compile(r"^\s*PROGRAM\s+[A-Z_]\w*", re.IGNORECASE)
@@ -99,7 +99,10 @@ def read_program(source: Source) -> st.Program:
 class _Pdl2File:
     def __init__(self, findings: Findings) -> None:
         self.findings, self.kinds = findings, findings.kinds
-        self.rules = Pdl2Rules(any("$FLY_DIST" in line.upper() for line in findings.source.lines))
+        self.rules = Pdl2Rules(
+            any("$FLY_DIST" in line.upper() for line in findings.source.lines),
+            overrides_set(findings.source.lines),
+        )
         self.parser = LineParser(findings, "pdl2", self.rules, _CODES, _KNOWN, _MOVES)
         self.parts: list[_Part] = []
         self.part: _Part | None = None  # the routine that is open

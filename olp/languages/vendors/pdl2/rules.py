@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, Final, NamedTuple, cast
 
@@ -29,7 +31,18 @@ _HERE: Final = ex.SystemValue("current-pose")
 _CURRENT: Final[dict[str, ex.Expression]] = {"ARM_POS": _HERE, "ARM_JNTP": ex.SystemValue("current-joints")}
 _SCREENS: Final = ("LUN_CRT", "LUN_TP")
 _OVERRIDES: Final = ("$ARM_SPD_OVR", "$PROG_SPD_OVR", "$ARM_OVR", "$GEN_OVR")
+_SETS: Final = re.compile(r"\s*(" + "|".join(map(re.escape, _OVERRIDES)) + r")\s*:=([^-]*)", re.IGNORECASE)
 _RATES: Final = ("$ARM_ACC_OVR", "$PROG_ACC_OVR")
+
+
+def overrides_set(lines: Iterable[str]) -> tuple[str, ...]:
+    """The overrides that a program sets, in order, without those that are 100 % beside others all the time."""
+    found: dict[str, set[str]] = {}
+    for line in lines:
+        if "_OVR" in line.upper() and (match := _SETS.match(line)):
+            found.setdefault(match[1].upper(), set()).add(match[2].strip())
+    varying = tuple(name for name, values in found.items() if values != {"100"})
+    return varying or tuple(found)
 
 
 class MoveType(NamedTuple):
@@ -45,11 +58,15 @@ class Untyped(NamedTuple):
 
 
 class Pdl2Rules(BlockRules):
-    """All of PDL2. `fly_distance`: the program sets $FLY_DIST, so that MOVEFLY goes by it."""
+    """All of PDL2. `fly_distance`: the program sets $FLY_DIST, so that MOVEFLY goes by it.
 
-    def __init__(self, fly_distance: bool) -> None:
+    `overrides`: the variables of this kind that it sets; the controller multiplies them with each other.
+    """
+
+    def __init__(self, fly_distance: bool, overrides: tuple[str, ...]) -> None:
         super().__init__()
-        self.fly_distance = self.settled_by = fly_distance
+        self.fly_distance, self.overrides = fly_distance, overrides
+        self.settled_by = (fly_distance, overrides)
 
     # --- values -----------------------------------------------------------------------------------------
 
@@ -204,6 +221,8 @@ class Pdl2Rules(BlockRules):
         if word == "$LIN_SPD":
             return move if move.path is st.Path.JOINT else replace(move, speed=_travel(value))
         if word in _OVERRIDES and move.path is st.Path.JOINT:
+            if word in self.overrides:  # this value stands in for that one, and is no share of it
+                raise NotModelledError(f"{word} is not what another line sets it to")
             return replace(move, speed=st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(value, percent)))
         if word == "$ROT_SPD":
             return replace(move, turn=ex.Quantity(value, 1.0))
@@ -246,6 +265,10 @@ class Pdl2Rules(BlockRules):
         if word == "$ROT_SPD":
             return st.SetSpeed(0, (), turn=ex.Quantity(value, 1.0))
         if word in _OVERRIDES:
+            if word not in self.overrides:
+                return []  # 100 %, beside another one
+            if word in self.overrides[1:]:
+                raise NotModelledError(f"it is multiplied with {self.overrides[0]}")
             return st.SetOverride(0, ex.Quantity(value, percent))
         if word in _RATES:
             return st.SetAcceleration(
