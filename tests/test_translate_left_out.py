@@ -5,7 +5,8 @@ import re
 import pytest
 from tp_listings import HEAD, listing
 from tp_listings import read as read_tp
-from translated_texts import VENDORS
+from translated_texts import VENDORS, krl
+from translated_texts import converted as converted_text
 
 import olp
 from olp.__main__ import main
@@ -287,3 +288,24 @@ def test_an_error_in_one_program_of_a_cell_leaves_the_others(tmp_path, capsys):
     text = "".join(path.read_text("latin-1") for path in (tmp_path / "out").glob("*.src"))
     assert ";not translated: 3:  DO[2]=ONN" in text
     assert {"$OUT[3]=TRUE", "$OUT[4]=TRUE"} <= set(text.split())
+
+
+@pytest.mark.parametrize("target", ["inform", "rapid", "tp", "urscript"])
+def test_what_stands_before_the_first_case_is_a_comment_that_is_told(target):
+    """No value leads there, and RAPID's compiler takes no statement there; it was written, or vanished."""
+    rows = (
+        "DECL INT n",
+        "n=2",
+        "SWITCH n",
+        "; about it",
+        "$OUT[3]=TRUE",
+        "CASE 2",
+        "$OUT[4]=TRUE",
+        "ENDSWITCH",
+    )
+    made = converted_text(krl(*rows), "krl", target)
+    told = [loss for loss in made.translated.losses if "before the first CASE" in loss.says]
+    assert [loss.fate for loss in told] == [Fate.COMMENTED]
+    text = b"\n".join(made.files.values()).decode()
+    assert "about it" in text
+    assert re.search(r"^\W*(?:\d+:\s*)?(?:!|'|#)\s*not translated: \$OUT\[3\]=TRUE", text, re.MULTILINE)

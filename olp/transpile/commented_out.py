@@ -130,16 +130,44 @@ _Gone = dict[tuple[str, str], str]  # (the routine that has it for itself or "",
 
 def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st.Program:
     """The program without what `out` names; each statement that goes is a comment and a loss."""
-    if not out.lines:
+    unreached = {} if work.source.vendor == work.target else _before_cases(program)
+    if not out.lines and not unreached:
         return program
-    lost: _Gone = {}
-    program = _without_data(program, out, lost, work)
-    program, bodies = _without_heads(program, out, lost)
-    lines = {**_users(program, lost), **bodies, **out.lines}
-    lines = {**_inside(program, lines), **lines}
-    lines |= _tell_users(program, lines, work)
-    _tell_callers(program, out, work)
+    lines: dict[int, str] = {}
+    if out.lines:
+        lost: _Gone = {}
+        program = _without_data(program, out, lost, work)
+        program, bodies = _without_heads(program, out, lost)
+        lines = {**_users(program, lost), **bodies, **out.lines}
+        lines = {**_inside(program, lines), **lines}
+        lines |= _tell_users(program, lines, work)
+        _tell_callers(program, out, work)
+    lines = {**unreached, **lines}
     return replace(program, routines=tuple(_commented(program, r, lines, work) for r in program.routines))
+
+
+_UNREACHED: Final = "no value of the SWITCH leads to it, as it stands before the first CASE"
+
+
+def _before_cases(program: st.Program) -> dict[int, str]:
+    """The lines between a SWITCH and its first branch: nothing runs them, and few compilers take them."""
+    found: dict[int, str] = {}
+
+    def note(nodes: list[Node]) -> None:
+        for node in nodes:
+            if not isinstance(node, Block):
+                continue
+            opener, first = node.branches[0]
+            if isinstance(opener, st.Switch):
+                rows = (s for s in flat(first) if not isinstance(s, (st.Comment, st.Declare)))
+                found.update({s.line: _UNREACHED for s in rows if s.line != opener.line})
+            for _, inside in node.branches:
+                note(inside)
+
+    for routine in program.routines:
+        if any(type(s) is st.Switch for s in routine.body):
+            note(parse(routine.body) or [])
+    return found
 
 
 def _without_data(program: st.Program, out: LeftOut, lost: _Gone, work: TranslationContext) -> st.Program:

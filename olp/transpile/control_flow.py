@@ -248,6 +248,7 @@ class _Target:
             value = name
         else:
             before += _comment_of(switch)
+        before += [s for s in block.branches[0][1] if isinstance(s, st.Comment)]
         branches: list[tuple[st.Statement, list[Node]]] = []
         for marker, inside in block.branches[1:]:
             if isinstance(marker, st.Case):

@@ -142,7 +142,10 @@ def _opened_branches(
     end = label()
     result: list[Node] = []
     value = block.opener.value if isinstance(block.opener, st.Switch) else None
-    rows = block.branches[1:] if isinstance(block.opener, st.Switch) else block.branches
+    rows = block.branches
+    if isinstance(block.opener, st.Switch):
+        result += [s for s in rows[0][1] if isinstance(s, st.Comment)]
+        rows = rows[1:]
     # The branch without a condition is tried last, wherever it stands.
     rows = [row for row in rows if not _is_else(row[0])] + [row for row in rows if _is_else(row[0])]
     for marker, inside in rows:

@@ -738,7 +738,7 @@ class _Hoist(Values):
             return [Block([(head, [*inside[0][1], *before])], replace(block.closer, condition=condition))]
         if isinstance(head, st.Switch):
             value = self.value(head.value, before, alone=True)
-            return [*before, Block([(replace(head, value=value), []), *inside[1:]], block.closer)]
+            return [*before, Block([(replace(head, value=value), inside[0][1]), *inside[1:]], block.closer)]
         if isinstance(head, st.For):
             parts = (head.start, head.stop, *(() if head.step is None else (head.step,)))
             values = [self.value(e, before, alone=True) for e in self._each_in_order(parts, before)]
