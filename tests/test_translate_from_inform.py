@@ -17,6 +17,7 @@ from olp.robots.robot import load_robot
 from olp.runtime.interpreter import run
 from olp.transpile import Context
 from olp.transpile.compare import WRITTEN, compare_plans
+from olp.transpile.context import Fate
 from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
 from olp.transpile.receipt import receipt_of
@@ -154,7 +155,7 @@ def test_a_loop_that_counts_fractions_is_no_loop_of_integers():
     assert not losses
     lines, losses = as_lines("FOR i = 0 TO 3", "x[i] = i/2", "END")
     assert "DECL INT i=0" in lines
-    assert not losses
+    assert ["are taken" in loss.says for loss in losses] == [True]  # of x nothing tells the size
 
 
 def test_numbers_of_signals_are_integers_where_the_target_counts_with_them():
@@ -653,3 +654,34 @@ def test_runs_that_were_both_stopped_are_compared_as_far_as_both_came():
     longer, shorter = (run(program, robot=ROBOT, max_steps=most) for most in (20, 14))
     assert not compare_plans(longer, run(program, robot=ROBOT)).is_equal
     assert compare_plans(longer, shorter).is_equal
+
+
+PLACE = (*POINTS[:4], "C001=900.000,0.000,400.000,180.0000,0.0000,0.0000")
+
+
+@pytest.mark.parametrize(
+    ("target", "base", "tool"),
+    [
+        ("rapid", "MoveL Offs(CRobT(", "MoveL RelTool(CRobT("),
+        (
+            "urscript",
+            "movel(pose_add(get_actual_tcp_pose(), p[PV1[0],",
+            "movel(pose_trans(get_actual_tcp_pose(), p[",
+        ),
+    ],
+)
+def test_moves_by_a_computed_offset_take_its_components(target, base, tool):
+    """They were refused; an offset that nothing sets was zeros, so that what its operator sets moved nothing."""
+    rows = ("MOVL C001 V=50.0 PL=0", "SET D000 50000", "SETE P001 (1) D000", "SETE P001 (3) D000")
+    text = inform(*rows, "IMOV P001 V=100.0 PL=0", "IMOV P001 V=100.0 PL=0 TF", points=PLACE)
+    written = translated(text, "inform", target)
+    assert base in written
+    assert tool in written
+    assert not [one for one in objections(text, "inform", target) if one[0] == "difference"]
+
+
+def test_an_offset_that_nothing_here_sets_stays_a_variable_and_its_angles_are_told():
+    text = inform("MOVL C001 V=50.0 PL=0", "IMOV P002 V=100.0 PL=0", points=PLACE)
+    made = converted(text, "inform", "rapid")
+    assert b"PV2.trans.x,PV2.trans.y,PV2.trans.z" in b"".join(made.files.values())
+    assert any("angles" in loss.says and loss.fate is Fate.APPROXIMATED for loss in made.translated.losses)

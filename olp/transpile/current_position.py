@@ -360,10 +360,12 @@ class _Relative:
 
     def _moved(self, s: st.Move, here: ex.Expression, offset: ex.Expression) -> ex.Expression | None:
         """The place that lies by an offset from `here`; None where it is rejected."""
-        by = self.symbols.fixed_position(self.name, offset)
+        by = self._offset_value(offset)
         values: Sequence[ex.Expression]
         if by is not None and by.kind != "joint":
             values = _written(by)
+        elif by is None and isinstance(offset, ex.Named) and self._is_pose(offset):
+            values = self._components(offset)
         elif isinstance(offset, ex.Function) and offset.name == "pose-angles" and len(offset.arguments) == 6:
             values = offset.arguments
         elif (
@@ -377,11 +379,17 @@ class _Relative:
             return None
         turns = sum(v not in _ZEROS for v in values[3:])
         if s.relative is not None and s.relative.kind != "tool":
+            if turns and by is None and self._is_set_elsewhere(offset):
+                says = "the offset's angles, which nothing here sets, are left out: they are taken for zero"
+                self.work.lose(s, Fate.APPROXIMATED, "orientation", says)
+                self.work.ask("see that these offsets have no angles", _name_of(offset))
+                turns = 0
             if not turns:
                 return ex.Function("pose-offset", (here, *values[:3]))
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset that turns the tool")
             return None
-        if turns > 1:  # about z first, as no `pose-relative-tool` turns
+        # About z first, as no `pose-relative-tool` turns.
+        if turns > 1 or (turns and self._is_computed(list(values))):
             turned = offset if by is None else replace(by, values=_moved(by.values))
             return ex.Function("pose-product", (here, turned))
         return ex.Function("pose-relative-tool", (here, *values))
@@ -406,10 +414,7 @@ class _Relative:
             if by is not None and by.kind != "joint":
                 values += _written(by)
             elif isinstance(offset, ex.Named) and by is None:
-                values += [ex.Member(offset, name) for name in ("x", "y", "z")]
-                values += [
-                    ex.Number(0) if self._never(offset, name) else ex.Member(offset, name) for name in _TURNS
-                ]
+                values += self._components(offset)
             if by is not None and by.kind == "joint":
                 self.work.lose(s, Fate.REFUSED, "offset", "an offset in joint values")
                 return s
@@ -422,6 +427,23 @@ class _Relative:
             else:
                 target = ex.Function(name, (target, *(values[:3] if name == "pose-offset" else values)))
         return replace(s, targets=(target,), offset=None, tool_offset=None)
+
+    def _components(self, offset: ex.Named) -> list[ex.Expression]:
+        """The components of a position that the program computes; angles that nothing sets are zero."""
+        return [
+            *(ex.Member(offset, name) for name in ("x", "y", "z")),
+            *(ex.Number(0) if self._never(offset, name) else ex.Member(offset, name) for name in _TURNS),
+        ]
+
+    def _is_set_elsewhere(self, e: ex.Expression) -> bool:
+        """Whether a register has the values that an operator or another program gave it, and none from here."""
+        return _name_of(e) in self.work.registers and not any(
+            isinstance(s, st.Assign) and e in expressions_of(s.target) for s in self.program.statements()
+        )
+
+    def _is_pose(self, name: ex.Named) -> bool:
+        symbol = self.symbols.find(self.name, name.name)
+        return symbol is not None and symbol.type == "position" and not symbol.sizes
 
     def _offset_value(self, offset: ex.Expression) -> ex.PositionLiteral | None:
         """What an offset always is; None for a register that only others set: a camera, or another program."""
@@ -441,9 +463,7 @@ class _Relative:
 
     def _never(self, name: ex.Named, member: str) -> bool:
         """Whether nothing ever sets this component of a position to anything but zero."""
-        if name.name in self.work.registers and not any(
-            isinstance(s, st.Assign) and name in expressions_of(s.target) for s in self.program.statements()
-        ):
+        if self._is_set_elsewhere(name):
             return False
         for s in self.program.statements():
             if not isinstance(s, st.Assign):
@@ -455,6 +475,10 @@ class _Relative:
                 if value is None or any(value.values[3:6]):
                     return False
         return True
+
+
+def _name_of(e: ex.Expression) -> str:
+    return e.name if isinstance(e, ex.Named) else ""
 
 
 def _written(by: ex.PositionLiteral) -> list[ex.Number]:
