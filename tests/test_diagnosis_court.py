@@ -10,7 +10,7 @@ import pytest
 
 from olp.__main__ import main
 from olp.identification.diagnosis import diagnose, naming, search
-from olp.identification.diagnosis.conditions import _cost, _restricted, _said, conditioned, fit_anew
+from olp.identification.diagnosis.conditions import _bounded, _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
 from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, Selection, drifts_on, fallen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, loss_each, slopes_of, whiten
@@ -283,7 +283,19 @@ def test_a_bound_stays_where_the_seen_moves_do_not_tell_another_from_it(tmp_path
     assert found.model.parts[0].condition == model.parts[0].condition
 
 
-@pytest.mark.parametrize(("odd", "stays"), [(0.048, True), (0.06, False)])
+def test_a_statement_that_a_better_bound_makes_needless_falls(tmp_path):
+    """What it leaves out beside a rough bound on y, the right bound leaves out as well."""
+    case = case_of(record(tmp_path / "r", plain(6), 6)).case
+    better = np.where(case.end[:, 1] > 0.1, 10.0, -10.0)
+    rough = Condition((Statement("length", above=0.1), Statement("y", above=0.0)))
+    (statement,) = _bounded(rough, better, case).statements
+    assert statement.column == "y"
+    assert statement.above == pytest.approx(0.1, abs=0.03)
+    both = np.where((case.end[:, 1] > 0.1) & (case.length > 0.2), 10.0, -10.0)
+    assert len(_bounded(rough, both, case).statements) == 2
+
+
+@pytest.mark.parametrize(("odd", "stays"), [(0.04, True), (0.06, False)])
 def test_one_odd_move_beside_a_gap_does_not_decide_where_in_the_gap_a_bound_is(tmp_path, odd, stays):
     """Moves of 200 mm are not seen; the last one before them is late, by more than half of what the name does."""
     _, end, _, _ = program(6)
@@ -509,8 +521,10 @@ def far_out_moves(tmp_path, off):
 @pytest.mark.parametrize(
     ("off", "worth"),
     [
-        ((20, 20, 20, 20), 0.0),
-        ((20, 20, 20, 0), 0.0),
+        ((20, 20, 20, 20), 3.3),  # no single move decides
+        ((20, 20, 20, 0), 3.3),
+        ((40, -20, 20, -20), 20.0),  # with its like, not beside it
+        ((80, -20, 20, -20), 60.0),  # beside the others
         ((20, -20, 20, -20), 13.3),
         ((20, -20, 0, 0), 6.7),
         ((-20, -20, 0, 0), 6.7),  # of one or two moves nothing tells that the other side has none
@@ -520,7 +534,7 @@ def far_out_moves(tmp_path, off):
 def test_far_out_moves_are_scatter_as_far_as_they_are_on_both_sides(off, worth, tmp_path):
     case, left, _, off = far_out_moves(tmp_path, off)
     left[[7, 30, 66, 90]] = off
-    assert 1e6 * tails_of(left / 1000.0, case) == pytest.approx(worth, abs=0.3)
+    assert 1e6 * tails_of(left / 1000.0, case) == pytest.approx(worth, abs=0.5)
 
 
 @pytest.mark.parametrize("seed", [0, 8, 11])

@@ -321,11 +321,15 @@ def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
 
 
 def _bounded(condition: Condition, better: Floats, case: MeasuredMoves) -> Condition:
+    """The condition with its bounds where these moves want them, without a statement that is then of no use: a rough
+    bound may have needed another one beside it."""
     statements = list(condition.statements)
     for k, statement in enumerate(statements):
         others = Condition(tuple(s for i, s in enumerate(statements) if i != k)).mask(case)
         statements[k] = _best_cut(statement, np.where(others, better, 0.0), others, case)
-    return Condition(tuple(statements))
+    whole, known = Condition(tuple(statements)), np.ones(len(better), dtype=bool)
+    alone = [Condition((_best_cut(statement, better, known, case),)) for statement in statements]
+    return max(whole, *alone, key=lambda one: _worth(one, better, case))
 
 
 def _cost(count: int) -> float:

@@ -185,9 +185,9 @@ def tails_of(left: Floats, case: MeasuredMoves) -> float:
     A scatter is early as often as it is late, and as far; an effect that acts in few moves is not. What the two tails
     have in common counts: all but the squared distance between their quantiles (the Wasserstein distance of the
     residuals from their mirror image, C. Mallows, Annals of Mathematical Statistics 43, 1972); of one or two moves
-    nothing tells whether the other tail is as heavy, and they count. Moves that are as far out in their repeats, or
-    that are of one kind, are no scatter; nor are more than there are half as far out, which would be tails heavier than
-    A. Cauchy's.
+    nothing tells whether the other tail is as heavy, and they count; of more, the farthest counts alone where it has
+    no like on the other side, as no single move decides. Moves that are as far out in their repeats, or that are of one
+    kind, are no scatter; nor are more than there are half as far out, which would be tails heavier than A. Cauchy's.
     """
     off = left - np.median(left)
     far = far_out(off, case.resolution)
@@ -197,9 +197,17 @@ def tails_of(left: Floats, case: MeasuredMoves) -> float:
     far &= ~_repeated(off, far, case)
     if far.sum() < _FEWEST:
         return float(off[far] @ off[far]) / len(off)
-    late, early = (np.sort(side[far & (side > 0)])[::-1] for side in (off, -off))
+    farthest = np.arange(len(off)) == np.argmax(np.where(far, np.abs(off), 0.0))
+    apart = float(off[farthest] @ off[farthest]) + _on_both_sides(off[far & ~farthest])
+    return max(_on_both_sides(off[far]), apart) / len(off)
+
+
+def _on_both_sides(off: Floats) -> float:
+    """[s²] sum of squares that the late and the early ones of moves `off` (m,) [s] have in common, the farthest with
+    the farthest."""
+    late, early = (np.sort(side[side > 0])[::-1] for side in (off, -off))
     both = min(len(late), len(early))
-    return 2.0 * float(late[:both] @ early[:both]) / len(off)
+    return 2.0 * float(late[:both] @ early[:both])
 
 
 def _repeated(off: Floats, far: Mask, case: MeasuredMoves) -> Mask:
