@@ -685,3 +685,13 @@ def test_an_offset_that_nothing_here_sets_stays_a_variable_and_its_angles_are_to
     made = converted(text, "inform", "rapid")
     assert b"PV2.trans.x,PV2.trans.y,PV2.trans.z" in b"".join(made.files.values())
     assert any("angles" in loss.says and loss.fate is Fate.APPROXIMATED for loss in made.translated.losses)
+
+
+def test_times_and_speeds_of_variables_are_converted_for_tp():
+    """INFORM counts them in hundredths of a second and tenths of a mm/s; TP refused the whole program."""
+    rows = ("MOVL C001 V=50.0 PL=0", "SET D000 250", "TIMER T=D000", "SET I002 300", "MOVL C002 V=I002 PL=0")
+    text = inform(*rows, points=[row.replace("P00", "C00") for row in POINTS])
+    lines = translated(text, "inform", "tp")
+    assert re.search(r"R\[(\d+):\w+\]=R\[\d+:D0\]\*0.01 ;\s+\d+:\s+WAIT R\[\1:", lines)
+    assert re.search(r"R\[(\d+):\w+\]=R\[\d+:I2\]\*0.1 ;\s+\d+:\s*L P\[2\] R\[\1:\w+\]mm/sec", lines)
+    assert not [one for one in objections(text, "inform", "tp") if one[0] == "difference"]

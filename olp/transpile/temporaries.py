@@ -5,10 +5,12 @@ A loop whose condition needs such a computation becomes one that is left from wi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from olp.core.units import mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.block_structure import MIRRORED, Block, Node, flat, negated, parse
@@ -930,13 +932,16 @@ class _Hoist(Values):
         scales = self.work.limits.variable_scales
         kind = "integer" if scales else "real"
 
-        def change(node: Any, name: str) -> Any:
+        def change(node: Any, name: str, unit: float | None = None) -> Any:
+            """`unit`: that numbers have there in a variable, too, where the target has no finer ones for those."""
             if type(node) is not ex.Quantity or isinstance(node.written, ex.Number):
                 return node
             finer = name in ("speed", "duration")
             scale = scales.get(round(node.scale, 12), node.scale) if finer else node.scale
             if not scales and isinstance(node.written, ex.Named):
-                return node
+                if unit is None or math.isclose(node.scale, unit):
+                    return node
+                scale = unit
             factor = node.scale / scale
             value = (
                 node.written if abs(factor - 1) < 1e-12 else ex.Binary("*", node.written, ex.Number(factor))
@@ -948,14 +953,16 @@ class _Hoist(Values):
         changes: dict[str, Any] = {}
         for name in ("duration", "acceleration", "deceleration", "turn"):
             old = getattr(s, name, None)
-            if old is not None and (new := change(old, name)) is not old:
+            unit = 1.0 if name == "duration" else None
+            if old is not None and (new := change(old, name, unit)) is not old:
                 changes[name] = new
         for name in ("speed", "blend", "rate"):
             old = getattr(s, name, None)
+            unit = mm if name == "speed" and old is not None and old.unit is st.SpeedUnit.TRAVEL else None
             if (
                 old is not None
                 and old.value is not None
-                and (new := change(old.value, name)) is not old.value
+                and (new := change(old.value, name, unit)) is not old.value
             ):
                 changes[name] = old._replace(value=new)
         return replace(s, **changes) if changes else s
