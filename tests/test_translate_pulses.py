@@ -88,3 +88,13 @@ def test_a_time_that_is_always_zero_means_nothing_to_a_move(target):
     ] == []
     own, _ = converted(text, "urscript", "urscript")
     assert b"t=t_fun" in own.files[own.main]
+
+
+def test_urscript_tells_that_a_second_pulse_ends_with_the_first():
+    """Other controllers begin the time anew; there the first thread switches off what the second has switched on."""
+    pulse = "PulseDO\\High\\PLength:=1,do5;\n"
+    text = f"MODULE M\nPROC main()\n{pulse}WaitTime 0.3;\n{pulse}ENDPROC\nENDMODULE\n"
+    made = convert(read_source(decode(text.encode(), "p"), vendor="rapid"), "urscript", Context())
+    assert any(
+        "ends with the first" in str(one) for one in (*made.translated.notes, *made.translated.remarks)
+    )

@@ -66,7 +66,8 @@ LIMITS: Final = Limits(
     shares_programs=False,
     program_end="halt",
     lacks=frozenset({"and", "or", "xor"}),
-    pulse_note="a thread of the program makes the pulse, and ends with it: keep the program going as long",
+    pulse_note="a thread of the program makes the pulse, and ends with it: keep the program going as long; "
+    "a second pulse of the output before the first has ended ends with the first",
     text_quote='"',
     refuses=frozenset(
         {
