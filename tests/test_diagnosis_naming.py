@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from olp.identification.diagnosis import evidence
+from olp.identification.diagnosis.conditions import _said
 from olp.identification.diagnosis.diagnose import _as_waits, _condition, _says, findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
@@ -380,6 +381,24 @@ def test_what_a_name_brings_is_against_the_others_at_their_best():
     assert gain.before == pytest.approx(evidence.held_out_error(rest, up20, noise, folds), rel=1e-6)
     hasty = evidence.gain_of(best, (2,), best.model.without(2), up20, noise, folds, 0.01)
     assert hasty.before > 1.3 * gain.before
+
+
+def test_an_error_that_some_groups_show_to_be_no_smaller_is_not_worked_out_to_the_end(monkeypatch):
+    made = case(measured=trapezoids(*programmed(), 0.8 * ACCELERATION) + scatter())
+    model, noise = DurationModel((part("acceleration", made, ACCELERATION),)), Noise(NOISE)
+    folds, fitted, fit_anew = Folds("", np.arange(MOVES) % 5), [], evidence.fit_anew
+    monkeypatch.setattr(evidence, "fit_anew", lambda *given: fitted.append(1) or fit_anew(*given))
+    whole = evidence.held_out_error(model, made, noise, folds)
+    assert evidence.held_out_error(model, made, noise, folds, 1.001 * whole) == whole
+    assert len(fitted) == 10
+    assert evidence.held_out_error(model, made, noise, folds, 0.1 * whole) == np.inf
+    assert len(fitted) == 11
+
+
+def test_what_can_be_said_of_moves_is_worked_out_once():
+    made = case()
+    assert _said(made) is _said(made)
+    assert _said(made, 4) is not _said(made)
 
 
 @pytest.mark.parametrize(("apart", "gone"), [(False, [1]), (True, [0])])

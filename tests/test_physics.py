@@ -9,9 +9,10 @@ import pytest
 
 from bench.physics_page import DETAILS, PAGE, all_details, page
 from olp.contracts.terms import CYCLE, rich_case
+from olp.core import compiled_loops
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
-from olp.timing.physics import MoveTerm, load_term, term_names
+from olp.timing.physics import MoveTerm, _ramps, load_term, term_names
 
 CONTRACT = term_names()
 
@@ -227,6 +228,47 @@ def test_what_was_fitted_to_the_same_moves_before_is_not_fitted_again():
     first, other = (fit(model, some, noise, 6) for noise in (Noise(1e-3), Noise(2e-3)))
     assert fit(model, some, Noise(1e-3), 6) is first
     assert other is not first
+
+
+def test_who_allows_more_steps_than_were_worth_it_gets_the_same_fit():
+    """Steps are many or few by another rule; what came of too few says nothing of more."""
+    term = load_term("acceleration")
+    form = term.forms(CASE)[0]
+    part = ModelPart(term, form, term.guesses(form, CASE)[0])
+    measured = DurationModel((part._replace(values=1.3 * part.values),)).seconds(CASE)
+    case = replace(CASE, measured=measured, derived={})
+    tried = {steps: fit(DurationModel((part,)), case, Noise(1e-3), steps) for steps in (20, 30, 10, 1)}
+    assert tried[20] is tried[30]
+    assert tried[20] is not tried[10]
+    fresh = replace(case, derived={})
+    for steps in (1, 10, 30, 20):
+        alone = fit(DurationModel((part,)), fresh, Noise(1e-3), steps)
+        assert (alone.loss, alone.model.parts[0].values) == (
+            tried[steps].loss,
+            tried[steps].model.parts[0].values,
+        )
+
+
+@pytest.mark.parametrize("places", [2, 9, 21])
+def test_compiled_loops_along_ramps_say_the_same_to_the_last_bit(places, monkeypatch):
+    rng = np.random.default_rng(places)
+    force, ramp = rng.uniform(0.05, 2.0, (40, places)), 10 ** rng.uniform(-3, 2, (40, 1))
+    force[0, 1], ramp[1:4, 0] = np.nan, (np.nan, np.inf, 0.0)
+    said = []
+    for worth in (False, True):
+        monkeypatch.setattr(_ramps._Loops, "worth", lambda *_, worth=worth: worth)
+        with np.errstate(invalid="ignore"):
+            said.append(_ramps._passing(force, ramp))
+    np.testing.assert_array_equal(*said)
+
+
+def test_compiled_loops_are_loaded_once_they_would_have_saved_what_that_costs():
+    loops, force = _ramps._Loops(), np.ones((1000, 9))
+    calls = next(k for k in range(10**6) if loops.worth(force))
+    least = compiled_loops.LOAD_TIME / _ramps._SAVING
+    most = compiled_loops.IMPORT_TIME / _ramps._SAVING
+    assert least <= 1000 * (calls + 1) <= most + 1000
+    assert not loops.worth(np.ones((1000, 1)))  # between one place and the next there is nothing
 
 
 def test_the_cycle_of_the_recording_is_found():

@@ -216,13 +216,18 @@ def _better(
 
 def _said(case: MeasuredMoves, fewest: int = _FEWEST) -> _Said:
     """Of conditions that hold in `fewest` moves at least."""
+    known = case.fits.get(("said", fewest))
+    if isinstance(known, _Said):
+        return known
     statements = list(_statements(case))
     masks = np.array([s.mask(case) for s in statements], dtype=np.float64).reshape(-1, len(case)).T
     inside = masks.T @ masks
     columns = np.array([s.column for s in statements])
     fair = (inside >= fewest) & (inside <= len(case) - fewest)
     fair &= (columns[:, None] != columns) | np.eye(len(columns), dtype=bool)
-    return _Said(statements, masks, fair)
+    said = _Said(statements, masks, fair)
+    case.keep(("said", fewest), said)
+    return said
 
 
 def _statements(case: MeasuredMoves) -> Iterator[Statement]:

@@ -324,20 +324,30 @@ def _misleading(
     shown = {name: [acts(best, name, case), *(spared(best, k, case) for k in name)] for name in rests}
     for folds in kinds if len(rests) > 1 else ():
         known = {k for name in rests if not any(_absent(some, folds) for some in shown[name]) for k in name}
-        told = [(held_out_error(model, case, noise, folds), gone) for gone, model in fewer if gone & known]
-        least, gone = min(told, key=lambda one: one[0], default=(np.inf, set[int]()))
-        if least < held_out_error(best.model, case, noise, folds):
-            return sorted(gone & known)
+        asked = [(model, gone & known) for gone, model in fewer if gone & known]
+        if not asked:
+            continue
+        least, misleading = held_out_error(best.model, case, noise, folds), set[int]()
+        for model, gone in asked:
+            if (error := held_out_error(model, case, noise, folds, least)) < least:
+                least, misleading = error, gone
+        if misleading:
+            return sorted(misleading)
     return []
 
 
-def held_out_error(model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Folds) -> float:
-    """[s] RMSE of whole folds that the model's values were not fitted to."""
+def held_out_error(
+    model: DurationModel, case: MeasuredMoves, noise: Noise, folds: Folds, least: float = np.inf
+) -> float:
+    """[s] RMSE of whole folds that the model's values were not fitted to; inf as soon as some folds tell that it is
+    not below `least` [s]."""
     left = np.zeros(len(case))
     for label in np.unique(folds.labels).tolist():
         seen, held = _parts(folds.labels, label)
         test = case.fold(held)
         left[held] = test.measured - fit_anew(model, case.fold(seen), noise, 6).model.seconds(test)
+        if rms(left) > least:
+            return np.inf
     return rms(left)
 
 

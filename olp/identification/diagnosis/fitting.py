@@ -25,7 +25,6 @@ _DENSITY = math.gamma(3.5) / (math.sqrt(FREEDOM * math.pi) * math.gamma(3.0))  #
 _ALIKE = 0.02  # of a width: durations that scatter by less are rounded alike
 _SCALES = 40  # that are tried
 LATTICE = "cycle-quantisation"  # its mean has a slope that says nothing of the cycle
-_KEPT = 256  # fits of a case
 _STEP = 1e-5  # of a parameter's span, for differences
 _ROUNDS = 4  # of the scale's fixed point
 _FINEST = 64.0  # times as long as the last step along a coordinate is the first
@@ -57,6 +56,14 @@ class ModelFit(NamedTuple):
     @property
     def labels(self) -> frozenset[str]:
         return frozenset(part.label for part in self.model.parts)
+
+
+class _Kept(NamedTuple):
+    """A fit that a case keeps, and of how many steps asked for, at least and at most, it is what comes of them."""
+
+    fit: ModelFit
+    least: int
+    most: float
 
 
 def whiten(values: Floats, noise: Noise, case: MeasuredMoves) -> Floats:
@@ -184,28 +191,32 @@ def evaluate(model: DurationModel, case: MeasuredMoves, noise: Noise) -> ModelFi
 
 
 def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10, held: int = -1) -> ModelFit:
-    """The best values near those of `model`; the coordinate `held` stays where it is. A case keeps what came of it."""
+    """The best values near those of `model`; the coordinate `held` stays where it is. A case keeps what came of it,
+    also for who allows more steps than were worth it."""
     if not model.parts:
         return evaluate(model, case, noise)
     parts = tuple((p.term.name, p.form, p.values.tobytes(), p.condition) for p in model.parts)
-    key = (parts, noise, steps, held)
+    key = (parts, noise, held, steps <= _QUICK)
     known = case.fits.get(key)
-    if isinstance(known, ModelFit):
-        return known
-    if len(case.fits) >= _KEPT:
-        del case.fits[next(iter(case.fits))]
-    case.fits[key] = found = _fitted(model, case, noise, steps, held)
+    if isinstance(known, _Kept) and known.least <= steps <= known.most:
+        return known.fit
+    found, enough = _fitted(model, case, noise, steps, held)
+    case.keep(key, _Kept(found, enough or steps, math.inf if enough else steps))
     return found
 
 
-def _fitted(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, held: int) -> ModelFit:
+def _fitted(
+    model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, held: int
+) -> tuple[ModelFit, int]:
+    """The best values, and the steps after which none was worth another one; 0 where more might have been."""
+    enough = 0
     place, damping = _pack(model), 1e-3
     seconds, smooth = model.both(case)
     best = _judged(model, case.measured - seconds, case, noise)
     residual = whiten(case.measured - seconds, noise, case)
     low, high = _bounds(model)
     still = [k for k, (p, _, _) in enumerate(parameters_of(model)) if k == held or p.term.name == LATTICE]
-    for _ in range(steps):
+    for step in range(1, steps + 1):
         slopes = _slopes(model, place, (low, high), smooth, case, noise, still)
         weight = (FREEDOM + 1.0) / (FREEDOM + (residual / best.scale) ** 2)
         normal = slopes.T @ (weight[:, None] * slopes)
@@ -230,10 +241,11 @@ def _fitted(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int,
                 break
             damping *= 10.0
         if gained < (_ENOUGH if steps <= _QUICK else _LAST):
+            enough = step
             break
     if smooth is seconds or (steps <= _QUICK and best.scale < _WHOLE * model.motion(case).cycle):
-        return best
-    return _stepped(best, place, (low, high), case, noise, held)
+        return best, enough
+    return _stepped(best, place, (low, high), case, noise, held), enough
 
 
 def _stepped(

@@ -152,7 +152,7 @@ class MeasuredMoves:
     )  # what terms made of a motion lately, with that motion
     copies: dict[int, RepeatedMoves] = field(default_factory=dict, init=False)  # see `repeated`
     folds: dict[bytes, MeasuredMoves] = field(default_factory=dict, init=False)  # see `fold`
-    fits: dict[Hashable, object] = field(default_factory=dict, init=False)  # what models came to lately
+    fits: dict[Hashable, object] = field(default_factory=dict, init=False)  # see `keep`
 
     def __post_init__(self) -> None:
         if self.rivals is not None:
@@ -308,6 +308,12 @@ class MeasuredMoves:
             self.copies[count] = RepeatedMoves(self, count)
         return self.copies[count]
 
+    def keep(self, key: Hashable, found: object) -> None:
+        """Hold in `fits` what models came to lately."""
+        if len(self.fits) >= _KEPT:
+            del self.fits[next(iter(self.fits))]
+        self.fits[key] = found
+
     def fold(self, rows: NDArray[np.int64]) -> MeasuredMoves:
         """`take`, kept: models are fitted to the same rows again and again."""
         key = rows.tobytes()
@@ -347,6 +353,7 @@ _COLUMNS = (
     *("blend", "blend_start", "corner", "payload", "payload_inertia", "t_start", "cycle", "line", "repeats"),
     *("place", "sim_payload", "sim_payload_inertia", "override", "leader"),
 )
+_KEPT = 1024  # fits that a case keeps
 _FOLDS = 64  # sets of rows that a case keeps
 _COPIES = 16  # sizes of repeated moves that a case keeps
 
