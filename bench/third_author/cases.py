@@ -71,23 +71,27 @@ class Hidden:
         return self.world.simulated + changed + extra
 
 
-def draw(rng: np.random.Generator) -> tuple[Hidden, str, str, float]:
-    """A fair case: its effects, family, recorder and noise [s]; whatever is too small is drawn again."""
+def draw(
+    rng: np.random.Generator, wanted: str | None = None, count: int | None = None
+) -> tuple[Hidden, str, str, float]:
+    """A fair case: its effects, family, recorder and noise [s]; whatever is too small is drawn again. `wanted` family
+    and `count` of moves: drawn, too, where they are not said."""
     family = str(rng.choice(list(FAMILIES), p=list(FAMILIES.values())))
+    family = wanted or family
     recorder = str(rng.choice(KINDS))
     sigma = float(10 ** rng.uniform(-3.2, -2.4))
     noise = {"digits": 0.0031, "grid": 0.005}.get(recorder, sigma)
     while True:
-        hidden = _attempt(rng, family)
+        hidden = _attempt(rng, family, count)
         if hidden is not None and _fair(hidden, noise):
             return hidden, family, recorder, sigma
 
 
-def _attempt(rng, family: str) -> Hidden | None:
+def _attempt(rng, family: str, size: int | None) -> Hidden | None:
     arm = ARMS[rng.integers(len(ARMS))]
     cell = str(rng.choice(list(CELLS)))
     try:
-        moves = make_moves(rng, arm, cell, int(rng.integers(100, 230)))
+        moves = make_moves(rng, arm, cell, size or int(rng.integers(100, 230)))
     except ValueError:
         return None
     options = {
@@ -224,10 +228,12 @@ def _scaled(world: World, name: str, factor: float) -> Drive:
     return replace(world.drive, **{key: getattr(world.drive, key) * factor})
 
 
-def write_case(folder: Path, rng: np.random.Generator) -> dict:
-    """Writes one recording into a folder, and returns its truth."""
+def write_case(
+    folder: Path, rng: np.random.Generator, wanted: str | None = None, count: int | None = None
+) -> dict:
+    """Writes one recording into a folder, and returns its truth; `wanted` and `count` as in `draw`."""
     while True:
-        hidden, family, recorder, sigma = draw(rng)
+        hidden, family, recorder, sigma = draw(rng, wanted, count)
         whole = hidden.total()
         world = hidden.world
         simulated, drive, tuned, factor = world.simulated, world.drive, None, 1.0

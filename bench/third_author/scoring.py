@@ -1,11 +1,17 @@
-"""Diagnoses written cases and compares the answers with the truth beside them."""
+"""Diagnoses written cases and compares the answers with the truth beside them; and how long that takes."""
 
 import json
+import resource
+import subprocess
+import sys
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from bench.third_author.cases import write_case
 from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.recording import read_recording
 
@@ -140,3 +146,36 @@ def score(folder: Path, verbose: bool = True) -> str:
             )
     (folder / "rows.json").write_text(json.dumps(rows, indent=1))
     return table(rows)
+
+
+# --- Speed ---
+# CPU seconds of `olp diagnose`, each in a process of its own, start and imports included.
+
+_HIDDEN = ("nothing", "one", "two")  # families
+
+
+def speed(seed: int, counts: Sequence[int]) -> None:
+    """Prints a row per number of moves and family."""
+    print("| moves | hidden | named | CPU s |\n|---|---|---|---|")
+    for count in counts:
+        for turn, family in enumerate(_HIDDEN):
+            with TemporaryDirectory() as folder:
+                case, out = Path(folder) / "case", Path(folder) / "answer.json"
+                truth = write_case(case, np.random.default_rng([seed, count, turn]), family, count)
+                before = _used()
+                command = (sys.executable, "-m", "olp", "diagnose", case, "--json", out)
+                subprocess.run(command, check=True, capture_output=True)
+                took = _used() - before
+                named = [finding["term"] for finding in json.loads(out.read_text())["findings"]]
+            hidden = [effect["term"] for effect in truth["effects"]]
+            print(f"| {truth['moves']} | {_words(hidden)} | {_words(named)} | {took:.1f} |", flush=True)
+
+
+def _words(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+def _used() -> float:
+    """[s] CPU of all processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
