@@ -433,6 +433,7 @@ def test_names_are_kept_by_the_likelihood_of_unseen_moves_with_the_number_of_nam
     assert fallen([strong, weak], 1) == []  # with nothing else to choose from, less will do
     assert fallen([worse], 20) == [0]  # the error goes up
     assert fallen([Gain(40.0, 35.0, 0.02, 0.01, 9.0)], 20) == [0]  # one move alone
+    assert fallen([Gain(40.0, 5.0, 0.1004, 0.1, 9.0)], 20) == []  # others are far off with it, too
 
 
 def lifts(seed, count=COUNT):
