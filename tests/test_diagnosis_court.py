@@ -12,8 +12,18 @@ from olp.__main__ import main
 from olp.identification.diagnosis import diagnose, naming, search
 from olp.identification.diagnosis.conditions import _bounded, _cost, _restricted, _said, conditioned, fit_anew
 from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
-from olp.identification.diagnosis.evidence import CUT, NOTICED, Gain, Selection, drifts_on, fallen, matters
+from olp.identification.diagnosis.evidence import (
+    CUT,
+    NOTICED,
+    Gain,
+    Selection,
+    confirmed,
+    drifts_on,
+    fallen,
+    matters,
+)
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit, loss_each, slopes_of, whiten
+from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.intervals import parameters_with_intervals
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
@@ -293,6 +303,22 @@ def test_a_statement_that_a_better_bound_makes_needless_falls(tmp_path):
     assert statement.above == pytest.approx(0.1, abs=0.03)
     both = np.where((case.end[:, 1] > 0.1) & (case.length > 0.2), 10.0, -10.0)
     assert len(_bounded(rough, both, case).statements) == 2
+
+
+@pytest.mark.parametrize(("step", "stays"), [(0.003, False), (0.02, True)])
+def test_a_name_in_a_part_of_the_moves_that_is_next_to_nothing_beside_another_is_its_form(
+    step, stays, tmp_path
+):
+    """A large law is off by its form, which a small term in some of the moves makes up for."""
+    _, end, way, speed = program(6)
+    real = travel(way, speed, 0.4 * ACCELERATION) + step * (end[:, 1] > 0.1)
+    real += np.random.default_rng(6).normal(0.0, 0.002, COUNT)
+    case = case_of(record(tmp_path / "r", real, 6)).case
+    shelf, noise = shelf_of(case, move_terms()), Noise(1e-3)
+    large = next(part for part in shelf.parts if part.term.name == "acceleration")
+    both = fit(DurationModel((large, *under(case, "y", 0.1).parts)), case, noise, 30)
+    found, _, fell = confirmed(both, case, noise, Folds("", interleaved(np.arange(COUNT))), shelf)
+    assert ("dispatch" in found.names, "dispatch" in fell) == (stays, not stays)
 
 
 @pytest.mark.parametrize(("odd", "stays"), [(0.04, True), (0.06, False)])

@@ -58,6 +58,7 @@ NOTICED = 1.05  # times the error with a name: without it, it is more
 # Why a name that the search found is none.
 _UNCONFIRMED = "unseen moves do not confirm it"
 _TOO_LITTLE = "the other names explain about as much"
+_FORM_ONLY = "it is next to nothing of what the other names explain: their form may be off by as much"
 _TOO_FEW = "it acts in fewer programmed moves than it has numbers"
 _DRIFTS = "durations still drift with it"
 _MISLEADS = "whole groups of moves are predicted better without it"
@@ -274,6 +275,8 @@ def confirmed(
                 weak[k] = _TOO_LITTLE
             elif k not in weak and _has_a_number_for_each(best, k, case):
                 weak[k] = _TOO_FEW
+            elif k not in weak and _is_form(best, k, fewer[k], case, floor):
+                weak[k] = _FORM_ONLY
         weak = dict.fromkeys([k for k in count if drifts_on(best, k, case)], _DRIFTS) or weak
         if not weak and patterned(best, case, noise):
             without = {name: one.model for name, one in rests.items()}
@@ -363,6 +366,16 @@ def _steps(best: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> l
     if not steps or clipped_cut(case.residual, left, floor) >= _STEP:
         return []
     return steps if patterned(best, case, noise) or uneven(best, case, noise) else []
+
+
+def _is_form(best: ModelFit, index: int, fewer: ModelFit, case: MeasuredMoves, floor: float) -> bool:
+    """Whether part `index`, under a condition, makes up for what the form of another name leaves: it is next to nothing
+    of what all explain, and `fewer`, without it, leaves as little as explains the moves; `floor` [s]: the noise."""
+    if best.model.parts[index].condition is None:
+        return False
+    whole, others = best.model.seconds(case), fewer.model.seconds(case)
+    small = float(np.mean((whole - others) ** 2)) < SMALL * float(np.mean((whole - case.simulated) ** 2))
+    return small and rms(case.measured - others) <= _WITHIN * floor
 
 
 def _has_a_number_for_each(best: ModelFit, index: int, case: MeasuredMoves) -> bool:
