@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from bench.joint_moves import case, write
-from olp.identification.diagnosis.diagnose import _says
+from olp.identification.diagnosis.diagnose import _nulls, _says
 from olp.identification.diagnosis.evidence import CUT, clipped_cut, confirmed, cut, gain_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.next_candidates import joined
-from olp.identification.diagnosis.result import FittedParameter
+from olp.identification.diagnosis.result import Evidence, Finding, FittedParameter
 from olp.identification.diagnosis.search import in_its_place, move_terms, of_all_axes, shelf_of
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -422,3 +422,20 @@ def test_what_a_fit_tries_beside_a_model_is_what_the_model_would_say_there(tmp_p
         alone = DurationModel((*model.parts[:k], part, *model.parts[k + 1 :])).both(moves)
         np.testing.assert_allclose(told, alone, rtol=1e-14)
         assert np.abs(told[0] - told[1]).max() > 0.0
+
+
+@pytest.mark.parametrize("name", ["joint-speed-limit", "joint-acceleration-limit"])
+def test_a_limit_whose_interval_reaches_what_no_move_asks_for_may_do_nothing(tmp_path, name):
+    """An unlisted cause that made axis 5 late was called a limit of "between 14 and 488 deg/s"."""
+    rng = np.random.default_rng(6)
+    turned = rng.uniform(0.1, 2.0, (40, 4))
+    moves = of_four_axes(tmp_path, turned, rng.choice([0.3, 0.6, 1.0], 40), SPEEDS, RAMPS)
+    part = of_axes(name, moves, (1,), 1.0)[0]
+    nulls = _nulls([part])
+    (parameter,) = part.form.parameters
+    idle = DurationModel((part._replace(values=np.array([nulls[parameter.name]])),))
+    np.testing.assert_allclose(idle.seconds(moves), moves.simulated, atol=1e-9)
+    evidence = Evidence(9.0, 0.001, 0.1, 0.05)
+    for high, holds in ((2.0 * parameter.high, True), (0.9 * parameter.high, False)):
+        fitted = {parameter.name: FittedParameter(1.0, parameter.unit, 0.5, high)}
+        assert Finding(name, "", "", fitted, (), {}, evidence, nulls=nulls).holds_null == holds

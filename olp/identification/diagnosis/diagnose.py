@@ -34,7 +34,7 @@ from olp.identification.diagnosis.scatter import Scatter, beyond_digits, digits_
 from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price, swaps
 from olp.identification.diagnosis.waits import spread, tails_of
 from olp.identification.recorded_plan import case_of
-from olp.timing.physics import load_term
+from olp.timing.physics import TermParameter, load_term
 from olp.timing.physics._case import MeasuredMoves
 from olp.timing.physics._motion import Motion
 
@@ -763,8 +763,14 @@ def _clause(part: ModelPart, fitted: dict[str, FittedParameter], case: MeasuredM
 def _nulls(members: list[ModelPart]) -> dict[str, float]:
     """By parameter the value at which nothing happens; {} where the first one, which says how much, has none. A
     cycle has none: no interval comes near a cycle of nothing."""
-    sized = [p for p in members if math.isfinite(p.form.parameters[0].null) and p.term.name != LATTICE]
-    return {q.name: q.null for p in sized for q in p.form.parameters if math.isfinite(q.null)}
+    sized = [p for p in members if not math.isnan(_null(p.form.parameters[0])) and p.term.name != LATTICE]
+    firsts = {p.form.parameters[0].name: _null(p.form.parameters[0]) for p in sized}
+    return firsts | {q.name: q.null for p in sized for q in p.form.parameters[1:] if math.isfinite(q.null)}
+
+
+def _null(size: TermParameter) -> float:
+    """Of a limit, which does nothing at infinity, the highest that is sought: no move reaches more."""
+    return size.high if size.null == math.inf else size.null
 
 
 def _likelihood_ratio(bare: ModelFit, full: ModelFit) -> float:
