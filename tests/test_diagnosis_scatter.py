@@ -130,3 +130,19 @@ def test_rounding_that_repeats_give_again_is_not_beyond_the_digits():
     assert np.mean(larger) > 0.3  # than the mean square of rounding, by chance
     case.resolution = 0.0
     assert beyond_digits(left, case)
+
+
+def test_stamps_on_a_grid_leave_two_roundings_in_a_duration_and_these_are_not_beyond_the_digits():
+    """A cycle of nearly the same length moves along the grid: what its stamps lose has a period, by rounding alone."""
+    by_one = []
+    for seed in range(40):
+        case, rng = moves(20, 8, seed)
+        case.resolution, case.simulated = 0.01, np.tile(rng.uniform(1.0, 3.0, 20), 8)
+        ends = rng.uniform(0.0, 0.01) + np.concatenate([[0.0], np.cumsum(case.simulated)])
+        left = np.diff(np.round(ends, 2)) - case.simulated
+        order = float(left[1:] @ left[:-1] / (left @ left))
+        by_one.append(beyond_digits(left, case))
+        assert not beyond_digits(left, case, order)
+        more = left + np.where(case.repeats < 10, 0.006, -0.006)
+        assert beyond_digits(more, case, float(more[1:] @ more[:-1] / (more @ more)))
+    assert np.mean(by_one) > 0.5

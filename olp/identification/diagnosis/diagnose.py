@@ -425,8 +425,9 @@ def verdict_of(named: NamingResult) -> str:
     if len(named.late) < _FEWEST:
         return "not-judged"
     sigma, tails = floor_of(named).value, _tails(named)
-    left, raw = _beside(left_over(named), tails), rms(named.clean.residual)
-    pattern = named.remains.structured and beyond_digits(left_over(named), named.clean)
+    off = left_over(named)
+    left, raw = _beside(off, tails), rms(named.clean.residual)
+    pattern = named.remains.structured and beyond_digits(off, named.clean, named.noise.order)
     if not named.fit.model.parts and not named.late.any():
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"

@@ -65,16 +65,20 @@ def digits_of(case: MeasuredMoves) -> float:
     return case.resolution * float(np.sqrt((2.0 if (off < _ROUND).all() else 1.0) / 12.0))
 
 
-def beyond_digits(left: Floats, case: MeasuredMoves) -> bool:
+def beyond_digits(left: Floats, case: MeasuredMoves, order: float = 0.0) -> bool:
     """Whether `left` (n,) [s] is more than rounding leaves by chance; the error of repeats is one and the same.
 
-    The square of a uniform error has a variance of 0.8 times its mean's square.
+    `order` [1]: correlation of a residual with the one before it. Where both are cut at one rounded stamp it is below
+    0, and a duration has the errors of two stamps; what neighbours share tells how much of the second one there is. The
+    square of a uniform error has a variance of 0.8 times its mean's square.
     """
     digits = digits_of(case)
     if not digits > 0:
         return True
     count = len(case) - _freedom(case)
-    more = float(np.mean(left**2)) / digits**2 - 1.0
+    square = float(np.mean(left**2))
+    stamp = min(max(-order, 0.0) * square, case.resolution**2 / 12.0)  # [s²]
+    more = square / (digits**2 + stamp) - 1.0
     return more > _BY_CHANCE * math.sqrt(0.8 / count)
 
 
