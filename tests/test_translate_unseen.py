@@ -145,3 +145,15 @@ def test_the_overrides_of_pdl2_are_multiplied_and_each_stands_in_for_itself_alon
         "$ARM_OVR := 50", "MOVE JOINT TO {p} WITH $ARM_OVR = 20", "$PROG_SPD_OVR := 40", "MOVE JOINT TO {p}"
     )
     assert [(d.code, d.line) for d in program.diagnostics] == [("P595", 4), ("P591", 5)]
+
+
+@pytest.mark.parametrize(
+    ("target", "asked"), [("inform", True), ("krl", True), ("tp", True), ("rapid", False)]
+)
+def test_a_speed_in_a_variable_that_a_share_may_not_reach_is_asked_to_be_kept_below(target, asked):
+    """URScript's arm moves as fast as it can; where 191 % is written, the controller stops."""
+    move = "movej([{q}, -1.5, 1.5, -1.5, -1.5, 0.0], a=1.4, v={v})"
+    text = script("quick = 6.0", move.format(q=0.1, v="quick"), move.format(q=0.4, v=6.0))
+    found = [name for says in converted(text, "urscript", target).translated.asks.items() for name in says[1]]
+    named = [name for name in found if re.match(r"quick: up to [\d.]+ rad/s, which is 100 %", name)]
+    assert bool(named) is asked

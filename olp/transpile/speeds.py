@@ -16,7 +16,7 @@ from olp.core.units import deg, mm, percent
 from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.expressions import Binary, Named, Number, Quantity, SystemValue
-from olp.ir.transformer import edited
+from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import Limits, Range, range_text, within
 from olp.robots.model import Robot
 from olp.transpile.context import Fate, Loss, Segment, TranslationContext, walk_through
@@ -51,6 +51,7 @@ _USUAL_SPEED: Final = Quantity(Number(1000.0), mm)
 _HARDLY: Final = 1.0 * mm  # [m/s] no move is that slow that goes anywhere
 _HARDLY_TURNS: Final = 1.0 * deg  # [rad/s]
 _LEAST, _MOST = 0.01, 1.0
+_KEEP_BELOW: Final = "keep the speeds in these variables within what the controller takes"
 
 
 def speeds(program: st.Program, work: TranslationContext) -> st.Program:
@@ -306,10 +307,21 @@ class _Speeds:
         if not spread <= _SAME:
             says = "a speed in a variable is multiplied by what holds for one segment"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
+        self._ask_to_keep_below(speed, unit, max(factors, default=factor))
         scaled = speed.value.scale * factor / _SCALES[unit]
         return st.Speed(
             unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit])
         )
+
+    def _ask_to_keep_below(self, speed: st.Speed, unit: st.SpeedUnit, factor: float) -> None:
+        """The source's controller moves as fast as the axes can; another one refuses a number above its highest."""
+        ranges = self.work.limits.speed_ranges
+        highest = ranges[unit][1] if unit in ranges else _MOST if unit is st.SpeedUnit.FRACTION else math.inf
+        names = {e.name for e in expressions_of(speed.value) if isinstance(e, Named)}
+        if names and math.isfinite(highest):
+            bound = _said(speed.unit, highest / factor)
+            says = f"{' and '.join(sorted(names))}: up to {bound}, which is {_said(unit, highest)}"
+            self.work.ask(_KEEP_BELOW, says)
 
 
 def _written(speed: st.Speed, limits: Limits) -> tuple[st.Speed, Told]:
