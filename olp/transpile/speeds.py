@@ -307,14 +307,17 @@ class _Speeds:
         if not spread <= _SAME:
             says = "a speed in a variable is multiplied by what holds for one segment"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * spread, "%")
-        self._ask_to_keep_below(speed, unit, max(factors, default=factor))
+        self._ask_to_keep_below(speed, unit, factor)
         scaled = speed.value.scale * factor / _SCALES[unit]
         return st.Speed(
             unit, Quantity(Binary("*", speed.value.written, Number(_clean(scaled))), _SCALES[unit])
         )
 
     def _ask_to_keep_below(self, speed: st.Speed, unit: st.SpeedUnit, factor: float) -> None:
-        """The source's controller moves as fast as the axes can; another one refuses a number above its highest."""
+        """The source's controller moves as fast as the axes can; another one refuses a number above its highest.
+
+        `factor`: SI value in `unit` that is written per SI value of `speed`.
+        """
         ranges = self.work.limits.speed_ranges
         highest = ranges[unit][1] if unit in ranges else _MOST if unit is st.SpeedUnit.FRACTION else math.inf
         names = {e.name for e in expressions_of(speed.value) if isinstance(e, Named)}
