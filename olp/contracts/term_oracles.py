@@ -30,6 +30,7 @@ NEAR: Final[Mapping[str, float]] = {
     "joint-speed-limit": 0.05,
     "payload-inertia limit": 0.12,
     "reach-inertia whole arm": 0.05,
+    "reach-inertia three bodies": 0.05,
     "reach-inertia any arm": 0.05,
     "gravity whole arm": 0.06,
     "gravity any arm": 0.06,
@@ -178,13 +179,15 @@ def payload_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Steiner: the inertia about the first axis is 1 + k r²; or with k r, k r² cos²φ, r₀, at the middle, of bodies."""
-    if form.key == "whole arm":
+    if form.key in ("whole arm", "three bodies"):
         assert case.rates is not None
         assert case.rates.bodies is not None
-        square = (case.rates.bodies[..., :2] ** 2).sum(axis=3)  # elbow, wrist
-        told = square[case.moving & np.isfinite(square).all(axis=(1, 2))].reshape(-1, 2)
-        right = told.min(axis=0) + values[2] * np.ptp(told, axis=0)
-        heavy = np.maximum(1.0 + (square - right) @ np.array([values[1], values[0]]), 0.1)
+        elbow, wrist = case.rates.bodies[:, :, 0, :2], case.rates.bodies[:, :, 1, :2]
+        bodies = [wrist, elbow, (elbow + wrist) / 2.0][: len(values) - 1]
+        square = np.stack([np.linalg.norm(at, axis=2) ** 2 for at in bodies], axis=2)
+        told = square[case.moving & np.isfinite(square).all(axis=(1, 2))].reshape(-1, len(bodies))
+        right = told.min(axis=0) + values[-1] * np.ptp(told, axis=0)
+        heavy = np.maximum(1.0 + (square - right) @ values[:-1], 0.1)
         limited = case.rates.rated_acceleration is not None
         known = straight(case) | (case.moving & case.joint & (limited | leads(case, 0)))
         places = [least_axis(case, at) if limited else 1.0 / at for at in heavy.T]

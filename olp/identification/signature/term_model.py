@@ -217,7 +217,7 @@ def seconds_of(named: NamedModel, case: MeasuredMoves) -> Floats:
 def _known(part: ModelPart, rates: Rates | None) -> bool:
     """Whether what the form of a term hangs on is there."""
     name, key, axis = part.term.name, part.form.key, part.form.axis
-    if key == "whole arm":
+    if key in ("whole arm", "three bodies"):
         return rates is not None and rates.bodies is not None
     if name == "gravity" and key.startswith("each axis"):
         return rates is not None and rates.lifts is not None

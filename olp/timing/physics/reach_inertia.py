@@ -15,7 +15,11 @@ _LEAST = 0.1  # of the inertia that any reach leaves
 _SPREAD = 0.05  # [m] of the distances from the first axis that has to be there
 _LED = 8  # joint moves that other axes lead, or moves along which an arm is known: fewer tell nothing of them
 _PLACES = 21  # along each path
-_ARMS = ("whole arm", "any arm")  # forms of where the arm is along the path, not only at its ends
+_ARMS = (
+    "whole arm",
+    "three bodies",
+    "any arm",
+)  # forms of where the arm is along the path, not only at its ends
 _ANY = "any axis"  # form of controllers that slow the whole arm, whichever axis leads a joint move
 
 
@@ -57,10 +61,13 @@ class ReachInertia(MoveTerm):
                 TermParameter(
                     name, "1/m^2", 0.0, top, 0.0, False, f"of the inertia with the {name}'s distance squared"
                 )
-                for name in ("wrist", "elbow")
+                for name in ("wrist", "elbow", "forearm")
             )
-            law = r"a = a_0 / (1 + k_w (r_w^2 - r_{w0}^2) + k_e (r_e^2 - r_{e0}^2))"
-            arm = Form(_ARMS[0], (*bodies, place), law)
+            law = r"a = a_0 / (1 + k_w (r_w^2 - r_{w0}^2) + k_e (r_e^2 - r_{e0}^2)"
+            arms = (
+                Form(_ARMS[0], (*bodies[:2], place), law + ")"),
+                Form(_ARMS[1], (*bodies, place), law + r" + k_f (r_f^2 - r_{f0}^2))"),
+            )
         else:
             high = 4.0 / max(float(np.abs(_height(case)).max()), 1e-3)
             higher, farther = (
@@ -71,12 +78,12 @@ class ReachInertia(MoveTerm):
                 )
             )
             law = r"a = a_0 / (1 + k (r^2 - r_0^2) + k_h z + k_s (z^2 - z_0^2))"
-            arm = Form(_ARMS[1], (one, higher, farther, place), law)
+            arms = (Form(_ARMS[2], (one, higher, farther, place), law),)
         led: tuple[Form, ...] = ()
         if int((_known(case) & ~_swings(case)).sum()) >= _LED:
             led = (Form(_ANY, (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),)
         return (
-            *((arm,) if _placed(case).sum() >= _LED else ()),
+            *(arms if _placed(case).sum() >= _LED else ()),
             *led,
             Form("", (one,), r"a(r) = a / (1 + k r^2)"),
             Form("from a reach", (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
@@ -91,7 +98,7 @@ class ReachInertia(MoveTerm):
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key in _ARMS:
             most, more = form.parameters[0].high, len(form.parameters) - 2
-            rest = [0.05 * most] if form.key == "whole arm" else [0.0] * more
+            rest = [0.0 if form.key == "any arm" else 0.05 * most] * more
             return np.array([[0.1 * most, *rest, at] for at in (0.0, 0.5)])
         growth = np.array([[0.02], [0.12]]) * form.parameters[0].high
         if len(form.parameters) == 1:
@@ -222,9 +229,10 @@ def _across(case: MeasuredMoves, end: int) -> Floats:
 
 
 def _shape(case: MeasuredMoves) -> Floats:
-    """What the parameters of an arm's form multiply along the path (n, m, p): squared distances of wrist and elbow from
-    the first axis [m²]; where these are not known that of the tool, its height and that squared, a quadratic function
-    that approximates any arm in one posture.
+    """What the parameters of an arm's form multiply along the path (n, m, p): squared distances of wrist, elbow and the
+    forearm's middle from the first axis [m²] (a rod between two points has the inertia of masses at its ends and in its
+    middle); where these are not known that of the tool, its height and that squared, a quadratic function that
+    approximates any arm in one posture.
     """
     return case.once("shape", lambda: _of_bodies(case) if case.bodies_known else _of_tool(case))
 
@@ -254,7 +262,9 @@ def _heavier(case: MeasuredMoves, values: Floats) -> Floats:
 def _of_bodies(case: MeasuredMoves) -> Floats:
     assert case.rates is not None
     assert case.rates.bodies is not None
-    return np.asarray(np.nan_to_num((case.rates.bodies[:, :, ::-1, :2] ** 2).sum(axis=3)))
+    elbow, wrist = np.moveaxis(case.rates.bodies[..., :2], 2, 0)
+    places = np.stack([wrist, elbow, 0.5 * (elbow + wrist)], axis=2)
+    return np.asarray(np.nan_to_num((places**2).sum(axis=3)))
 
 
 def _of_tool(case: MeasuredMoves) -> Floats:
