@@ -178,3 +178,20 @@ def test_whether_a_cycles_end_is_rounded_into_the_next_is_told_by_the_durations(
     cycles = np.arange(len(plain.moves)) // 10
     case = case_of(replace(plain, moves=replace(plain.moves, cycle=cycles))).case
     assert (case.stop_end[last][:-1] != passed).all()
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_corner_is_as_late_as_the_slower_of_both_moves_also_at_a_cycles_end(passed, tmp_path):
+    """Quick moves end the cycles and slow ones begin them, so that these corners save less than other quick moves'."""
+    made, rng = programmed()
+    made.speed = rng.choice([0.05, 0.8], len(made.length))
+    last = np.arange(len(made.length)) % 10 == 9
+    made.stop[last], made.blend[last] = False, 0.02
+    made.speed[last], made.speed[np.append(False, last[:-1])] = 0.8, 0.15
+    sim = driven(made)
+    both = np.fmin(ramped(made), np.append(top(made)[1:] / A, np.nan))
+    saved = np.where(last & ~passed | made.stop, 0.0, 0.6 * both)
+    plain = recorded(tmp_path, made, sim + 0.02 - booked(saved, 0.5), sim, rng)
+    cycles = np.arange(len(plain.moves)) // 10
+    case = case_of(replace(plain, moves=replace(plain.moves, cycle=cycles))).case
+    assert (case.stop_end[last][:-1] != passed).all()

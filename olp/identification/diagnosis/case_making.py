@@ -486,21 +486,30 @@ def _rounded_into_the_next(
     moves: RecordedMoves, speed: Floats, late: Floats, goes_on: Mask, again: Mask
 ) -> bool:
     """Whether the last moves of cycles, where they are rounded, go on into the next cycle, which nobody writes: whether
-    they are late (n,) [s] as moves of their speed and length before other corners are, or as those before stops.
+    they, and those after them, are late (n,) [s] as other moves at corners are, or as those at stops.
 
-    `goes_on`, `again` (n,): begins where the move before ended, and in another cycle.
+    `goes_on`, `again` (n,): begins where the move before ended, and in another cycle. What a corner saves grows with
+    the slower of the two speeds that meet there.
     """
-    rounded, into, last = ~moves.stops, np.append(goes_on[1:], False), np.append(again[1:], False)
-    told = np.stack([np.ones(len(moves)), speed, moves.duration - late], axis=1)
-    known = np.isfinite(late) & np.isfinite(told).all(axis=1) & into & (moves.kind != WAIT)
-    ends, corners, stops = (known & which for which in (rounded & last, rounded & ~last, ~rounded))
-    if ends.sum() < _FEW_ENDS or min(corners.sum(), stops.sum()) < _FEW_LIKE:
+    rounded = ~moves.stops & np.append(goes_on[1:], False) & (moves.kind != WAIT)
+    ends = rounded & np.append(again[1:], False)
+    slower = np.fmin(speed, np.append(speed[1:], np.nan))
+
+    def told(corner: Mask) -> Floats:
+        """(n, 7) what lateness may grow with, where moves end in a `corner` (n,)."""
+        own, before = (np.stack([corner, corner * slower]), np.zeros((2, len(moves))))
+        before[:, 1:] = own[:, :-1]
+        return np.stack([np.ones(len(moves)), speed, moves.duration - late, *own, *before], axis=1)
+
+    other = told(rounded & ~ends)
+    known = np.isfinite(late) & np.isfinite(other).all(axis=1) & (moves.kind != WAIT)
+    asked, corners = ends | np.append(False, ends[:-1]), known & rounded & ~ends
+    stops = known & ~rounded & np.append(goes_on[1:], False)
+    if (known & ends).sum() < _FEW_ENDS or min(corners.sum(), stops.sum()) < _FEW_LIKE:
         return False
-    off = []
-    for alike in (corners, stops):
-        line = np.linalg.lstsq(told[alike], late[alike], rcond=None)[0]
-        off.append(float(np.median(np.abs(late[ends] - told[ends] @ line))))
-    return off[0] < off[1]
+    law = np.linalg.lstsq(other[known & ~asked], late[known & ~asked], rcond=None)[0]
+    off = [np.median(np.abs(late - each @ law)[known & asked]) for each in (told(rounded), other)]
+    return bool(off[0] < off[1])
 
 
 def _is_told(moves: RecordedMoves) -> Mask:
