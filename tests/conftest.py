@@ -20,3 +20,29 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         for path in sorted(Path(__file__).parent.glob("test_*.py"), reverse=True):
             with suppress(Exception, pytest.skip.Exception):
                 importlib.import_module(path.stem)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--quick", action="store_true", help="leave out the tests that are marked as slow")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """With `--quick`, leave out what `slow` marks: the whole test, or those of its parameters that it names."""
+    if not config.getoption("--quick"):
+        return
+    parameters: dict[tuple[str, ...], set[str]] = {}
+    kept, left = [], []
+    for item in items:
+        mark = item.get_closest_marker("slow")
+        given = item.callspec.id if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ""
+        if mark and mark.args:
+            test = item.nodeid.partition("[")[0]
+            parameters.setdefault((test, *mark.args), set()).add(given)
+        (left if mark and (not mark.args or given in mark.args) else kept).append(item)
+    for (test, *named), there in parameters.items():
+        if unknown := set(named) - there:
+            raise pytest.UsageError(
+                f"{test} is marked as slow for {sorted(unknown)}, which are none of {sorted(there)}"
+            )
+    config.hook.pytest_deselected(items=left)
+    items[:] = kept

@@ -710,6 +710,7 @@ def test_the_interval_holds_what_a_stop_may_cost_where_nobody_knows_it(tmp_path:
     assert unknown.expected[1] - known.expected[1] == pytest.approx(2 * (0.05 + 1.96 * 0.05))
 
 
+@pytest.mark.slow
 def test_joint_moves_that_all_run_into_each_other_are_learnt(tmp_path: Path) -> None:
     """The times are those of another arm, by its signature: corners as olp's law has them."""
     draw, robot = np.random.default_rng(5), load_robot(ROBOT)

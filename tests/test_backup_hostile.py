@@ -36,6 +36,7 @@ def garbled(data: bytes, chance: random.Random) -> bytes:
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_no_mutation_raises_anything_but_diagnostics(path: Path, tmp_path: Path) -> None:
     chance = random.Random(f"{path.parent.name}/{path.name}")

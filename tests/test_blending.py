@@ -122,6 +122,7 @@ def test_straight_on_and_straight_back_give_numbers(name, turn):
             assert law.distance(corners)[0] < 1e-4
 
 
+@pytest.mark.slow("abb", "ur")
 @EVERY_LAW
 def test_five_thousand_corners_are_one_call(name):
     law = load_law(name)

@@ -21,6 +21,8 @@ from olp.identification.recording import read_recording
 from olp.robots.kinematics import forward as library_forward
 from olp.robots.robot import load_robot
 
+pytestmark = pytest.mark.slow
+
 SAMPLE = [
     ("one", 4),
     ("none", 0),

@@ -71,6 +71,7 @@ def diagnosed(made, real, sim, rng, drop=()):
         return diagnose.diagnose_recording(recorded(Path(folder), made, real, sim, rng, drop)).diagnosis
 
 
+@pytest.mark.slow("braked-0.4-1.0", "flown-0.2-0.0")
 @pytest.mark.parametrize(
     ("saved", "share", "split"),
     [(braked, 0.4, 1.0), (ramped, 0.3, 0.5), (flown, 0.2, 0.0)],
@@ -83,6 +84,7 @@ def test_rounded_corners_are_named_whichever_move_they_are_booked_on_and_nothing
     assert found.findings[0].parameters["split"].value == pytest.approx(split, abs=0.06)
 
 
+@pytest.mark.slow
 def test_without_a_column_of_accelerations_an_exact_stop_at_a_rounded_end_is_still_seen():
     made, rng = programmed()
     sim = driven(made)
@@ -103,6 +105,7 @@ def quicker(made):
     return np.where(made.stop, 0.0, np.minimum(last, np.append(first[1:], 0.0)))
 
 
+@pytest.mark.slow
 def test_ramps_that_overlap_as_long_as_the_shorter_of_both_takes_leave_nothing():
     made, rng = programmed()
     sim = driven(made)
@@ -125,6 +128,7 @@ def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, 
     assert case.take(rows).base.duration() == pytest.approx(case.base.duration()[rows])
 
 
+@pytest.mark.slow
 def test_a_robot_that_shares_the_simulations_corners_and_ramps_slower_differs_in_its_ramps_alone():
     made, rng = programmed()
     sim = driven(made) - 0.5 * braked(made)

@@ -88,6 +88,7 @@ def plain(seed, count=COUNT):
     return travel(way, speed, ACCELERATION)
 
 
+@pytest.mark.slow("1-0.0001-False", "2-0.01-False")
 @pytest.mark.parametrize(("seed", "digits", "heavy"), [(1, 1e-4, False), (2, 0.01, False), (3, 1e-4, True)])
 def test_shared_stamps_alone_are_no_mismatch(seed, digits, heavy, tmp_path):
     real = stamped(seed, plain(seed), digits, heavy)
@@ -95,6 +96,7 @@ def test_shared_stamps_alone_are_no_mismatch(seed, digits, heavy, tmp_path):
     assert (found.verdict, found.findings) == ("no-mismatch", ())
 
 
+@pytest.mark.slow
 def test_shared_stamps_are_told_by_what_the_names_leave(tmp_path):
     start, end, way, _ = program(47)
     real = plain(47) + np.where((start - end)[:, 2] / way > 0.7, 0.03, 0.0)
@@ -105,6 +107,7 @@ def test_shared_stamps_are_told_by_what_the_names_leave(tmp_path):
     assert named.noise.order == pytest.approx(naming._order(named.fit, named.clean), abs=5e-3)
 
 
+@pytest.mark.slow
 def test_with_shared_stamps_a_term_is_named_and_its_number_is_finer_than_white_noise_would_allow(tmp_path):
     _, _, way, speed = program(4)
     real = stamped(4, travel(way, speed, 0.7 * ACCELERATION), 1e-4, False)
@@ -158,6 +161,7 @@ def test_what_acts_where_the_middle_of_a_move_is_has_one_statement(tmp_path):
     assert part.condition.mask(case)[(speed > 0.2)].tolist() == where[speed > 0.2].tolist()
 
 
+@pytest.mark.slow
 def test_what_acts_in_few_moves_and_is_far_larger_than_the_scatter_is_named_and_foretold(tmp_path):
     """To first order such moves are outliers without weight: they were called waits."""
     _, end, way, _ = program(6)
@@ -172,6 +176,7 @@ def test_what_acts_in_few_moves_and_is_far_larger_than_the_scatter_is_named_and_
     assert found.heldout_after.rmse < found.heldout_before.rmse
 
 
+@pytest.mark.slow
 def test_under_a_condition_the_term_that_acts_is_told_from_those_that_promise_as_much_at_first(tmp_path):
     """A moving average of the speed: short moves lose up to twice its length, which no fixed time does."""
     _, end, way, speed = program(6)
@@ -203,6 +208,7 @@ def test_what_is_tried_in_the_place_of_a_term_is_what_acts_like_it_under_its_con
     assert found.values == pytest.approx(0.75 * ACCELERATION, rel=0.03)
 
 
+@pytest.mark.slow
 def test_under_a_condition_what_makes_moves_quicker_is_found(tmp_path):
     """Limits, which only slow, explain as much to first order with the wrong sign."""
     _, end, way, speed = program(6)
@@ -225,6 +231,7 @@ def test_under_a_condition_what_makes_moves_quicker_is_found(tmp_path):
     assert finding.condition is not None
 
 
+@pytest.mark.slow
 def test_a_difference_without_a_name_still_has_a_next_experiment(tmp_path):
     rng = np.random.default_rng(22)
     real = plain(20) * (1.0 + 0.05 * np.sin(2 * np.pi * np.arange(COUNT) / 17.0)) + rng.normal(
@@ -236,6 +243,7 @@ def test_a_difference_without_a_name_still_has_a_next_experiment(tmp_path):
     assert found.next_experiment.moves or found.next_experiment.timers
 
 
+@pytest.mark.slow
 def test_what_remains_beside_a_name_has_a_next_experiment(tmp_path):
     rng, (start, end, way, speed) = np.random.default_rng(23), program(20)
     rise = (end - start)[:, 2] / way
@@ -247,6 +255,7 @@ def test_what_remains_beside_a_name_has_a_next_experiment(tmp_path):
     assert found.next_experiment.moves or found.next_experiment.timers
 
 
+@pytest.mark.slow("0.98")
 @pytest.mark.parametrize("stretch", [0.98, 1.03])
 def test_the_tuning_of_a_stretched_simulation_is_taken_back_and_is_no_cause(stretch, tmp_path):
     rng, cold = np.random.default_rng(9), np.exp(-np.arange(COUNT) / 40.0)
@@ -351,6 +360,7 @@ def test_a_condition_says_what_holds_in_its_moves(tmp_path):
     assert (condition.mask(case) == ((case.length > 0.3) & (case.end[:, 1] < 0.1))).all()
 
 
+@pytest.mark.slow("True")
 @pytest.mark.parametrize("column", [False, True])
 def test_an_override_is_named(column, tmp_path):
     share = np.where(np.arange(COUNT) % 3 == 0, 50.0, 85.0) if column else np.full(COUNT, 85.0)
@@ -362,6 +372,7 @@ def test_an_override_is_named(column, tmp_path):
     assert found.heldout_after.rmse < 0.004
 
 
+@pytest.mark.slow
 def test_the_load_that_the_simulation_was_told_is_compared_with_the_real_one(tmp_path):
     """Both ways: the robot carries more in some moves and less in others."""
     _, _, way, speed = program(10)
@@ -376,6 +387,7 @@ def test_the_load_that_the_simulation_was_told_is_compared_with_the_real_one(tmp
     assert growth.low < 0.05 < growth.high
 
 
+@pytest.mark.slow("loads1-2.0-names1", "loads2-3.0-names2")
 @pytest.mark.parametrize(
     ("loads", "carried", "names"),
     [
@@ -439,6 +451,7 @@ def test_an_override_that_the_simulation_ran_under_is_read_off_its_joint_moves(t
     assert case.override == pytest.approx(np.ones(len(case)))
 
 
+@pytest.mark.slow
 def test_another_load_inertia_and_slower_axes_are_named_beside_each_other(tmp_path):
     inertia = {"payload_inertia_kg_m2": 0.001, "sim_payload_inertia_kg_m2": 0.04}
     wrist = np.array([1.0, 1.0, 1.0, 1.8, 1.8, 1.8])
@@ -474,6 +487,7 @@ def lifts(seed, count=COUNT):
     return start, end, way, rng.choice([0.1, 0.25, 0.5], count)
 
 
+@pytest.mark.slow("2")
 @pytest.mark.parametrize("seed", [1, 2])
 def test_moves_that_are_rounded_alike_are_no_evidence_for_a_second_name(seed, tmp_path):
     made = lifts(seed)
@@ -504,6 +518,7 @@ def heavy(seed):
 HEAVY = (13, 33)  # each leaves more than 1.5 times what scatters near the middle
 
 
+@pytest.mark.slow("13")
 @pytest.mark.parametrize("seed", HEAVY)
 def test_right_names_explain_all_that_a_scatter_with_heavy_tails_leaves(seed, tmp_path):
     _, _, way, speed = program(seed)
@@ -516,6 +531,7 @@ def test_right_names_explain_all_that_a_scatter_with_heavy_tails_leaves(seed, tm
     assert left <= EXPLAINED * found.noise_floor
 
 
+@pytest.mark.slow("33")
 @pytest.mark.parametrize("seed", HEAVY)
 def test_beside_heavy_tails_what_acts_in_few_moves_without_a_name_is_not_explained(seed, tmp_path):
     _, _, way, speed = program(seed)
@@ -643,6 +659,7 @@ WAYS = (
 )
 
 
+@pytest.mark.slow("walk", "jerky", "late", "region", "pair", "digits", "clamp")
 @pytest.mark.parametrize("way_of", WAYS)
 def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
     """Whatever is wrong with a recording: no agreement above twice the floor, and so on."""
@@ -693,6 +710,7 @@ def test_verdicts_and_names_never_contradict_what_is_left(way_of, tmp_path):
         assert not found.findings
 
 
+@pytest.mark.slow
 def test_a_name_whose_interval_holds_its_null_falls_even_if_others_are_as_good(monkeypatch, tmp_path):
     """The one that is as good stands in its place, unless its interval holds its null, too."""
     recording = record(tmp_path / "r", 1.03 * plain(51, FEW), 51)
@@ -838,6 +856,7 @@ def ramped(way, speed, up, down):
     return way / peak + 0.5 * peak * slow
 
 
+@pytest.mark.slow("41", "45")
 @pytest.mark.parametrize("seed", [41, 45, 48])
 def test_an_inertia_that_the_simulation_has_at_one_reach_is_one_name(seed, tmp_path):
     """As an inertia that grows from the first axis, it took an acceleration beside it."""
@@ -858,6 +877,7 @@ def test_an_inertia_that_the_simulation_has_at_one_reach_is_one_name(seed, tmp_p
     assert simulated.low < np.sqrt(0.75) < simulated.high
 
 
+@pytest.mark.slow
 def test_weight_that_only_the_starting_ramp_feels_is_one_name(tmp_path):
     """A controller that brakes by the written rate: a number for up and one for down took an acceleration beside it."""
     start, end, way, speed = program(22)
@@ -885,6 +905,7 @@ def test_what_rounds_to_an_override_of_100_percent_is_a_clock_sooner(rate, doubt
     assert (price(other) - price(one) > other.bic - one.bic + 3.0) == doubted
 
 
+@pytest.mark.slow("41", "42")
 @pytest.mark.parametrize("seed", [41, 42, 43])
 def test_a_small_effect_in_a_part_of_the_space_is_seen_by_coarse_stamps(seed, tmp_path):
     """2 % of the speed, stamps of 10 ms: to first order the moves that are late by most have hardly any weight."""
@@ -898,6 +919,7 @@ def test_a_small_effect_in_a_part_of_the_space_is_seen_by_coarse_stamps(seed, tm
     assert finding.condition
 
 
+@pytest.mark.slow
 def test_waits_are_looked_for_again_where_a_name_that_fell_had_them(monkeypatch, tmp_path):
     _, _, way, _ = program(31)
     late = np.argsort(way)[[-1, -2, 5]]
@@ -981,6 +1003,7 @@ def test_all_moves_between_two_places_that_are_as_late_do_not_wait(tmp_path):
         assert late_moves(evaluate(DurationModel(), case, Noise(0.001)), case, 0.001).any() == waits
 
 
+@pytest.mark.slow("True")
 @pytest.mark.parametrize("waits", [True, False])
 def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_none(waits, tmp_path):
     """All moves of a line go down, and some of them wait there for a signal; or all are slowed by what they carry."""

@@ -310,6 +310,7 @@ def test_a_timer_alone_parts_a_clock_from_a_speed(up20):
     assert not design_experiment(case, both, NOISE, recording).timers
 
 
+@pytest.mark.slow("mod", "ls")
 @pytest.mark.parametrize("suffix", ["src", "mod", "ls", "script"])
 def test_the_job_is_written_in_the_language_of_the_suffix(suffix, up20, tmp_path):
     recording, case = up20

@@ -137,6 +137,7 @@ def number(found: LogDiagnosis, term: str, name: str) -> tuple[float, float, flo
 # Nothing planted
 
 
+@pytest.mark.slow("1")
 @pytest.mark.parametrize("seed", range(2))
 def test_nothing_planted_nothing_named(seed: int) -> None:
     log = against_command(seed)
@@ -170,6 +171,7 @@ def recorded(seed: int, kind: str) -> Log:
     return log
 
 
+@pytest.mark.slow("noise", "jitter", "torques", "gaps")
 @pytest.mark.parametrize("kind", ["exact", "noise", "jitter", "digits", "torques", "encoders", "gaps"])
 def test_a_log_against_itself_is_no_mismatch(kind: str) -> None:
     log = recorded(30, kind)
@@ -218,6 +220,7 @@ def test_a_log_that_is_too_short_says_so() -> None:
 # One thing planted
 
 
+@pytest.mark.slow("constants0", "constants2")
 @pytest.mark.parametrize("constants", [(0.02, 0.035, 0.012), (0.003, 0.002, 0.004), (0.015, 0.015, 0.015)])
 def test_a_servo_lag_is_named_with_its_time_constants(constants: tuple[float, ...]) -> None:
     log = against_command(3, lambda ways: lagging(ways, constants))
@@ -230,6 +233,7 @@ def test_a_servo_lag_is_named_with_its_time_constants(constants: tuple[float, ..
             assert low < high
 
 
+@pytest.mark.slow("9.0-0.05")
 @pytest.mark.parametrize(("hertz", "damping"), [(9.0, 0.05), (17.0, 0.02)])
 def test_an_oscillation_is_named_with_frequency_and_damping_on_its_axis_alone(
     hertz: float, damping: float
@@ -268,6 +272,7 @@ def test_an_offset_of_the_recorder_is_a_clock() -> None:
     assert number(found, "clock", "log behind simulation")[0] == pytest.approx(0.0213, abs=2e-5)
 
 
+@pytest.mark.slow("1.00004")
 @pytest.mark.parametrize("rate", [1.0005, 0.99, 1.00004])
 def test_a_recorder_that_runs_at_another_rate_is_a_clock_and_nothing_else(rate: float) -> None:
     log, sim = against_simulation(against_command(9))
@@ -290,6 +295,7 @@ def test_a_wait_of_the_robot_is_dwell_and_no_clock() -> None:
     assert [d.extra for d in found.dwell] == [pytest.approx(wait * STEP, abs=0.002)]
 
 
+@pytest.mark.slow
 def test_missing_samples_are_counted_and_a_jittering_log_still_tells_its_lag() -> None:
     time, ways = program(11)
     lagged = lagging(ways, (0.02, 0.03, 0.012))
@@ -328,6 +334,7 @@ def test_lag_and_clock_are_told_apart() -> None:
     assert number(found, "servo-lag", "time constant of axis 2")[0] == pytest.approx(0.035, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_lag_oscillation_and_play_on_different_axes_are_all_named() -> None:
     def change(ways: Floats) -> Floats:
         return loose(swinging(lagging(ways, (0.02, 0.035, 0.012)), 1, 9.0, 0.05), 0, 4e-4)
@@ -385,6 +392,7 @@ def torques(log: Log, friction: dict[int, tuple[float, float]], rng: np.random.G
     return found + noise
 
 
+@pytest.mark.slow("True-friction0-expected0", "True-friction1-expected1", "True-friction2-expected2")
 @pytest.mark.parametrize(
     ("friction", "expected"),
     [
@@ -418,6 +426,7 @@ def test_friction_is_named_per_axis(
             )
 
 
+@pytest.mark.slow
 def test_a_load_is_weighed_and_not_called_friction() -> None:
     from olp.robots.dynamics import Body, dynamic_model, inverse_dynamics
 
@@ -497,6 +506,7 @@ def hanging(
     return found, torque
 
 
+@pytest.mark.slow
 def test_a_link_that_sags_and_swings_behind_its_motor_tells_its_stiffness() -> None:
     time, ways = program(31, 12)
     stiffness = 2e5
@@ -528,6 +538,7 @@ def held(ways: Floats, constant: float, cycle: int = 2) -> Floats:
     return found
 
 
+@pytest.mark.slow("True")
 @pytest.mark.parametrize("simulated", [False, True])
 def test_the_cycle_of_a_lagging_servo_is_no_clock_and_late_inertia_is_no_friction(simulated: bool) -> None:
     time, ways = program(32, 14)
@@ -548,6 +559,7 @@ def test_the_cycle_of_a_lagging_servo_is_no_clock_and_late_inertia_is_no_frictio
         )
 
 
+@pytest.mark.slow
 def test_friction_of_one_axis_that_leaks_into_another_is_named_of_the_first_alone() -> None:
     log = replace(against_command(15, noise=1e-6, moves=18), command=None)
     rng = np.random.default_rng(11)
@@ -559,6 +571,7 @@ def test_friction_of_one_axis_that_leaks_into_another_is_named_of_the_first_alon
     assert {(e.term, e.axis) for e in found.evidence} == {("coulomb-friction", 1)}
 
 
+@pytest.mark.slow
 def test_intervals_of_friction_hold_what_was_planted() -> None:
     friction = {0: (25.0, 12.0), 2: (20.0, 10.0)}
     count = 0

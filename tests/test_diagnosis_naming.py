@@ -93,6 +93,7 @@ def lattice(cycle, resolution):
     return case(measured=late, resolution=resolution)
 
 
+@pytest.mark.slow
 def test_a_cycle_shorter_than_two_digits_of_the_recorder_is_among_the_candidates():
     made = lattice(0.00336, 0.002)
     term = load_term("cycle-quantisation")
@@ -226,6 +227,7 @@ def test_where_some_wait_shorter_waits_are_found_too_and_hardly_any_scatter():
     assert waiting_moves(far > NOISE * 100, far, NOISE, 0.0).sum() == 12  # such waits are seldom so short
 
 
+@pytest.mark.slow("0.9-True")
 @pytest.mark.parametrize(("limit", "named"), [(1.3, False), (0.9, True)])
 def test_a_limit_is_named_where_other_moves_can_confirm_it(limit, named):
     """Only one move is faster than 1.3 m/s."""
@@ -269,6 +271,7 @@ def test_a_fold_that_holds_most_of_what_a_name_does_is_dealt_among_all():
     assert interleaved(np.zeros(10, dtype=int)).tolist() == [0, 1, 2, 3, 4] * 2
 
 
+@pytest.mark.slow
 def test_a_fold_that_holds_all_that_a_condition_leaves_out_is_dealt_among_all():
     """By the others the name acts everywhere: nobody could know its condition from them."""
     made = case()

@@ -103,6 +103,7 @@ lines = st.builds(
 bodies = st.lists(lines, min_size=1, max_size=14)
 
 
+@pytest.mark.slow
 @given(data=st.data(), old=bodies)
 @settings(max_examples=60, deadline=None)
 def test_the_parts_add_up_to_the_whole_whatever_was_edited(tmp_path_factory, data, old):

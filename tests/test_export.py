@@ -634,6 +634,7 @@ def exported_and_read(body, encoding="cp1252"):
     return made, read_source(decode(export(made, "inform"), "made.jbi", encoding))
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.lists(statements, min_size=1, max_size=12))
 def test_whatever_a_program_says_is_read_again_as_it_was(body):

@@ -40,6 +40,7 @@ def seconds(path: Path, folder: Path) -> float:
     return time_program(read(path), Job(robot=ROBOT), folder).total_s
 
 
+@pytest.mark.slow("krl", "tp")
 @pytest.mark.parametrize("path", SAMPLES.values(), ids=SAMPLES)
 def test_only_the_lines_of_the_edits_change_and_the_time_is_that_of_olp_time(path, tmp_path, capsys):
     before = seconds(path, path.parent)
@@ -280,6 +281,7 @@ end
 }
 
 
+@pytest.mark.slow("acc.script")
 @pytest.mark.parametrize("name", SLOW)
 def test_accelerations_are_raised_where_they_are_written_and_no_higher_than_anywhere(name, tmp_path, capsys):
     robot, text, written = SLOW[name]
@@ -441,6 +443,7 @@ def shuffled(text: str, groups: list[tuple[int, int]], order: tuple[int, ...]) -
     return "\r\n".join([*rows[: groups[0][0] - 1], *moved, *rows[groups[-1][1] :]])
 
 
+@pytest.mark.slow
 def test_groups_whose_order_is_free_come_in_the_fastest_one(tmp_path, capsys):
     text, groups = picks(4, random.Random(5))
     path, out = tmp_path / "PICKS.JBI", tmp_path / "OUT.JBI"
@@ -532,6 +535,7 @@ def test_the_order_of_measured_ways_is_the_best_one_and_that_of_many_groups_near
         assert all(sorted(order) == list(range(count)) for order in covering(count))
 
 
+@pytest.mark.slow
 def test_six_groups_come_in_an_order_as_good_as_the_best_of_all(tmp_path):
     """Held and Karp on measured ways: against 60 random orders, timed."""
     choose = random.Random(8)

@@ -44,6 +44,7 @@ def asked(**request) -> dict:
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow("inform", "rapid", "tp")
 @pytest.mark.parametrize("language", PROGRAMS)
 def test_the_bridge_tells_the_times_of_olp_and_the_way_between_them(language):
     path = str(ROOT / "samples" / PROGRAMS[language])

@@ -14,6 +14,8 @@ from olp.__main__ import main
 from olp.checks.guard.run import GuardSettings, run, tasks
 from olp.reports.batch import Job
 
+pytestmark = pytest.mark.slow
+
 BODY = "MOVL C00000 V=100.0\nMOVL C000{:02d} V=150.0\nTIMER T=0.{:02d}"
 
 

@@ -327,6 +327,7 @@ def _commit() -> int:
         return 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", fuzz.TARGETS)
 def test_changed_inputs_are_held(target, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # what is found is written there

@@ -157,6 +157,7 @@ def test_the_action_takes_the_worst_status_and_leaves_reports(repository, enviro
         assert code in {rule["id"] for rule in run_of["tool"]["driver"]["rules"]}
 
 
+@pytest.mark.slow
 def test_mistakes_that_are_known_leave_the_action_green(repository, environment):
     path = repository / "cell" / "MAIN.JBI"
     path.write_bytes(path.read_bytes().replace(b"*START", b"CALL JOB:NOWHERE"))

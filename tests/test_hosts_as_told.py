@@ -124,6 +124,7 @@ def test_the_workflow_of_the_page_comments_on_a_pull_request_though_it_is_red(
     assert done.said == ["pr comment 7 --edit-last --create-if-none --body-file olp-diff.md"] * comments
 
 
+@pytest.mark.slow
 def test_a_merge_request_that_breaks_the_budget_is_red_and_its_reports_say_which_line(
     tmp_path, environment, published, repository
 ):
@@ -145,6 +146,7 @@ def test_a_merge_request_that_breaks_the_budget_is_red_and_its_reports_say_which
     assert f"| {line} | TIMER T=60.00 |" in (repository / "olp-diff.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_commit_that_breaks_the_budget_is_refused_and_says_which_line(
     tmp_path, environment, published, repository
 ):

@@ -342,6 +342,7 @@ def test_a_client_that_goes_away_ends_the_server() -> None:
         assert done.stdout == b""
 
 
+@pytest.mark.slow
 def test_without_its_library_the_server_says_what_to_install(tmp_path: Path) -> None:
     (tmp_path / "pygls.py").write_text("raise ModuleNotFoundError('gone', name='pygls')")
     done = subprocess.run(

@@ -250,6 +250,7 @@ def _damaged(raw: bytes, chance: random.Random) -> bytes:
     return bytes(data)
 
 
+@pytest.mark.slow("pallet.prg")
 @pytest.mark.parametrize("name", ["handling.mod", "pallet.prg"])
 def test_damaged_files_never_raise_and_keep_their_bytes(name: str) -> None:
     raw = (SAMPLES / name).read_bytes()

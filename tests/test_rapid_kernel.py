@@ -56,6 +56,7 @@ def test_the_oracle_refuses_what_the_syntax_does_not_have(line: str) -> None:
     assert refused(f"MODULE M\nPROC A()\n{line}\nENDPROC\nENDMODULE")
 
 
+@pytest.mark.slow("inform")
 @pytest.mark.parametrize("vendor", [name for name in vendor_names() if name != "rapid"])
 def test_all_samples_are_written_in_the_published_syntax(vendor: str) -> None:
     paths = samples(vendor)

@@ -47,6 +47,12 @@ def log_of(job, dt, noise=0.0, lost=0.03, lead=1.0, seed=0, extra=()):
     return Log(OFFSET + RATE * time[kept], (q + noise * rng.normal(size=q.shape))[kept], way.linear)
 
 
+@pytest.mark.slow(
+    "samples/up20/APPR-1.JBI-0.008-2e-05",
+    "samples/up20/APPR-1.JBI-0.046-2e-05",
+    "samples/inform/generations/dx200.jbi-0.004-0.0",
+    "samples/inform/generations/dx200.jbi-0.046-2e-05",
+)
 @pytest.mark.parametrize(
     ("job", "dt", "noise"),
     [(FAN, 0.004, 0.0), (FAN, 0.008, 2e-5), (FAN, 0.046, 2e-5), (CORNERS, 0.004, 0.0), (CORNERS, 0.008, 2e-5),
@@ -60,6 +66,7 @@ def test_durations_are_recovered_within_a_sample(job, dt, noise):
     assert found.by == "points"
 
 
+@pytest.mark.slow
 def test_a_thousand_short_moves_are_recovered_without_bias():
     found = moves_from_log(log_of(CAM, 0.008, 2e-5), timed(CAM))
     off = found.moves.duration / RATE - found.planned

@@ -122,6 +122,7 @@ def test_text_fits_the_terminal_and_has_no_colour_codes_unless_wanted():
     assert "\x1b[" in report("text", JOBS[:1], colour=True)[0]
 
 
+@pytest.mark.slow
 def test_many_files_on_two_cores_give_what_one_gives(tmp_path):
     paths = []
     for i in range(60):

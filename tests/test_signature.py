@@ -78,6 +78,7 @@ def held_out(name, moves, robot, out):
     return percent(estimator.estimate(parameters, asked, robot).slowness, asked)
 
 
+@pytest.mark.slow("terms_and_places", "axis_terms_gp")
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_says_the_same_after_its_file_was_read(name, moves, robot, tmp_path):
     part = moves.take(np.arange(0, len(moves), 3))
@@ -163,6 +164,7 @@ def test_a_whole_test_is_predicted_by_terms_of_the_axes(recording, moves, robot)
     assert found["depart"] < 2.5
 
 
+@pytest.mark.slow
 def test_the_choice_is_made_by_held_out_moves_and_start_points(moves, robot):
     part = moves.take(np.arange(0, len(moves), 2))
     fit = fit_moves(part, robot)
@@ -172,6 +174,7 @@ def test_the_choice_is_made_by_held_out_moves_and_start_points(moves, robot):
     assert fit.method not in ("constant", "joint_limits")
 
 
+@pytest.mark.slow
 def test_intervals_hold_nineteen_of_twenty_moves_of_start_points_that_were_held_out(moves, robot):
     inside = []
     for label in range(9):

@@ -64,6 +64,7 @@ def test_errors_of_a_total_do_not_cancel_below_what_few_learnt_moves_leave():
     assert few.shared >= 0.999 * few.own / np.sqrt(30)
 
 
+@pytest.mark.slow
 def test_few_moves_are_learnt_from_by_more_methods_than_many():
     names = {"axis_turns", "averaged_process", "axis_terms_gp"}
     few = learnt("terms_and_places", MOVES.take(np.arange(len(MOVES)) % 5 == 0), ROBOT)

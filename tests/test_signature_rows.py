@@ -136,6 +136,7 @@ def test_joint_moves_are_learnt_beside_straight_ones(tmp_path):
     assert not told(notes) & {"H012", "H020"}
 
 
+@pytest.mark.slow
 def test_held_out_errors_of_joint_moves_make_intervals_that_hold(tmp_path):
     held = {10: [], 38: []}
     asked = turns(100, seed=77, noise=0.03)
@@ -455,6 +456,7 @@ def test_errors_of_held_out_rows_do_not_see_their_own_row():
         assert found.errors[row] == pytest.approx(measured[row] - alone.values[0], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_total_of_joint_moves_is_as_unsure_as_their_held_out_errors_add_up(tmp_path):
     made, _ = calibrate(recorded(tmp_path / "a", [*straights(), *turns(40, noise=0.05)]), "constant")
     job = tmp_path / "J.JBI"

@@ -204,6 +204,7 @@ def test_predict_and_time_say_the_same(tmp_path: Path, learnt: str, asked: str) 
     says_the_same(tmp_path, learnt, asked, "rapid")
 
 
+@pytest.mark.slow("lj-llllllllll-inform", "lj-jllLLljlLljlLlljlLl-krl")
 @pytest.mark.parametrize("language", ["krl", "inform"])
 @pytest.mark.parametrize("learnt", ["llllllllll", "jjjjjjjj", "jllLLljlLljlLlljlLl"])
 @pytest.mark.parametrize("asked", ["lj", "LLl", "lLljj"])

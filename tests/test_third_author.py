@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from bench.third_author.arms import ARMS
 from bench.third_author.cases import generate
@@ -14,6 +15,8 @@ from bench.third_author.effects import EFFECTS, World
 from bench.third_author.plant import seconds
 from bench.third_author.scoring import judge, score
 from olp.identification.recording import read_recording
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_seed_gives_the_same_recordings_and_their_answers_are_scored(tmp_path: Path) -> None:

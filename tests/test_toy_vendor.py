@@ -50,6 +50,7 @@ def test_the_toy_vendor_is_timed_and_translated_without_an_edit_elsewhere(copy: 
     assert " SPEED 40 % BLEND 0 " in written.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_rule_of_a_grammar_that_has_no_method_is_named(copy: Path) -> None:
     path = copy / "olp/languages/vendors/toy/reader.py"
     whole = path.read_text(encoding="utf-8")
@@ -61,6 +62,7 @@ def test_a_rule_of_a_grammar_that_has_no_method_is_named(copy: Path) -> None:
     assert "the rule 'dwell' of the grammar has no method in ToyRules" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_recipe_for_a_new_vendor_makes_one_that_keeps_both_contracts(tmp_path: Path) -> None:
     """With a suffix that is not the name, and words of another length."""
     for name in ("olp", "grammars", "templates", "samples", "bench"):

@@ -330,6 +330,7 @@ def test_a_mapping_file_tells_all_that_is_wrong_with_it(tmp_path):
     assert [d.code for d in told.value.diagnostics] == ["X013"] * 3
 
 
+@pytest.mark.slow
 def test_a_long_straight_job_is_split_into_jobs_that_run_in_order():
     rows = []
     data = []

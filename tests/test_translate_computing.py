@@ -189,6 +189,7 @@ def program(seed):
     return texts, 20000 + names["told"]
 
 
+@pytest.mark.slow("0", "2", "3", "5")
 @pytest.mark.parametrize("seed", range(6))
 def test_what_random_programs_compute_is_computed_everywhere(seed):
     texts, wanted = program(seed)

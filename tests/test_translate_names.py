@@ -186,6 +186,7 @@ def test_no_sample_is_written_with_a_name_that_nothing_declares(path, tmp_path):
             check(program, target, tmp_path / target)
 
 
+@pytest.mark.slow("1", "3")
 @pytest.mark.parametrize("seed", range(4))
 def test_no_random_program_is_written_with_a_name_that_nothing_declares(seed, tmp_path):
     for first in VENDORS:

@@ -442,7 +442,8 @@ def _undated(done: CommandOutcome) -> tuple[object, ...]:
 
 
 @lru_cache(maxsize=1)
-def _place() -> tempfile.TemporaryDirectory[str]:
+def _place() -> tuple[tempfile.TemporaryDirectory[str], dict[str, bytes]]:
+    """The folder that has everything, and what lies in it; every run leaves it so."""
     folder = tempfile.TemporaryDirectory(prefix="olp-commands-")
     for name, data in files().items():
         path = Path(folder.name, name)
@@ -451,7 +452,7 @@ def _place() -> tempfile.TemporaryDirectory[str]:
     with contextlib.chdir(folder.name):
         for words in _PREPARED:
             said(words.split())
-    return folder
+    return folder, _files(Path(folder.name))
 
 
 def said(words: Sequence[str]) -> tuple[int, bytes, str]:
@@ -516,8 +517,8 @@ class CommandUnderTest:
     def work(self, *words: str, beside: Mapping[str, bytes] | None = None) -> CommandOutcome:
         """What it does in the folder that has everything, and `beside`; the folder is put back."""
         if words not in self.tried or beside:
-            folder, read = Path(_place().name), set[str]()
-            before, whole = _files(folder), self.module.run
+            (place, before), read = _place(), set[str]()
+            folder, whole = Path(place.name), self.module.run
             for name, data in (beside or {}).items():
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 (folder / name).write_bytes(data)
