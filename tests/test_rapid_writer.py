@@ -439,12 +439,13 @@ def test_a_routine_that_others_call_does_not_know_the_acceleration() -> None:
     assert "AccSet" not in written_by(foreign(to(Named("p1")), Call(2, "drop"), others=(drop,)))
 
 
-def test_axes_that_another_language_only_fills_in_are_not_connected() -> None:
+def test_external_axes_that_a_position_does_not_say_are_not_connected() -> None:
     def declared(external: tuple[float, ...]) -> str:
         point = PositionLiteral("pose", POINT.values, external)
         return written_by(foreign(data=(Declare(1, "p", "position", point),)))
 
-    assert NO_AXES in declared((0.0,) * 6)
+    assert NO_AXES in declared(())
+    assert "[0,9E9,12.5,9E9,9E9,9E9]" in declared((0.0, math.nan, 12.5))
     assert "[0,12.5,9E9,9E9,9E9,9E9]" in declared((0.0, 12.5))
 
 

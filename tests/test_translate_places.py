@@ -273,14 +273,16 @@ def test_a_station_that_stands_still_is_no_group_that_moves(second):
         assert not made.translated.losses
         assert any("the station has the same position" in note for note in made.translated.notes)
     else:
-        assert [loss.says for loss in made.translated.losses] == ["a move of several control groups"] * 2
+        told = {(loss.fate.value, loss.part) for loss in made.translated.losses}
+        assert told == {("approximated", "external")}
+        assert b"E1 0.101,E2 0.2" in b"".join(made.files.values())
 
 
 @pytest.mark.parametrize(
     ("kind", "second", "says"),
     [
         ("PULSE", "104847", "the track has the same position"),
-        ("PULSE", "104848", ""),
+        ("PULSE", "104848", "external"),
         ("BASE", "104847", ""),  # which the track does not carry along: the arm's own base is elsewhere
     ],
 )
@@ -303,11 +305,14 @@ def test_a_track_that_stands_still_carries_what_is_taught_in_pulses(kind, second
     }
     if says:
         assert not left_out
-        assert any(says in note for note in notes)
+        said = notes if says != "external" else [loss.part for loss in made.translated.losses]
+        assert any(says in one for one in said)
         assert any("the station has" in note for note in notes)
         assert made.files[made.main].count(b"LIN ") == 2
     else:
-        assert left_out == {"a move of several control groups"}
+        assert left_out == {
+            "the program does not say where the target is for an arm whose base is on a track"
+        }
 
 
 SHIFTED_POINTS = (

@@ -49,7 +49,8 @@ class PointState:
 
     `configuration`: the controller's arm flags (RCONF) or () when none were given. `sectors`: where axes
     stand, for languages that tell turns by signs, by quarters or by their number.
-    `own`: how many of a point's numbers are the arm's, where external axes (E1, E2, E3) follow; 0: all are.
+    `own`: how many of a point's numbers are the arm's, where external axes (E1, E2, E3) follow, written in `units`
+    (mm or deg); 0: all are.
     """
 
     kind: PointKind
@@ -60,6 +61,7 @@ class PointState:
     outside_limits: bool = False
     sectors: tuple[Sector, ...] = ()
     own: int = 0
+    units: tuple[str, ...] = ()
 
     def at(self, frame: str, user: int | None, tool: int) -> PointState:
         """The same in another frame and with another tool: one object for each, because every move asks."""

@@ -155,6 +155,9 @@ class Conventions:
     first_variable: int = 1  # number of the first one, where variables have numbers
     # Moves
     taught_frames: bool = False  # a point was taught with a tool and a frame, and moves name neither
+    points_of_groups: bool = (
+        False  # a point holds a position of each control group, and a move takes them all there
+    )
     speed_persists: bool = False  # a move that names no speed takes that of the last one that does
     blend_levels: bool = False  # zones are levels; how large they are, the robot's file says
     partial_targets: bool = False  # a target may leave components out: they stay as they are

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core.units import deg, mm
 from olp.ir.points import PointKind, PointState
 from olp.robots.geometry import Pose, compose, invert, quaternion_from_rotation, rotation_from_angles
 from olp.robots.kinematics.configuration import Tool
@@ -46,6 +47,7 @@ class Resolved(NamedTuple):
 EXTERNAL_AXES = "external axes are not in this plan: they are assumed never to be the slowest"
 # [m, rad or pulses] Nothing that a cell holds is farther; powers of larger numbers leave what floating point can hold.
 _FARTHEST = 1e12
+ASSUMED_PULSES = 1000.0  # per mm of a track and per deg of a station that no file describes
 ROBOT_GAP = "robot "  # begins the key of a gap that a robot for the mechanism would fill
 
 
@@ -167,6 +169,26 @@ class Cell:
 
                 axes = pulses_to_joints(robot, _width(values, len(robot.axes)))
         return Resolved(np.full((count, 3), np.nan), np.full((count, 3, 3), np.nan), axes)
+
+    def units(self, mechanism: int, count: int) -> tuple[str, ...]:
+        """Of the axes of a track or a station: mm where one slides, deg where it turns."""
+        robot = self.robot(mechanism)
+        if robot is None:
+            return ("mm" if self.mechanisms[mechanism].name.startswith("B") else "deg",) * count
+        return tuple("mm" if axis.linear else "deg" for axis in robot.axes[:count])
+
+    def beside(self, mechanism: int, state: PointState, values: Sequence[float]) -> tuple[float, ...]:
+        """[mm or deg] where a track or a station stands, as positions hold it that have axes beside the arm's.
+
+        Pulses without a machine that tells their number: `ASSUMED_PULSES` in each.
+        """
+        row, robot = [v for v in values if v == v], self.robot(mechanism)
+        scales = [mm if unit == "mm" else deg for unit in self.units(mechanism, len(row))]
+        if state.kind is PointKind.PULSE:
+            if robot is None or not robot.knows_pulses:
+                return tuple(v / ASSUMED_PULSES for v in row)
+            row = [v / ratio for v, ratio in zip(row, robot.pulses_per_unit.tolist(), strict=False)]
+        return tuple(v / scale for v, scale in zip(row, scales, strict=False))
 
     def _resolve_axes(self, mechanism: int, state: PointState, values: Floats) -> Resolved:
         robot = self.robot(mechanism)

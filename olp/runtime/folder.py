@@ -341,3 +341,11 @@ def build_world(robot: str | Robot | None, assumptions: Assumptions, folder: Pat
 def group_names(groups: Sequence[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
     """The mechanisms per control group; a single first robot when the routine names none."""
     return tuple(tuple(names) for names in groups if names) or (("RB1",),)
+
+
+def mechanism_name(groups: Sequence[Sequence[str]], part: int, store: Store) -> str:
+    """The mechanism that a position of kind `store` moves in part `part` of a move (0: the leading one); "": none."""
+    others = [group for index, group in enumerate(groups) if index != part]
+    own = [groups[part]] if part < len(groups) else []
+    names = (name for group in own + others for name in group)
+    return next((name for name in names if name.startswith(KIND_PREFIX[store])), "")

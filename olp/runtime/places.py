@@ -43,7 +43,10 @@ _FAR = 1e6  # [m, rad] what is farther is told where it is used
 def place_of(m: Machine, mechanism: int, s: Move, target: Expression) -> int:
     """The pool index of a move's target or via point."""
     value = _value_of(m, mechanism, s, target)
-    return m.recorder.position(mechanism, value.state, value.values)
+    place = m.recorder.position(mechanism, value.state, value.values)
+    if value.external and s.relative is None:
+        m.recorder.further[place] = value.external
+    return place
 
 
 def arc_poses(m: Machine, mechanism: int, s: Move) -> tuple[Pose, Pose, Pose]:

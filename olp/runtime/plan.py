@@ -198,6 +198,7 @@ class Plan:
     `events`: index into `durations` -> what the step is about. `calls`: of the main routine, in order. `zone_law`: the
     blending law whose zones BlendCode.ZONE means. `conditions`: of moves that were recorded.
     `held` (m,): the tool of each move, as a key of `tools` (its centre point on the flange), -1 for none.
+    `beside`: first row of a move -> where the axes beside the arm stand [mm or deg], nan where it does not say.
     """
 
     sources: tuple[Source, ...]
@@ -222,6 +223,7 @@ class Plan:
     conditions: MoveConditions | None = None
     held: NDArray[np.int32] | None = None
     tools: Mapping[int, Pose] = field(default_factory=dict)
+    beside: Mapping[int, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def path(self) -> str:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from olp.core.diagnostic import Diagnostic
 from olp.core.memory_limit import check
 from olp.core.source import Source
+from olp.core.units import deg, mm
 from olp.ir.expressions import Store
 from olp.ir.points import PointKind, PointState, PointTable
 from olp.ir.program import Path
@@ -349,6 +350,7 @@ class Recorder:
     _extras: dict[int, Extra] = field(default_factory=dict)  # first row of a move -> what else it says
 
     _events: dict[int, Event] = field(default_factory=dict)
+    further: dict[int, tuple[float, ...]] = field(default_factory=dict)  # entry of the pool -> [mm or deg]
     _last_move: int = 0  # the first row of the last move
 
     unknown: int = -1  # see Plan
@@ -542,6 +544,31 @@ class Recorder:
         path = self.sources[source].path
         self.assumptions.setdefault((path, line, says), Assumption(line, says, path))
 
+    def _beside(self) -> dict[int, tuple[float, ...]]:
+        """First row of each move -> where its external axes stand [mm or deg]: tracks, then stations, as written."""
+        mechanisms = self.cell.mechanisms
+        carry = any(state.units for _, state in self._batches)
+        if not self.further and not carry and all(m.is_robot for m in mechanisms):
+            return {}
+        firsts = [row for row, kind in zip(self._row, self._kind, strict=True) if kind == StepKind.MOVE]
+        found: dict[int, tuple[float, ...]] = {}
+        for first, after in zip(firsts, [*firsts[1:], len(self._moves)], strict=True):
+            values: list[float] = []
+            rows = [(mechanisms[move[2]].name, move[2], move[1]) for move in self._moves[first:after]]
+            for _, mechanism, target in sorted(rows):
+                if target in self.further:
+                    values += self.further[target]
+                    continue
+                state, written = self.written(target)
+                if not mechanisms[mechanism].is_robot:
+                    values += self.cell.beside(mechanism, state, written)
+                elif state.units:
+                    further = zip(written[state.own :], state.units, strict=False)
+                    values += [v / (mm if unit == "mm" else deg) for v, unit in further]
+            if values:
+                found[first] = tuple(values)
+        return found
+
     def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
         """The plan of everything executed."""
         positions, moves, held = columns(
@@ -569,4 +596,5 @@ class Recorder:
             events=self._events,
             held=held,
             tools=tools,
+            beside=self._beside(),
         )

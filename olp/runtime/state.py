@@ -12,7 +12,7 @@ from olp.ir.expressions import Expression, FrameRef, Store
 from olp.ir.program import BlendKind, Move
 from olp.languages.vendor import Conventions
 from olp.runtime.assumptions import Assumptions, SignalKey
-from olp.runtime.folder import KIND_PREFIX, World, group_names
+from olp.runtime.folder import KIND_PREFIX, World, group_names, mechanism_name
 from olp.runtime.jobs import Jobs, RunnableRoutine
 from olp.runtime.made_up import MadeUp
 from olp.runtime.memory import Key, Memory, PositionValue, Scope, Slot, Value
@@ -313,12 +313,11 @@ def role(m: Machine, part: int, store: Store) -> int:
 
 
 def _find_role(m: Machine, part: int, store: Store) -> int:
-    groups, prefix = m.frame.job.groups, KIND_PREFIX[store]
-    others = [group for index, group in enumerate(groups) if index != part]
-    own = [groups[part]] if part < len(groups) else []
-    for group in own + others:
-        for index in group:
-            if m.world.mechanisms[index].name.startswith(prefix):
-                return index
+    mechanisms, prefix = m.world.mechanisms, KIND_PREFIX[store]
+    name = mechanism_name(
+        [[mechanisms[at].name for at in group] for group in m.frame.job.groups], part, store
+    )
+    if name:
+        return m.add_mechanism(name)
     m.assume(f"the routine names no {prefix} mechanism for its {store.value} positions: {prefix}1 is taken")
     return m.add_mechanism(f"{prefix}1")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import PurePath
 from typing import NamedTuple
 
@@ -27,6 +28,7 @@ Place = tuple[str, int]  # the name of a file of the translation and a line ther
 _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]
 _INSTANT = 1e-6  # [s] by which points that are rounded change a move
+_SAME_AXIS = 0.01  # [mm or deg] of an external axis: what three decimals leave open, and some
 _SAME_VALUE = 1e-5  # of a signal's value, as a share and as a number
 _AHEAD = 64  # steps that are looked at for the next pair
 _MUCH_LONGER = 8  # times the steps of the other: not for the same statements, where both were stopped
@@ -73,6 +75,7 @@ class ComparedStep(NamedTuple):
     file: str = ""  # its name: a translation is read again in another folder for each run
     fraction: float = math.nan  # of a joint move: the share of full speed that is programmed
     tool: tuple[float, ...] = ()  # centre point on the flange, quaternion
+    beside: tuple[float, ...] = ()  # [mm or deg] where external axes stand
 
 
 class PlanDifference(NamedTuple):
@@ -177,16 +180,32 @@ def compare_plans(
     )
     first = steps_of(one, without, seconds[0], comments=comments)
     second = rules.joined(steps_of(other, seconds=seconds[1]))
+    first, second = _without_standing(first), _without_standing(second)
     if cut_short:
         first, second = _before_the_last_move(first), _before_the_last_move(second)
     result = _compared(first, second, rules)
     result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
     if one.unknown < 0 or result.is_equal:
         return result
-    known = steps_of(one, without, seconds[0], one.unknown, comments)
+    known = _without_standing(steps_of(one, without, seconds[0], one.unknown, comments))
     until = _compared(known, second, rules, cut=True)
     until.unknown, until.until = result.unknown, result.unknown[0]
     return until
+
+
+def _without_standing(steps: list[ComparedStep]) -> list[ComparedStep]:
+    """Steps without the external axes that no move of the run takes anywhere: they may be left out."""
+    rows = [s.beside for s in steps if s.beside]
+    values = [{v for v in column if v == v} for column in zip_longest(*rows, fillvalue=math.nan)]
+    moving = [
+        at for at, column in enumerate(values) if max(column, default=0) - min(column, default=0) > _SAME_AXIS
+    ]
+    return [
+        s._replace(beside=tuple(s.beside[at] if at < len(s.beside) else math.nan for at in moving))
+        if s.beside
+        else s
+        for s in steps
+    ]
 
 
 def _before_the_last_move(steps: list[ComparedStep]) -> list[ComparedStep]:
@@ -460,6 +479,10 @@ def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: 
     if turned > tolerances.angle:
         result.differ(a, b, "orientation", f"turned by {turned / deg:.6f} deg")
     _compare_tools(a, b, result, rules)
+    for number, (x, y) in enumerate(zip_longest(a.beside, b.beside, fillvalue=math.nan), 1):
+        if a.beside and (abs(x - y) > _SAME_AXIS or (y != y and x == x)):
+            there = "nowhere" if y != y else f"{y:.6g}"
+            result.differ(a, b, "external", f"external axis {number} at {x:.6g} and {there}")
     if a.path is Path.JOINT and any(map(math.isnan, (*a.position, *b.position))):
         apart = _distance(a.axes, b.axes)
         result.worst_angle = max(result.worst_angle, apart)
@@ -677,6 +700,7 @@ def _move(
         0.0 if code == 0 else size,
         code == 0,
         fraction=float(moves.fraction[row]),
+        beside=plan.beside.get(row, ()),
         tool=() if plan.held is None else tools.get(int(plan.held[row]), ()),
         length=float(moves.length[row]),
         middle=middles.get(row, ()),

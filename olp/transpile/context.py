@@ -198,7 +198,7 @@ class TranslationContext:
         default_factory=dict
     )  # what is to be done before it runs -> with what
     walk: Walk | None = None  # through the program as it is before its speeds are converted
-    _cell: list[Cell] = field(default_factory=list)
+    _world: list[World] = field(default_factory=list)
     _made: set[str] = field(default_factory=set)
     _symbols: tuple[st.Program, Symbols] | None = None  # of the program as it was last seen
     _looks: dict[str, Look] = field(default_factory=dict)  # at each routine as it was last seen
@@ -325,9 +325,13 @@ class TranslationContext:
 
     def cell(self) -> Cell:
         """The robot with the tools and frames of the controller files beside the program."""
-        if not self._cell:
-            self._cell.append(cell_of(self.source, self.robot))
-        return self._cell[0]
+        return self.world().cell
+
+    def world(self) -> World:
+        """What stands around the program."""
+        if not self._world:
+            self._world.append(world_of(self.source, self.robot))
+        return self._world[0]
 
     def helper(self, stem: str) -> str:
         """A name for something that the translation needs and the source does not have."""

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -17,7 +18,9 @@ from olp.ir import expressions as ex
 from olp.ir.points import Point, PointKind, PointState
 from olp.ir.program import Assign, Declare, Move, Path, Program, Routine, ShiftOn, Statement, Update
 from olp.ir.transformer import calls_nothing, edited, expressions_of, is_usual, is_written_out
-from olp.transpile.context import Fate, TranslationContext
+from olp.robots.coordinate_systems import ASSUMED_PULSES
+from olp.runtime.folder import KIND_PREFIX, mechanism_name
+from olp.transpile.context import PROCESS, Fate, TranslationContext
 from olp.transpile.reaching_definitions import UNSET, Key, Reaching, reaching
 
 Value = Callable[[Any], Any]  # of whatever holds expressions
@@ -270,22 +273,25 @@ def _names_systems(s: Move) -> bool:
 
 def lifted_move(points: Points, routine: Routine, s: Move, value: Value) -> list[Statement]:
     """The move with names; as it was, with a loss, where its target cannot be known."""
-    beside = (*s.targets[1:], *(target for part in s.parts for target in part.targets))
-    if (
-        beside
-        and all(_stands_still(points, target) for target in beside)
-        and _is_seen(points, routine, s, value)
-    ):
-        for word in dict.fromkeys(_STANDING[target.store] for target in beside if type(target) is ex.Taught):
-            points.work.note_once(
-                f"the {word} has the same position in all points: its part of the moves is left out"
-            )
-        s = edited(s, {"targets": s.targets[:1], "parts": (), "coordinated": False})
+    beside: tuple[float, ...] = ()
     if s.parts or len(s.targets) > 1:
-        points.work.lose(s, Fate.REFUSED, "groups", "a move of several control groups")
-        return [s]
+        found = _beside(points, routine, s, value)
+        if type(found) is str:
+            points.work.lose(s, Fate.REFUSED, "groups", found)
+            return [s]
+        assert type(found) is tuple
+        beside = found
+        s = edited(s, {"targets": s.targets[:1], "parts": (), "coordinated": False})
+    elif points.work.conventions.points_of_groups:
+        if any(points.moves_there(routine, store, s.targets[0]) for store in _OTHERS):
+            points.work.lose(s, Fate.APPROXIMATED, PROCESS, _OTHER_GROUPS)
+    elif any(map(points.width, _STANDING)):
+        points.work.lose(s, Fate.APPROXIMATED, "external", _SAYS_NOTHING)
+    if s.passes:
+        points.work.lose(s, Fate.APPROXIMATED, "passes", _PASSES)
+        s = edited(s, {"passes": ""})
     state = _state(points, routine, s.targets[0], value)
-    target = _target(points, routine, s, value, state)
+    target = _target(points, routine, s, value, state, beside)
     if target is None:
         return [s]
     via = None
@@ -336,20 +342,78 @@ def framed_shift(points: Points, s: ShiftOn, value: Value) -> ShiftOn:
     return replace(s, frame=frame if isinstance(frame, ex.FrameRef) else ex.FrameRef("base"))
 
 
-_STANDING: Final = {ex.Store.STATION: "station", ex.Store.BASE: "track"}
+_STANDING: Final = {ex.Store.BASE: "track", ex.Store.STATION: "station"}  # in the order of external axes
 
 
-def _stands_still(points: Points, target: ex.Expression) -> bool:
-    """Whether what a move has besides its arm is a station or a track that no point of the program moves."""
-    return type(target) is ex.Taught and target.store in _STANDING and points.stands_still(target.store)
+_PASSES: Final = "the tag of multi-pass welding is left out: every pass runs as written"
+_SET_UP: Final = (
+    "set these external axes up, none of which moves the arm's base, and compare a position of each"
+)
+_NAME_PULSES: Final = (
+    "name the files of these in [robots] of olp.toml and translate again, as their pulses are assumed"
+)
+_PULSES: Final = f"{ASSUMED_PULSES:,.0f} pulses per mm or degree are assumed for an external axis"
+_OTHERS: Final = (*_STANDING, ex.Store.SYSTEM)  # groups of a point that are not the arm
+_OTHER_GROUPS: Final = "the other control groups of the point move, too, and are left out"
+_SAYS_NOTHING: Final = "the move says nothing of the external axes that others move"
+_CARRIED: Final = "the path and the speed are those over the arm's own base, which the track carries"
+
+
+def _beside(points: Points, routine: Routine, s: Move, value: Value) -> tuple[float, ...] | str:
+    """Where a move's track and station stand [mm or deg], those that no point moves left out; or why that is not known.
+
+    Of further arms the first one's move stays, and the others' are told.
+    """
+    parts = [(number, part.targets) for number, part in enumerate(s.parts, 1) if not _has_arm(part.targets)]
+    others = [(number, target) for number, targets in ((0, s.targets[1:]), *parts) for target in targets]
+    if not _has_arm(s.targets[:1]) or _has_arm(s.targets[1:]):
+        return "a move of several control groups"
+    moving: dict[ex.Store, tuple[float, ...]] = {}
+    for number, target in others:
+        assert isinstance(target, (ex.Taught, ex.Variable))
+        store = target.store
+        if type(target) is ex.Taught and points.stands_still(store):
+            says = f"the {_STANDING[store]} has the same position in all points: its part of the moves is left out"
+            points.work.note_once(says)
+            continue
+        row = points.beside(routine, s, number, target)
+        if row is None or store in moving:
+            return f"the program does not say where the {_STANDING[store]} goes"
+        moving[store] = row
+    on_track = any(getattr(target, "store", None) is ex.Store.BASE for _, target in others)
+    if on_track and not _is_seen(points, routine, s, value):
+        return "the program does not say where the target is for an arm whose base is on a track"
+    if s.coordinated and ex.Store.STATION in moving:
+        return "a path over the work on a station that turns at the same time"
+    if moving and not points.work.limits.external_axes:
+        return points.work.limits.no_external_axes or "external axes: positions have none there"
+    if len(parts) < len(s.parts):
+        points.work.lose(s, Fate.APPROXIMATED, PROCESS, _SECOND_ARM)
+    if ex.Store.BASE in moving and s.path is not Path.JOINT:
+        points.work.lose(s, Fate.APPROXIMATED, "external", _CARRIED)
+    if not moving:
+        return ()
+    rows = (moving.get(store, (math.nan,) * points.width(store)) for store in _STANDING)
+    return tuple(chain.from_iterable(rows))
+
+
+def _has_arm(targets: tuple[ex.Expression, ...]) -> bool:
+    """Whether a position of these is an arm's, or of all groups, and not a track's or a station's alone."""
+    return any(
+        not isinstance(target, (ex.Taught, ex.Variable)) or target.store not in _STANDING
+        for target in targets
+    )
+
+
+_SECOND_ARM: Final = (
+    "the moves of the second arm are left out: it needs a program of its own, in step with this one"
+)
 
 
 def _is_seen(points: Points, routine: Routine, s: Move, value: Value) -> bool:
-    """Whether it is known where the arm's own base has a move's target: what a track carries is elsewhere by as much as
-    the track is, in whatever frame does not move with it.
+    """Whether it is known where an arm's own base, which a track carries, has a move's target: what is not carried is
+    elsewhere by as much as the track is, in whatever frame does not move with it.
     """
-    if len(s.targets) == 1:
-        return True
     state = _state(points, routine, s.targets[0], value)
     return state is not None and (state.kind is not PointKind.POSE or state.frame == "robot")
 
@@ -367,13 +431,22 @@ def _state(points: Points, routine: Routine, target: ex.Expression, value: Value
 
 
 def _target(
-    points: Points, routine: Routine, s: Move, value: Value, state: PointState | None
+    points: Points,
+    routine: Routine,
+    s: Move,
+    value: Value,
+    state: PointState | None,
+    beside: tuple[float, ...] = (),
 ) -> tuple[ex.Expression, PointState | None] | None:
+    """The target with `beside` as its external axes."""
     written = s.targets[0]
     if isinstance(written, (ex.Taught, ex.Variable)) and written.store is not ex.Store.ROBOT:
         points.work.lose(s, Fate.REFUSED, "groups", "a move of a track or a station alone")
         return None
     number = _number_of(points, written)
+    if beside and not isinstance(written, ex.Taught):
+        points.work.lose(s, Fate.REFUSED, "groups", "a variable as the place of an arm and of external axes")
+        return None
     if number is None:
         return value(written), state
     assert isinstance(written, (ex.Taught, ex.Variable))
@@ -386,15 +459,16 @@ def _target(
             return None
         literal, base = seen
         points.tell_tool(s, base.tool)
-        key = (routine.name, written.store, isinstance(written, ex.Taught), -1 - number)
+        key = (routine.name, written.store, isinstance(written, ex.Taught), -1 - number, beside)
         name = points.names.get(key)
         if name is None:
             stem = "P" if isinstance(written, ex.Taught) else "PV"
+            literal = replace(literal, external=beside)
             name = points.names[key] = points.add(f"{stem}{number}_pose", literal, base, 0)
         return ex.Named(name), base
     if isinstance(written, ex.Variable):
         return value(written), state
-    name_ = points.taught(routine, written.store, written.number)
+    name_ = points.taught(routine, written.store, written.number, beside)
     if name_ is None:
         points.work.lose(s, Fate.REFUSED, "target", "the point has no values that can be known")
         return None
@@ -422,7 +496,7 @@ class Points:
     """The named positions made so far. `states`: what holds for each of them, for the moves that go there."""
 
     work: TranslationContext
-    names: dict[tuple[str, ex.Store, bool, int], str] = field(default_factory=dict)
+    names: dict[tuple[str, ex.Store, bool, int, tuple[float, ...]], str] = field(default_factory=dict)
     states: dict[str, PointState] = field(default_factory=dict)
     declared: list[Declare] = field(default_factory=list)
     found: dict[tuple[str, ex.Store], dict[int, Point]] = field(
@@ -432,6 +506,10 @@ class Points:
     stands: dict[ex.Store, bool] = field(
         default_factory=dict
     )  # whether no point moves stations or tracks, if asked
+
+    units: dict[ex.Store, tuple[str, ...]] = field(default_factory=dict)  # of their axes: mm or deg
+    moved: dict[ex.Store, str] = field(default_factory=dict)  # the mechanism that is external axes
+    widths: dict[ex.Store, int] = field(default_factory=dict)  # external axes of stations and tracks
 
     def is_set(self, variable: ex.Variable) -> bool:
         """Whether a statement of the program may give a position variable another value."""
@@ -452,6 +530,47 @@ class Points:
             self.stands[store] = all(row == rows[0] for row in rows)
         return self.stands[store]
 
+    def width(self, store: ex.Store) -> int:
+        """How many external axes a track or a station is in positions; 0: it stands still, or there is none."""
+        if store not in self.widths:
+            found = [r.points.blocks.get((store, True)) for r in self.work.source.routines]
+            rows = [row for block in found if block is not None for row in block.values.tolist()]
+            count = max((sum(v == v for v in row) for row in rows), default=0)
+            self.widths[store] = 0 if self.stands_still(store) else count
+        return self.widths[store]
+
+    def moves_there(self, routine: Routine, store: ex.Store, target: ex.Expression) -> bool:
+        """Whether a taught point holds a position of another control group, which is not the same in all points."""
+        if not isinstance(target, ex.Taught) or (store, True) not in routine.points.blocks:
+            return False
+        return not self.stands_still(store) and self.point(routine, store, target.number) is not None
+
+    def beside(
+        self, routine: Routine, s: Move, part: int, target: ex.Taught | ex.Variable
+    ) -> tuple[float, ...] | None:
+        """[mm or deg] where a track or a station stands in a taught point; told once how each is to be set up."""
+        point = self.point(routine, target.store, target.number) if isinstance(target, ex.Taught) else None
+        if point is None:
+            return None
+        world = self.work.world()
+        names = [group.mechanisms for group in routine.groups]
+        name = mechanism_name(names, part, target.store) or f"{KIND_PREFIX[target.store]}1"
+        if self.moved.setdefault(target.store, name) != name:
+            return None  # of two stations, which external axes are which is not told
+        at = world.mechanism(name)
+        robot = world.cell.robot(at)
+        if point.state.kind is PointKind.PULSE and (robot is None or not robot.knows_pulses):
+            self.work.ask(_NAME_PULSES, name)
+            self.work.lose(s, Fate.APPROXIMATED, "external", _PULSES)
+        first = sum(map(self.width, list(_STANDING)[: list(_STANDING).index(target.store)]))
+        row = world.cell.beside(at, point.state, point.values)
+        self.units[target.store] = world.cell.units(at, len(row))
+        units = [self.units.get(store, ("",) * self.width(store)) for store in _STANDING if self.width(store)]
+        self.work.external_units = tuple((f"E{n}", unit) for n, unit in enumerate(chain(*units), 1))
+        for number, _ in enumerate(row, first + 1):
+            self.work.ask(_SET_UP, f"{number} ({name})")
+        return row
+
     def point(self, routine: Routine, store: ex.Store, number: int) -> Point | None:
         """A taught point; all of a routine are taken out of their columns at once."""
         known = self.found.get((routine.name, store))
@@ -465,15 +584,20 @@ class Points:
                     known[at] = Point(at, tuple(values[row]), states[kinds[row]], lines[row])
         return known.get(number)
 
-    def taught(self, routine: Routine, store: ex.Store, number: int) -> ex.Named | None:
-        """The name of a taught point, None where the routine does not teach it or its place is not known."""
-        key = (routine.name, store, True, number)
+    def taught(
+        self, routine: Routine, store: ex.Store, number: int, beside: tuple[float, ...] = ()
+    ) -> ex.Named | None:
+        """The name of a taught point with `beside` as its external axes, None where the routine does not teach it or
+        its place is not known.
+        """
+        key = (routine.name, store, True, number, beside)
         name = self.names.get(key)
         if name is None:
             point = self.point(routine, store, number)
             literal = None if point is None else self.literal(routine, point, store)
             if point is None or literal is None:
                 return None
+            literal = replace(literal, external=beside) if beside else literal
             stem = _point_name(store, number)
             called = routine.points.names.get(number, "") if store is ex.Store.ROBOT else ""
             readable = re.search("[A-Za-z]", called)  # of other letters a name of any target keeps nothing

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -271,8 +271,12 @@ def externals(program: st.Program, work: TranslationContext) -> st.Program:
     says = work.limits.no_external_axes
     if not (says or work.limits.external_axes):
         says = "external axes: positions have none there"
-    if not says or not any(e.external for e in work.literals(program)):
+    if not any(e.external for e in work.literals(program)):
         return program
+    if not says:
+        # Of an axis that stands at zero in one position alone, the zero is where it goes.
+        count = _moving(_farthest(work.literals(program)))
+        return _everywhere(program, lambda e: _without(e, count))
     if work.limits.external_units:
         return _with_units(program, work)
     symbols = work.symbols(program)
@@ -290,18 +294,16 @@ def externals(program: st.Program, work: TranslationContext) -> st.Program:
 
 def _with_units(program: st.Program, work: TranslationContext) -> st.Program:
     """External axes with a unit: one whose values exceed a turn slides, any other turns, and the receipt asks."""
-    found = list(work.literals(program))
-    farthest = [0.0] * max(len(e.external) for e in found)
-    for e in found:
-        for at, value in enumerate(e.external):
-            farthest[at] = max(farthest[at], abs(value) if value == value else 0.0)
-    count = max((at for at, value in enumerate(farthest, 1) if value), default=0)
+    farthest = _farthest(work.literals(program))
+    count = _moving(farthest)
     most = work.limits.external_units
     if count > most:
         _refuse_beyond(program, most, work)
-        count = max((at for at, value in enumerate(farthest[:most], 1) if value), default=0)
+        count = _moving(farthest[:most])
     program = _everywhere(program, lambda e: _without(e, count))
     if not count:
+        return program
+    if work.external_units:  # the source tells them
         return program
     units = tuple((f"E{n}", "mm" if value > _TURN else "deg") for n, value in enumerate(farthest[:count], 1))
     work.external_units = units
@@ -314,6 +316,21 @@ def _with_units(program: st.Program, work: TranslationContext) -> st.Program:
             if any(_stands(e, symbols, routine.name) for e in _positions(s)):
                 work.lose(s, Fate.APPROXIMATED, "external", _UNITS_ARE_OPEN)
     return program
+
+
+def _farthest(found: Iterable[ex.PositionLiteral]) -> list[float]:
+    """[mm or deg] how far from zero each external axis is in any position."""
+    farthest: list[float] = []
+    for e in found:
+        farthest += [0.0] * (len(e.external) - len(farthest))
+        for at, value in enumerate(e.external):
+            farthest[at] = max(farthest[at], abs(value) if value == value else 0.0)
+    return farthest
+
+
+def _moving(farthest: Sequence[float]) -> int:
+    """How many external axes there are up to the last one that does not stand at zero in all positions."""
+    return max((at for at, value in enumerate(farthest, 1) if value), default=0)
 
 
 def _refuse_beyond(program: st.Program, most: int, work: TranslationContext) -> None:

@@ -641,9 +641,9 @@ def place(values: tuple[float, ...], exact: bool = True) -> str:
     return f"[{decimal(x, mm, exact)},{decimal(y, mm, exact)},{decimal(z, mm, exact)}]"
 
 
-def axes(external: tuple[float, ...], own: bool = True) -> str:
-    """External axes [mm or deg]; 9E9: not connected. Other languages write zeros for axes that they do not have."""
-    if not external or (not own and not any(external)):
+def axes(external: tuple[float, ...]) -> str:
+    """External axes [mm or deg]; 9E9: not connected."""
+    if not external:
         return NO_AXES
     texts = ["9E9" if math.isnan(value) else decimal(value) for value in external[:6]]
     return f"[{','.join(texts + ['9E9'] * (6 - len(texts)))}]"
@@ -655,7 +655,7 @@ def literal(it: ex.PositionLiteral, kind: str, own: bool) -> str:
         if len(it.values) > 6:
             raise CannotSayError("a position of more than six axes")
         values = [*it.values, *[0.0] * (6 - len(it.values))]
-        return f"[[{','.join(decimal(value, deg, own) for value in values)}],{axes(it.external, own)}]"
+        return f"[[{','.join(decimal(value, deg, own) for value in values)}],{axes(it.external)}]"
     values6 = it.values[:6]
     total = sum(values6)
     if total != total and any(map(math.isnan, values6)):
@@ -675,4 +675,4 @@ def literal(it: ex.PositionLiteral, kind: str, own: bool) -> str:
         return f'[FALSE,TRUE,"",[{pose}],[[0,0,0],[1,0,0,0]]]'
     found = native.get("confdata", "") or confdata(it.configuration, it.sectors)
     arm = f"[{found}]" if found else NO_CONFIGURATION
-    return f"[{pose},{arm},{axes(it.external, own)}]"
+    return f"[{pose},{arm},{axes(it.external)}]"

@@ -41,6 +41,7 @@ class Tp(Vendor):
         arm_flags=ArmFlags.COUNTED,
         frame_spelling={"tool": "UTOOL[{}]", "user": "UFRAME[{}]"},
         wrist_target_axes=True,
+        points_of_groups=True,
         records_in_statements=False,
         wait_limit_prefix="$",
         move_options=MoveOptions(

@@ -101,7 +101,9 @@ class TpPositionReader:
             places.append(start)
         _mark(kinds, lines, first)
 
-    def _pose_state(self, user: str, tool: str, flags: str, line: int, own: int = 0) -> int:
+    def _pose_state(
+        self, user: str, tool: str, flags: str, line: int, own: int = 0, units: tuple[str, ...] = ()
+    ) -> int:
         configuration = self._configuration(flags, line)
         fourth, sixth, fifth = (
             (*configuration[3:5], *configuration[6:], 0)[:3] if configuration else (0, 0, 0)
@@ -114,6 +116,7 @@ class TpPositionReader:
             configuration,
             sectors=sectors_of_turns(((3, fourth), (4, fifth), (5, sixth))),
             own=own,
+            units=units,
         )
         index = self._states.setdefault(state, len(self._states))
         if not own:
@@ -211,9 +214,11 @@ class TpPositionReader:
         user, tool = frames.get("UF", "0"), frames.get("UT", "1" if group == 1 else "0")
         extra = _external(values)
         own = max(_SIX, sum(name[0] == "J" for name in values)) if extra else 0
+        slides = {name for name, _, unit in found if unit == "mm"}
+        units = tuple("mm" if f"E{n}" in slides else "deg" for n in range(1, len(extra) + 1))
         if "X" in values or (flags is not None and "J1" not in values):
             names: tuple[str, ...] = _POSE_NAMES
-            state = self._pose_state(user, tool, flags[1] if flags else "N U T, 0, 0, 0", line, own)
+            state = self._pose_state(user, tool, flags[1] if flags else "N U T, 0, 0, 0", line, own, units)
         else:
             names = tuple(sorted(name for name in values if name[0] == "J"))
             joint = PointState(
@@ -222,6 +227,7 @@ class TpPositionReader:
                 None if user == "F" else int(user),
                 MODAL if tool == "F" else int(tool),
                 own=own,
+                units=units,
             )
             state = self._states.setdefault(joint, len(self._states))
         missing = [name for name in names if name not in values]
