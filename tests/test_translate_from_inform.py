@@ -695,3 +695,19 @@ def test_times_and_speeds_of_variables_are_converted_for_tp():
     assert re.search(r"R\[(\d+):\w+\]=R\[\d+:D0\]\*0.01 ;\s+\d+:\s+WAIT R\[\1:", lines)
     assert re.search(r"R\[(\d+):\w+\]=R\[\d+:I2\]\*0.1 ;\s+\d+:\s*L P\[2\] R\[\1:\w+\]mm/sec", lines)
     assert not [one for one in objections(text, "inform", "tp") if one[0] == "difference"]
+
+
+def test_a_move_without_a_speed_takes_the_variable_of_the_move_before() -> None:
+    points = ["///TOOL 0", "///POSTYPE BASE", "///RECTAN"]
+    points += [f"C0000{n}=900.000,{n}0.000,500.000,180.0000,0.0000,0.0000" for n in range(3)]
+    text = inform(
+        "MOVL C00000 V=R001 PL=2", "SET R001 75", "MOVL C00001", "MOVL C00002 V=90.0", points=points
+    )
+    rows = [
+        row.split(":", 1)[1].strip(" ;")
+        for row in translated(text, "inform", "tp").split("\r\n")
+        if ":" in row
+    ]
+    held = next(row.split("=")[0] for row in rows if "=R[1:R1]" in row)
+    assert rows.index(f"{held}=R[1:R1]") < rows.index("R[1:R1]=75")
+    assert any(row.startswith(f"L P[2] {held}mm/sec") for row in rows)

@@ -425,16 +425,21 @@ class _Modal:
         says = f"it needs the {which} that '{setting}' sets in a way that the target cannot"
         self.work.lose(s, Fate.REFUSED, "statement", says)
 
-    def kept(self, s: st.Statement) -> list[st.Statement]:
-        """What a modal statement becomes: assignments to the variables that need it, and its comment."""
+    def noted(self, s: st.Statement) -> list[st.Statement]:
+        """Assignments to the variables that hold what a statement sets, where a later one needs them."""
         rows: list[st.Statement] = []
-        for key, value in _settings(s).items() if self.assigned else ():
+        for key, value in self._given(s).items() if self.assigned else ():
             wanted = self.assigned.get(self.numbers.get((id(s), key), UNSET))
             if wanted is not None:
                 if key in self.by_number:
                     value = self._number_of(key, value)
                     self._tell_number(s, key, value)
                 rows.append(st.Assign(s.line, wanted[1], _counted(value, key)))
+        return rows
+
+    def kept(self, s: st.Statement) -> list[st.Statement]:
+        """What a modal statement becomes: assignments to the variables that need it, and its comment."""
+        rows = self.noted(s)
         comment = getattr(s, "comment", "")
         if isinstance(s, st.SetOverride) and self.work.limits.has_override:
             if (
@@ -608,7 +613,7 @@ def modal(program: st.Program, work: TranslationContext) -> st.Program:
             if type(original) in _MODAL_KINDS:
                 rows += own.kept(original)
             else:
-                rows.append(s)
+                rows += (*(own.noted(original) if type(original) is st.Move else ()), s)
         if own.begins and (routine.starts or routine.name == (program.main or program.routines[0].name)):
             rows = behind_declarations(tuple(rows), own.begins)
         routines.append(replace(routine, body=tuple(rows)))
