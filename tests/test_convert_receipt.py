@@ -165,7 +165,11 @@ def test_a_shift_that_ends_where_none_is_on_changes_nothing(tmp_path, capsys):
             "tp",
             ["tools 1-2 and frames 1-2: this one sets them", "wired as in the source"],
         ),
-        ("inform/welding/WELD-MAIN.JBI", "krl", ["rewrite what is only a comment now", "HOME.JBI:18"]),
+        (
+            "inform/welding/WELD-MAIN.JBI",
+            "krl",
+            ["rewrite what is only a comment now", "TRACK-VAR.JBI:32-39"],
+        ),
     ],
 )
 def test_what_is_to_be_done_before_it_runs_is_one_short_list(tmp_path, capsys, source, target, asked):

@@ -6,6 +6,7 @@ that slides and degrees of one that turns; the arm's own axes stay what the puls
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -196,7 +197,7 @@ def test_a_move_of_the_arm_alone_says_nothing_of_the_others() -> None:
     rows = ["MOVJ C00000 BC00000 VJ=25.00 PL=0 +MOVJ EC00000 VJ=25.00", "MOVJ C00001 VJ=25.00 PL=0"]
     losses = converted(job(*rows), "inform", "rapid").translated.losses
     assert [loss.says for loss in losses if loss.part == "external" and "nothing" in loss.says] == [
-        "the move says nothing of the external axes that others move"
+        "the move says nothing of external axes that others move"
     ]
 
 
@@ -229,3 +230,21 @@ def test_an_external_axis_that_comes_back_to_zero_is_written_as_zero() -> None:
     assert compare_plans(run(program, ROBOT), other).differences == []
     assert [row[0] for row in other.beside.values()] == [20.5, 0.0]
     assert len(run(program, ROBOT).beside) == 2
+
+
+def test_a_job_with_a_station_that_never_moves_has_a_plan_without_external_axes() -> None:
+    assert run(read(job("TIMER T=0.50"), "inform"), ROBOT).beside == {}
+
+
+@TARGETS
+def test_moves_of_a_station_alone_beside_others_keep_their_axes_apart(target: str) -> None:
+    rows = [
+        "MOVJ C00000 BC00000 VJ=25.00 PL=0 +MOVJ EC00000 VJ=25.00",
+        "MOVJ C00001 VJ=25.00 PL=0 +MOVJ EC00001 VJ=5.00",
+    ]
+    rows += ["MOVJ C00002 BC00002 VJ=25.00 PL=0 +MOVJ EC00002 VJ=25.00"]
+    program = read(job(*rows), "inform")
+    made = converted(job(*rows), "inform", target)
+    source = run(program, ROBOT)
+    assert [math.isnan(row[0]) for row in source.beside.values()] == [False, True, False]
+    assert compare_plans(source, run_converted(made, target, ROBOT, program)).differences == []

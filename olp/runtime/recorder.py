@@ -11,6 +11,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -545,29 +546,40 @@ class Recorder:
         self.assumptions.setdefault((path, line, says), Assumption(line, says, path))
 
     def _beside(self) -> dict[int, tuple[float, ...]]:
-        """First row of each move -> where its external axes stand [mm or deg]: tracks, then stations, as written."""
+        """First row of each move -> where external axes stand [mm or deg]: tracks, then stations; nan where it is not
+        said.
+        """
         mechanisms = self.cell.mechanisms
         carry = any(state.units for _, state in self._batches)
         if not self.further and not carry and all(m.is_robot for m in mechanisms):
             return {}
         firsts = [row for row, kind in zip(self._row, self._kind, strict=True) if kind == StepKind.MOVE]
-        found: dict[int, tuple[float, ...]] = {}
-        for first, after in zip(firsts, [*firsts[1:], len(self._moves)], strict=True):
-            values: list[float] = []
-            rows = [(mechanisms[move[2]].name, move[2], move[1]) for move in self._moves[first:after]]
-            for _, mechanism, target in sorted(rows):
-                if target in self.further:
-                    values += self.further[target]
-                    continue
-                state, written = self.written(target)
-                if not mechanisms[mechanism].is_robot:
-                    values += self.cell.beside(mechanism, state, written)
-                elif state.units:
-                    further = zip(written[state.own :], state.units, strict=False)
-                    values += [v / (mm if unit == "mm" else deg) for v, unit in further]
-            if values:
-                found[first] = tuple(values)
-        return found
+        found: dict[int, dict[int, tuple[float, ...]]] = {}
+        for first, after in pairwise([*firsts, len(self._moves)]):
+            for move in self._moves[first:after]:
+                values = self._beside_at(move[2], move[1])
+                if values:
+                    found.setdefault(first, {})[move[2]] = values
+        widths: dict[int, int] = {}
+        for row in found.values():
+            for mechanism, values in row.items():
+                widths[mechanism] = max(widths.get(mechanism, 0), len(values))
+        order = sorted(widths, key=lambda mechanism: mechanisms[mechanism].name)
+        nowhere = {mechanism: (math.nan,) * width for mechanism, width in widths.items()}
+        return {
+            first: tuple(chain(*((row.get(at, ()) + nowhere[at])[: widths[at]] for at in order)))
+            for first, row in found.items()
+        }
+
+    def _beside_at(self, mechanism: int, target: int) -> tuple[float, ...]:
+        """[mm or deg] where a track or a station, or the external axes of an arm's position, stand at its target."""
+        if target in self.further:
+            return self.further[target]
+        state, written = self.written(target)
+        if not self.cell.mechanisms[mechanism].is_robot:
+            return self.cell.beside(mechanism, state, written)
+        further = zip(written[state.own :], state.units, strict=False)
+        return tuple(v / (mm if unit == "mm" else deg) for v, unit in further)
 
     def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
         """The plan of everything executed."""

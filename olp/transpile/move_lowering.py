@@ -355,7 +355,7 @@ _NAME_PULSES: Final = (
 _PULSES: Final = f"{ASSUMED_PULSES:,.0f} pulses per mm or degree are assumed for an external axis"
 _OTHERS: Final = (*_STANDING, ex.Store.SYSTEM)  # groups of a point that are not the arm
 _OTHER_GROUPS: Final = "the other control groups of the point move, too, and are left out"
-_SAYS_NOTHING: Final = "the move says nothing of the external axes that others move"
+_SAYS_NOTHING: Final = "the move says nothing of external axes that others move"
 _CARRIED: Final = "the path and the speed are those over the arm's own base, which the track carries"
 
 
@@ -391,6 +391,8 @@ def _beside(points: Points, routine: Routine, s: Move, value: Value) -> tuple[fl
         points.work.lose(s, Fate.APPROXIMATED, PROCESS, _SECOND_ARM)
     if ex.Store.BASE in moving and s.path is not Path.JOINT:
         points.work.lose(s, Fate.APPROXIMATED, "external", _CARRIED)
+    if any(points.width(store) for store in _STANDING if store not in moving):
+        points.work.lose(s, Fate.APPROXIMATED, "external", _SAYS_NOTHING)
     if not moving:
         return ()
     rows = (moving.get(store, (math.nan,) * points.width(store)) for store in _STANDING)
