@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.joint_moves import case, write
-from olp.identification.diagnosis.diagnose import _nulls, _says
+from olp.identification.diagnosis.diagnose import _nulls, _says, diagnose_recording
 from olp.identification.diagnosis.evidence import CUT, clipped_cut, confirmed, cut, gain_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
@@ -178,6 +178,23 @@ def test_a_heavy_forearm_is_no_pair_of_masses_at_its_ends(tmp_path):
     forms = best_forms("reach-inertia", of_an_arm(tmp_path, law, scatter=0.0001))
     left = {key: found.scale for key, found in forms.items()}
     assert left.pop("three bodies") < 0.0004 < 0.5 * min(left.values())
+
+
+def test_a_cause_that_no_term_describes_and_one_axis_has_is_not_called_by_what_half_of_it_looks_like(
+    tmp_path,
+):
+    """Gears of one axis have play: a move is later where the axis turns back."""
+    of_an_arm(tmp_path, lambda q, slow, load: (np.full(len(q), slow.min()),) * 2)
+    head, *rows = [line.split(",") for line in (tmp_path / "moves.csv").read_text().splitlines()]
+    turns = np.sign(
+        [float(row[head.index("q2_end_deg")]) - float(row[head.index("q2_start_deg")]) for row in rows]
+    )
+    back = turns != np.append(turns[0], turns[:-1])
+    for row, late in zip(rows, 0.04 * back, strict=True):
+        row[head.index("duration_s")] = str(float(row[head.index("duration_s")]) + late)
+    (tmp_path / "moves.csv").write_text("\n".join(map(",".join, [head, *rows])) + "\n")
+    found = diagnose_recording(read_recording(tmp_path)).diagnosis
+    assert (found.verdict, found.findings) == ("unexplained", ())
 
 
 @pytest.mark.parametrize("helped", [True, False])

@@ -402,6 +402,7 @@ def _phases(case: MeasuredMoves, model: DurationModel, late: NDArray[np.bool_]) 
 AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
+_HALVED = 4.0  # times the mean square beyond the noise: an explanation takes away half of the error, at least
 _LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
 _ROUGH, _DIGITS = (
     0.03,
@@ -442,10 +443,10 @@ def verdict_of(named: NamingResult) -> str:
 
 
 def _misled(named: NamingResult) -> bool:
-    """Whether all names together take away less of the unseen moves' error than they leave beyond the noise."""
+    """Whether all names together leave more than half of the unseen moves' error beyond the noise."""
     unseen, sigma = named.clean.measured - named.selection.predicted, floor_of(named).value
     return bool(named.fit.model.parts) and (
-        evidence.clipped_cut(named.clean.residual, unseen, sigma) < evidence.CUT
+        evidence.clipped_cut(named.clean.residual, unseen, sigma) < _HALVED
     )
 
 
