@@ -195,6 +195,7 @@ def test_a_cause_that_no_term_describes_and_one_axis_has_is_not_called_by_what_h
     (tmp_path / "moves.csv").write_text("\n".join(map(",".join, [head, *rows])) + "\n")
     found = diagnose_recording(read_recording(tmp_path)).diagnosis
     assert (found.verdict, found.findings) == ("unexplained", ())
+    assert [c.column for c in found.remainder.correlates if "axis" in c.column] == ["axis 2 turning back"]
 
 
 @pytest.mark.parametrize("helped", [True, False])

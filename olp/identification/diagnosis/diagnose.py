@@ -17,7 +17,7 @@ from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.naming import NamingResult, instead, name, nameless
-from olp.identification.diagnosis.residuals import LEVEL
+from olp.identification.diagnosis.residuals import LEVEL, of_axes
 from olp.identification.diagnosis.result import (
     Alternative,
     Diagnosis,
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_MORE_LEFT = ("unexplained", "partly-explained")
 _NEAREST = 3  # terms that an experiment tells apart where none holds
 _SCALES = {"speed-scale": "scale", "clock": "rate"}  # terms that make all times longer, and their number
 _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
@@ -133,6 +134,8 @@ def _answer(
     floor = math.hypot(sigma, math.sqrt(tails))
     beside = _beside_the_judged(recording, case, floor) if verdict == "no-mismatch" else ()
     verdict = "unexplained" if beside else verdict
+    axes = of_axes(left_over(named), named.clean) if verdict in _MORE_LEFT else ()
+    hints = tuple(sorted((*named.remains.correlates, *axes), key=lambda hint: hint.p_value))
     notes = (*beside, *notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
@@ -151,7 +154,7 @@ def _answer(
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
         next_experiment=_experiment(told, named, case, sigma, recording),
-        remainder=Remainder(rms(case.measured - predicted), named.remains.correlates),
+        remainder=Remainder(rms(case.measured - predicted), hints),
         before=errors_of(case.residual, case.measured),
         heldout_before=errors_of(case.residual, case.measured),
         heldout_after=errors_of(unseen, named.clean.measured if told.findings else case.measured),

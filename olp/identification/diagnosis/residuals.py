@@ -23,6 +23,7 @@ LEVEL = 0.01
 _FEWEST = 8
 _LAGS = 5
 _GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
+_TURNS = 1e-4  # [rad | m] less is no turn of an axis
 _MUTUAL = 1.3  # times: the error of a correlation between nearest neighbours, some of which are each other's
 
 
@@ -56,6 +57,42 @@ def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels])
     if any(c.column == "speed_mm_s" for c in kept):
         kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
     return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)))
+
+
+def of_axes(residual: Floats, case: MeasuredMoves) -> tuple[Correlate, ...]:
+    """Where residuals (n,) [s] go together with how one axis turns: of each such axis what is surest, the surest first.
+
+    It tells the place of what no term explains, and decides nothing.
+    """
+    rates = case.rates
+    if rates is None:
+        return ()
+    known = rates.known & case.moving
+    turns = rates.path.mean(axis=1) * case.base.way[:, None]
+    ways = np.where(np.abs(turns) > _TURNS, np.sign(turns), 0.0)
+    rows = np.arange(len(case))[:, None]
+    latest = np.maximum.accumulate(
+        np.where(ways != 0, rows, 0), axis=0
+    )  # the last turn so far, also behind waits
+    before = np.take_along_axis(ways, np.concatenate([latest[:1], latest[:-1]]), axis=0)
+    back = (ways * before < 0).astype(float)
+    found = list[list[Correlate]]()
+    for k, axis in enumerate(rates.names):
+        told = {
+            f"how far {axis} turns": np.abs(turns),
+            f"which way {axis} turns": ways,
+            f"{axis} turning back": back,
+        }
+        looks = []
+        for name, values in told.items():
+            column = values[known, k]
+            if len(column) >= _FEWEST and np.ptp(column) > 0:
+                rho = rank_correlation(residual[known], column)
+                looks.append(Correlate(name, rho, _two_sided(rho * math.sqrt(len(column) - 1))))
+        found.append(sorted(looks, key=lambda look: look.p_value))
+    count = sum(map(len, found))
+    sure = [looks[0] for looks in found if looks and looks[0].p_value * count <= LEVEL]
+    return tuple(sorted(sure, key=lambda look: look.p_value))
 
 
 def _by_order(residual: Floats) -> list[Correlate]:
