@@ -16,6 +16,7 @@ from translated_texts import (
     translated,
 )
 
+from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.transpile.convert import run_converted
 
@@ -366,3 +367,28 @@ def test_a_displacement_holds_in_the_routines_that_are_called_within_it(target):
     routine = ("PROC go()", f"MoveL {place},v100,fine,tool0;", "ENDPROC")
     text = module("PDispSet [[10,0,0],[1,0,0,0]];", "go;", "PDispOff;", "go;", data=routine)
     assert_places(run_elsewhere(text, "rapid", target), (910.0, 0.0, 500.0), (900.0, 0.0, 500.0))
+
+
+# --- position variables, which INFORM gives a frame and a tool ----------------------------------------------
+
+POSES = ("{X 900,Y 0,Z 500,A 0,B 0,C 180}", "{X 900,Y 100,Z 500,A 0,B 0,C 180}")
+COPIES = (
+    ("g[1]=p", "PTP p", "LIN g[1]"),
+    (f"g[1]={POSES[1]}", "g[2]=g[1]", "PTP g[1]", "LIN g[2]"),
+    ("PTP p", "q=p", "$TOOL=TOOL_DATA[2]", "LIN q"),
+    ("PTP p", "$TOOL=TOOL_DATA[2]", "$BASE=BASE_DATA[2]", "g[2]=p", "g[2].Y=50", "LIN g[2]"),
+    (f"g[1]={POSES[1]}", "PTP g[1]", "$BASE=BASE_DATA[2]", "LIN g[1]"),
+)
+
+
+@pytest.mark.parametrize("rows", COPIES)
+def test_a_copied_position_is_meant_with_the_tool_and_the_frame_of_the_move_to_it(rows, tmp_path, capfd):
+    """KRL's positions have neither, INFORM's have both: SET P002 P001 copies those, too."""
+    head = ("DECL E6POS p, q", "DECL E6POS g[3]", "BAS(#VEL_PTP,20)", "$VEL.CP=0.3")
+    head += ("$TOOL=TOOL_DATA[1]", "$BASE=BASE_DATA[1]", f"p={POSES[0]}", "p.Z=p.Z+1")
+    job = tmp_path / "part.src"
+    job.write_text(krl(*head, *rows), newline="")
+    command = ["convert", str(job), "--to", "inform", "-o", str(tmp_path / "there")]
+    status = main([*command, "--robot", "yaskawa/gp25"])
+    told = capfd.readouterr().out  # with other values of the tools and frames the runs agree, too
+    assert (status, "all exact" in told, "no further differences" in told) == (0, True, True), told

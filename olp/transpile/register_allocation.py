@@ -50,7 +50,6 @@ class PositionNumbers:
     places: dict[str, Place] = field(
         default_factory=dict
     )  # of position variables: where moves take them to be
-    shared: set[str] = field(default_factory=set)  # position variables that are used in several places
     initial: dict[int, tuple[ex.PositionLiteral, Place]] = field(default_factory=dict)
     routine_name: str = ""
     before: list[st.Statement] | None = None  # what runs before the statement under way, where anything can
@@ -268,15 +267,20 @@ class PositionNumbers:
                     for target in (*s.targets, *(() if s.via is None else (s.via,))):
                         self._note(target, place)
         set_to = [
-            (s.target.name, _leading(s.value))
+            (target_name, _leading(s.value))
             for s in program.statements()
-            if type(s) is st.Assign and isinstance(s.target, ex.Named)
+            if type(s) is st.Assign
+            for target_name in _leading(s.target)
         ]
         for _ in range(4):
             for target_name, names in set_to:
                 if target_name in self.places:
                     for name in names:
                         self.places.setdefault(name, self.places[target_name])
+
+    def _place(self, e: ex.Expression, otherwise: Place) -> Place:
+        """The frame and the tool of a position variable, or of the array whose element it is, where moves use it."""
+        return next((self.places[name] for name in _leading(e) if name in self.places), otherwise)
 
     def _is_fixed(self, target: ex.Expression) -> bool:
         """Whether a name's value is known and nothing changes it; a register without one is others' to set."""
@@ -289,8 +293,7 @@ class PositionNumbers:
         for name in _leading(target):
             if self.symbols.find("", name) is None or (self._is_fixed(ex.Named(name)) and not computed):
                 continue
-            if self.places.setdefault(name, place) != place:
-                self.shared.add(name)
+            self.places.setdefault(name, place)
 
     def constant(self, literal: ex.PositionLiteral, place: Place, name: str = "") -> ex.Variable:
         """A position variable that has this value when the program is loaded."""
@@ -348,12 +351,7 @@ class PositionNumbers:
             return read
         if not isinstance(e, ex.Function):
             variable: ex.Expression = mapped(e, self._change)
-            if (
-                self.registers.steps
-                and isinstance(e, ex.Named)
-                and e.name in self.shared
-                and self.places.get(e.name) != place
-            ):
+            if self.registers.steps and self._place(e, place) != place:
                 return self._placed(variable, place, before, line)
             return variable
         if not self.registers.steps:
@@ -371,8 +369,10 @@ class PositionNumbers:
     def _computed(self, e: ex.Function, place: Place, before: list[st.Statement], line: int) -> ex.Expression:
         """Position functions one by one, offsets element by element in 0.001 mm."""
         result = self._own()
-        start = self.position(e.arguments[0], place, before, line)
-        if self._fixed(e.arguments[0]) is None and not isinstance(e.arguments[0], ex.Function):
+        first = e.arguments[0]
+        start = self.position(first, place, before, line)
+        as_it_is = self._fixed(first) is None and self._place(first, place) == place
+        if as_it_is and not isinstance(first, ex.Function):
             start = self._placed(start, place, before, line)
         if e.name == "pose-offset":
             before.append(st.Assign(line, result, start))
@@ -641,7 +641,8 @@ class _Numbers(PositionNumbers):
     def _assign(self, s: st.Assign, before: list[st.Statement]) -> list[st.Statement]:
         kind = kind_of_value(self.symbols, "", s.value)
         if kind in ("position", "joints", "tool", "frame"):
-            place = self.places.get(s.target.name, (0, None)) if isinstance(s.target, ex.Named) else (0, None)
+            # A copy has the frame and the tool of what it is used with; where no move uses it, those of its value.
+            place = self._place(s.target, self._place(s.value, (0, None)))
             value = self.position(s.value, place, before, s.line)
             return [replace(s, target=mapped(s.target, self._change), value=value)]
         if self.registers.elements and isinstance(s.target, ex.Member):
