@@ -1023,3 +1023,19 @@ def test_at_one_line_of_steep_moves_times_that_differ_are_waits_and_a_law_is_non
     if waits:
         assert found.verdict == "explained"
         assert set(terms["external-wait"].moves) >= set((np.flatnonzero(late > 0.05) + 1).tolist())
+
+
+def test_a_short_wait_in_a_move_that_a_term_changes_much_is_no_error_of_that_term(tmp_path):
+    """The arm waits at one line of the job, once for less than the weaker drives cost in that move."""
+    _, _, way, speed = program(5)
+    weaker = travel(way, speed, 0.5 * ACCELERATION)
+    real = weaker + np.random.default_rng(5).normal(0.0, 0.001, COUNT)
+    waits = np.arange(3, COUNT, 8)
+    real[waits] += np.random.default_rng(6).uniform(0.15, 0.6, len(waits))
+    most = waits[np.argmax((weaker - travel(way, speed, ACCELERATION))[waits])]
+    real[most] = weaker[most] + 0.05
+    lines = {"job": ["J"] * COUNT, "line": list(np.arange(COUNT) % 8 + 1)}
+    found = diagnose_recording(record(tmp_path / "r", real, 5, lines, toml="")).diagnosis
+    assert {f.term for f in found.findings} == {"acceleration", "external-wait"}
+    assert found.verdict == "explained"
+    assert found.heldout_after.rmse < 0.0015

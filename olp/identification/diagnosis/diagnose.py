@@ -143,7 +143,9 @@ def _answer(
         predicted = np.where(named.waiting, case.measured, predicted)
     findings = _together(told.findings, log)
     notes = (*notes, *_fallen(fallen, findings))
-    unseen = _unseen(named) if told.findings else case.residual
+    unseen, judged = case.residual, case.measured
+    if told.findings:
+        unseen, judged = _unseen(named), named.clean.measured[_in_time(named)]
     diagnosis = Diagnosis(
         verdict=verdict if log is None else joined(verdict, log.verdict, bool(findings)),
         moves=len(case),
@@ -157,7 +159,7 @@ def _answer(
         remainder=Remainder(rms(case.measured - predicted), hints),
         before=errors_of(case.residual, case.measured),
         heldout_before=errors_of(case.residual, case.measured),
-        heldout_after=errors_of(unseen, named.clean.measured if told.findings else case.measured),
+        heldout_after=errors_of(unseen, judged),
         placebo=evidence.placebo(named.fit, named.clean, named.shelf),
         notes=(*notes, *_held_back(named), *_untold(case), *(log.notes if log is not None else ())),
         unpaired=_unpaired(log),
@@ -167,9 +169,14 @@ def _answer(
 
 
 def _unseen(named: NamingResult) -> Floats:
-    """(n,) [s] of the moves that are not late, by names that were found and fitted without them."""
+    """(m,) [s] of the moves that do not wait, by names that were found and fitted without them."""
     predicted = named.selection.predicted if named.fit.model.parts else named.clean.simulated
-    return np.asarray(named.clean.measured - predicted)
+    return np.asarray((named.clean.measured - predicted)[_in_time(named)])
+
+
+def _in_time(named: NamingResult) -> NDArray[np.bool_]:
+    """Of the moves that were fitted, those that do not wait: some wait for less than the terms may be off by."""
+    return np.asarray(~named.waiting[~named.late])
 
 
 def _beside_the_judged(recording: Recording, case: MeasuredMoves, floor: float) -> tuple[str, ...]:
@@ -429,13 +436,13 @@ def verdict_of(named: NamingResult) -> str:
     if len(named.late) < _FEWEST:
         return "not-judged"
     sigma, tails = floor_of(named).value, _tails(named)
-    off = left_over(named)
+    off = left_over(named)[_in_time(named)]
     left, raw = _beside(off, tails), rms(named.clean.residual)
     pattern = named.remains.structured and beyond_digits(off, named.clean, named.noise.order)
     if not named.fit.model.parts and not named.late.any():
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
-    unseen = named.clean.measured - named.selection.predicted  # by the whole search, without these moves
+    unseen = (named.clean.measured - named.selection.predicted)[_in_time(named)]  # by the whole search
     if _misled(named):
         return "unexplained"
     if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
@@ -810,7 +817,7 @@ def _waiting(named: NamingResult, case: MeasuredMoves) -> Finding | None:
     mean = float(waits.mean())
     gain = float(np.sum((waits / sigma) ** 2)) - 2.0 * count * math.log(len(case))
     unseen = _unseen(named)
-    off = np.concatenate([unseen, (case.measured - named.fit.model.seconds(case))[named.late]])
+    off = np.concatenate([unseen, (case.measured - named.fit.model.seconds(case))[late]])
     return Finding(
         "external-wait",
         says,
