@@ -392,3 +392,17 @@ def test_a_copied_position_is_meant_with_the_tool_and_the_frame_of_the_move_to_i
     status = main([*command, "--robot", "yaskawa/gp25"])
     told = capfd.readouterr().out  # with other values of the tools and frames the runs agree, too
     assert (status, "all exact" in told, "no further differences" in told) == (0, True, True), told
+
+
+@pytest.mark.parametrize(("storage", "begins_anew"), [("VAR", True), ("PERS", False)])
+def test_a_position_that_its_program_changes_begins_anew_where_the_source_s_does(storage, begins_anew):
+    """What stands below //POS is loaded with the job, once: a second start finds what the first one left."""
+    point = f"{storage} robtarget q:=[[900,0,500],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    text = module("q.trans.x:=q.trans.x-10;", "MoveL q,v100,fine,tool0;", data=[point])
+    made = translated(text, "rapid", "inform")
+    changed = re.search(r"SETE (P\d+) \(1\)", made)[1]
+    first = re.search(rf"SET {changed} (P\d+)", made)
+    assert (first is not None) == begins_anew
+    held = first[1] if first else changed
+    assert f"P00{held[1:]}=900.000,0.000,500.000," in made
+    assert_places(run_elsewhere(text, "rapid", "inform"), (890.0, 0.0, 500.0))

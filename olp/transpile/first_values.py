@@ -127,7 +127,7 @@ _PLACED_DATA: Final = ("tool", "frame")
 
 def lasting(program: st.Program, work: TranslationContext) -> st.Program:
     """Variables whose last value the next run reads: persistent, or told where the target has no such data."""
-    given = {d.name for d in program.data if _lasts(d, work)}
+    given = {d.name for d in program.data if lasts(d, work)}
     parts = {name: found for name, found in _changed_parts(program).items() if name in given}
     if not parts:
         return program
@@ -140,7 +140,8 @@ def lasting(program: st.Program, work: TranslationContext) -> st.Program:
     return program
 
 
-def _lasts(d: st.Declare, work: TranslationContext) -> bool:
+def lasts(d: st.Declare, work: TranslationContext) -> bool:
+    """Whether a variable still has its last value when the program starts again."""
     known = d.value is not None and d.type not in _PLACED_DATA
     return known and (d.storage == "persistent" or (work.conventions.data_last and d.storage == "variable"))
 

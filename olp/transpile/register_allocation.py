@@ -21,6 +21,7 @@ from olp.languages.limits import Registers
 from olp.languages.vendor import language_of
 from olp.transpile.arrays import largest_indices, sizes_of
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.first_values import lasts
 from olp.transpile.reaching_definitions import ENTRY, Key, reaching
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
@@ -693,7 +694,8 @@ class _Numbers(PositionNumbers):
                 )
             if declare.value is None or declare.name in self.work.registers or symbol is None:
                 continue
-            begun = self._begins(declare.name, self.variable(ex.Named(declare.name)), declare.value)
+            again = bool(symbol.assigned) and not lasts(declare, self.work)
+            begun = self._begins(declare.name, self.variable(ex.Named(declare.name)), declare.value, again)
             rows += [replace(s, line=declare.line) for s in begun]
         return [*comments, *rows]
 
@@ -702,9 +704,13 @@ class _Numbers(PositionNumbers):
         names = [one for one, owner in self.owners.items() if owner == routine.name and one in self.numbers]
         return [st.Comment(0, f"{self.work.names[('variable', one)]} {one}") for one in names]
 
-    def _begins(self, name: str, target: ex.Variable, value: ex.Expression) -> list[st.Statement]:
-        """What gives a variable, or the elements of an array, the value that it begins with."""
+    def _begins(
+        self, name: str, target: ex.Variable, value: ex.Expression, again: bool
+    ) -> list[st.Statement]:
+        """What gives a variable, or the elements of an array, its first value, `again` at each start of the program."""
         match value:
+            case ex.PositionLiteral() if self.registers.steps and again:
+                return [st.Assign(0, target, self.constant(value, self.places.get(name, (0, None))))]
             case ex.PositionLiteral() if self.registers.steps:
                 assert isinstance(target.index, ex.Number)
                 self.initial[int(target.index.value)] = (value, self.places.get(name, (0, None)))
@@ -718,7 +724,9 @@ class _Numbers(PositionNumbers):
                 first = int(target.index.value)
                 rows: list[st.Statement] = []
                 for at, (_, one) in enumerate(members):
-                    rows += self._begins(name, replace(target, index=ex.Number(first + at), name=""), one)
+                    rows += self._begins(
+                        name, replace(target, index=ex.Number(first + at), name=""), one, again
+                    )
                 return rows
         return []
 
