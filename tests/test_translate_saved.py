@@ -126,3 +126,33 @@ def test_a_persistent_variable_of_rapid_begins_anew_in_tp_and_is_told() -> None:
         if "keeps its last" in loss.says
     ]
     assert [says.split()[0] for says in told] == ["n"]
+
+
+SHIFTED = (
+    'PERS wobjdata w1:=[FALSE,TRUE,"",[[100,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];',
+    "PERS robtarget q{2}:=[[[400,0,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],"
+    "[[400,0,320],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]];",
+    "PERS robtarget p:=[[400,0,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+)
+
+
+@pytest.mark.parametrize(
+    ("target", "rows", "names"),
+    [
+        ("tp", ("MoveL p,v100,fine,tool0\\WObj:=w1;", "w1.uframe.trans.z:=w1.uframe.trans.z+25;"), ["w1"]),
+        ("urscript", ("MoveL p,v100,fine,tool0\\WObj:=w1;", "w1.uframe.trans.z:=w1.uframe.trans.z+25;"), ["w1"]),
+        ("krl", ("MoveL p,v100,fine,tool0\\WObj:=w1;", "w1.uframe.trans.z:=w1.uframe.trans.z+25;"), []),
+        ("tp", ("MoveL p,v100,fine,tool0;", "p.trans.z:=p.trans.z-10;"), ["p"]),
+        ("inform", ("MoveL p,v100,fine,tool0;", "p.trans.z:=p.trans.z-10;"), []),
+        ("inform", ("MoveL q{1},v100,fine,tool0;", "q{1}:=Offs(q{1},0,0,-10);"), []),
+    ],
+)  # fmt: skip
+def test_what_begins_anew_elsewhere_is_told_of_tools_frames_and_positions_too(target, rows, names) -> None:
+    """P variables of INFORM hold what the last run left in them; a register is set at each start."""
+    text = module(*rows, data=SHIFTED)
+    told = [
+        loss.says
+        for loss in converted(text, "rapid", target).translated.losses
+        if "keeps its last" in loss.says
+    ]
+    assert [says.split()[0] for says in told] == names

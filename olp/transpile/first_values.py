@@ -117,7 +117,8 @@ def _computed(operator: str, left: float, right: float) -> ex.Number | None:
 
 
 # --- Values that last ---
-# What a data list of KRL or a PERS of RAPID holds lives on when the program ends: a counter goes on where it stood.
+# What a data list of KRL or a PERS of RAPID holds lives on when the program ends: a counter goes on where it stood, a
+# tool or frame that the program shifts is shifted once more. Languages with such data keep tools and frames anyway.
 
 _LASTS: Final = (
     "{} keeps its last value when the program starts again; there it begins with its first one each time"
@@ -135,14 +136,29 @@ def lasting(program: st.Program, work: TranslationContext) -> st.Program:
     if work.limits.keeps_data:
         data = (replace(d, storage="persistent") if d.name in read else d for d in program.data)
         return replace(program, data=tuple(data))
+    taught = _taught_places(program, work)
     for name, s in read.items():
-        work.lose(s, Fate.APPROXIMATED, "value", _LASTS.format(name))
+        if name not in taught:
+            work.lose(s, Fate.APPROXIMATED, "value", _LASTS.format(name))
     return program
+
+
+def _taught_places(program: st.Program, work: TranslationContext) -> set[str]:
+    """Positions whose values lie beside the target's program, where they live on as well."""
+    if work.limits.registers is None or not work.limits.registers.steps:
+        return set()
+    return {d.name for d in program.data if _is_of_places(d.value)}
+
+
+def _is_of_places(value: ex.Expression | None) -> bool:
+    if isinstance(value, ex.RecordLiteral):
+        return all(not name and isinstance(one, ex.PositionLiteral) for name, one in value.members)
+    return isinstance(value, ex.PositionLiteral)
 
 
 def lasts(d: st.Declare, work: TranslationContext) -> bool:
     """Whether a variable still has its last value when the program starts again."""
-    known = d.value is not None and d.type not in _PLACED_DATA
+    known = d.value is not None and (d.type not in _PLACED_DATA or not work.limits.keeps_data)
     return known and (d.storage == "persistent" or (work.conventions.data_last and d.storage == "variable"))
 
 
