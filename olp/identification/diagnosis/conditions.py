@@ -14,7 +14,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, evaluate, fit
+from olp.identification.diagnosis.fitting import (
+    FREEDOM,
+    ROUNDED,
+    ModelFit,
+    Noise,
+    as_large,
+    evaluate,
+    fit,
+    largest,
+    ranks,
+)
 from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import (
     FEATURES,
@@ -45,9 +55,14 @@ class _Said(NamedTuple):
     masks: Floats  # (n, s) 1 where a statement holds
     fair: Mask  # (s, s) pairs that hold in enough moves, and not in enough
 
-    def best(self, better: Floats, beyond: float = -math.inf) -> tuple[float, Condition]:
+    def best(
+        self, better: Floats, beyond: float = -math.inf, known: Condition | None = None
+    ) -> tuple[float, Condition]:
         """One statement or two, where what moves win by a term, `better` (n,) in log-likelihood, sums up to most, less
-        what statements cost; and twice that, -inf where it cannot be more than `beyond`."""
+        what statements cost; and twice that, -inf where it cannot be more than `beyond`.
+
+        Statements that hold in the same moves win the same: of these, the ones about the columns of what is `known`.
+        """
         cost = _cost(len(better))
         at = self._contenders(better, cost, beyond)
         if not len(at):
@@ -56,7 +71,10 @@ class _Said(NamedTuple):
         worth = masks.T @ (better[:, None] * masks) - 2.0 * cost
         worth[np.diag_indices(len(at))] += cost
         worth[~self.fair[np.ix_(at, at)]] = -np.inf
-        one, two = np.unravel_index(np.argmax(worth), worth.shape)
+        of_known = {statement.column for statement in known.statements} if known is not None else set[str]()
+        like = np.array([self.statements[k].column in of_known for k in at])
+        alike = as_large(worth.ravel()).reshape(worth.shape)
+        one, two = np.unravel_index(np.argmax(alike * (1 + like[:, None] + like)), worth.shape)
         chosen = (self.statements[k] for k in {int(at[one]), int(at[two])})
         return 2.0 * float(worth[one, two]), Condition(tuple(sorted(chosen, key=lambda s: s.column)))
 
@@ -65,6 +83,7 @@ class _Said(NamedTuple):
         alone, most = np.stack([better, np.maximum(better, 0.0)]) @ self.masks
         alone = np.where(np.diag(self.fair), alone - cost, -np.inf)
         least = max(float(alone.max()), 0.5 * beyond)
+        least -= ROUNDED * float(np.abs(most).max())  # what is equal but for rounding contends
         return np.nonzero((most - 2.0 * cost >= least) | (alone >= least))[0]
 
 
@@ -121,7 +140,7 @@ def _chosen(fitted: ModelFit, index: int, case: MeasuredMoves, said: _Said) -> C
     always = DurationModel((*rest.parts, part._replace(condition=None)))
     better = _won(rest, always, fitted.scale, case)
     assert part.condition is not None
-    other = _bounded(said.best(better)[1], better, case)
+    other = _bounded(said.best(better, known=part.condition)[1], better, case)
     more = _worth(other, better, case) - _worth(part.condition, better, case)
     more += _room(other, case) - _room(part.condition, case)
     return other if 2.0 * more > ALIKE else part.condition
@@ -267,11 +286,11 @@ def _promising(
     gains = np.stack([linear, *(2.0 * one.T @ said.masks for one in sized)])
     gains[:, :, ~np.diag(said.fair)] = 0.0
     tried = dict[tuple[str, str], list[_Tried]]()
-    for row in np.argsort(-gains.max(axis=(0, 2))).tolist():
+    for row in np.argsort(ranks(-gains.max(axis=(0, 2))), kind="stable").tolist():
         part = shelf.parts[free[row]]
         of_form = tried.setdefault((part.label, part.form.key), [])
         if len(of_form) < _GUESSES:
-            how, at = np.unravel_index(np.argmax(gains[:, row]), gains[:, row].shape)
+            how, at = np.unravel_index(largest(gains[:, row].ravel()), gains[:, row].shape)
             best = (float(gains[how, row, at]), Condition((said.statements[int(at)],)))
             for size in sized:
                 beyond = max(best[0], *(one.gain for one in of_form)) if of_form else best[0]
@@ -320,9 +339,10 @@ def _moved(fitted: ModelFit, case: MeasuredMoves, said: _Said) -> DurationModel:
     rest = DurationModel(fitted.model.parts[:-1])
     always = DurationModel((*rest.parts, part._replace(condition=None)))
     better = _won(rest, always, fitted.scale, case)
-    found = [_bounded(c, better, case) for c in (part.condition, said.best(better)[1])]
-    worth = [_worth(one, better, case) for one in found]
-    return DurationModel((*rest.parts, part._replace(condition=found[int(np.argmax(worth))])))
+    other = said.best(better, known=part.condition)[1]
+    found = [_bounded(c, better, case) for c in (part.condition, other)]
+    worth = np.array([_worth(one, better, case) for one in found])
+    return DurationModel((*rest.parts, part._replace(condition=found[largest(worth)])))
 
 
 def _bounded(condition: Condition, better: Floats, case: MeasuredMoves) -> Condition:
@@ -334,7 +354,8 @@ def _bounded(condition: Condition, better: Floats, case: MeasuredMoves) -> Condi
         statements[k] = _best_cut(statement, np.where(others, better, 0.0), others, case)
     whole, known = Condition(tuple(statements)), np.ones(len(better), dtype=bool)
     alone = [Condition((_best_cut(statement, better, known, case),)) for statement in statements]
-    return max(whole, *alone, key=lambda one: _worth(one, better, case))
+    each = [whole, *alone]
+    return each[largest(np.array([_worth(one, better, case) for one in each]))]
 
 
 def _cost(count: int) -> float:
@@ -354,6 +375,6 @@ def _best_cut(statement: Statement, better: Floats, others: Mask, case: Measured
     ends = ends[(ends >= _FEWEST - 1) & (ends < len(ordered) - 1)]
     if not len(ends):
         return statement
-    at = int(ends[np.argmax(total[ends])])
+    at = int(ends[largest(total[ends])])
     middle = 0.5 * float(ordered[at] + ordered[at + 1])
     return statement._replace(above=middle) if sign > 0 else statement._replace(below=middle)

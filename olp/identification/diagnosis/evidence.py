@@ -30,6 +30,7 @@ from olp.identification.diagnosis.fitting import (
     whiten,
 )
 from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interleaved, rms
+from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import remains_of
 from olp.identification.diagnosis.scatter import digits_of, scatter_of
@@ -423,8 +424,8 @@ def selection(
     """Search and fit without each fold, predict it.
 
     The `named` terms of all moves are one candidate: a narrow search may not come to them, and the moves that are seen
-    choose. Names beyond these have to hold on folds of the moves that are seen. `before`: what the searches in the same
-    folds came to, where they were made for other names.
+    choose another where they tell it from these. Names beyond these have to hold on folds of the moves that are seen.
+    `before`: what the searches in the same folds came to, where they were made for other names.
     """
     predicted, sets, held_back = np.full(len(case), np.nan), list[frozenset[str]](), 0
     searched = list[ModelFit | None]()
@@ -438,11 +439,11 @@ def selection(
         known = fit_anew(named, train, noise, 10)
         found = (before[turn] if before else None) or found_in(train, noise, shelf.take(seen))
         searched.append(found)
-        if price(found) < price(known):
+        if price(found) < price(known) - ALIKE:
             found = _held_against(
                 found, known.labels, train, noise, Folds(folds.by, folds.labels[seen]), shelf
             )
-        best = min(known, found, key=price)
+        best = found if price(found) < price(known) - ALIKE else known
         predicted[held], beyond = foreseen(best, train, test, noise)
         held_back += int(beyond.sum())
         sets.append(frozenset(best.names))

@@ -29,6 +29,7 @@ _STEP = 1e-5  # of a parameter's span, for differences
 _ROUNDS = 4  # of the scale's fixed point
 _FINEST = 64.0  # times as long as the last step along a coordinate is the first
 _WHOLE = 0.12  # of a cycle: with less scatter, durations are rounded as they should be
+ROUNDED = 1e-9  # of the largest of some values: what is nearer together may be equal but for rounding
 _QUICK = 10  # steps: who asks for no more compares many fits
 _ENOUGH, _LAST = 0.02, 1e-4  # of a step's gain in log-likelihood, for those and for others: less ends the fit
 
@@ -183,6 +184,33 @@ def _choices(term: MoveTerm, case: MeasuredMoves) -> float:
         f"forms {term.name}", lambda: np.array([max(len(term.forms(case)), 1)], dtype=np.float64)
     )
     return float(count[0])
+
+
+def ranks(values: Floats) -> NDArray[np.int64]:
+    """(n,) 0 for the lowest of `values` (n,), one more behind each gap that is more than rounding: what is equal on
+    paper has one rank on every machine, and its order is then a stated one."""
+    if not len(values):
+        return np.zeros(0, dtype=np.int64)
+    known = np.isfinite(values)
+    near = ROUNDED * float(np.abs(values[known]).max(initial=0.0))
+    order = np.argsort(values, kind="stable")
+    ordered = values[order]
+    with np.errstate(invalid="ignore"):  # of two that are infinite
+        apart = np.diff(ordered) > near
+    result = np.empty(len(values), dtype=np.int64)
+    result[order] = np.concatenate([[0], np.cumsum(apart)])
+    return result
+
+
+def as_large(values: Floats) -> NDArray[np.bool_]:
+    """(n,) which of `values` (n,) are as large as any, but for rounding."""
+    known = np.abs(values[np.isfinite(values)])
+    return np.asarray(values >= float(values.max()) - ROUNDED * float(known.max(initial=0.0)))
+
+
+def largest(values: Floats) -> int:
+    """The first of `values` (n,) that is as large as any, but for rounding."""
+    return int(np.argmax(as_large(values)))
 
 
 def evaluate(model: DurationModel, case: MeasuredMoves, noise: Noise) -> ModelFit:

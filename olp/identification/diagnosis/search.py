@@ -15,7 +15,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.fitting import FREEDOM, ModelFit, Noise, evaluate, fit, slopes_of, whiten
+from olp.identification.diagnosis.fitting import (
+    FREEDOM,
+    ModelFit,
+    Noise,
+    evaluate,
+    fit,
+    ranks,
+    slopes_of,
+    whiten,
+)
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart
 from olp.timing.physics import MoveTerm, load_term, term_names
 from olp.timing.physics._case import MeasuredMoves
@@ -29,7 +38,9 @@ _MOVES_PER_NAME = 10  # fewer moves are no evidence
 _SETTLED = 20  # steps, for fits that are compared with one that had its time
 _OF_A_TERM = 4  # guesses that are fitted alone
 _EXCHANGES = 3
+_BESIDE_ALL = 18  # guesses of one more term that are tried beside a whole set
 _STARTS = 2  # of a term that is added
+_DIGITS = 4  # of a BIC: fits stop where a step gains less than 1e-4
 _IN_PLACE = 24  # guesses that are tried in the place of a part
 _CLOSE = 5  # exchanged terms that are fitted to the end
 _SPARED = 2  # of ten moves a fold may keep two
@@ -83,7 +94,8 @@ def price(fitted: ModelFit) -> float:
     """BIC and the price of the names; what sets are ranked by. The axes of one term are one name."""
     parts = fitted.model.parts
     doubts = sum(part.term.doubt(part.form, part.values) for part in parts)
-    return fitted.bic + PRICE * len({part.term.name for part in parts}) + doubts
+    whole = fitted.bic + PRICE * len({part.term.name for part in parts}) + doubts
+    return round(whole, _DIGITS)  # of two that are equal but for where their fits stopped, the first
 
 
 def most_names(case: MeasuredMoves) -> int:
@@ -126,9 +138,9 @@ def search(case: MeasuredMoves, noise: Noise, shelf: PartShelf, effort: Effort) 
 
 
 def additions(
-    shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: Noise, count: int
+    shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: Noise, count: int, starts: int = _STARTS
 ) -> list[ModelPart]:
-    """The parts that promise most beside a fit, up to `_STARTS` of each term."""
+    """The parts that promise most beside a fit, up to `starts` of each term."""
     taken, result = Counter[str](), list[ModelPart]()
     names = {part.term.name for part in fitted.model.parts if part.form.axis < 0}
     for part in _promising(shelf, fitted, case, noise):
@@ -136,7 +148,7 @@ def additions(
             break
         if part.label not in fitted.labels and part.term.name not in names:
             taken[part.label] += 1
-            if taken[part.label] <= _STARTS:
+            if taken[part.label] <= starts:
                 result.append(part)
     return result
 
@@ -157,6 +169,7 @@ def _promising(shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: N
     """Of each form its two likeliest guesses, the forms by what their columns explain of a fit's residual.
 
     That is, to first order, what of a column goes with the residual; a limit's column also has to be of the right size.
+    A guess that is the second by its size alone comes behind those of all forms.
     """
     residual = whiten(case.measured - fitted.model.seconds(case), noise, case)
     weight = (FREEDOM + 1.0) / (FREEDOM + (residual / fitted.scale) ** 2)
@@ -172,16 +185,20 @@ def _promising(shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: N
     pull = np.where([part.reversible for part in shelf.parts], pull, np.maximum(pull, 0.0))
     gain = np.where(size > 1e-12, pull**2 / np.maximum(size, 1e-12), 0.0)
     direct = 2.0 * pull - size
+    told, near, much = (ranks(values).tolist() for values in (gain, direct, size))
     forms: dict[tuple[str, str], list[int]] = {}
     for index, part in enumerate(shelf.parts):
         forms.setdefault((part.label, part.form.key), []).append(index)
-    ranked = sorted(forms.values(), key=lambda of: -max(gain[k] for k in of))
-    return [
-        shelf.parts[k]
-        for of in ranked
-        for k in dict.fromkeys((max(of, key=lambda k: direct[k]), max(of, key=lambda k: gain[k])))
-        if gain[k] > 0
-    ]
+    ranked = sorted(forms.values(), key=lambda of: -max(told[k] for k in of))
+    likely, spare = list[int](), list[int]()
+    for of in ranked:
+        first, most = max(of, key=lambda k: near[k]), max(told[k] for k in of)
+        # Guesses that do the same, one more of it than the other, gain alike: the one that does most, as no slope leads
+        # away from where a term does next to nothing.
+        other = max((k for k in of if told[k] == most and k != first), key=lambda k: much[k], default=first)
+        likely += [first] if told[first] == most else [first, other]
+        spare += [other] if told[first] == most and other != first else []
+    return [shelf.parts[k] for k in (*likely, *spare) if gain[k] > 0]
 
 
 def _alone(
@@ -213,7 +230,7 @@ def exchanged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Nois
         others = [fits[0] for fits in tried if fits]
         names = {part.term.name for part in best.model.parts}
         if len(names) < min(MOST, most_names(case)):
-            more = additions(shelf, best, case, noise, WIDE.additions)
+            more = additions(shelf, best, case, noise, _BESIDE_ALL, _OF_A_TERM)
             others += [
                 fit(DurationModel((*best.model.parts, part)), case, noise, WIDE.steps) for part in more
             ]
@@ -359,7 +376,7 @@ def _promising_pairs(
     gain = pull[one] ** 2 + pull[two] ** 2 - 2.0 * gram[one, two] * pull[one] * pull[two]
     gain = np.where(free > 1e-4, gain / np.maximum(free, 1e-4), 0.0)
     seen, result = set[tuple[str, ...]](), list[tuple[int, int]]()
-    for at in np.argsort(-gain).tolist():
+    for at in np.argsort(ranks(-gain), kind="stable").tolist():
         a, b = shelf.parts[one[at]], shelf.parts[two[at]]
         key = (a.label, a.form.key, b.label, b.form.key)
         if len(result) >= count or gain[at] <= 0:
