@@ -36,6 +36,9 @@ _JOINT: Final = PATHS.index(Path.JOINT)
 _TURN = 2.0 * math.pi
 # [rad] An axis that turns further from one end of a line to the other may have gone round the other way.
 _SUDDEN = 0.5 * math.pi
+_SAME_STAND = (
+    8  # decimals of axes [rad | m]: where laps of a program differ by less, the arm stands as before
+)
 _NOISE = 1e-9  # [rad]
 _AT_ONCE = (16, 512)  # lines whose axes are solved together: at first, and at most
 # Samples along a line that is followed: [m] and [rad] between them, and how many at least and at most.
@@ -173,6 +176,7 @@ class PlannedArm:
     positions: Positions
     tools: NDArray[np.int32]
     _known: dict[tuple[str | bytes, ...], Floats] = field(default_factory=dict)
+    _lost: set[bytes] = field(default_factory=set)  # positions that no start led to
 
     def follow(
         self, start: int, targets: NDArray[np.int32], joint: NDArray[np.bool_], says: NDArray[np.int8]
@@ -273,27 +277,37 @@ class PlannedArm:
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
     ) -> Floats:
         """What `work` finds at `targets`, reached from `here`: a program in circles comes by them many times."""
-        given = (
-            self.positions.position[targets],
-            self.positions.quaternion[targets],
-            self.tools[targets],
-            here,
-        )
-        key: tuple[str | bytes, ...] = (work.__name__, *(one.tobytes() for one in given))
+        key = self._way(targets, here, work)
         found = self._known.get(key)
         if found is None:
             found = self._known[key] = work(targets, here)
         return found
 
+    def _way(
+        self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
+    ) -> tuple[str | bytes, ...]:
+        given = (
+            self.positions.position[targets],
+            self.positions.quaternion[targets],
+            self.tools[targets],
+            np.round(here, _SAME_STAND),
+        )
+        return (work.__name__, *(one.tobytes() for one in given))
+
     def _along(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """Axes (m, k) at the first m of `targets`, one line after the other; m is 1 or more."""
         assert self.robot.geometry is not None
-        if self.robot.geometry.links is None:
+        closed_form = self.robot.geometry.links is not None
+        alone = self._followed if closed_form else self._in_steps
+        known = self._known.get(self._way(targets[:1], here, alone))
+        if known is not None:  # a line that was followed alone before, whatever comes behind it now
+            return known
+        if not closed_form:
             return self._remembered(targets[:_FEWEST], here, self._step_by_step)
         first = np.arange(len(targets)) == 0
         joints, unsure = self._on_branch(targets, np.broadcast_to(here, (len(targets), len(here))), first)
         sure = int(unsure.argmax()) if unsure.any() else len(targets)
-        return joints[:sure] if sure else self._remembered(targets[:1], here, self._followed)
+        return joints[:sure] if sure else self._again(targets[:1], here, self._followed)
 
     def _on_branch(
         self, targets: NDArray[np.int32], start: Floats, first: NDArray[np.bool_]
@@ -336,29 +350,50 @@ class PlannedArm:
 
     def _followed(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """Axes (1, k) at the end of a line that is followed sample by sample."""
+        return self._remembered(targets, here, self._tracked)
+
+    def _tracked(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         from olp.robots.kinematics.tracking import track
 
-        joints = track(
-            self.robot, *self._line(int(targets[0]), here, _SPACING, _TURNING, _FEWEST, _MOST), here
-        )[-1:]
-        return self._nearest(targets, here) if np.isnan(joints).any() else joints
+        at_end = self._nearest(targets, here)
+        if np.isnan(at_end).any():  # out of reach: no way leads there
+            return at_end
+        line = self._line(int(targets[0]), here, _SPACING, _TURNING, _FEWEST, _MOST)
+        joints = track(self.robot, *line, here)[-1:]
+        return at_end if np.isnan(joints).any() else joints
 
     def _step_by_step(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         """As `_along`, for an arm whose axes are found from those of the step before."""
+        from olp.robots.kinematics.inverse import farthest_flange, newton
+
+        position, rotation = self._flange(targets)
+        far = np.linalg.norm(position, axis=1) > farthest_flange(self.robot)
+        # What was lost before ends what is solved together: it takes all steps, and nothing behind it is sure.
+        lost = (self.positions.position[index].tobytes() in self._lost for index in targets[1:].tolist())
+        far[1:] |= np.fromiter(lost, dtype=bool, count=len(targets) - 1)
+        near = int(far.argmax()) if far.any() else len(targets)
+        starts = np.broadcast_to(here, (near, len(here)))
+        joints, solved = newton(self.robot, position[:near], rotation[:near], starts)
+        unsure = ~solved | (np.abs(np.diff(joints, axis=0, prepend=here[None])) > _STEP_AXES).any(axis=1)
+        sure = int(unsure.argmax()) if unsure.any() else near
+        if sure:
+            self._known[self._way(targets[:1], here, self._in_steps)] = joints[:1]
+            return joints[:sure]
+        return self._again(targets[:1], here, self._in_steps) if near else self._nearest(targets[:1], here)
+
+    def _in_steps(self, targets: NDArray[np.int32], here: Floats) -> Floats:
+        """Axes (1, k) at the end of a line along which each step begins where the one before ended."""
         from olp.robots.kinematics.inverse import newton
 
-        starts = np.broadcast_to(here, (len(targets), len(here)))
-        joints, solved = newton(self.robot, *self._flange(targets), starts)
-        unsure = ~solved | (np.abs(np.diff(joints, axis=0, prepend=here[None])) > _STEP_AXES).any(axis=1)
-        sure = int(unsure.argmax()) if unsure.any() else len(targets)
-        if sure:
-            return joints[:sure]
         seed = here[None]
         line = self._line(int(targets[0]), here, _STEP, _STEP_TURN, 1, _MOST)
         for position, rotation in zip(*line, strict=True):
             seed, solved = newton(self.robot, position[None], rotation[None], seed)
             if not solved[0]:
-                return self._nearest(targets[:1], here)
+                found = self._nearest(targets, here)
+                if np.isnan(found).any():
+                    self._lost.add(self.positions.position[targets[0]].tobytes())
+                return found
         return seed
 
     def _line(

@@ -59,7 +59,7 @@ def solve_from(
     """
     seeds = np.broadcast_to(as_joints(robot, start), (len(position), len(robot.axes)))
     joints, solved = np.array(seeds, dtype=np.float64), np.zeros(len(position), dtype=bool)
-    near = np.flatnonzero(np.linalg.norm(position, axis=1) <= _reach(robot))
+    near = np.flatnonzero(np.linalg.norm(position, axis=1) <= farthest_flange(robot))
     joints[near], solved[near] = newton(robot, position[near], rotation[near], seeds[near])
     # One start more helps most poses; what is still open then is mostly out of reach and gets all others at once.
     for first, last in ((0, 1), (1, _ATTEMPTS)):
@@ -95,7 +95,7 @@ def _from_all(
     return found.reshape(count, tries, -1)[np.arange(count), table.argmax(axis=1)], solved
 
 
-def _reach(robot: Robot) -> float:
+def farthest_flange(robot: Robot) -> float:
     """Upper bound [m] of a pose's distance from the base: the stretched chain with its slides extended."""
     geometry = geometry_of(robot)
     offsets = [joint.offset for joint in geometry.joints] + [geometry.flange_offset]
