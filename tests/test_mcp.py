@@ -161,7 +161,6 @@ def test_a_translation_comes_back_as_text_with_its_receipt(session):
     assert answer["receipt"]["totals"]["refused"] == 0
 
 
-@pytest.mark.slow
 def test_with_write_files_are_written_where_they_were_asked_for_and_nowhere_else(cell, tmp_path):
     root = tmp_path / "root"
     shutil.copytree(cell, root)
@@ -269,7 +268,6 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.slow
 def test_whatever_is_hostile_is_refused_with_a_message_and_the_server_lives_on(hostile):
     before = sorted(os.listdir(hostile))
     _, results = ask(hostile, [(name, arguments) for name, arguments, _ in REFUSED])
@@ -373,7 +371,6 @@ def test_a_call_that_is_taken_back_leaves_nothing_running(tmp_path):
     anyio.run(whole)
 
 
-@pytest.mark.slow
 def test_an_olp_toml_above_the_folder_is_not_read(tmp_path):
     root = tmp_path / "root"
     shutil.copytree(ROOT / "samples" / "inform" / "handling", root)
@@ -429,7 +426,6 @@ def test_a_missing_library_and_a_missing_folder_are_told(tmp_path, capsys, monke
     assert 'pip install "olp[mcp]"' in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_nothing_that_lies_in_the_folder_is_imported(tmp_path):
     (tmp_path / "olp.toml").write_text("")
     for name in ("numpy", "lark", "olp", "json"):

@@ -36,9 +36,8 @@ _JOINT: Final = PATHS.index(Path.JOINT)
 _TURN = 2.0 * math.pi
 # [rad] An axis that turns further from one end of a line to the other may have gone round the other way.
 _SUDDEN = 0.5 * math.pi
-_SAME_STAND = (
-    8  # decimals of axes [rad | m]: where laps of a program differ by less, the arm stands as before
-)
+# Decimals of axes [rad | m]: where laps of a program differ by less, the arm stands as before.
+_SAME_STAND = 8
 _NOISE = 1e-9  # [rad]
 _AT_ONCE = (16, 512)  # lines whose axes are solved together: at first, and at most
 # Samples along a line that is followed: [m] and [rad] between them, and how many at least and at most.
@@ -286,6 +285,7 @@ class PlannedArm:
     def _way(
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
     ) -> tuple[str | bytes, ...]:
+        """The key of what `work` finds at `targets` from `here`."""
         given = (
             self.positions.position[targets],
             self.positions.quaternion[targets],

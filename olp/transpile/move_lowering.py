@@ -343,8 +343,6 @@ def framed_shift(points: Points, s: ShiftOn, value: Value) -> ShiftOn:
 
 
 _STANDING: Final = {ex.Store.BASE: "track", ex.Store.STATION: "station"}  # in the order of external axes
-
-
 _PASSES: Final = "the tag of multi-pass welding is left out: every pass runs as written"
 _SET_UP: Final = (
     "set these external axes up, none of which moves the arm's base, and compare a position of each"
@@ -357,6 +355,9 @@ _OTHERS: Final = (*_STANDING, ex.Store.SYSTEM)  # groups of a point that are not
 _OTHER_GROUPS: Final = "the other control groups of the point move, too, and are left out"
 _SAYS_NOTHING: Final = "the move says nothing of external axes that others move"
 _CARRIED: Final = "the path and the speed are those over the arm's own base, which the track carries"
+_SECOND_ARM: Final = (
+    "the moves of the second arm are left out: it needs a program of its own, in step with this one"
+)
 
 
 def _beside(points: Points, routine: Routine, s: Move, value: Value) -> tuple[float, ...] | str:
@@ -405,11 +406,6 @@ def _has_arm(targets: tuple[ex.Expression, ...]) -> bool:
         not isinstance(target, (ex.Taught, ex.Variable)) or target.store not in _STANDING
         for target in targets
     )
-
-
-_SECOND_ARM: Final = (
-    "the moves of the second arm are left out: it needs a program of its own, in step with this one"
-)
 
 
 def _is_seen(points: Points, routine: Routine, s: Move, value: Value) -> bool:
