@@ -7,11 +7,13 @@ from tp_listings import HEAD, listing
 from tp_listings import read as read_tp
 from translated_texts import VENDORS, krl
 from translated_texts import converted as converted_text
+from translated_texts import read as read_any
 
 import olp
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
 from olp.robots.robot import load_robot
+from olp.runtime.interpreter import run
 from olp.transpile import Context
 from olp.transpile.context import Fate
 from olp.transpile.convert import convert, run_converted
@@ -309,3 +311,54 @@ def test_what_stands_before_the_first_case_is_a_comment_that_is_told(target):
     text = b"\n".join(made.files.values()).decode()
     assert "about it" in text
     assert re.search(r"^\W*(?:\d+:\s*)?(?:!|'|#)\s*not translated: \$OUT\[3\]=TRUE", text, re.MULTILINE)
+
+
+INSTALLED = """def unnamed():
+  def ask(text, where="1"):
+    socket_send_string(text, where)
+    return socket_read_string(where)
+  end
+  def state():
+    return ask("STATE")
+  end
+  def twice(n):
+    return 2 * n
+  end
+  movej([0, -1.57, 1.57, 0, 1.57, 0], a=1.4, v=1.05)
+  sleep(twice(1))
+end
+"""
+
+
+@pytest.mark.parametrize("target", [v for v in VENDORS if v != "urscript"])
+@pytest.mark.parametrize("on_loss", ["comment", "error"])
+def test_functions_that_nothing_can_call_need_not_be_said(target, on_loss):
+    """A UR program holds the functions of all installed tools; each line of theirs was refused."""
+    program = read_any(INSTALLED, "urscript")
+    made = convert(program, target, Context(robot=ROBOT, on_loss=on_loss))
+    told = [loss for loss in made.translated.losses if "nothing calls" in loss.says]
+    assert {(loss.line, loss.fate) for loss in told} == {(n, Fate.EXACT) for n in (3, 4, 7)}
+    assert not [loss for loss in made.translated.losses if loss.fate in (Fate.COMMENTED, Fate.REFUSED)]
+    text = b"\n".join(made.files.values()).decode()
+    assert "socket" not in text
+    assert len(run_converted(made, target, ROBOT, program).kind) == len(run(program, ROBOT).kind)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ['state()  # "STATE"', "interpreter_mode()", "sleep(twice(1))  # state"],
+    ids=["called", "open to others", "named in a comment"],
+)
+def test_functions_that_something_may_call_are_refused(line):
+    program = read_any(INSTALLED.replace("sleep(twice(1))", line), "urscript")
+    with pytest.raises(OlpError) as refused:
+        convert(program, "krl", Context(robot=ROBOT))
+    assert {3, 4} <= {found.line for found in refused.value.diagnostics}
+
+
+def test_functions_beside_the_main_one_are_for_other_programs():
+    """A file of functions, which a program takes in, is not closed."""
+    inner = "\n".join(row[2:] for row in INSTALLED.splitlines()[1:5])
+    program = read_any(f"def go():\n  sleep(1)\nend\n{inner}\n", "urscript")
+    with pytest.raises(OlpError):
+        convert(program, "krl", Context(robot=ROBOT))

@@ -36,9 +36,15 @@ class LeftOut:
     lines: dict[int, str] = field(default_factory=dict)
     gone: dict[int, str] = field(default_factory=dict)
     empty: dict[str, str] = field(default_factory=dict)  # routines of which nothing is left, case folded
+    uncalled: frozenset[int] | None = None  # lines that nothing can run, None: nobody looked
 
-    def add(self, found: Mapping[int, str]) -> bool:
-        """Whether this leaves out more than before."""
+    def add(self, found: Mapping[int, str], program: st.Program, on_loss: str) -> bool:
+        """Whether this leaves out more than before; unless `on_loss` is "comment", of what nothing can run."""
+        if on_loss != "comment" and found:
+            if self.uncalled is None:
+                dead = _uncalled(program)
+                self.uncalled = frozenset(n for r in program.routines if r.name in dead for n in _lines_of(r))
+            found = {line: says for line, says in found.items() if line in self.uncalled}
         new = {line: says for line, says in found.items() if line not in self.lines}
         again = {line: says for line, says in found.items() if line in self.lines and line not in self.gone}
         self.lines.update(new)
@@ -135,6 +141,7 @@ def leave_out(program: st.Program, out: LeftOut, work: TranslationContext) -> st
         return program
     lines: dict[int, str] = {}
     if out.lines:
+        program = _without_uncalled(program, out, work)
         lost: _Gone = {}
         program = _without_data(program, out, lost, work)
         program, bodies = _without_heads(program, out, lost)
@@ -168,6 +175,59 @@ def _before_cases(program: st.Program) -> dict[int, str]:
         if any(type(s) is st.Switch for s in routine.body):
             note(parse(routine.body) or [])
     return found
+
+
+# --- Routines that nothing calls ---
+# A UR program holds the functions of all tools that are installed, most of them for sockets, inside its main function.
+# Those that it never calls need not be said: what they would do is never done.
+
+_UNCALLED: Final = "nothing calls this function, and no other program can: it is left out"
+_WORD: Final = re.compile(r"\w+")
+
+
+def _uncalled(program: st.Program) -> set[str]:
+    """Routines inside the main one whose names stand in no text that may run, not even in a comment."""
+    words = conventions_of(program.vendor).opened_by
+    main = next((r for r in program.routines if r.name == program.main), None)
+    if words is None or main is None:
+        return set()
+    nested = {r.name: r for r in program.routines if main.line < r.line and r.last_line <= main.last_line}
+    inside: dict[int, st.Routine] = {}  # line -> the innermost routine around it
+    for r in sorted(nested.values(), key=lambda r: r.line):
+        inside.update(dict.fromkeys(_lines_of(r), r))
+    texts: dict[str, set[str]] = {}
+    for line, text in enumerate(program.source.lines, 1):
+        around = inside.get(line)
+        if around is None or line != around.line:
+            texts.setdefault("" if around is None else around.name, set()).update(_WORD.findall(text))
+    called, waiting = set[str](), [""]
+    while waiting:
+        found = texts.get(waiting.pop(), set())
+        if found & words:
+            return set()
+        new = sorted((found & nested.keys()) - called)
+        waiting += new
+        called.update(new)
+    return nested.keys() - called
+
+
+def _lines_of(r: st.Routine) -> range:
+    return range(r.line, r.last_line + 1)
+
+
+def _without_uncalled(program: st.Program, out: LeftOut, work: TranslationContext) -> st.Program:
+    """Without the routines that nothing calls and the target cannot say, and those of them that call such."""
+    if work.source.vendor == work.target or not (uncalled := _uncalled(program)):
+        return program
+    own = [r for r in program.routines if r.name in uncalled]
+    gone = {r.name for r in own if not out.lines.keys().isdisjoint(_lines_of(r))}
+    while more := {r.name for r in own if any(gone & _named_in(s) for s in r.body)} - gone:
+        gone |= more
+    for r in own:
+        for s in r.body if r.name in gone else ():
+            if not isinstance(s, (st.Begin, st.End, st.Comment, st.Declare)):
+                work.lose(s, Fate.EXACT, "statement", _UNCALLED)
+    return replace(program, routines=tuple(r for r in program.routines if r.name not in gone))
 
 
 def _without_data(program: st.Program, out: LeftOut, lost: _Gone, work: TranslationContext) -> st.Program:

@@ -213,7 +213,7 @@ def _converted(
         raise_errors(translated.problems)
         files, main, problems = _written(translated.program, vendor, encoding, date, context.forms)
         lines = {found.line: _reason(found) for found in problems if found.line}
-        if context.on_loss != "comment" or not left_out.add(lines):
+        if not left_out.add(lines, program, context.on_loss):
             break
     told = refusals(program, vendor, translated)
     refused = {found.line for found in told}

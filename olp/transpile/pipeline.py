@@ -343,7 +343,7 @@ def canonical(
         for loss in work.losses:
             if loss.fate is Fate.REFUSED and loss.line:
                 refused.setdefault(loss.line, loss.says)  # the first reason has the source's own names
-        if context.on_loss != "comment" or not out.add(refused):
+        if not out.add(refused, program, context.on_loss):
             break
     return Translated(
         result,

@@ -52,6 +52,7 @@ class UrScript(Vendor):
             harmless=frozenset({NO_TIME}), manner=frozenset({"mode", "process", "v"})
         ),  # v beside a time, which counts
         arguments_are_values=True,
+        opened_by=frozenset({"interpreter_mode"}),
         data_set_by_run=True,
         window_process="popup",
         manner_processes={"sync": "how long a step of the controller is"},
