@@ -12,7 +12,7 @@ from pathlib import Path as FilePath
 
 import faults
 import pytest
-from contract_faults import KINDS
+from contract_faults import KINDS, meaning
 from contract_faults.code import EQUIVALENT, source_of
 
 from olp import cli
@@ -49,6 +49,7 @@ from olp.robots import robot as robot_module
 from olp.robots.robot import robot_names
 from olp.timing.motion import load_model, model_names
 from olp.timing.physics import load_term, term_names
+from olp.transpile.constant_folding import _Shared
 from olp.transpile.convert import Converted
 
 HOSTS = FilePath(__file__).parent.parent / "hosts"
@@ -549,6 +550,25 @@ def test_a_writer_that_takes_an_input_for_an_output_breaks_its_contract(
     monkeypatch.setattr(writer, "signals", {**writer.signals, "in": writer.signals["out"]})
     found = list(writers.keeps_inputs_and_outputs_apart(WriterUnderTest(find_vendor(name), None)))
     assert any("input 3 on is wanted and own output 3 on found" in differs for _, differs in found)
+
+
+@pytest.mark.parametrize("name", writable())
+def test_a_writer_that_makes_one_of_two_routines_own_variables_breaks_its_contract(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    vendor = find_vendor(name)
+    assert not list(writers.keeps_variables_apart(WriterUnderTest(vendor, None)))
+    # What the fault replaces is put back behind the test.
+    for home, what in (
+        (import_module(f"{type(vendor).__module__}.writer"), "write"),
+        (_Shared, "__post_init__"),
+    ):
+        monkeypatch.setattr(home, what, getattr(home, what))
+    planted = dict(meaning.writer_faults(lambda: vendor))["two routines' own variables of one name are one"]()
+    told = {given for given, _ in writers.keeps_variables_apart(WriterUnderTest(vendor, None))}
+    assert planted()
+    assert any("two routines' own" in given for given in told)
+    assert any("the program's" in given for given in told)
 
 
 def test_limits_that_lack_what_no_routine_computes_break_the_contract(

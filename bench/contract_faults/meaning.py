@@ -10,13 +10,25 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, Final
 
-from olp.ir.expressions import Binary, Compare, Logic, Number, PositionLiteral, Quantity, Signal, SignalState
+from olp.ir.expressions import (
+    Binary,
+    Compare,
+    Logic,
+    Named,
+    Number,
+    PositionLiteral,
+    Quantity,
+    Signal,
+    SignalState,
+)
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.ir.program import (
+    Assign,
     Blend,
     BlendKind,
     Call,
     Comment,
+    Declare,
     Dwell,
     Else,
     ElseIf,
@@ -319,7 +331,49 @@ def writer_faults(vendor: Any) -> list[tuple[str, Callable[[], Callable[[], bool
         both = _both(_plant_write(vendor, CHANGES[name]), _plant_read(vendor, _program_change(back)))
         found.append((f"{name}, in the reader too", both))
     found.append(("what it cannot say is left out in silence", _plant_silence(vendor)))
+    one = _both(_plant_write(vendor, lambda: _of(Program, _without_own)), _plant_shared_names())
+    found.append(("two routines' own variables of one name are one", one))
     return found
+
+
+def _without_own(program: Program) -> Program:
+    """Every variable is the program's; where a routine had one of its own, it is only set there."""
+    known = {declare.name.casefold() for declare in program.data}
+    data = list(program.data)
+    for declare in program.statements():
+        if isinstance(declare, Declare) and declare.name.casefold() not in known:
+            known.add(declare.name.casefold())
+            data.append(replace(declare, shared=True))
+
+    def body(rows: list[Any]) -> list[Any]:
+        valued = (s for s in rows if not isinstance(s, Declare) or s.value is not None)
+        return [
+            Assign(s.line, Named(s.name), s.value) if isinstance(s, Declare) and s.value is not None else s
+            for s in valued
+        ]
+
+    routines = tuple(replace(r, body=tuple(body(list(r.body)))) for r in program.routines)
+    return replace(program, routines=routines, data=tuple(data))
+
+
+def _plant_shared_names() -> Callable[[], Callable[[], bool]]:
+    """The same where variables have numbers, which the translation gives them by their names."""
+
+    def plant() -> Callable[[], bool]:
+        from olp.transpile.constant_folding import _Shared
+
+        whole, changed = _Shared.__post_init__, []
+
+        def post_init(self: Any) -> None:
+            whole(self)
+            own = {key: key[1] for key in self.names}
+            changed.append(own != self.names)
+            self.names = own
+
+        _Shared.__post_init__ = post_init
+        return lambda: any(changed)
+
+    return plant
 
 
 def _program_change(make: Callable[[], Change]) -> Callable[[], Callable[[Program], Program]]:

@@ -444,6 +444,40 @@ def _edges_of_values() -> dict[str, tuple[st.Statement, ...]]:
     }
 
 
+def two_of_a_name() -> Iterator[tuple[str, tuple[st.Statement, ...], tuple[st.Statement, ...]]]:
+    """(what it shows, main routine and "OTHER" for `program_with`): variables of one name, each routine's own.
+
+    How long a routine waits tells which value its variable has: 0.31 and 0.41 s if it is still its own.
+    """
+    call = st.Call(0, "OTHER")
+    for kind in ("integer", "real"):
+        for shown, name in (("two routines' own", "held"), ("a routine's own and the program's", "n")):
+            held = ex.Named(name)
+            mine, its = (st.Declare(0, name, kind, ex.Number(value)) for value in (3, 8))
+            begin = (mine,) if name == "held" else (st.Assign(0, held, ex.Number(3)),)
+            looks, others = _told_by_waits(held, 0.31, 0.37), _told_by_waits(held, 0.47, 0.41)
+            yield f"variables named {name}, {kind}: {shown}", (*begin, call, *looks), (its, *others)
+            late = replace(its, value=None), st.Assign(0, held, ex.Number(8))
+            yield (
+                f"variables named {name}, {kind}, set later: {shown}",
+                (*begin, call, *looks),
+                (*late, *others),
+            )
+
+
+def _told_by_waits(held: ex.Named, three: float, eight: float) -> tuple[st.Statement, ...]:
+    """A wait [s] for each of the two values that a variable may have."""
+    return tuple(
+        one
+        for value, seconds in ((3, three), (8, eight))
+        for one in (
+            st.If(0, ex.Compare("=", held, ex.Number(value))),
+            st.Dwell(0, ex.Quantity(ex.Number(seconds), 1.0)),
+            st.EndIf(0),
+        )
+    )
+
+
 def fields_that_count() -> Iterator[tuple[str, tuple[st.Statement, ...], tuple[st.Statement, ...]]]:
     """(statement and field, programs for `program_with` without and with it): what changes what a statement does."""
     half, slow = ex.Quantity(ex.Number(0.5), 1.0), ex.Quantity(ex.Number(0.25), 1.0)

@@ -25,6 +25,7 @@ from olp.contracts.programs import (
     edge_statements,
     fields_that_count,
     literal,
+    two_of_a_name,
 )
 from olp.contracts.promises import Difference, Promise, chosen, hold
 from olp.core.diagnostic import OlpError, Severity
@@ -389,6 +390,19 @@ def keeps_inputs_and_outputs_apart(it: WriterUnderTest) -> Iterator[Difference]:
         )
 
 
+def keeps_variables_apart(it: WriterUnderTest) -> Iterator[Difference]:
+    """A variable of a routine is another than one of the same name that another routine or the program has"""
+    for name, statements, other in two_of_a_name():
+        program = program_with(statements, it.vendor.name, other)
+        try:
+            _, found = it.events(it.written(program))
+        except OlpError as refused:
+            yield from ((name, told) for told in it.undeclared("", refused))
+            continue
+        wanted = events_of(program, run(program, robot_of()), it.vendor)
+        yield from ((name, d) for d in differences(wanted, found))
+
+
 def leaves_out_nothing_in_silence(it: WriterUnderTest) -> Iterator[Difference]:
     """What changes what a statement does is written, told in the receipt, or refused, never left out"""
     for name, without, having in fields_that_count():
@@ -637,6 +651,7 @@ PROMISES: Final[tuple[Promise[WriterUnderTest], ...]] = (
     loses_nothing_else,
     writes_each_kind_of_statement,
     keeps_inputs_and_outputs_apart,
+    keeps_variables_apart,
     leaves_out_nothing_in_silence,
     switches_on_the_way,
     has_a_true_reader,

@@ -140,13 +140,20 @@ def probes() -> Probes:
     return {**_MOVES, **_VALUES, **_COURSE, **_WORDS, **blocks}
 
 
-def program_with(statements: tuple[st.Statement, ...], target: str) -> st.Program:
-    """A program of another language than `target` that holds these statements."""
+_WAITS = (st.Dwell(0, ex.Quantity(ex.Number(0.1), 1.0)),)
+
+
+def program_with(
+    statements: tuple[st.Statement, ...], target: str, other: tuple[st.Statement, ...] = _WAITS
+) -> st.Program:
+    """A program of another language than `target` that holds these statements, and `other` in the routine "OTHER"."""
     named = [name for name in writable() if name != target and not limits_of(name).registers]
     vendor = max(
         named, key=lambda name: len(find_vendor(name).reads)
     )  # the richest, whichever others there are
+    last = len(statements)
     lines = tuple(replace(s, line=n) for n, s in enumerate(statements, 1))
+    called = tuple(replace(s, line=n) for n, s in enumerate(other, last + 1))
     place = {"p1": 0.0, "p2": 0.06, "p3": 0.12}
     data = [
         st.Declare(
@@ -155,9 +162,7 @@ def program_with(statements: tuple[st.Statement, ...], target: str) -> st.Progra
         for name, y in place.items()
     ]
     data.append(st.Declare(0, "n", "integer", ex.Number(0), shared=True))
-    other = st.Routine(
-        "OTHER", len(lines) + 1, (st.Dwell(len(lines) + 1, ex.Quantity(ex.Number(0.1), 1.0)),), PointTable()
-    )
-    source = decode(b"\n" * (len(lines) + 2), "probe", "cp1252")
+    source = decode(b"\n" * (last + len(called) + 1), "probe", "cp1252")
     main = st.Routine("MAIN", 1, lines, PointTable())
-    return st.Program(vendor, source, (main, other), data=tuple(data), main="MAIN")
+    sub = st.Routine("OTHER", last + 1, called, PointTable())
+    return st.Program(vendor, source, (main, sub), data=tuple(data), main="MAIN")

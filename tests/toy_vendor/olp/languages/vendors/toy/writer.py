@@ -70,6 +70,7 @@ class ToyWriter(Generator):
         st.Disabled: "a disabled line",
     }
     step, comment_form = "  ", " # {}"
+    renamed: ClassVar[dict[str, str]] = {}  # of the routine that is written: its own variables
 
     def quantity(self, it: ex.Quantity, unit: float) -> str:
         if it.literal is None:
@@ -81,6 +82,9 @@ class ToyWriter(Generator):
 
     def spell_member(self, e: ex.Member) -> str:
         return f"{self.value(e.base)}.{e.name}"
+
+    def spell_named(self, e: ex.Named) -> Spelled:
+        return self.renamed.get(e.name, e.name)
 
     def spell_frame_ref(self, e: ex.FrameRef) -> str:
         if e.kind == "base":
@@ -122,6 +126,7 @@ class ToyWriter(Generator):
         return f"{word} {places} SPEED {speed} {end}"
 
     def write_declare(self, s: st.Declare) -> Lines:
+        name = self.renamed.get(s.name, s.name)
         word = "NUM" if isinstance(s.value, ex.Number) else _WORDS.get(s.type)
         if word is None or s.sizes:
             raise CannotSayError(
@@ -130,20 +135,31 @@ class ToyWriter(Generator):
         if isinstance(s.value, ex.PositionLiteral):  # written out: SI becomes what TOY writes
             units = [deg] * 6 if s.value.kind == "joint" else [mm] * 3 + [deg] * 3
             numbers = [decimal(without_noise(v / u)) for v, u in zip(s.value.values, units, strict=False)]
-            return f"{word} {s.name} = {' '.join(numbers)}"
+            return f"{word} {name} = {' '.join(numbers)}"
         if isinstance(s.value, ex.Number):
-            return f"{word} {s.name} = {self.value(s.value)}"
+            return f"{word} {name} = {self.value(s.value)}"
         if s.value is None or isinstance(s.value, ex.FrameRef):  # of the flange, of the world: no offset
-            return f"{word} {s.name} = {'0' if word == 'NUM' else '0 0 0 0 0 0'}"
+            return f"{word} {name} = {'0' if word == 'NUM' else '0 0 0 0 0 0'}"
         if isinstance(s.value, ex.SignalState):
-            return f"{word} {s.name} = {int(s.value.on)}"
+            return f"{word} {name} = {int(s.value.on)}"
         raise CannotSayError("data with a value that is computed")
+
+    def own_names(self, routine: st.Routine, taken: set[str]) -> dict[str, str]:
+        """A name for each variable of the routine's own: TOY's routines share all, whatever their case."""
+        found = {}
+        for declare in (*routine.data, *(s for s in routine.body if isinstance(s, st.Declare))):
+            tries = (f"{declare.name[:20]}{end}" for end in ("", *range(2, 1000)))
+            found[declare.name] = next(name for name in tries if name.lower() not in taken)
+            taken.add(found[declare.name].lower())
+        return found
 
     def template_values(self) -> dict[str, object]:
         self.begin()
         self.body(self.program.data)
         data, routines = as_text(self.rows), []
+        taken = {declare.name.lower() for declare in self.program.data}
         for routine in self.program.routines:
+            self.renamed = self.own_names(routine, taken)
             self.begin()
             self.body([*routine.data, *routine.body])
             routines.append({"name": routine.name, "body": as_text(self.rows)})
