@@ -64,3 +64,16 @@ def test_the_size_of_a_parameter_that_gets_arrays_of_several_sizes_is_left_out_w
     text = _PROGRAM.replace("PROC main()\n", more)
     made = convert(read_source(decode(text.encode(), "M.mod")), "krl", Context(on_loss="comment"))
     assert {loss.line for loss in made.translated.losses if loss.leaves_out} >= {16}
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"), [("krl", "DECL REAL table[3,5]"), ("urscript", "table = [[0.0,")]
+)
+def test_a_constant_that_gives_a_size_is_a_number_there(target: str, wanted: str) -> None:
+    """KRL and URScript take no variable where an array is declared."""
+    text = "MODULE M\nCONST num rows:=3;\nVAR num table{rows,5};\nPROC main()\ntable{rows,2}:=7;\n"
+    text += "IF table{3,2}=7 WaitTime 1;\nENDPROC\nENDMODULE\n"
+    made = converted(text, "rapid", target)
+    assert not made.translated.losses
+    assert wanted in b"\n".join(made.files.values()).decode()
+    assert waits_of(run_elsewhere(text, "rapid", target)) == [10]

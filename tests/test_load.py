@@ -116,6 +116,10 @@ def test_what_rapid_allows_is_not_told(tmp_path: Path) -> None:
     )
     fill = "    PROC Fill(PERS num all{*,*},INOUT num one)\n        one:=all{1,1};\n    ENDPROC\nENDMODULE"
     assert told(tmp_path, "Cell.mod", text.replace("ENDMODULE", fill)) == []
+    text = text.replace(
+        "places{2}.y;", "EulerZYX(\\Z,[1,0,0,0]);"
+    )  # a routine cannot change what a function returns
+    assert [code for code, _ in told(tmp_path, "Cell.mod", text.replace("ENDMODULE", fill))] == ["K108"]
 
 
 def test_a_character_of_a_rapid_text_that_is_written_as_its_number_counts_as_one(tmp_path: Path) -> None:

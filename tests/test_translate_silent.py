@@ -2920,3 +2920,33 @@ def test_a_group_of_signals_is_read_into_and_set_from_a_byte_in_inform():
     assert "DOUT OG#(3) 5\n" in text
     one = run(read(module(*rows, data=["VAR num n;"]), "rapid"), robot=ROBOT)
     assert compare_plans(one, run_converted(made, "inform", ROBOT)).differences == []
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "inform", "urscript"])
+def test_an_angle_that_a_call_changes_is_handed_over_in_a_variable(target):
+    """RAPID and URScript hold a turn as one value: no routine takes an angle of it to change it."""
+    routines = krl(
+        "DECL FRAME F", "DECL E6POS Q[3]", "DECL INT I", *HOME, "I=2",
+        "F={X 900,Y 0,Z 400,A 10,B 80,C 20}", "Q[2]={X 900,Y 50,Z 400,A 10,B 80,C 20}",
+        "ANGLES(F.A,F.Y)", "PLACE(F.C)", "PLACE(Q[I].Z)", "PLACE(Q[I].B)", "LOOK(F.B)", "LIN F", "LIN Q[2]",
+    ) + "\r\n".join([
+        "DEF ANGLES(A :OUT,B :OUT)", "REAL A,B", "A=A+1", "B=A+2", "END",
+        "DEF PLACE(X :OUT)", "REAL X", "X=X-5", "END",
+        "DEF LOOK(X :OUT)", "REAL X", "WAIT SEC X/100", "END", "",
+    ])  # fmt: skip
+    made = converted(routines, "krl", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    if target == "rapid":
+        text = b"".join(made.files.values()).decode()
+        assert not re.search(r"(ANGLES|PLACE) .*EulerZYX", text)
+        assert re.search(r"LOOK EulerZYX\(\\Y,", text)  # by value, as it changes nothing
+    one = run(read(routines, "krl"), robot=ROBOT)
+    assert compare_plans(one, run_converted(made, target, ROBOT)).differences == []
+
+
+def test_an_angle_changed_through_an_index_that_the_call_changes_is_refused():
+    routines = krl(
+        "DECL E6POS Q[3]", "DECL INT I", "I=2", "Q[2]={X 900,Y 50,Z 400,A 0,B 90,C 0}", "NEXT(Q[I].B,I)",
+    ) + "\r\n".join(["DEF NEXT(A :OUT,N :OUT)", "REAL A", "INT N", "N=3", "A=5", "END", ""])  # fmt: skip
+    (told,) = refused(routines, "krl", "rapid").values()
+    assert "component of a position" in told

@@ -72,7 +72,9 @@ def _sized(routine: st.Routine, program: st.Program, symbols: Symbols) -> st.Rou
 
 
 def array_sizes(program: st.Program, work: TranslationContext) -> st.Program:
-    """Sizes that a program asks for (RAPID's Dim) as numbers, where the declaration tells them."""
+    """Sizes that constants give (`VAR num a{COUNT}`) as numbers; so those that a program asks for (RAPID's Dim)."""
+    if work.source.vendor != work.target:
+        program = _counted(program, work)
     if not any(_asks_size(e) for r in program.routines for e in work.look(r).expressions):
         return program
     symbols = work.symbols(program)
@@ -90,6 +92,32 @@ def array_sizes(program: st.Program, work: TranslationContext) -> st.Program:
         replace(r, body=tuple([mapped(s, partial(change, r.name)) for s in r.body])) for r in program.routines
     ]
     return replace(program, routines=tuple(routines))
+
+
+def _counted(program: st.Program, work: TranslationContext) -> st.Program:
+    """Not all languages take a name where they declare an array."""
+    declared = [
+        *program.data,
+        *(d for r in program.routines for d in (*r.data, *r.body) if isinstance(d, st.Declare)),
+    ]
+    if all(isinstance(size, (ex.Number, ex.Unknown)) for d in declared for size in d.sizes):
+        return program
+    symbols = work.symbols(program)
+
+    def one(scope: str, d: st.Declare) -> st.Declare:
+        sizes = [symbols.fixed_value(scope, size) for size in d.sizes]
+        known = [new if isinstance(new, ex.Number) else old for new, old in zip(sizes, d.sizes, strict=True)]
+        return replace(d, sizes=tuple(known)) if known else d
+
+    routines = [
+        replace(
+            r,
+            data=tuple(one(r.name, d) for d in r.data),
+            body=tuple(one(r.name, s) if isinstance(s, st.Declare) else s for s in r.body),
+        )
+        for r in program.routines
+    ]
+    return replace(program, data=tuple(one("", d) for d in program.data), routines=tuple(routines))
 
 
 def _asks_size(e: ex.Expression) -> bool:

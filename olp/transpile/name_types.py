@@ -18,6 +18,7 @@ TARGET: Final = "target"  # of a joint move, which goes to axis values or to a p
 # What a name is when its uses say several things: the first of these.
 KINDS: Final = (*PLACES, "string", "boolean", "integer", "real")
 COMPONENTS: Final = frozenset({"x", "y", "z", "rx", "ry", "rz", *(f"e{n}" for n in range(1, 7))})
+_TURNS: Final = frozenset({"rx", "ry", "rz"})
 AXES: Final = frozenset(f"a{n}" for n in range(1, 7))
 NUMERIC: Final = ("integer", "real")
 # What functions take, the last one repeated.
@@ -124,15 +125,16 @@ def references(program: st.Program, work: TranslationContext) -> st.Program:
     A language that hands on variables takes no number in their place: there by value too, if some call gives one.
     """
     if work.limits.reference_parameters:
-        foreign = work.source.vendor != work.target
-        return _by_value(program) if foreign and _hands_values(program) else program
-    program = _by_value(program)
+        if work.source.vendor == work.target or not _hands_values(program, work):
+            return program
+        return _in_turns(_by_value(program), work)
+    program = _in_turns(_by_value(program), work)
     _tell_aliases(program, work)
     return _in_variables(_returned(program), work) if work.limits.returned_parameters else program
 
 
-def _hands_values(program: st.Program) -> bool:
-    """Whether a call hands a parameter that is a reference anything else than a variable."""
+def _hands_values(program: st.Program, work: TranslationContext) -> bool:
+    """Whether a call hands a parameter that is a reference anything else than a variable of the target."""
     taken = {r.name.casefold(): r.parameters for r in program.routines}
     for s in program.statements():
         calls: list[st.Call | ex.CallValue] = [s] if isinstance(s, st.Call) else []
@@ -141,10 +143,107 @@ def _hands_values(program: st.Program) -> bool:
             references = {p.name for p in taken.get(call.routine.casefold(), ()) if p.by_reference}
             given = paired(taken.get(call.routine.casefold(), ()), call.arguments)
             if any(
-                name in references and not isinstance(e, (ex.Named, ex.Item, ex.Member)) for name, e in given
+                name in references
+                and (not isinstance(e, (ex.Named, ex.Item, ex.Member)) or _is_no_place(e, work))
+                for name, e in given
             ):
                 return True
     return False
+
+
+def _is_no_place(e: ex.Expression | None, work: TranslationContext) -> bool:
+    """Whether the target has no variable for a component: an angle of a turn that it holds as one value, and, where
+    calls return what they change, whatever has another unit there."""
+    limits = work.limits
+    parts = COMPONENTS if limits.returned_parameters else _TURNS
+    return limits.angles_together and isinstance(e, ex.Member) and e.name in parts
+
+
+def _in_turns(program: st.Program, work: TranslationContext) -> st.Program:
+    """Components that are no variables there, handed over to be changed: in one that is read back behind the call."""
+    taken = {}
+    for routine in program.routines:
+        count = sum(p.by_reference for p in routine.parameters)
+        if count == 1 or (
+            count and work.limits.reference_parameters
+        ):  # several come back in variables anyhow
+            taken[routine.name.casefold()] = routine.parameters
+    return (
+        replace(program, routines=tuple(_apart(r, taken, work) for r in program.routines))
+        if taken
+        else program
+    )
+
+
+def _apart(
+    routine: st.Routine, taken: Mapping[str, tuple[st.Parameter, ...]], work: TranslationContext
+) -> st.Routine:
+    names: list[str] = []
+    body: list[st.Statement] = []
+    for s in routine.body:
+        calls: list[st.Call | ex.CallValue] = [s] if isinstance(s, st.Call) else []
+        calls += [e for e in expressions_of(s) if isinstance(e, ex.CallValue)]
+        found = [(call, e) for call in calls for e in _without_place(call, taken, work)]
+        if not found:
+            body.append(s)
+            continue
+        if (
+            _call_of(s) is not found[0][0]
+            or any(call is not found[0][0] for call, _ in found)
+            or not all(_stays(e, routine, found[0][0]) for _, e in found)
+        ):
+            says = f"{found[0][0].routine} changes a component of a position, which is no variable there"
+            work.lose(s, Fate.REFUSED, "argument", says)
+            body.append(s)
+            continue
+        while len(names) < len(found):
+            names.append(work.fresh("component"))
+        pairs = [(e, ex.Named(name)) for (_, e), name in zip(found, names, strict=False)]
+        body += [st.Assign(s.line, name, e) for e, name in pairs]
+        body.append(_handing(s, pairs))
+        body += [st.Assign(s.line, e, name) for e, name in pairs]
+    if not names:
+        return routine
+    data = tuple(st.Declare(routine.line, name, "real") for name in names)
+    return replace(routine, body=tuple(body), data=(*routine.data, *data))
+
+
+def _without_place(
+    call: st.Call | ex.CallValue, taken: Mapping[str, tuple[st.Parameter, ...]], work: TranslationContext
+) -> list[ex.Member]:
+    parameters = taken.get(call.routine.casefold(), ())
+    references = {p.name for p in parameters if p.by_reference}
+    given = paired(parameters, call.arguments) if references else ()
+    return [e for p, e in given if p in references and isinstance(e, ex.Member) and _is_no_place(e, work)]
+
+
+def _handing(s: st.Statement, pairs: list[tuple[ex.Member, ex.Named]]) -> st.Statement:
+    call = _call_of(s)
+    assert call is not None
+    new = {id(e): name for e, name in pairs}
+
+    def one(e: ex.Expression) -> ex.Expression:
+        if isinstance(e, ex.NamedArgument) and e.value is not None:
+            return replace(e, value=new.get(id(e.value), e.value))
+        return new.get(id(e), e)
+
+    arguments = tuple(map(one, call.arguments))
+    if isinstance(s, st.Call):
+        return replace(s, arguments=arguments)
+    assert isinstance(s, st.Assign)
+    assert isinstance(call, ex.CallValue)
+    return replace(s, value=replace(call, arguments=arguments))
+
+
+def _stays(e: ex.Expression, routine: st.Routine, call: st.Call | ex.CallValue) -> bool:
+    """Whether a place means the same behind a call: what its indices are made of is the caller's own, and kept."""
+    indices: set[str] = set()
+    while isinstance(e, (ex.Item, ex.Member)):
+        for index in e.indices if isinstance(e, ex.Item) else ():
+            note_names(index, indices)
+        e = e.base
+    handed = {one.name for one in call.arguments if isinstance(one, ex.Named)}
+    return indices <= _own_names(routine) - handed
 
 
 def _by_value(program: st.Program) -> st.Program:

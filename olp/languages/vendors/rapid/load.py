@@ -611,7 +611,8 @@ def _changed(
     if not mode:
         return
     first = given[0]
-    if first.kind in _LITERALS or first.text in ("[", "-") or first.key in ("true", "false"):
+    called = len(given) > 1 and first.kind == "word" and given[1].text == "("
+    if called or first.kind in _LITERALS or first.text in ("[", "-") or first.key in ("true", "false"):
         says = f"{name.text} takes data of yours here ({mode.upper()}), and this is a value"
         found.tell("K108", says, first.span, "hand over a variable")
         return
