@@ -1,6 +1,7 @@
-"""How scripts/olp and scripts/test get their environment: once, whole, and not for somebody else's folder."""
+"""How scripts/olp and scripts/test get their environment (once, whole, for this folder), and what CI starts."""
 
 import importlib.util
+import subprocess
 import sys
 import threading
 import time
@@ -85,3 +86,29 @@ def test_an_installation_that_fails_says_why_and_is_not_taken_for_whole(
         environment.main("run")
     assert "no network" in capsys.readouterr().err
     assert not environment.is_ready("run")
+
+
+@pytest.mark.parametrize(
+    ("runs", "wanted"),
+    [
+        ("run", ["test", "test-hosts --ci"]),
+        ("nightly", ["test --all", "test-hosts", "docs"]),
+    ],
+)
+@pytest.mark.parametrize("fails", ["", "test", "test-hosts"])
+def test_ci_starts_each_part_and_one_that_fails_fails_the_whole(
+    runs: str, wanted: list[str], fails: str, tmp_path: Path
+) -> None:
+    """With scripts in place of the repository's that only note how they were started."""
+    (tmp_path / ".ci").mkdir()
+    (tmp_path / "scripts").mkdir()
+    started = tmp_path / "started"
+    copy = tmp_path / ".ci" / runs
+    copy.write_bytes((ROOT / ".ci" / runs).read_bytes())
+    for name in ("test", "test-hosts", "docs"):
+        script = tmp_path / "scripts" / name
+        script.write_text(f'#!/bin/sh\necho "{name} $*" >>"{started}"\n[ "{fails}" != {name} ]\n')
+        script.chmod(0o755)
+    done = subprocess.run(["sh", str(copy)], cwd="/", stdin=subprocess.DEVNULL)
+    assert [row.strip() for row in started.read_text().splitlines()] == wanted
+    assert done.returncode == (1 if fails else 0)
