@@ -243,3 +243,51 @@ def test_only_a_dot_in_front_makes_a_variable_the_programs_own() -> None:
     found = program(*lines)
     assert {one.name for one in found.data} >= {"p.offset", "n.o"}
     assert {one.name for one in found.routines[0].body if isinstance(one, Declare)} == {".x", "$.t"}
+
+
+COUNTED = """.PROGRAM go()
+  .n = 3
+  .last[1] = 4
+  .last[2] = 6
+  FOR .i = 1 TO .n - 1
+    FOR .j = 0 TO .last[.i]
+      POINT .way[.i,.j] = home.p
+    END
+  END
+  CALL trace(.&way[,])
+.END
+.PROGRAM trace(.&p[,])
+  JMOVE .p[1,0]
+  JMOVE .p[2,7]
+.END
+.TRANS
+home.p 400 0 300 0 180 0
+.END
+"""
+
+
+def sizes_of_way(text):
+    routine = read_source(decode(text.encode(), "part.as"), vendor="as").routines[0]
+    return [
+        [size.value for size in s.sizes] for s in routine.body if isinstance(s, Declare) and s.name == ".way"
+    ]
+
+
+def test_the_ends_of_loops_tell_how_large_an_array_is():
+    """Indices begin with 0: `.way[2,7]` is in the third row, the eighth. 100 x 100 were taken, as of open ones."""
+    assert sizes_of_way(COUNTED) == [[3, 8]]
+
+
+@pytest.mark.parametrize(
+    ("row", "other"),
+    [
+        ("  .n = 3", "  .n = n"),
+        ("  .last[1] = 4", '  PROMPT "rows", .last[1]'),
+        ("  .n = 3", "  .n = 3\n  CALL ask(.n)"),
+        ("    FOR .j = 0 TO .last[.i]", "    FOR .j = 0 TO .last[.i]\n      .j = .j + k"),
+        ("CALL trace(.&way[,])", "CALL elsewhere(.&way[,])"),
+    ],
+    ids=["set by others", "asked", "handed over", "counted otherwise", "handed to an unknown program"],
+)
+def test_a_loop_whose_end_nothing_tells_leaves_an_array_open(row, other):
+    assert sizes_of_way(COUNTED.replace(row, other)) == [[100, 100]]

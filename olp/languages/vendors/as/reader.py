@@ -127,7 +127,7 @@ class _AsFile:
         routines = _SignalNumbers(self.findings, routines, self.data).known()
         self._declare_groups(routines)
         routines, self.logical = with_truths(routines, self.data)
-        sizes = _constant_sizes(routines)
+        sizes = _Sizes(routines, lines).known()
         routines = [self._with_arrays(one, sizes) for one in routines]
         main = _main(routines)
         if main:
@@ -661,22 +661,151 @@ def _is_own(name: str) -> bool:
     return name.lstrip("#$").startswith(".")
 
 
-def _constant_sizes(routines: list[st.Routine]) -> dict[str, tuple[ex.Number, ...]]:
-    """Of the arrays of which every index is written out, and which no program hands to another."""
-    found: dict[str, tuple[int, ...] | None] = {}
-    for s in (s for r in routines for s in r.body):
-        handed = s.arguments if isinstance(s, st.Call) else ()
-        found.update((e.name.casefold(), None) for e in handed if isinstance(e, ex.Named))
-        for e in expressions_of(s):
-            if not isinstance(e, ex.Item) or not isinstance(e.base, ex.Named):
-                continue
-            name, at = e.base.name.casefold(), [i.value for i in e.indices if isinstance(i, ex.Number)]
-            known = found.get(name, (0,) * len(at))
-            if known is None or len(at) != len(e.indices) or len(known) != len(at):
-                found[name] = None
-            else:
-                found[name] = tuple(max(int(one), most) for one, most in zip(at, known, strict=True))
-    return {name: tuple(map(ex.Number, sizes)) for name, sizes in found.items() if sizes and min(sizes) > 0}
+_ONLY_READ: Final = (
+    st.Move, st.If, st.ElseIf, st.While, st.Until, st.Switch, st.Case, st.Wait, st.Dwell, st.SetOutput, st.Message,
+)  # fmt: skip
+_NAME: Final = re.compile(r"[.$A-Za-z][.$\w]*")
+_CHAIN: Final = 50  # sums and variables of which a value is made
+
+
+class _Largest:
+    """The largest values that variables have where the programs of a file set them; None where that is open.
+
+    A table's value takes no part: it is what a variable had when the file was saved. Names are case folded; those of
+    one program (.name) go with it.
+    """
+
+    def __init__(self, routines: Iterable[st.Routine], lines: Sequence[str]) -> None:
+        self._lines = lines
+        self._set: dict[tuple[str, str], list[tuple[str, ex.Expression]] | None] = {}
+        self._counted: set[tuple[str, str]] = set()  # what else than a loop sets as well
+        self._known: dict[tuple[str, str], float | None] = {}
+        for r in routines:
+            self._open(r.name, (p.name for p in r.parameters))  # callers decide
+            for s in r.body:
+                self._note(r.name, s)
+
+    def _note(self, routine: str, s: st.Statement) -> None:
+        if isinstance(s, st.Assign):
+            base = s.target.base if isinstance(s.target, ex.Item) else s.target
+            if isinstance(base, ex.Named):
+                self._add(self._key(routine, base.name), routine, s.value)
+                self._counted.add(self._key(routine, base.name))
+        elif isinstance(s, st.For) and isinstance(s.variable, ex.Named):
+            behind = ex.Binary("+", s.stop, s.step or ex.Number(1))
+            for value in (s.start, s.stop, behind):
+                self._add(self._key(routine, s.variable.name), routine, value)
+        elif isinstance(s, (st.Opaque, st.Process)):
+            self._open(routine, _NAME.findall(self._lines[s.line - 1]))
+        elif not isinstance(s, _ONLY_READ):
+            self._open(routine, (e.name for e in expressions_of(s) if isinstance(e, ex.Named)))
+
+    def _add(self, key: tuple[str, str], routine: str, value: ex.Expression) -> None:
+        values = self._set.setdefault(key, [])
+        if values is not None:
+            values.append((routine, value))
+
+    def _open(self, routine: str, names: Iterable[str]) -> None:
+        for name in names:
+            self._set[self._key(routine, name)] = None
+            self._counted.add(self._key(routine, name))
+
+    def _key(self, routine: str, name: str) -> tuple[str, str]:
+        return (routine if _is_own(name) else "", name.casefold())
+
+    def of(
+        self, routine: str, e: ex.Expression, loops: Mapping[str, ex.Expression], deep: int = 0
+    ) -> float | None:
+        """`loops`: case folded counters of the loops around it -> their ends. `deep`: how far inside another value."""
+        e = e.base if isinstance(e, ex.Item) else e
+        if isinstance(e, ex.Number) or deep > _CHAIN:
+            return e.value if isinstance(e, ex.Number) else None
+        if isinstance(e, ex.Named):
+            key, stop = self._key(routine, e.name), loops.get(e.name.casefold())
+            if stop is None or key in self._counted:
+                return self._variable(key, deep + 1)
+            return self.of(routine, stop, {}, deep + 1)
+        if not isinstance(e, ex.Binary) or e.operator not in ("+", "-"):
+            return None
+        if e.operator == "-" and not isinstance(e.right, ex.Number):
+            return None
+        parts = [self.of(routine, one, loops, deep + 1) for one in (e.left, e.right)]
+        if parts[0] is None or parts[1] is None:
+            return None
+        return parts[0] + parts[1] if e.operator == "+" else parts[0] - parts[1]
+
+    def _variable(self, key: tuple[str, str], deep: int) -> float | None:
+        if key not in self._known:
+            self._known[key] = None  # what counts itself has no end that the text tells
+            found = [self.of(routine, value, {}, deep) for routine, value in self._set.get(key) or ()]
+            told = [one for one in found if one is not None]
+            self._known[key] = max(told) if told and len(told) == len(found) else None
+        return self._known[key]
+
+
+class _Sizes:
+    """Of the arrays of which every index is written out or counted up to a known number, also by who is handed them."""
+
+    def __init__(self, routines: list[st.Routine], lines: Sequence[str]) -> None:
+        self._largest = _Largest(routines, lines)
+        self._takes = {r.name.casefold(): r.parameters for r in routines}
+        self._found: dict[str, tuple[int, ...] | None] = {}
+        self._same: dict[str, str] = {}  # an array -> one that is handed to it or that it is handed to
+        for r in routines:
+            self._read(r)
+
+    def _read(self, r: st.Routine) -> None:
+        loops: list[tuple[str, st.For]] = []
+        for s in r.body:
+            inside = {name: one.stop for name, one in loops if _rises(one.step)}
+            for e in expressions_of(s):
+                if isinstance(e, ex.Item) and isinstance(e.base, ex.Named):
+                    at = [self._largest.of(r.name, index, inside) for index in e.indices]
+                    told = tuple(int(one) for one in at if one is not None and one <= _MOST_ELEMENTS)
+                    self._note(e.base.name.casefold(), told if len(told) == len(at) else None)
+            if isinstance(s, st.For):
+                loops.append((s.variable.name.casefold() if isinstance(s.variable, ex.Named) else "", s))
+            elif isinstance(s, st.Next) and loops:
+                loops.pop()
+            elif isinstance(s, st.Call):
+                self._hand(s)
+
+    def _hand(self, s: st.Call) -> None:
+        takes = self._takes.get(s.routine.casefold(), ())
+        for place, e in enumerate(s.arguments):
+            if isinstance(e, ex.Named) and place < len(takes):
+                one, other = self._root(e.name.casefold()), self._root(takes[place].name.casefold())
+                if one != other:
+                    self._same[other] = one
+                    if other in self._found:
+                        self._note(one, self._found.pop(other))
+            elif isinstance(e, ex.Named):
+                self._note(e.name.casefold(), None)
+
+    def _root(self, name: str) -> str:
+        root = name
+        while root in self._same:
+            root = self._same[root]
+        if root != name:
+            self._same[name] = root
+        return root
+
+    def _note(self, name: str, indices: tuple[int, ...] | None) -> None:
+        name = self._root(name)
+        known = self._found.get(name, indices)
+        both = None if known is None or indices is None or len(known) != len(indices) else (known, indices)
+        self._found[name] = None if both is None else tuple(map(max, *both))
+
+    def known(self) -> dict[str, tuple[ex.Number, ...]]:
+        names = (*self._found, *self._same)
+        found = {name: self._found.get(self._root(name)) for name in names}
+        return {
+            name: tuple(map(ex.Number, sizes)) for name, sizes in found.items() if sizes and min(sizes) > 0
+        }
+
+
+def _rises(step: ex.Expression | None) -> bool:
+    return step is None or (isinstance(step, ex.Number) and step.value > 0)
 
 
 def _gap(element: ex.Expression) -> tuple[str, ex.Expression]:
