@@ -1,10 +1,14 @@
 """Every block of code in the documentation is run or checked (see doc_pages.py), and prints what the page shows."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from doc_pages import ROOT, blocks, differences, examples, matches
+
+from olp.languages.limits import writable
+from olp.languages.vendor import find_vendor, vendor_names
 
 PAGES = sorted(
     [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("hosts/**/*.md")]
@@ -70,3 +74,29 @@ def test_output_is_compared_exactly_except_where_the_page_leaves_out(
     shown: str, printed: str, same: bool
 ) -> None:
     assert matches(shown, printed) is same
+
+
+def _words_of(names: Sequence[str]) -> set[str]:
+    """What pages call languages: their titles without the makers."""
+    return {find_vendor(name).title.split()[-1] for name in names}
+
+
+ONLY_READ = sorted(set(vendor_names()) - set(writable()))
+
+
+@pytest.mark.parametrize(
+    ("page", "before", "behind", "names"),
+    [
+        ("README.md", "It reads ", ".", vendor_names()),
+        ("docs/README.md", "- languages: ", "\n", vendor_names()),
+        ("docs/vendors.md", "Pages: ", "; only read: ", writable()),
+        ("docs/vendors.md", "; only read: ", ".\u0020", ONLY_READ),
+        ("docs/other-languages.md", "# ", "\n", ONLY_READ),
+    ],
+)
+def test_a_list_of_languages_names_those_that_are_found_and_no_other(
+    page: str, before: str, behind: str, names: Sequence[str]
+) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    listed = re.sub(r"\]\([^)]*\)", "]", text.partition(before)[2].partition(behind)[0])
+    assert set(re.findall(r"\w+", listed)) & _words_of(vendor_names()) == _words_of(names)
