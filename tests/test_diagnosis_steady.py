@@ -1,12 +1,13 @@
 """An answer does not hang on the last bit: what is equal but for rounding is decided by a stated order."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis import conditions
-from olp.identification.diagnosis.fitting import Noise, evaluate, largest, ranks
+from olp.identification.diagnosis import conditions, fitting
+from olp.identification.diagnosis.fitting import Noise, evaluate, fit, largest, ranks, whiten
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.search import additions, move_terms, shelf_of
 from olp.identification.recorded_plan import case_of
@@ -55,3 +56,37 @@ def test_of_conditions_that_hold_in_the_same_moves_that_of_the_known_column_is_t
         for seed in range(4):
             found = said.best(shaken(better, seed), known=Condition((Statement(one.column, above=0.0),)))[1]
             assert [s.column for s in found.statements] == [one.column]
+
+
+@pytest.mark.parametrize("order", [-0.49, -0.3, 0.5])
+def test_whitened_residuals_have_variance_one_and_nothing_in_common(case, order):
+    count, apart = len(case), np.abs(np.subtract.outer(range(len(case)), range(len(case))))
+    parted = count // 2  # from here on the moves do not follow the ones before
+    moves = replace(case, place=np.arange(count) + (np.arange(count) >= parted))
+    scatter = np.where(apart < 2, np.where(apart, order, 1.0), 0.0) if order < 0 else order**apart
+    scatter[:parted, parted:] = scatter[parted:, :parted] = 0.0
+    rows = whiten(np.eye(count), Noise(1e-4, order), moves)
+    np.testing.assert_allclose(rows @ scatter @ rows.T, np.eye(count), atol=1e-12)
+    np.testing.assert_allclose(whiten(case.measured, Noise(1e-4, order), moves), rows @ case.measured)
+
+
+def test_a_fit_that_gets_nowhere_near_what_is_asked_is_given_up_and_another_is_not_touched(case, monkeypatch):
+    noise, asked = Noise(0.004), []
+    model = DurationModel(
+        tuple(one for one in shelf_of(case, move_terms()).parts if one.term.name == "gravity")[:1]
+    )
+    whole = fit(model, replace(case), noise, 20)
+    start = evaluate(model, case, noise)
+    assert whole.bic < start.bic - 1.0
+    slopes = fitting._slopes
+    monkeypatch.setattr(fitting, "_slopes", lambda *args: asked.append(1) or slopes(*args))
+
+    def steps_of(below):
+        asked.clear()
+        found = fit(model, replace(case), noise, 20, below=below)
+        return len(asked), found
+
+    full, same = steps_of(whole.bic + 1.0)
+    few, given_up = steps_of(whole.bic - 1e6)
+    assert same.bic == whole.bic < given_up.bic
+    assert few == 1 < full

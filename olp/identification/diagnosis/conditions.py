@@ -202,7 +202,7 @@ def _exchanged(
     at = [k for k, part in enumerate(winner.model.parts) if part.condition is not None]
     if not at:
         return winner
-    others = swaps(winner, at[0], shelf, case, noise)
+    others = swaps(winner, at[0], shelf, case, noise, price(winner))
     rest = evaluate(winner.model.without(at[0]), case, noise)
     others += _other_forms(rest, winner.model.parts[at[0]], case, noise, shelf)
     first = min(others, key=price, default=winner)

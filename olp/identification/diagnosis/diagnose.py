@@ -31,7 +31,7 @@ from olp.identification.diagnosis.result import (
     Remainder,
 )
 from olp.identification.diagnosis.scatter import Scatter, beyond_digits, digits_of, scatter_of
-from olp.identification.diagnosis.search import additions, move_terms, nearest_single, price, swaps
+from olp.identification.diagnosis.search import PRICE, additions, move_terms, nearest_single, price, swaps
 from olp.identification.diagnosis.waits import spread, tails_of
 from olp.identification.recorded_plan import case_of
 from olp.timing.physics import TermParameter, load_term
@@ -653,7 +653,9 @@ def _rivals(best: ModelFit, parts: list[int], named: NamingResult) -> list[_Riva
     if len(parts) > 1:
         return []
     used, rivals = set(best.names), list[_Rival]()
-    for other in swaps(best, parts[0], named.shelf, named.clean, named.noise):
+    for other in swaps(
+        best, parts[0], named.shelf, named.clean, named.noise, best.bic + _RIVALS + PRICE * len(best.names)
+    ):
         name = next((p.term.name for p in other.model.parts if p.term.name not in used), None)
         worse = max(other.bic - best.bic, 0.0)
         if name is not None and worse < _RIVALS:
@@ -672,7 +674,7 @@ def _beside_a_plainer_form(best: ModelFit, index: int, named: NamingResult) -> l
             continue
         bare = fit(DurationModel((*rest, plainer._replace(condition=part.condition))), case, noise, 8)
         for other in additions(shelf, bare, case, noise, _BESIDE):
-            both = fit(DurationModel((*bare.model.parts, other)), case, noise, 20)
+            both = fit(DurationModel((*bare.model.parts, other)), case, noise, 20, below=best.bic + ALIKE)
             worse = min(max(both.bic - best.bic, 0.0), found.get(other.term.name, math.inf))
             if worse < ALIKE and other.term.name not in best.names:
                 found[other.term.name] = worse

@@ -30,7 +30,9 @@ _ROUNDS = 4  # of the scale's fixed point
 _FINEST = 64.0  # times as long as the last step along a coordinate is the first
 _WHOLE = 0.12  # of a cycle: with less scatter, durations are rounded as they should be
 ROUNDED = 1e-9  # of the largest of some values: what is nearer together may be equal but for rounding
+_NOTHING = 1e-18  # share of a number that changes none of its digits
 _QUICK = 10  # steps: who asks for no more compares many fits
+_AT_MOST = 2.0  # times what a step of a fit gained: no step behind it is expected to gain more
 _ENOUGH, _LAST = 0.02, 1e-4  # of a step's gain in log-likelihood, for those and for others: less ends the fit
 
 
@@ -76,29 +78,41 @@ def whiten(values: Floats, noise: Noise, case: MeasuredMoves) -> Floats:
     """
     if noise.order == 0.0:
         return values
-    whitener = case.once(f"whitener {noise.order}", lambda: _whitener(noise.order, case.follows).ravel())
-    return np.asarray(whitener.reshape(len(case), len(case)) @ values)
+    name = f"whitener {noise.order}"
+    gain, *carried = case.once(name, lambda: _whitener(noise.order, case.follows).ravel()).reshape(
+        -1, len(case)
+    )
+    columns = (len(case), *(1,) * (values.ndim - 1))
+    result = gain.reshape(columns) * values
+    if noise.order > 0:
+        result[1:] += carried[0][1:].reshape(-1, *columns[1:]) * values[:-1]
+        return result
+    for level, share in enumerate(carried):
+        # Rows hold what the 2^level rows up to them bring, and get what as many before these bring.
+        result[1 << level :] += share[1 << level :].reshape(-1, *columns[1:]) * result[: -1 << level]
+    return result
 
 
 def _whitener(order: float, follows: NDArray[np.bool_]) -> Floats:
-    """(n, n) whose product with residuals has variance one; `follows` (n,): right behind the row before."""
-    n = len(follows)
+    """(k, n) of products that have variance one: what a row's own value counts, then, of `follows` (n,) right behind
+    the row before: with order above 0 what the value before counts; below 0, for each power of two, what the product
+    so many rows before counts (a recursion by doubling: D. Hillis, G. Steele, Communications of the ACM 29, 1986)."""
+    behind = follows & (np.arange(len(follows)) > 0)
     if order > 0:
-        result = np.eye(n)
-        at = np.nonzero(follows)[0]
-        result[at, at] /= np.sqrt(1.0 - order**2)
-        result[at, at - 1] = -order / np.sqrt(1.0 - order**2)
-        return result
-    result = np.zeros((n, n))
-    variance, before = 1.0, np.zeros(n)  # of the innovation of the row before, and its row
-    for row in range(n):
-        weight = order if follows[row] and row else 0.0
-        innovation = -(weight / np.sqrt(variance)) * before
-        innovation[row] = 1.0
-        variance = 1.0 - weight**2 / variance
-        before = innovation / np.sqrt(variance)
-        result[row] = before
-    return result
+        size = np.sqrt(1.0 - order**2)
+        return np.stack([np.where(behind, 1.0 / size, 1.0), np.where(behind, -order / size, 0.0)])
+    variance = np.ones(len(behind))  # of what a row has that the rows before it do not foretell
+    for row in np.flatnonzero(behind).tolist():
+        variance[row] -= order**2 / variance[row - 1]
+    levels = [1.0 / np.sqrt(variance)]
+    share = np.where(behind, -order * levels[0] * np.roll(levels[0], 1), 0.0)
+    far = 1
+    while share.any():
+        levels.append(share)
+        share = np.where(np.arange(len(share)) < far, 0.0, share * np.roll(share, far))
+        share[np.abs(share) < _NOTHING] = 0.0
+        far *= 2
+    return np.stack(levels)
 
 
 def loss_of(residual: Floats, least: float, start: float = 0.0) -> tuple[float, float]:
@@ -218,9 +232,19 @@ def evaluate(model: DurationModel, case: MeasuredMoves, noise: Noise) -> ModelFi
     return _judged(model, case.measured - model.seconds(case), case, noise)
 
 
-def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10, held: int = -1) -> ModelFit:
+def fit(
+    model: DurationModel,
+    case: MeasuredMoves,
+    noise: Noise,
+    steps: int = 10,
+    held: int = -1,
+    below: float = math.inf,
+) -> ModelFit:
     """The best values near those of `model`; the coordinate `held` stays where it is. A case keeps what came of it,
-    also for who allows more steps than were worth it."""
+    also for who allows more steps than were worth it.
+
+    `below`: the BIC from which on the fit is of no use. It is given up where steps gain too little to get there.
+    """
     if not model.parts:
         return evaluate(model, case, noise)
     parts = tuple((p.term.name, p.form, p.values.tobytes(), p.condition) for p in model.parts)
@@ -228,15 +252,17 @@ def fit(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int = 10
     known = case.fits.get(key)
     if isinstance(known, _Kept) and known.least <= steps <= known.most:
         return known.fit
-    found, enough = _fitted(model, case, noise, steps, held)
-    case.keep(key, _Kept(found, enough or steps, math.inf if enough else steps))
+    found, enough = _fitted(model, case, noise, steps, held, below)
+    if enough is not None:
+        case.keep(key, _Kept(found, enough or steps, math.inf if enough else steps))
     return found
 
 
 def _fitted(
-    model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, held: int
-) -> tuple[ModelFit, int]:
-    """The best values, and the steps after which none was worth another one; 0 where more might have been."""
+    model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, held: int, below: float
+) -> tuple[ModelFit, int | None]:
+    """The best values, and the steps after which none was worth another one; 0 where more might have been, None where
+    the fit was given up."""
     enough = 0
     place, damping = _pack(model), 1e-3
     seconds, smooth = model.both(case)
@@ -271,6 +297,8 @@ def _fitted(
         if gained < (_ENOUGH if steps <= _QUICK else _LAST):
             enough = step
             break
+        if smooth is seconds and best.bic - below > 2.0 * _AT_MOST * gained * (steps - step):
+            return best, None
     if smooth is seconds or (steps <= _QUICK and best.scale < _WHOLE * model.motion(case).cycle):
         return best, enough
     return _stepped(best, place, (low, high), case, noise, held), enough

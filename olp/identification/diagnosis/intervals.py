@@ -22,6 +22,7 @@ from olp.identification.diagnosis.fitting import (
     fit,
     moved,
     parameters_of,
+    penalty,
     place_of,
     slopes_of,
     whiten,
@@ -266,9 +267,11 @@ def ways_of(
                 continue
             models = [_replaced(best.model, index, other) for other in parts]
             models.sort(key=lambda model: evaluate(model, case, noise).loss)
-            tried = [fit(model, case, noise, _STEPS) for model in models[:_GUESSES]]
+            dearer = penalty(models[0].parts, case) - penalty(best.model.parts, case)
+            least = best.bic + ALIKE + max(dearer, 0.0)  # as good by BIC, or as likely
+            tried = [fit(model, case, noise, _STEPS, below=least) for model in models[:_GUESSES]]
             closest = min(tried, key=lambda f: f.bic)
-            if min(closest.bic - best.bic, 2.0 * (closest.loss - best.loss)) < ALIKE:
+            if closest.bic < least:
                 found.append(AlternativeModel(closest, max(closest.bic - best.bic, 0.0), index))
     return sorted(found, key=lambda way: way.worse)
 

@@ -52,7 +52,7 @@ class Effort(NamedTuple):
     singles: int  # fitted of those that were screened
     pairs: int  # fitted of those that were screened
     leaders: int  # single terms that are fitted with others
-    beam: int  # sets of one size that are added to
+    beam: int  # sets of one size that are added to, and looked at in the end
     additions: int  # to each
     most: int = MOST
     steps: int = 8  # of each fit
@@ -98,6 +98,11 @@ def price(fitted: ModelFit) -> float:
     return round(whole, _DIGITS)  # of two that are equal but for where their fits stopped, the first
 
 
+def cheaper(model: DurationModel, case: MeasuredMoves, noise: Noise, steps: int, asked: float) -> ModelFit:
+    """The model fitted; given up where its price gets nowhere near to below the one that is `asked`."""
+    return fit(model, case, noise, steps, below=asked - PRICE * len({part.term.name for part in model.parts}))
+
+
 def most_names(case: MeasuredMoves) -> int:
     """How many names the moves are evidence for."""
     return (len(case) + _SPARED) // _MOVES_PER_NAME
@@ -109,10 +114,15 @@ def search(case: MeasuredMoves, noise: Noise, shelf: PartShelf, effort: Effort) 
 
     def keep(model: DurationModel) -> ModelFit:
         key = tuple(sorted((part.label, part.form.key) for part in model.parts))
-        fitted = fit(model, case, noise, effort.steps)
+        fitted = cheaper(model, case, noise, effort.steps, bar(len(model.parts)))
         if key not in found or price(fitted) < price(found[key]):
             found[key] = fitted
         return found[key]
+
+    def bar(size: int) -> float:
+        """The price below which a set is among those of its size that are looked at again."""
+        prices = sorted(price(f) for f in found.values() if len(f.model.parts) == size)
+        return prices[effort.beam - 1] if size > 1 and len(prices) >= effort.beam else np.inf
 
     empty = keep(DurationModel())
     most = min(effort.most, most_names(case))
@@ -226,13 +236,14 @@ def exchanged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Nois
     """The fit, with other terms in the place of its parts, and one more, as long as that is better; what a screening to
     first order overlooked is found here."""
     for _ in range(_EXCHANGES):
-        tried = [swaps(best, k, shelf, case, noise) for k in range(len(best.model.parts))]
+        tried = [swaps(best, k, shelf, case, noise, price(best)) for k in range(len(best.model.parts))]
         others = [fits[0] for fits in tried if fits]
         names = {part.term.name for part in best.model.parts}
         if len(names) < min(MOST, most_names(case)):
             more = additions(shelf, best, case, noise, _BESIDE_ALL, _OF_A_TERM)
             others += [
-                fit(DurationModel((*best.model.parts, part)), case, noise, WIDE.steps) for part in more
+                cheaper(DurationModel((*best.model.parts, part)), case, noise, WIDE.steps, price(best))
+                for part in more
             ]
         others = [
             f for f in others if len(f.model.parts) == len(best.model.parts) or f.bic < best.bic - TELLING
@@ -255,7 +266,9 @@ def merged(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) 
             for other in shelf.parts
             if other.label == parts[kept].label and len(other.values) > len(parts[kept].values)
         ]
-        tried = [fit(DurationModel((*rest, other)), case, noise, WIDE.steps) for other in richer]
+        tried = [
+            cheaper(DurationModel((*rest, other)), case, noise, WIDE.steps, price(best)) for other in richer
+        ]
         first = min(tried, key=price, default=best)
         if price(first) < price(best):
             return merged(first, shelf, case, noise)
@@ -279,8 +292,9 @@ def of_all_axes(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: No
     full = fit(model, case, noise, _SETTLED)
     while True:
         axes = [k for k, part in enumerate(full.model.parts) if part.form.axis >= 0]
-        fewer = min((fit(full.model.without(k), case, noise) for k in axes), key=lambda f: f.bic)
-        if fewer.bic >= full.bic + TELLING or len(fewer.model.parts) <= len(best.model.parts):
+        least = full.bic + TELLING
+        fewer = min((fit(full.model.without(k), case, noise, below=least) for k in axes), key=lambda f: f.bic)
+        if fewer.bic >= least or len(fewer.model.parts) <= len(best.model.parts):
             break
         full = fewer
     return full if price(full) < price(best) - TELLING else best
@@ -293,7 +307,7 @@ def in_its_place(
     labels that were `tried`."""
     names = {part.term.name for part in bare.model.parts if part.form.axis >= 0}
     more = [
-        fit(DurationModel((*bare.model.parts, one)), case, noise, _SETTLED)
+        fit(DurationModel((*bare.model.parts, one)), case, noise, _SETTLED, below=bare.bic - TELLING)
         for one in shelf.parts
         if one.form.axis == gone.form.axis >= 0 and one.term.name in names and one.label not in tried
         if not any(_rivals(one, part) for part in bare.model.parts)
@@ -307,7 +321,13 @@ def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise)
     parts = best.model.parts
     for index, part in enumerate(parts):
         tried = [
-            fit(DurationModel((*parts[:index], other, *parts[index + 1 :])), case, noise, WIDE.steps)
+            cheaper(
+                DurationModel((*parts[:index], other, *parts[index + 1 :])),
+                case,
+                noise,
+                WIDE.steps,
+                price(best),
+            )
             for other in shelf.parts
             if other.label == part.label and len(other.values) < len(part.values)
         ]
@@ -318,10 +338,10 @@ def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise)
 
 
 def swaps(
-    fitted: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise
+    fitted: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise, asked: float = np.inf
 ) -> list[ModelFit]:
     """The fits in which every other term stands in the place of part `index`, under its condition, the best first, each
-    term once."""
+    term once. `asked`: the price from which on a fit is of no use."""
     rest = fitted.model.without(index)
     used = {part.term.name for part in fitted.model.parts}
     condition = fitted.model.parts[index].condition
@@ -335,11 +355,11 @@ def swaps(
         if seen.total() > _IN_PLACE:
             break
         placed = part._replace(condition=condition if part.conditionable else None)
-        tried = fit(DurationModel((*rest.parts, placed)), case, noise, 6)
+        tried = cheaper(DurationModel((*rest.parts, placed)), case, noise, 6, asked)
         if name not in best or tried.bic < best[name].bic:
             best[name] = tried
     close = sorted(best.values(), key=lambda f: f.bic)
-    settled = [fit(f.model, case, noise, _SETTLED) for f in close[:_CLOSE]]
+    settled = [cheaper(f.model, case, noise, _SETTLED, asked) for f in close[:_CLOSE]]
     return sorted([*settled, *close[_CLOSE:]], key=lambda f: f.bic)
 
 
