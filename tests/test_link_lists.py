@@ -197,3 +197,16 @@ def test_variables_of_the_controllers_own_list_are_one_for_all_programs(tmp_path
     (tmp_path / "a.src").write_text("DEF a ( )\nCOUNT=5\nb ()\n$ANOUT[1]=COUNT\nEND\n")
     (tmp_path / "b.src").write_text("DEF b ( )\nCOUNT=COUNT+1\nEND\n")
     assert outputs(run(olp.read(tmp_path / "a.src"), ROBOT)) == [6]
+
+
+@pytest.mark.parametrize("own", ["robtarget corner", ""])
+def test_data_of_another_module_are_found_beside_a_parameter_of_the_same_name(tmp_path, own):
+    """A routine's own name says nothing of the same name in the other routines."""
+    rows = ["PROC main()", "MoveL corner,v100,fine,tool0;", "lift;", "ENDPROC", f"PROC lift({own})"]
+    rows += ["" if own else "VAR robtarget corner;", "MoveL corner,v100,fine,tool0;", "ENDPROC"]
+    (tmp_path / "A.mod").write_text("\n".join(["MODULE A", *rows, "ENDMODULE", ""]))
+    place = (
+        "CONST robtarget corner:=[[900,0,900],[0.707107,0,0.707107,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    )
+    (tmp_path / "B.mod").write_text(f"MODULE B\n{place}\nENDMODULE\n")
+    assert [d.name for d in link(olp.read(tmp_path / "A.mod")).program.data] == ["corner"]

@@ -2950,3 +2950,20 @@ def test_an_angle_changed_through_an_index_that_the_call_changes_is_refused():
     ) + "\r\n".join(["DEF NEXT(A :OUT,N :OUT)", "REAL A", "INT N", "N=3", "A=5", "END", ""])  # fmt: skip
     (told,) = refused(routines, "krl", "rapid").values()
     assert "component of a position" in told
+
+
+@pytest.mark.parametrize("target", ["tp", "inform", "urscript"])
+def test_a_first_routine_that_others_call_sets_first_values_at_its_start_alone(target):
+    """main is called again: in the source that sets nothing back, as its variables begin when the module is loaded."""
+    text = module(
+        "total:=total+1;", "WaitTime total;", "IF total<8 again;", data=["VAR num total:=5;"]
+    ).replace("ENDMODULE", "PROC again()\r\nWaitTime 0.5;\r\nmain;\r\nENDPROC\r\nENDMODULE")  # fmt: skip
+    made = converted(text, "rapid", target)
+    assert ["main_start"] in [list(things) for things in made.translated.asks.values()]
+    assert waits_of_plan(run_converted(made, target, ROBOT)) == [6, 0.5, 7, 0.5, 8]
+    once = translated(text.replace("main;", "WaitTime 1;"), "rapid", target)  # nothing calls it
+    assert "main_start" not in once
+
+
+def waits_of_plan(plan):
+    return [round(float(plan.durations[row]), 3) for row in plan.row[plan.kind == StepKind.WAIT]]

@@ -479,18 +479,21 @@ class _Joined:
         return known
 
     def _undeclared(self) -> set[str]:
-        """Names that are used and declared nowhere, in lower case."""
+        """Names that are used where no declaration holds for them, in lower case: a routine's own is no other's."""
         known = {declare.name.casefold() for declare in self.data}
         found = names_of_data((*self.data, *(row for r in self.routines for row in r.data)))
+        found = {name.casefold() for name in found}
         for routine in self.routines:
             look = self._look(routine)
-            known |= {p.name.casefold() for p in routine.parameters}
             known |= {d.name.casefold() for d in routine.data}
-            known |= {s.name.casefold() for _, s in look.rare if isinstance(s, st.Declare)}
-            found |= look.names()
+            names = set(look.names())
             for s in look.handled():
-                note_names(s, found)
-        return {name.casefold() for name in found if not name.startswith("$")} - known
+                note_names(s, names)
+            declared = [s for _, s in look.rare if isinstance(s, st.Declare)]
+            known |= {d.name.casefold() for d in declared if d.shared}
+            own = {one.name.casefold() for one in (*routine.parameters, *declared)}
+            found |= {name.casefold() for name in names} - own
+        return {name for name in found if not name.startswith("$")} - known
 
     def _layouts(self, other: st.Program, wanted: Set[str]) -> list[st.Declare]:
         """A file's declarations of these types, case folded, and of those of their members."""

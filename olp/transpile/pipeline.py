@@ -12,9 +12,20 @@ from pathlib import Path
 from typing import Final
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.ir.expressions import Compare, Expression, Logic, Number, Signal, SignalState, Text, Unary
+from olp.ir.expressions import (
+    CallValue,
+    Compare,
+    Expression,
+    Logic,
+    Named,
+    Number,
+    Signal,
+    SignalState,
+    Text,
+    Unary,
+)
 from olp.ir.points import PointTable
-from olp.ir.program import Begin, Call, End, Move, Program, Routine, Statement, Wait
+from olp.ir.program import Begin, Call, End, Move, Program, Routine, StartTask, Statement, Wait
 from olp.ir.transformer import calls_nothing, expressions_of, sets_numbers
 from olp.languages.limits import limits_of
 from olp.languages.vendor import language_of
@@ -231,8 +242,48 @@ _TO_NAMES: Final[tuple[Pass, ...]] = (
 )
 
 
+def _called(program: Program) -> set[str]:
+    """The routines that statements call, case folded."""
+    found: set[str] = set()
+    for s in program.statements():
+        if isinstance(s, (Call, StartTask)):
+            found.add(s.routine.casefold())
+        if not calls_nothing(s):
+            found |= {e.routine.casefold() for e in expressions_of(s) if isinstance(e, CallValue)}
+    return found
+
+
+_STARTED_APART: Final = (
+    "start this in the place of the program that others call, too: it sets the first values once"
+)
+
+
+def begun_apart(program: Program, work: TranslationContext) -> Program:
+    """A first routine that others call, too, behind one that is started alone: where it sets the first values of the
+    program's variables, because the target keeps no data beside it, each of those calls would set them again."""
+    if work.limits.keeps_data or not program.routines:
+        return program
+    first = next((r for r in program.routines if r.name == program.main), program.routines[0])
+    has_data = program.data or any(r.data or r.parameters for r in program.routines)
+    if first.returns or not has_data or first.name.casefold() not in _called(program):
+        return program
+    name = work.fresh(f"{first.name}_start")
+    work.ask(_STARTED_APART, name)
+    given = tuple(Named(p.name) for p in first.parameters if not (p.optional or p.switch))
+    own = replace(
+        first,
+        name=name,
+        body=(Begin(0), Call(0, first.name, given), End(0)),
+        data=(),
+        parameters=tuple(p for p in first.parameters if not (p.optional or p.switch)),
+        points=PointTable(),
+    )
+    return replace(program, routines=(own, *program.routines), main=name)
+
+
 # What the source's controller means, in words and values that the target's has.
 _TO_MEANING: Final[tuple[Pass, ...]] = (
+    begun_apart,
     unnamed_speeds,
     signal_names,
     handlers,
