@@ -383,9 +383,56 @@ def test_a_joint_move_that_alone_tells_an_axis_limits_is_not_judged(tmp_path):
     assert np.flatnonzero(~found.confirmed).tolist() == [30]
     assert found.speeds[3] == found.accelerations[3] == np.inf
     cells = [{"sim_s": repr(float(sim[i])), "speed_pct": repr(float(100 * share[i]))} for i in range(60)]
-    making = case_of(read(tmp_path, [row(i + 1, "joint", points[i : i + 2], **cells[i]) for i in range(60)]))
+    rows = [row(i + 1, "joint", points[i : i + 2], **cells[i]) | {"blend_mm": "30"} for i in range(60)]
+    making = case_of(read(tmp_path, rows))
     assert making.case.move.tolist() == [i for i in range(1, 61) if i != 31]
+    # The next one goes on from it all the same.
+    assert making.case.base.corners.way[30] == pytest.approx(turned[30, 3], rel=1e-6)
     assert any("1 joint moves alone" in note for note in making.notes)
+
+
+def joint_rows(points, share, sim, blend):
+    cells = [
+        {"sim_s": repr(float(t)), "speed_pct": repr(float(100 * p))} for t, p in zip(sim, share, strict=True)
+    ]
+    return [row(i + 1, "joint", points[i : i + 2], **c) | {"blend_mm": blend[i]} for i, c in enumerate(cells)]
+
+
+def led_by_the_fourth(rng, led):
+    """120 joint moves that other axes lead, but for those `led`."""
+    turned = rng.uniform(0.1, 1.5, (120, 4)) * [1, 0.8, 1, 0.1]
+    turned[led] = rng.uniform(0.05, 0.1, (len(led), 4))
+    turned[led, 3] = rng.uniform(1.0, 3.0, len(led))
+    share = rng.choice([0.3, 0.6, 1.0], 120)
+    return np.concatenate([np.zeros((1, 4)), np.cumsum(turned, axis=0)]), turned, share
+
+
+def test_moves_at_corners_that_the_simulation_stops_in_tell_limits_that_no_move_between_stops_reaches(
+    tmp_path,
+):
+    """Axis 4 leads in five moves, all rounded: another axis was taken for the one that leads them, at a speed that made
+    them half as long as the simulation says."""
+    led = [8, 18, 28, 38, 48]
+    points, turned, share = led_by_the_fourth(np.random.default_rng(12), led)
+    sim = joint_times(turned, share, True)
+    blend = ["30" if i // 4 % 2 or i in led else "0" for i in range(120)]
+    moves = case_of(read(tmp_path, joint_rows(points, share, sim, blend))).case
+    np.testing.assert_allclose(moves.rates.rated, SPEEDS, rtol=1e-3)
+    np.testing.assert_allclose(moves.base.duration(), sim, rtol=1e-3)
+    assert [moves.leading[i] for i in led] == ["axis 4"] * 5
+
+
+def test_a_move_that_takes_longer_than_the_limits_say_is_not_judged(tmp_path):
+    """A corner makes a move shorter, never longer: axis 4, which leads two rounded moves, has a limit of its own."""
+    led, rng = [8, 28], np.random.default_rng(13)
+    points, turned, share = led_by_the_fourth(rng, led)
+    sim = joint_times(turned, share, True)
+    rounded = np.array([i // 4 % 2 == 1 or i in led for i in range(120)])
+    sim[rounded] -= rng.uniform(0.05, 0.15, int(rounded.sum()))
+    making = case_of(read(tmp_path, joint_rows(points, share, sim, np.where(rounded, "30", "0"))))
+    judged = set(making.case.move.tolist())
+    assert len(judged) > 110
+    assert not judged & {9, 29}
 
 
 def test_a_stretched_arm_slows_joint_moves_as_far_as_the_first_axis_is_the_slowest(tmp_path):

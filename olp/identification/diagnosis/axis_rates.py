@@ -696,6 +696,12 @@ class AxisLimits(NamedTuple):
     speed: Floats  # (n,) [rad/s] of the leading axis
     acceleration: Floats  # (n,) [rad/s²] of the leading axis
     confirmed: Mask  # (n,) the times of other moves show the same speed and acceleration
+    off: Floats  # (n,) [1] the time by these limits over the simulated one, less one
+
+    @property
+    def unknown(self) -> Mask:
+        """(n,) moves that take longer than these limits say: a corner makes one shorter, never longer."""
+        return np.asarray(self.off < -_OFF)
 
 
 _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
@@ -727,9 +733,19 @@ def limits_from_times(
     moving = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
     plain = moving & stops
     found = _limits_told_by(plain, moving, turned, share, ramps, sim)
-    if found is None or found.confirmed.sum() < _OF_ALL * moving.sum():
+    if (
+        found is None
+        or found.confirmed.sum() < _OF_ALL * moving.sum()
+        or _rounds_nothing(found, moving & ~plain)
+    ):
         found = _limits_told_by(moving, moving, turned, share, ramps, sim)
     return found
+
+
+def _rounds_nothing(found: AxisLimits, others: Mask) -> bool:
+    """Whether the moves at rounded corners take as long as between stops: then they tell limits, too, that no move
+    between stops reaches."""
+    return bool(others.any() and (np.abs(found.off[others]) <= _OFF).mean() >= _OF_ALL)
 
 
 def _limits_told_by(
@@ -761,7 +777,8 @@ def _limits_told_by(
         return None
     _, logs, together = best
     logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], together)
-    _, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), together)
+    off, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), together)
+    off = np.where(moving, np.expm1(off), np.nan)
     speeds, accelerations = np.exp(logs.reshape(2, -1))
     at = np.arange(len(sim))
     leading = turns[fastest]
@@ -771,25 +788,27 @@ def _limits_told_by(
     sure = told.copy()
     sure[told] = _confirmed(logs, per_speed[told], per_ramp[told], sim[told], together)
     shown = np.isin(fastest, fastest[sure]) & np.isin(strongest, strongest[sure])
-    sure |= moving & ~told & shown
+    sure |= moving & ~told & shown & (off >= -_OFF)
     way = turned[at, leading]
     whole = np.full((2, turned.shape[1]), np.inf)
     for row, limits, active in ((0, speeds, fastest), (1, accelerations, strongest)):
         sets = np.unique(active[sure])
         whole[row, turns[sets]] = limits[sets]
-    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure)
+    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure, off)
 
 
 def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Mask:
     """(n,) moves whose times the others foretell: a move that alone sets a limit would take as long at another speed
-    with other ramps. By the leverage of each (D. Hoaglin, R. Welsch, American Statistician 32, 1978)."""
+    with other ramps. By the leverage of each (D. Hoaglin, R. Welsch, American Statistician 32, 1978) among those whose
+    times the limits give: what is odd shows nothing of others."""
     width, at = len(logs) // 2, np.arange(len(sim))
-    _, sets, slopes = _over(logs, per_speed, per_ramp, sim, together)
+    off, sets, slopes = _over(logs, per_speed, per_ramp, sim, together)
     columns = np.zeros((len(sim), len(logs)))
     columns[at, sets[0]] = slopes[0]
     columns[at, width + sets[1]] += slopes[1]
-    basis, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray((basis[:, size > _OFF] ** 2).sum(axis=1) < _ITS_OWN)
+    agree = np.abs(np.expm1(off)) <= _OFF
+    basis, size, _ = np.linalg.svd(columns * agree[:, None], full_matrices=False)
+    return np.asarray(agree & ((basis[:, size > _OFF] ** 2).sum(axis=1) < _ITS_OWN))
 
 
 def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:

@@ -54,6 +54,7 @@ class _Pace(NamedTuple):
     acceleration: Floats
     override: Floats  # [1] under which the judged simulation ran; it is in `speed`
     axes: AxisLimits | None = None  # read off the simulated times of joint moves
+    guessed: Mask | None = None  # (n,) of these, speed and ramps are good for corners alone: not judged
 
 
 class JudgedTimes(NamedTuple):
@@ -73,6 +74,8 @@ def case_beside(recording: Recording, judged: JudgedTimes | None, notes: list[st
     pace = _pace(recording, judged is not None and judged.own, notes)
     waiting = moves.kind == WAIT
     known = np.isfinite(pace.way) & np.isfinite(pace.speed) & (pace.way > 0)
+    if pace.guessed is not None:
+        known &= ~pace.guessed
     told = np.isfinite(pace.acceleration) if judged is None else np.isfinite(judged.duration)
     # The digits of a clock round less than one of them to nothing, not a motion that takes longer.
     least = np.where(known & ~waiting, pace.way / np.where(pace.speed > 0, pace.speed, np.inf), 0.0)
@@ -172,6 +175,7 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
     joint = (moves.kind == JOINT) & moves.has_joints
     leading = np.full(len(moves), -1, dtype=np.intp)
     axes: AxisLimits | None = None
+    guessed: Mask | None = None
     if joint.any():
         axes = _axes_simulated(recording, joint)
         lead, axis = _leading(recording, joint, axes)
@@ -179,7 +183,7 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
         way = np.where(joint, lead, way)
         rated, ramp = _joint_pace(recording, joint, lead, axis, axes, notes)
         if axes is not None and 0 < (unsure := joint & ~axes.confirmed).sum() < _FEW * len(moves):
-            rated = np.where(unsure, np.nan, rated)
+            guessed, rated = unsure, np.where(unsure & axes.unknown, np.nan, rated)
             notes.append(
                 f"{unsure.sum()} joint moves alone tell an axis' limits in the simulation, which do not tell speed and "
                 "ramps apart: they are not judged; a robot model would add these limits"
@@ -188,7 +192,9 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
         acceleration = np.where(joint, ramp, acceleration)
     override = _whole(moves.override) if own else _simulated_override(moves, way, speed, leading)
     way = np.where(moves.kind == WAIT, 0.0, way)
-    return _Pace(way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override, axes)
+    return _Pace(
+        way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override, axes, guessed
+    )
 
 
 def _axes_simulated(recording: Recording, joint: Mask) -> AxisLimits | None:
@@ -378,8 +384,8 @@ def _as_written(
 
 
 def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:
-    """What the corners of the rows hang on; a neighbour that is not judged brakes as the move itself does."""
-    everywhere = np.full(len(pace.way), np.nan)
+    """What the corners of the rows hang on; a neighbour of unknown acceleration brakes as the move itself does."""
+    everywhere = pace.acceleration.copy()
     everywhere[rows] = slow
     last = before[rows]
     has = (last >= 0) & np.isfinite(pace.way[last]) & np.isfinite(pace.speed[last]) & (pace.way[last] > 0)
