@@ -15,6 +15,7 @@ from olp.ir.expressions import FrameRef, Logic, Number, Signal, SignalState, Tex
 from olp.ir.program import Move, Path, Process, SpeedUnit
 from olp.robots.robot import load_robot
 from olp.runtime.interpreter import run
+from olp.runtime.plan import StepKind
 from olp.transpile import Context
 from olp.transpile.compare import WRITTEN, compare_plans
 from olp.transpile.context import Fate
@@ -711,3 +712,41 @@ def test_a_move_without_a_speed_takes_the_variable_of_the_move_before() -> None:
     held = next(row.split("=")[0] for row in rows if "=R[1:R1]" in row)
     assert rows.index(f"{held}=R[1:R1]") < rows.index("R[1:R1]=75")
     assert any(row.startswith(f"L P[2] {held}mm/sec") for row in rows)
+
+
+_MOVES_AND_JUMPS = [
+    "MOVL C00000 V=100.0 PL=0",
+    "INC B001",
+    "JUMP JOB:PART IF B001<1",
+    "MOVL C00001 V=100.0 PL=0",
+]
+_CORNERS = [
+    "///TOOL 1", "///POSTYPE BASE", "///RECTAN", "///RCONF 1,0,0,0,0,0,0,0",
+    "C00000=900.000,0.000,400.000,180.0000,0.0000,0.0000", "C00001=900.000,90.000,400.000,180.0000,0.0000,0.0000",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_a_job_that_takes_over_is_called_and_a_job_that_begins_again_jumps(target, tmp_path):
+    """JUMP JOB does not come back: a call and a return mean the same, and in a loop of jobs calls would go deeper."""
+    jobs = {"PART": [*_MOVES_AND_JUMPS, "JUMP JOB:NEXT", "TIMER T=9.00"], "NEXT": ["TIMER T=1.00"]}
+    for name, rows in jobs.items():
+        text = inform(*rows, points=_CORNERS if name == "PART" else ()).replace(
+            "//NAME PART", f"//NAME {name}"
+        )
+        (tmp_path / f"{name}.JBI").write_bytes(text.encode())
+    program = link(read_path(tmp_path / "PART.JBI")).program
+    made = convert(program, target, Context(robot=ROBOT, on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    here = run(program, robot=ROBOT)
+    assert compare_plans(here, run_converted(made, target, ROBOT)).differences == []
+    assert [float(here.durations[row]) for row in here.row[here.kind == StepKind.WAIT]] == [1.0]
+    text = b"".join(made.files.values()).decode()
+    assert len(re.findall(r"\bPART *\(|CALL PART|^ *PART;", text, re.MULTILINE)) <= 1  # its own head
+    (tmp_path / "NEXT.JBI").write_bytes(
+        inform("JUMP JOB:PART").replace("//NAME PART", "//NAME NEXT").encode()
+    )
+    made = convert(
+        link(read_path(tmp_path / "PART.JBI")).program, target, Context(robot=ROBOT, on_loss="comment")
+    )
+    assert any("ever deeper" in loss.says for loss in made.translated.losses)

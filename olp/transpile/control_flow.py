@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -22,6 +23,7 @@ from olp.ir.expressions import (
 from olp.ir.transformer import expressions_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.integer_inference import counts_fractions
+from olp.transpile.name_types import reached_from
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
 from olp.transpile.symbols import Symbols
 
@@ -34,6 +36,45 @@ def flow(program: st.Program, work: TranslationContext) -> st.Program:
     counters = _Counters(work.source, program)
     routines = tuple([_routine(routine, work, shared, counters) for routine in program.routines])
     return replace(program, routines=routines, data=(*program.data, *shared))
+
+
+def taken_over(program: st.Program, work: TranslationContext) -> st.Program:
+    """A call that does not come back (INFORM's JUMP JOB) as a call and a return; to its own routine as a jump there.
+
+    Where routines lead to each other so, the calls would go ever deeper.
+    """
+    found = [s for s in program.statements() if isinstance(s, st.Call) and s.jump]
+    if not found:
+        return program
+    routines = {r.name.casefold(): r for r in program.routines}
+    return replace(program, routines=tuple(_coming_back(r, routines, work) for r in program.routines))
+
+
+def _coming_back(
+    routine: st.Routine, routines: Mapping[str, st.Routine], work: TranslationContext
+) -> st.Routine:
+    own, top = routine.name.casefold(), ""
+    body: list[st.Statement] = []
+    for s in routine.body:
+        if not isinstance(s, st.Call) or not s.jump:
+            body.append(s)
+        elif s.routine.casefold() == own and not routine.parameters:
+            top = top or work.fresh("begin")
+            body.append(st.Jump(s.line, top, s.condition, comment=s.comment))
+        elif own in {s.routine.casefold()} | reached_from(s.routine.casefold(), routines):
+            says = (
+                f"{s.routine} leads back to {routine.name}: calls in the place of jumps would go ever deeper"
+            )
+            work.lose(s, Fate.REFUSED, "call", says)
+            body.append(s)
+        else:
+            rows: list[st.Statement] = [replace(s, jump=False, condition=None), st.Return(s.line)]
+            if s.condition is not None:
+                rows = [st.If(s.line, s.condition), *rows, st.EndIf(s.line)]
+            body += rows
+    if top:
+        body.insert(1 if body and isinstance(body[0], st.Begin) else 0, st.Label(routine.line, top))
+    return replace(routine, body=tuple(body))
 
 
 @dataclass(slots=True)

@@ -326,7 +326,7 @@ def _in_variables(program: st.Program, work: TranslationContext) -> st.Program:
         for name, r in routines.items()
         if any(p.by_reference for p in r.parameters) and _may_be_variables(r)
     }
-    handed = {name: new for name, new in handed.items() if name not in _reached_from(name, routines)}
+    handed = {name: new for name, new in handed.items() if name not in reached_from(name, routines)}
     for s in program.statements() if handed else ():
         alone = _call_of(s)
         inside = {
@@ -388,7 +388,7 @@ def _tell_aliases(program: st.Program, work: TranslationContext) -> None:
 def _names_within(name: str, routines: Mapping[str, st.Routine]) -> set[str]:
     """The variables of the program that a routine, and what it calls, names."""
     found: set[str] = set()
-    for one in {name, *_reached_from(name, routines)}:
+    for one in {name, *reached_from(name, routines)}:
         routine = routines.get(one)
         if routine is None:
             continue
@@ -414,7 +414,7 @@ def _may_be_variables(r: st.Routine) -> bool:
     )
 
 
-def _reached_from(name: str, routines: Mapping[str, st.Routine]) -> set[str]:
+def reached_from(name: str, routines: Mapping[str, st.Routine]) -> set[str]:
     """The routines that one calls, directly or through others."""
     found: set[str] = set()
     todo = [name]

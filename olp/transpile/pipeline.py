@@ -59,7 +59,7 @@ from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants, share_variables
 from olp.transpile.constant_frames import held_systems, known_systems
 from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
-from olp.transpile.control_flow import flow
+from olp.transpile.control_flow import flow, taken_over
 from olp.transpile.current_position import here, relative, shifts, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
 from olp.transpile.expression_lowering import lift
@@ -283,6 +283,7 @@ def begun_apart(program: Program, work: TranslationContext) -> Program:
 
 # What the source's controller means, in words and values that the target's has.
 _TO_MEANING: Final[tuple[Pass, ...]] = (
+    taken_over,
     begun_apart,
     unnamed_speeds,
     signal_names,
