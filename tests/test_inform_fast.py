@@ -39,7 +39,11 @@ def move_lines(draw: st.DrawFn) -> str:
     ]
     words += draw(st.lists(position, max_size=2))
     words += draw(st.lists(speed, max_size=1))
-    words += draw(st.lists(st.sampled_from(["PL=0", "PL=8", "PL=12", "ACC=20", "FPT", "CONT"]), max_size=2))
+    words += draw(
+        st.lists(
+            st.sampled_from(["PL=0", "PL=8", "PL=12", "CR=2.5", "CR=30", "ACC=20", "FPT", "CONT"]), max_size=2
+        )
+    )
     blank = draw(st.sampled_from([" ", " ", " ", "  "]))
     line = blank.join(words)
     for part in draw(st.lists(position, max_size=2)):
@@ -81,6 +85,7 @@ def test_fast_path_and_grammar_agree_on_every_line_of_every_sample() -> None:
     "line",
     [
         "MOVL C00001 V=187.0",
+        "MOVL C00001 V=187.0 CR=1.5",
         "MOVJ C00001 VJ=25.00 PL=0  +MOVJ EC00001 VJ=25.00",
         "SMOVL C00005 BC00005 V=8.3  +MOVJ EC00005",
         "MOVL P040 BP040 V=250.0 PL=0  +MOVJ EX000 //x",

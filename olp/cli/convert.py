@@ -157,25 +157,27 @@ def _convert(
     part: Whole, context: Context, args: Namespace
 ) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
     """The files, the receipt, and what was wrong in routines that are not converted."""
+    from olp.core.memory_limit import TextCache, remembering
     from olp.transpile.commented_out import UNCONVERTED, with_texts
     from olp.transpile.convert import convert, runs_of
     from olp.transpile.link import link, with_starts
     from olp.transpile.receipt import receipt_of
 
-    linked = link(part.program, args.to, part.others)
-    if args.on_loss == "comment":
-        linked = replace(linked, program=with_texts(linked.program, args.to))
-    linked = replace(linked, program=with_starts(linked.program))
-    try:
-        converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
-    except OlpError as refused:
-        raise OlpError(*map(linked.located, refused.diagnostics)) from None
-    robots = (context.robot, context.target_robot)
-    runs = runs_of(linked.program, converted, args.to, robots)
-    names = tuple(converted.files)
-    receipt = receipt_of(
-        linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
-    )
+    with remembering(TextCache()):  # the translation and its proof run both programs several times
+        linked = link(part.program, args.to, part.others)
+        if args.on_loss == "comment":
+            linked = replace(linked, program=with_texts(linked.program, args.to))
+        linked = replace(linked, program=with_starts(linked.program))
+        try:
+            converted = convert(linked.program, args.to, context, encoding=args.to_encoding)
+        except OlpError as refused:
+            raise OlpError(*map(linked.located, refused.diagnostics)) from None
+        robots = (context.robot, context.target_robot)
+        runs = runs_of(linked.program, converted, args.to, robots)
+        names = tuple(converted.files)
+        receipt = receipt_of(
+            linked, converted.translated, args.to, names, runs, robots, _tolerances(args.tolerance)
+        )
     unconverted = [linked.located(d) for d in linked.program.diagnostics if d.code == UNCONVERTED]
     return converted.files, receipt, unconverted
 

@@ -268,6 +268,11 @@ class PlannedArm:
         return position, rotation
 
     def _nearest(self, targets: NDArray[np.int32], here: Floats) -> Floats:
+        if self.robot.geometry is None or self.robot.geometry.links is not None:
+            return self._sought(targets, here)
+        return self._remembered(targets, here, self._sought)  # out of reach it takes thousands of steps
+
+    def _sought(self, targets: NDArray[np.int32], here: Floats) -> Floats:
         from olp.robots.kinematics.inverse import nearest
 
         return nearest(self.robot, *self._flange(targets), here)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import zip_longest
 from pathlib import PurePath
 from typing import NamedTuple
@@ -604,6 +605,7 @@ def steps_of(
         for number, pose in plan.tools.items()
     }
     names = [PurePath(source.path).name for source in plan.sources]
+    far = _far_apart(plan)
     for at in range(len(plan) if stop is None else stop):
         kind, line = StepKind(int(plan.kind[at])), int(plan.line[at])
         if without and line in without and plan.source[at] == 0:
@@ -616,7 +618,11 @@ def steps_of(
             # Where the arm stands before its first move is mostly not known: there the move begins where it ends.
             begins = last >= 0 or plan.moves.start[row] != plan.moves.target[row]
             last = len(found)
-            found.append(step._replace(seconds=took, still=begins and _goes_nowhere(plan, row), file=file))
+            found.append(
+                step._replace(
+                    seconds=took, still=begins and not far[row] and _goes_nowhere(plan, row), file=file
+                )
+            )
             continue
         lasts = float(plan.durations[row])
         if kind is StepKind.WAIT and lasts > 0.0 and last >= 0 and not found[last].exact:
@@ -658,6 +664,16 @@ def _middles(plan: Plan) -> Mapping[int, tuple[float, ...]]:
     }
 
 
+def _far_apart(plan: Plan) -> list[bool]:
+    """Of each move whether its ends are known, and surely not the same."""
+    position = plan.positions.position
+    if not len(position):
+        return [False] * len(plan.moves.start)
+    way = position[plan.moves.target] - position[plan.moves.start]
+    far: list[bool] = (np.abs(way).max(axis=1) > 2 * _STILL).tolist()  # nan is not
+    return far
+
+
 def _goes_nowhere(plan: Plan, row: int) -> bool:
     moves, positions = plan.moves, plan.positions
     a, b = int(moves.start[row]), int(moves.target[row])
@@ -682,11 +698,8 @@ def _move(
     target = int(moves.target[row])
     path = PATHS[int(moves.path[row])]
     code = int(moves.blend_code[row])
-    size = (
-        math.nan
-        if code == BlendCode.ZONE and load_law(plan.zone_law).share_zones
-        else float(moves.blend[row])
-    )
+    zone = code == BlendCode.ZONE and _shares(plan.zone_law)
+    size = math.nan if zone else float(moves.blend[row])
     return ComparedStep(
         StepKind.MOVE,
         line,
@@ -706,6 +719,12 @@ def _move(
         middle=middles.get(row, ()),
         circle=_circle_of(plan, row) if row in middles else (),
     )
+
+
+@lru_cache(maxsize=32)
+def _shares(law: str) -> bool:
+    """Whether the sizes of a law's zones are shares of a way."""
+    return load_law(law).share_zones
 
 
 def _circle_of(plan: Plan, row: int) -> tuple[tuple[float, ...], ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import PurePath
 from typing import Final, NamedTuple
 
@@ -330,9 +331,15 @@ class SharedUnknowns:
 
     @staticmethod
     def _folded(name: str, vendor: str) -> str:
-        return name if find_vendor(vendor).case_sensitive else name.casefold()
+        return name if _keeps_case(vendor) else name.casefold()
 
 
+@lru_cache(maxsize=32)
+def _keeps_case(vendor: str) -> bool:
+    return find_vendor(vendor).case_sensitive
+
+
+@lru_cache(maxsize=1)
 def _stores() -> dict[str, ex.Store]:
     return {letters: store for store, letters in LETTERS.items()}
 

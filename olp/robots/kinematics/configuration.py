@@ -50,6 +50,15 @@ class Sweep(NamedTuple):
     position: Array  # [m] of the flange
     columns: list[Array]  # x, y, z of the flange
 
+    def at(self, rows: NDArray[np.bool_]) -> Sweep:
+        """Of some of the poses, `rows` (m,)."""
+        if rows.all():
+            return self
+        axes, origins, columns = (
+            [one[:, rows] for one in part] for part in (self.axes, self.origins, self.columns)
+        )
+        return Sweep(axes, origins, self.position[:, rows], columns)
+
 
 def geometry_of(robot: Robot) -> Geometry:
     """The robot's geometry. Raises OlpError (K001) when its file has none."""
@@ -83,14 +92,21 @@ def jacobian(robot: Robot, joints: ArrayLike) -> Array:
     frame.
     """
     geometry = geometry_of(robot)
-    values = as_joints(robot, joints)
-    swept = sweep(robot, geometry, values.T)
-    result = np.zeros((len(values), 6, values.shape[1]))
+    return slopes(robot, geometry, sweep(robot, geometry, as_joints(robot, joints).T))
+
+
+def slopes(robot: Robot, geometry: Geometry, swept: Sweep) -> Array:
+    """The Jacobians (m, 6, k) of the poses that were swept, as `jacobian`."""
+    result = np.zeros((swept.position.shape[1], 6, len(robot.axes)))
     for joint, axis, origin in zip(geometry.joints, swept.axes, swept.origins, strict=True):
         if robot.axes[joint.axis].linear:
             result[:, :3, joint.axis] = axis.T
         else:
-            result[:, :3, joint.axis] = np.cross(axis.T, (swept.position - origin).T)
+            # The products of np.cross, which takes longer to sort its axes than to multiply.
+            (x, y, z), (u, v, w) = axis, swept.position - origin
+            result[:, 0, joint.axis] = y * w - z * v
+            result[:, 1, joint.axis] = z * u - x * w
+            result[:, 2, joint.axis] = x * v - y * u
             result[:, 3:, joint.axis] = axis.T
     return result
 

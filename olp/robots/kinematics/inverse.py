@@ -19,8 +19,8 @@ from olp.robots.kinematics.configuration import (
     forward,
     from_standard,
     geometry_of,
-    jacobian,
     links_of,
+    slopes,
     sweep,
     to_standard,
     turn_centres,
@@ -110,19 +110,23 @@ def newton(robot: Robot, position: Array, rotation: Array, seeds: Array) -> tupl
     than six axes the step is the shortest one. (S. Buss, "Introduction to inverse kinematics with Jacobian
     transpose, pseudoinverse and damped least squares methods", 2004.)
     """
+    geometry = geometry_of(robot)
     joints = np.array(seeds, dtype=np.float64)
     solved = np.zeros(len(joints), dtype=bool)
     for _ in range(_STEPS):
         todo = np.flatnonzero(~solved)
         if not len(todo):
             break
-        twist = _twist(*forward(robot, joints[todo]), position[todo], rotation[todo])
+        swept = sweep(robot, geometry, as_joints(robot, joints[todo]).T)
+        turned = np.stack(swept.columns, axis=1).transpose(2, 0, 1)
+        twist = _twist(swept.position.T, turned, position[todo], rotation[todo])
         size = np.max(np.abs(twist), axis=1)
         solved[todo] = size < _SOLVED
-        todo, twist, size = todo[size >= _SOLVED], twist[size >= _SOLVED], size[size >= _SOLVED]
+        wrong = size >= _SOLVED
+        todo, twist, size = todo[wrong], twist[wrong], size[wrong]
         if not len(todo):
             break
-        slope = jacobian(robot, joints[todo])
+        slope = slopes(robot, geometry, swept.at(wrong))
         damping = np.minimum(size * size, 1e-2)[:, None, None] * np.eye(6)
         weights = np.linalg.solve(
             slope @ slope.transpose(0, 2, 1) + damping + 1e-18 * np.eye(6), twist[:, :, None]

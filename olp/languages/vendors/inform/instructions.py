@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from olp.core import memory_limit
 from olp.core.diagnostic import Severity, Span
 from olp.core.memory_limit import CacheShelf
+from olp.core.units import mm
 from olp.ir import program as st
 from olp.ir.expressions import Number, Position, Store, Taught, Unknown, Variable
 from olp.languages.findings import Findings
@@ -43,7 +44,7 @@ _NOT_ZERO = r"(?!0+(?:\.0*)?(?![\d.]))"
 _POSITION = r"(?:BC|EC|C|L?BP|L?EX|L?P)\d{1,6}"
 MOVE_LINE: Final = re.compile(
     rf"(MOV[JLC]|SMOV[LC]) ({_POSITION}(?: {_POSITION})?)"
-    rf"(?: (VJ?={_NOT_ZERO}{_NUMBER}))?(?: PL=([0-8]))?(?: {{1,2}}\+MOVJ ({_POSITION}(?: VJ={_NUMBER})?))?"
+    rf"(?: (VJ?={_NOT_ZERO}{_NUMBER}))?(?: (PL=[0-8]|CR={_NUMBER}))?(?: {{1,2}}\+MOVJ ({_POSITION}(?: VJ={_NUMBER})?))?"
     r"(?: *//(.*?))?\s*",
     re.ASCII,
 )
@@ -90,9 +91,11 @@ class InformMoveLines:
         return self._speeds[text]
 
     def _blend(self, text: str | None) -> st.Blend | None:
-        if text not in self._blends:
-            level = values.quantity(values.number(text), values.LEVEL)
-            self._blends[text] = st.Blend(st.BlendKind.LEVEL, level)
+        if text is not None and text not in self._blends:
+            size = values.number(text[3:])
+            radius = text[0] == "C"
+            kind = st.BlendKind.RADIUS if radius else st.BlendKind.LEVEL
+            self._blends[text] = st.Blend(kind, values.quantity(size, (mm, mm) if radius else values.LEVEL))
         return self._blends[text]
 
     def _part(self, text: str | None) -> tuple[st.MovePart, ...]:
