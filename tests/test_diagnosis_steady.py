@@ -71,22 +71,32 @@ def test_whitened_residuals_have_variance_one_and_nothing_in_common(case, order)
 
 
 def test_a_fit_that_gets_nowhere_near_what_is_asked_is_given_up_and_another_is_not_touched(case, monkeypatch):
-    noise, asked = Noise(0.004), []
-    model = DurationModel(
-        tuple(one for one in shelf_of(case, move_terms()).parts if one.term.name == "gravity")[:1]
-    )
-    whole = fit(model, replace(case), noise, 20)
-    start = evaluate(model, case, noise)
-    assert whole.bic < start.bic - 1.0
-    slopes = fitting._slopes
+    noise, asked, slopes = Noise(0.004), [], fitting._slopes
     monkeypatch.setattr(fitting, "_slopes", lambda *args: asked.append(1) or slopes(*args))
+    parts = [part for part in shelf_of(case, move_terms()).parts if part.form.key == "both ramps"]
+    whole = fit(DurationModel((parts[0],)), replace(case), noise, 20)
 
-    def steps_of(below):
+    def steps_below(least):
         asked.clear()
-        found = fit(model, replace(case), noise, 20, below=below)
-        return len(asked), found
+        found = fit(DurationModel((parts[0],)), replace(case), noise, 20, below=least)
+        return len(asked), found.bic
 
-    full, same = steps_of(whole.bic + 1.0)
-    few, given_up = steps_of(whole.bic - 1e6)
-    assert same.bic == whole.bic < given_up.bic
-    assert few == 1 < full
+    full, same = steps_below(whole.bic + 1.0)
+    few, given_up = steps_below(whole.bic - 100.0)
+    assert same == whole.bic < given_up
+    assert few < full
+
+
+def test_a_fit_that_closes_in_is_not_given_up(case):
+    """Far from the best values the log-likelihood hardly grows, and the faster the nearer a fit comes."""
+    parts = [part for part in shelf_of(case, move_terms()).parts if part.term.name == "acceleration"]
+    real = DurationModel((parts[0]._replace(values=np.array([0.25])),)).seconds(case)
+    scatter = 1e-5 * np.random.default_rng(3).standard_normal(len(case))
+    moves, start = (
+        replace(case, measured=real + scatter),
+        DurationModel((parts[0]._replace(values=np.array([1.6])),)),
+    )
+    whole = fit(start, replace(moves), Noise(1e-6), 20)
+    first = fit(start, replace(moves), Noise(1e-6), 1)
+    assert first.bic - whole.bic > 2.0 * 20 * (evaluate(start, moves, Noise(1e-6)).bic - first.bic)
+    assert fit(start, replace(moves), Noise(1e-6), 20, below=whole.bic + 1.0).bic == whole.bic

@@ -34,7 +34,7 @@ from olp.identification.diagnosis.model import (
     Statement,
     feature,
 )
-from olp.identification.diagnosis.search import TELLING, PartShelf, price, swaps
+from olp.identification.diagnosis.search import TELLING, PartShelf, cheaper, price, swaps
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -230,7 +230,9 @@ def _better(
     winner: ModelFit, bare: ModelFit, tried: list[_Tried], case: MeasuredMoves, noise: Noise, said: _Said
 ) -> ModelFit:
     """The winner, or a fit with one of the parts beside `bare` that is better."""
-    return min([winner, *(_fitted(bare, one.part, case, noise, said) for one in tried)], key=price)
+    for one in tried:
+        winner = min(winner, _fitted(bare, one.part, case, noise, said, price(winner)), key=price)
+    return winner
 
 
 def _said(case: MeasuredMoves, fewest: int = _FEWEST) -> _Said:
@@ -316,14 +318,17 @@ def _gain(pull: Floats, square: Floats) -> Floats:
     return np.asarray(np.where(square > 1e-15, pull**2 / np.maximum(square, 1e-15), 0.0))
 
 
-def _fitted(bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise, said: _Said) -> ModelFit:
-    """The part beside the others, its values and its condition by turns."""
+def _fitted(
+    bare: ModelFit, part: ModelPart, case: MeasuredMoves, noise: Noise, said: _Said, asked: float = math.inf
+) -> ModelFit:
+    """The part beside the others, its values and its condition by turns; `asked`: the price from which on it is of no
+    use."""
     fitted = fit(DurationModel((*bare.model.parts, part)), case, noise, 6)
     for _ in range(_ROUNDS):
         moved = _moved(fitted, case, said)
         if moved.parts[-1].condition == fitted.model.parts[-1].condition:
             break
-        again = fit(moved, case, noise, 8)
+        again = cheaper(moved, case, noise, 8, asked)
         if again.bic >= fitted.bic:
             break
         fitted = again

@@ -668,11 +668,15 @@ def _beside_a_plainer_form(best: ModelFit, index: int, named: NamingResult) -> l
     reach is the same law as one from the first axis with another acceleration."""
     part, rest = best.model.parts[index], best.model.without(index).parts
     shelf, case, noise = named.shelf, named.clean, named.noise
-    found = dict[str, float]()
+    found, seen = dict[str, float](), set[tuple[str, float]]()
     for plainer in shelf.parts:
         if plainer.label != part.label or len(plainer.values) >= len(part.values):
             continue
         bare = fit(DurationModel((*rest, plainer._replace(condition=part.condition))), case, noise, 8)
+        there = (plainer.form.key, round(bare.bic))
+        if there in seen:
+            continue  # another guess has led to the same fit
+        seen.add(there)
         for other in additions(shelf, bare, case, noise, _BESIDE):
             both = fit(DurationModel((*bare.model.parts, other)), case, noise, 20, below=best.bic + ALIKE)
             worse = min(max(both.bic - best.bic, 0.0), found.get(other.term.name, math.inf))
