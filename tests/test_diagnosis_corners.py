@@ -1,5 +1,6 @@
 """Rounded corners: named wherever a recorder books them, and no hindrance where the simulation rounds them itself."""
 
+import itertools
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +11,12 @@ import pytest
 
 from olp.identification.diagnosis import diagnose
 from olp.identification.diagnosis.case_making import _ends
+from olp.identification.diagnosis.fitting import Noise, fit
+from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
+from olp.timing.physics import load_term
+from olp.timing.physics._motion import Motion, MoveCorners
 
 A, NOISE = planted.ACCELERATION, 0.001
 
@@ -113,6 +118,58 @@ def test_ramps_that_overlap_as_long_as_the_shorter_of_both_takes_leave_nothing()
     assert [f.term for f in found.findings] == ["blending"]
     assert found.verdict == "explained"
     assert found.findings[0].parameters["overlap"].value == pytest.approx(0.8, abs=0.05)
+
+
+def fitted(case, *forms):
+    """The best fit of terms, each in one of its forms."""
+    parts = [(term, next(f for f in term.forms(case) if f.key == key)) for term, key in forms]
+    guesses = [[ModelPart(term, form, values) for values in term.guesses(form, case)] for term, form in parts]
+    models = [DurationModel(tuple(one)) for one in itertools.product(*guesses)]
+    return min((fit(model, case, Noise(1e-5), 30) for model in models), key=lambda found: found.bic)
+
+
+def test_a_controller_may_begin_the_next_move_by_its_planned_ramps_while_the_arm_is_slower(tmp_path):
+    """The corners save what the simulated ramps overlap; by the slower ramps of the arm they would save more."""
+    made, rng = programmed()
+    sim = driven(made)
+    real = driven(made, 0.6 * A) - booked(0.8 * quicker(made), 0.5)
+    case = case_of(recorded(tmp_path, made, real, sim, rng)).case
+    acceleration, blending = load_term("acceleration"), load_term("blending")
+    assert [f.key for f in blending.forms(case)][-1] == "share shorter, as planned"
+    found = fitted(case, (acceleration, ""), (blending, "share shorter, as planned"))
+    assert found.model.parts[1].values == pytest.approx([0.8, 0.5], abs=0.03)
+    assert found.scale < 1.2 * NOISE
+    assert fitted(case, (acceleration, ""), (blending, "share shorter")).scale > 2 * NOISE
+
+
+def test_at_a_corner_of_a_line_and_a_joint_move_a_rounding_is_a_share_of_the_joint_move_alone():
+    """Line, joint move, line; 10 mm of the lines, and 0.7 per metre of 10 mm, 0.7 %, of the joint move's 2 rad."""
+    ways, speeds, slow = np.array([0.5, 2.0, 0.5]), np.array([0.4, 1.5, 0.2]), np.array([2.0, 5.0, 2.0])
+    one, none = np.ones(3), np.zeros(3)
+    turns = np.array([0.0, 1.0, 0.0])
+
+    def before(values):
+        return np.append(values[:1], values[:-1])
+
+    def after(values):
+        return np.append(values[1:], values[-1:])
+
+    motion = Motion(
+        ways, speeds, slow, slow, np.full(3, np.inf), np.array([0.0, 0.01, 0.01]), np.array([0.01, 0.01, 0.0]),
+        none, none, one, law="share shorter", overlap=1.0, split=1.0, portion=0.7,
+        corners=MoveCorners(
+            before(ways), before(speeds), before(slow) / slow, np.fmin(ways, before(ways)), np.fmin(ways, after(ways)),
+            after(ways), after(speeds), after(slow) / slow, turns, before(turns), after(turns),
+        ),
+    )  # fmt: skip
+
+    def over(rounding, speed, rate):
+        brake = speed**2 / (2 * rate)
+        return np.sqrt(2 * rounding / rate) if rounding < brake else speed / rate + (rounding - brake) / speed
+
+    line, turned, last = over(0.01, 0.4, 2.0), over(0.007 * 2.0, 1.5, 5.0), over(0.01, 0.2, 2.0)
+    saved = motion.with_(law="stop").duration() - motion.duration()
+    assert saved == pytest.approx([min(line, turned), min(turned, last), 0.0])
 
 
 @pytest.mark.parametrize(("split", "reach"), [(1.0, 0.45), (0.5, 0.5)])

@@ -115,7 +115,7 @@ def _case(
     stops, blends = (stop_start, stop_end), (blend_start, blend)
     moving = moves.kind[rows] != WAIT
     base = _as_written(pace, rows, moving, stops, blends)
-    base, stretch = base.with_(corners=_corners(pace, rows, before, base.accelerate)), 1.0
+    base, stretch = base.with_(corners=_corners(moves, pace, rows, before, base.accelerate)), 1.0
     simulated = base.duration() if judged is None else judged.duration[rows]
     if judged is not None:
         base, stretch = _base(moves, rows, pace, judged, stops, blends, before, floor.resolution, notes)
@@ -356,7 +356,7 @@ def _base(
     whole = _as_written(pace, rows, moving, stops, blends).with_(
         speed=speed, accelerate=slow, decelerate=slow
     )
-    corners = _corners(pace, rows, before, slow)
+    corners = _corners(moves, pace, rows, before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
     found = cornered(whole.with_(corners=corners), sim)
@@ -383,7 +383,7 @@ def _as_written(
     )
 
 
-def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:
+def _corners(moves: RecordedMoves, pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners:
     """What the corners of the rows hang on; a neighbour of unknown acceleration brakes as the move itself does."""
     everywhere = pace.acceleration.copy()
     everywhere[rows] = slow
@@ -398,6 +398,7 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
     next_way = np.where(goes_on, pace.way[following], np.inf)
     runs = goes_on & np.isfinite(pace.speed[following]) & (pace.way[following] > 0)
     next_ratio = everywhere[following] / slow
+    turns = np.where(moves.kind == JOINT, 1.0, 0.0)
     return MoveCorners(
         way,
         speed,
@@ -407,6 +408,9 @@ def _corners(pace: _Pace, rows: Rows, before: Rows, slow: Floats) -> MoveCorners
         np.where(runs, next_way, pace.way[rows]),
         np.where(runs, pace.speed[following], pace.speed[rows]),
         np.where(runs & np.isfinite(next_ratio), next_ratio, 1.0),
+        turns[rows],
+        turns[np.where(has, last, rows)],
+        turns[np.where(runs, following, rows)],
     )
 
 

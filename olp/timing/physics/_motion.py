@@ -44,6 +44,9 @@ class MoveCorners(NamedTuple):
     next_way: Floats  # [m] of the move after
     next_speed: Floats  # [m/s] of the move after
     next_slow: Floats  # [1] speeding up of the move after over braking of this one
+    turns: Floats  # [1] 1 where the way of this move is [rad], 0 where it is [m]
+    last_turns: Floats  # [1] of the move before
+    next_turns: Floats  # [1] of the move after
 
     def take(self, rows: NDArray[np.intp]) -> MoveCorners:
         """The corners of these rows."""
@@ -70,7 +73,9 @@ class Motion:
     overlap: float = 1.0  # [1] of the rounding, of its time or of the ramps that the law uses; [s] of "fixed"
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
     reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
-    portion: float = 0.0  # [1/m] times a rounding: its share of each way (laws of the shorter ramp); 0: a way
+    portion: float = (
+        0.0  # [1/m] times a rounding: its share of each way in rad (laws of the shorter ramp); 0: a way
+    )
     corners: MoveCorners | None = None  # None: all moves are like their neighbours
     filtered: Floats = field(
         default_factory=lambda: np.zeros(0)
@@ -127,7 +132,7 @@ class Motion:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
         one = np.ones(len(self.way))
         corners = self.corners or MoveCorners(
-            self.way, self.speed, one, self.way, self.way, self.way, self.speed, one
+            self.way, self.speed, one, self.way, self.way, self.way, self.speed, one, one, one, one
         )
         if SHORTER in self.law:
             return self._overlapped(corners, top)
@@ -151,20 +156,21 @@ class Motion:
         first = np.minimum(corners.next_speed, np.sqrt(corners.next_way * after))
         start, end = self.round_start, self.round_end
         saved = self.split * np.minimum(
-            self._ramp_over(end, self.way, top, self.decelerate),
-            self._ramp_over(end, corners.next_way, first, after),
+            self._ramp_over(end, self.way, top, self.decelerate, corners.turns),
+            self._ramp_over(end, corners.next_way, first, after, corners.next_turns),
         )
         if self.split == 1.0:
             return saved
         return saved + (1.0 - self.split) * np.minimum(
-            self._ramp_over(start, corners.way, last, before),
-            self._ramp_over(start, self.way, top, self.accelerate),
+            self._ramp_over(start, corners.way, last, before, corners.last_turns),
+            self._ramp_over(start, self.way, top, self.accelerate, corners.turns),
         )
 
-    def _ramp_over(self, rounding: Floats, way: Floats, fast: Floats, slow: Floats) -> Floats:
-        """(n,) [s] of a ramp of a move over its rounding, by the law."""
+    def _ramp_over(self, rounding: Floats, way: Floats, fast: Floats, slow: Floats, turns: Floats) -> Floats:
+        """(n,) [s] of a ramp of a move over its rounding, by the law; `turns` (n,): 1 where its way is [rad]."""
         law = self.law.removesuffix(SHORTER)
-        rounding = rounding * self.portion * way if self.portion > 0 else rounding
+        if self.portion > 0:
+            rounding = np.where(turns > 0, rounding * self.portion * way, rounding)
         most = _REACH * way / (max(self.overlap, 1e-9) if law == "braking" else 1.0)
         return self._saving(law, np.minimum(rounding, most), fast, slow)
 

@@ -18,6 +18,7 @@ _EQUATIONS = {
     "full shorter": r"s = \kappa\,\min(v/a, v'/a')",
     "braking shorter": r"s = \min(t(\min(\kappa r, L/2)), t'(\min(\kappa r, L'/2)))",
     "share shorter": r"s = \kappa\,\min(t(\min(r, L/2)), t'(\min(r, L'/2)))",
+    "share shorter, as planned": r"s = \kappa\,\min(t_0(\min(r, L/2)), t_0'(\min(r, L'/2)))",
     "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
 }
 _HOW = {
@@ -38,6 +39,7 @@ _SHORTER = tuple(law + SHORTER for law in ("braking", "share"))  # as long as th
 _UNKNOWN = 1e-6  # [m] a rounding that nobody tells the size of
 _CUT = ", cut"  # behind the key of a form: how much of the shorter move may be rounded is fitted too
 _SHARE = ", as a share"  # behind the key of a form: a rounding is a share of the way, as controllers' of joint moves
+_PLANNED = ", as planned"  # behind the key of a form: the simulation's ramps overlap, whatever the robot's do
 _FEWEST = 4  # such corners
 _SPLITS = (1.0, 0.5, 0.0)
 _PORTIONS = (0.5, 2.0)  # [1/m] that a search for such a share begins with
@@ -70,7 +72,8 @@ class Blending(MoveTerm):
             "portion", "1/m", 0.02, 50.0, np.nan, True, "share of each way that a rounding is, per its size"
         )
         shared = ("full", "full" + SHORTER, "fixed", *((*_SIZED, *_SHORTER) if sized else ()))
-        parted = ("share" + SHORTER,) if sized and case.unit == "rad" else ()
+        parted = ("share" + SHORTER,) if sized and _turning(case) >= 2 else ()
+        planned = ("share" + SHORTER,) if sized else ()
         own = _OWN if sized else _OWN[:1]
         cut = _SIZED if sized and _cut(case) >= _FEWEST else ()
         return (
@@ -78,6 +81,11 @@ class Blending(MoveTerm):
             *(Form(law + _CUT, (_amount(law), split, reach), _EQUATIONS[law]) for law in cut),
             *(Form(law + _SHARE, (_amount(law), split, portion), _EQUATIONS[law]) for law in parted),
             *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
+            *(Form(law + _PLANNED, (_amount(law), split), _EQUATIONS[law]) for law in planned),
+            *(
+                Form(law + _SHARE + _PLANNED, (_amount(law), split, portion), _EQUATIONS[law])
+                for law in parted
+            ),
         )
 
     def lacks(self, case: MeasuredMoves) -> str:
@@ -87,7 +95,7 @@ class Blending(MoveTerm):
         overlaps = _OVERLAPS.get(_law(form), (0.05, 0.5, 1.0))
         if len(form.parameters) == 1:
             return np.array([[overlap] for overlap in overlaps])
-        thirds = [[0.3]] if form.key.endswith(_CUT) else [[p] for p in _PORTIONS if form.key.endswith(_SHARE)]
+        thirds = [[0.3]] if form.key.endswith(_CUT) else [[p] for p in _PORTIONS if _SHARE in form.key]
         rest = thirds or [[]]
         return np.array(
             [[overlap, split, *more] for overlap in overlaps for split in _SPLITS for more in rest]
@@ -95,18 +103,20 @@ class Blending(MoveTerm):
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         overlap, split, third = (*values.tolist(), *(0.5, 0.5)[len(values) - 1 :])[:3]
-        last = (
-            {"portion": third, "reach": 0.5}
-            if form.key.endswith(_SHARE)
-            else {"reach": third, "portion": 0.0}
-        )
-        return motion.with_(law=_law(form), overlap=overlap, split=split, **last)
+        last = {"portion": third, "reach": 0.5} if _SHARE in form.key else {"reach": third, "portion": 0.0}
+        how = {"law": _law(form), "overlap": overlap, "split": split, **last}
+        if not form.key.endswith(_PLANNED):
+            return motion.with_(**how)
+        stops = case.once("without corners", lambda: case.base.with_(law="stop").duration())
+        saved = stops - case.base.with_(**how).duration()
+        return motion.with_(law="stop", added=motion.added - saved)
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         law = _law(form).removesuffix(EACH)
         if values[0] < (0.0005 if law == "fixed" else 0.02):
             return "rounded corners save no time: they take as long as exact stops"
         how = _HOW[law].format(values[0], 1000.0 * values[0])
+        how += ", by the simulation's ramps" if form.key.endswith(_PLANNED) else ""
         if len(values) == 1:
             return f"{how}; both moves at a corner gain"
         share = float(np.clip(values[1], 0.0, 1.0))
@@ -115,7 +125,13 @@ class Blending(MoveTerm):
 
 def _law(form: Form) -> str:
     """Name of a form's law in `Motion`."""
-    return form.key.removesuffix(_CUT).removesuffix(_SHARE)
+    return form.key.removesuffix(_PLANNED).removesuffix(_CUT).removesuffix(_SHARE)
+
+
+def _turning(case: MeasuredMoves) -> int:
+    """Number of rounded corners at which a joint move ends or begins."""
+    rounded = case.joint & ((case.base.round_end > 0) | (case.base.round_start > 0))
+    return int((rounded & case.moving).sum())
 
 
 def _cut(case: MeasuredMoves) -> int:
