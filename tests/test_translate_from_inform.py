@@ -750,3 +750,37 @@ def test_a_job_that_takes_over_is_called_and_a_job_that_begins_again_jumps(targe
         link(read_path(tmp_path / "PART.JBI")).program, target, Context(robot=ROBOT, on_loss="comment")
     )
     assert any("ever deeper" in loss.says for loss in made.translated.losses)
+
+
+_ROUND = [
+    "///TOOL 0", "///POSTYPE BASE", "///RECTAN", "///RCONF 1,0,0,0,0,0,0,0",
+    "C00000=900.000,0.000,400.000,180.0000,0.0000,0.0000", "C00001=950.000,50.000,400.000,180.0000,0.0000,0.0000",
+    "C00002=1000.000,0.000,400.000,180.0000,0.0000,0.0000",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_a_chain_of_arcs_of_which_a_point_is_left_out_is_left_out(target, lost):
+    """The other two were written as lines, without a word."""
+    rows = [f"MOVC C0000{n} V=50.0{' UNTIL IN#(3)=ON' if n == lost else ''}" for n in range(3)]
+    text = inform("MOVL C00000 V=50.0 PL=0", *rows, "MOVL C00000 V=60.0 PL=0", points=_ROUND)
+    made = converted(text, "inform", target)
+    lines = {loss.line for loss in made.translated.losses if loss.leaves_out}
+    first = text.split("\r\n").index("MOVL C00000 V=50.0 PL=0") + 1
+    assert lines == {first + 1, first + 2, first + 3}
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "tp", "urscript"])
+def test_no_point_of_an_arc_is_computed_from_a_position_that_is_taught_later(target):
+    """P050 has no value: the middles of the arcs beside it were computed from its zeros."""
+    chain = [
+        "MOVC C00000 V=50.0",
+        "MOVC C00001 V=50.0",
+        "MOVC P050 V=50.0",
+        "MOVC C00002 V=50.0",
+        "MOVC C00000 V=50.0",
+    ]
+    made = converted(inform("MOVL C00000 V=50.0 PL=0", *chain, points=_ROUND), "inform", target)
+    assert [loss.says for loss in made.translated.losses if "taught on the controller" in loss.says]
+    assert b"arc_point" not in b"".join(made.files.values())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -15,13 +15,16 @@ from olp.robots.geometry import Pose, quaternion_from_rotation, rotation_from_qu
 from olp.runtime.paths import arc_by_angle
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.current_position import HERE, systems_of
+from olp.transpile.first_values import TEACH, UNDECLARED
 from olp.transpile.records import literal_of, pose_of_literal
-from olp.transpile.symbols import Symbols, symbols_of
+from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 Floats = NDArray[np.float64]
 _Change = Callable[[Move, Move | None], tuple[list[Statement], Move | None]]
 _TURNS: Final = "the tool is taken to have turned at the end of an arc by an angle as its target says"
 _SAME_TURN: Final = 1e-9  # [1], of the elements of a rotation
+# What the point on an arc may say otherwise than its end.
+_OF_A_POINT: Final = ("line", "targets", "blend", "parts", "comment", "end_of_arc", "passes")
 # What runs between two moves without leading elsewhere.
 _STRAIGHT: Final = frozenset(
     {
@@ -43,7 +46,9 @@ def arcs(program: Program, work: TranslationContext) -> Program:
     """Every arc in the target's form."""
     if not any(isinstance(s, Move) and s.path is Path.CIRCULAR for s in program.statements()):
         return program
-    own = _Arcs(work, symbols_of(program))
+    taught = set(work.asks.get(TEACH, ())) | {d.name for d in program.data if d.comment == UNDECLARED}
+    own = _Arcs(work, symbols_of(program), frozenset(taught))
+    own.refuse_torn(program)
     routines = tuple(own.routine(routine) for routine in program.routines)
     return replace(program, routines=routines, data=(*program.data, *own.declared))
 
@@ -52,6 +57,7 @@ def arcs(program: Program, work: TranslationContext) -> Program:
 class _Arcs:
     work: TranslationContext
     symbols: Symbols
+    taught: frozenset[str]  # positions that hold zeros until somebody teaches them
     declared: list[Declare] = field(default_factory=list)
     name: str = ""
 
@@ -61,6 +67,40 @@ class _Arcs:
         body = list(routine.body) if limits.arcs_by_angle else self._walked(routine.body, self._by_angle)
         body = self._walked(body, self._chained) if limits.chained_arcs else self._whole(body)
         return replace(routine, body=tuple(body))
+
+    def refuse_torn(self, program: Program) -> None:
+        """The points of a chain of which one is left out: the others alone would be lines, or another arc."""
+        if self.work.limits.chained_arcs:
+            return
+        there = {s.line for s in program.statements() if isinstance(s, Move) and s.path is Path.CIRCULAR}
+        by_line = {s.line: s for s in program.statements() if isinstance(s, Move)}
+        for routine in self.work.source.routines:
+            body = list(routine.body)
+            for chain in self._chains(body):
+                lines = [body[index].line for index in chain]
+                lost = [line for line in lines if line not in there]
+                for line in lines if lost and len(chain) > 2 else ():
+                    if line in there:
+                        says = "a point of its chain of arcs is left out, which is a line or another arc without it"
+                        self.work.lose(by_line[line], Fate.REFUSED, "arc", says)
+
+    def _chains(self, body: list[Statement]) -> Iterator[list[int]]:
+        at = 0
+        while at < len(body):
+            s = body[at]
+            if isinstance(s, Move) and s.path is Path.CIRCULAR and s.via is None:
+                chain = self._collect(body, at)
+                yield chain
+                at = chain[-1] if len(chain) > 1 and self._ends(body, chain[-1]) else chain[-1] + 1
+                continue
+            at += 1
+
+    def _fixed(self, e: Expression | None) -> PositionLiteral | None:
+        """A position that the text tells, and that nobody teaches later."""
+        base = None if e is None else base_of(e)
+        if base is not None and base.name in self.taught:
+            return None
+        return self.symbols.fixed_position(self.name, e)
 
     def _walked(self, body: Sequence[Statement], change: _Change) -> list[Statement]:
         """Each move as `change` makes it of the one before, which ends where the arm is known to be."""
@@ -114,7 +154,7 @@ class _Arcs:
 
     def _known(self, e: Expression) -> PositionLiteral | None:
         """A pose of which the text tells all six components."""
-        literal = self.symbols.fixed_position(self.name, e)
+        literal = self._fixed(e)
         whole = literal is not None and literal.kind == "pose" and not any(v != v for v in literal.values[:6])
         return literal if whole else None
 
@@ -143,7 +183,7 @@ class _Arcs:
         if before.relative is not None or before.offset is not None or before.tool_offset is not None:
             return None
         same = before.tool == s.tool and before.frame == s.frame
-        literal = self.symbols.fixed_position(self.name, target)
+        literal = self._fixed(target)
         if literal is not None and literal.kind == "joint":
             return None
         if same:
@@ -174,15 +214,8 @@ class _Arcs:
 
     def _whole(self, body: list[Statement]) -> list[Statement]:
         rows: list[Statement | None] = list(body)
-        at = 0
-        while at < len(body):
-            s = body[at]
-            if isinstance(s, Move) and s.path is Path.CIRCULAR and s.via is None:
-                chain = self._collect(body, at)
-                self._replace(rows, body, chain)
-                at = chain[-1] if len(chain) > 1 and self._ends(body, chain[-1]) else chain[-1] + 1
-                continue
-            at += 1
+        for chain in self._chains(body):
+            self._replace(rows, body, chain)
         return [row for row in rows if row is not None]
 
     def _ends(self, body: list[Statement], at: int) -> bool:
@@ -238,19 +271,24 @@ class _Arcs:
             rows[chain[last]] = replace(end, via=points[last - 1], end_of_arc=False)
 
     def _pairs(self, body: list[Statement], chain: list[int]) -> bool:
-        """Whether the chain's last two moves are one arc: at one speed, and nothing happens between them."""
+        """Whether the chain's last two moves are one arc: they say the same, and nothing happens between them."""
         one, two = body[chain[-2]], body[chain[-1]]
         assert isinstance(one, Move)
         assert isinstance(two, Move)
         between = body[chain[-2] + 1 : chain[-1]]
-        same = one.speed == two.speed and one.acceleration == two.acceleration
-        return same and one.frame == two.frame and all(isinstance(s, Comment) for s in between)
+        here = {name: getattr(two, name) for name in _OF_A_POINT}
+        return replace(one, **here) == two and all(isinstance(s, Comment) for s in between)
 
     def _middle(self, start: Any, end: Any, third: Any, s: Move) -> Expression:
         """A point half-way on the arc from `start` to `end` of the circle through `third`, which lies beyond it."""
-        literals = [self.symbols.fixed_position(self.name, e) for e in (start, end, third)]
+        literals = [self._fixed(e) for e in (start, end, third)]
         if any(literal is None or literal.kind == "joint" for literal in literals):
-            self.work.lose(s, Fate.REFUSED, "arc", "a chain of arcs over positions that are computed")
+            self.work.lose(
+                s,
+                Fate.REFUSED,
+                "arc",
+                "a chain of arcs over positions that are computed, or taught on the controller",
+            )
             return end  # type: ignore[no-any-return]
         a, b, c = (pose_of_literal(literal) for literal in literals if literal is not None)
         where = half_way(a.position, b.position, c.position)

@@ -232,6 +232,7 @@ POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in whic
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
 _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets one by one
 _MOST_SHARED_ZEROS: Final = 20  # elements of a program's array that its first routine sets one by one
+TEACH: Final = "teach these positions, which are zeros now"
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 
 
@@ -626,7 +627,7 @@ class Unset:
                 told.add(label)
                 says = f"{found[1]} this position, and no VAR.DAT or olp.toml holds it: {ends}"
                 self.work.lose(s, Fate.APPROXIMATED, "position", says)
-                self.work.ask(f"teach these positions{'' if numbers else ', which are zeros now'}", label)
+                self.work.ask("teach these positions" if numbers else TEACH, label)
 
 
 def _parts_of(e: ex.Variable) -> list[Key]:
