@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 from contextlib import suppress
 from pathlib import Path
@@ -20,6 +21,17 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         for path in sorted(Path(__file__).parent.glob("test_*.py"), reverse=True):
             with suppress(Exception, pytest.skip.Exception):
                 importlib.import_module(path.stem)
+
+
+def pytest_collection() -> None:
+    """Nothing that is collected becomes free: a search for cycles in it finds none, and takes a sixth of the time."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """The 14,000 tests and all modules stay to the end: later searches leave them out."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
