@@ -12,6 +12,7 @@ from olp.core.resources import code_meanings
 
 ROOT = Path(__file__).parent.parent
 CODE = re.compile(r"[A-Z]\d{3}")
+QUOTED = re.compile(r"""["'][A-Z]\d{3}["']""")  # a module without such holds no code
 
 
 @cache
@@ -19,7 +20,8 @@ def emitted() -> dict[str, set[str]]:
     """Code -> the modules that hold it as a string of its own; those that end in 000 are patterns."""
     found: dict[str, set[str]] = {}
     for path in sorted((ROOT / "olp").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if QUOTED.search(text) else ():
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and CODE.fullmatch(node.value):
                 found.setdefault(node.value, set()).add(path.relative_to(ROOT).as_posix())
     return {code: modules for code, modules in found.items() if not code.endswith("000")}
@@ -57,7 +59,7 @@ def test_olp_help_explains_every_code():
 
 def test_no_code_is_explained_that_nothing_emits():
     sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "olp").rglob("*.py"))
-    assert [code for code in code_meanings() if code not in sources] == []
+    assert sorted(code_meanings().keys() - set(CODE.findall(sources))) == []
     assert all(code_meanings().values())
 
 
