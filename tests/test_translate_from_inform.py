@@ -156,7 +156,11 @@ def test_a_loop_that_counts_fractions_is_no_loop_of_integers():
     assert not losses
     lines, losses = as_lines("FOR i = 0 TO 3", "x[i] = i/2", "END")
     assert "DECL INT i=0" in lines
-    assert ["are taken" in loss.says for loss in losses] == [True]  # of x nothing tells the size
+    assert "DECL REAL x_1[4]" in lines  # the end of the loop tells its size
+    assert not losses
+    lines, losses = as_lines("FOR i = 0 TO n", "x[i] = i/2", "END")
+    assert "DECL INT i=0" in lines
+    assert ["are taken" in loss.says for loss in losses].count(True) == 1  # of x nothing tells the size
 
 
 def test_numbers_of_signals_are_integers_where_the_target_counts_with_them():
