@@ -12,7 +12,7 @@ from olp.contracts.terms import CYCLE, rich_case
 from olp.core import compiled_loops
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
-from olp.timing.physics import MoveTerm, _ramps, load_term, term_names
+from olp.timing.physics import MoveTerm, _ramps, joint_speed_limit, load_term, term_names
 
 CONTRACT = term_names()
 
@@ -256,19 +256,29 @@ def test_compiled_loops_along_ramps_say_the_same_to_the_last_bit(places, monkeyp
     force[0, 1], ramp[1:4, 0] = np.nan, (np.nan, np.inf, 0.0)
     said = []
     for worth in (False, True):
-        monkeypatch.setattr(_ramps._Loops, "worth", lambda *_, worth=worth: worth)
+        monkeypatch.setattr(compiled_loops.Loops, "worth", lambda *_, worth=worth: worth)
         with np.errstate(invalid="ignore"):
             said.append(_ramps._passing(force, ramp))
     np.testing.assert_array_equal(*said)
 
 
+def test_compiled_loops_along_limits_say_the_same_to_the_last_bit(monkeypatch):
+    rng, count = np.random.default_rng(4), 60
+    speed, up, down = rng.uniform(0.1, 1.0, count), rng.uniform(0.0, 0.1, count), rng.uniform(0.0, 0.1, count)
+    motion = replace(CASE.base.take(np.zeros(count, dtype=int)), way=rng.uniform(0.0, 1.0, count))
+    motion = motion.with_(speed=speed, accelerate=20.0 * up, decelerate=20.0 * down)
+    limit, said = rng.uniform(0.05, 1.5, (count, 81)), []
+    for worth in (False, True):
+        monkeypatch.setattr(compiled_loops.Loops, "worth", lambda *_, worth=worth: worth)
+        said.append(joint_speed_limit._longer(motion, np.arange(1, count), limit[1:]))
+    assert (said[0] > 0).any()
+    np.testing.assert_array_equal(*said)
+
+
 def test_compiled_loops_are_loaded_once_they_would_have_saved_what_that_costs():
-    loops, force = _ramps._Loops(), np.ones((1000, 9))
-    calls = next(k for k in range(10**6) if loops.worth(force))
-    least = compiled_loops.LOAD_TIME / _ramps._SAVING
-    most = compiled_loops.IMPORT_TIME / _ramps._SAVING
-    assert least <= 1000 * (calls + 1) <= most + 1000
-    assert not loops.worth(np.ones((1000, 1)))  # between one place and the next there is nothing
+    loops = compiled_loops.Loops(1e-6)
+    calls = next(k for k in range(10**6) if loops.worth(1000))
+    assert compiled_loops.LOAD_TIME <= 1e-6 * 1000 * (calls + 1) <= compiled_loops.IMPORT_TIME + 1e-3
 
 
 def test_the_cycle_of_the_recording_is_found():

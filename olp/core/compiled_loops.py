@@ -62,6 +62,20 @@ def use(compiled: bool | None, seconds: float) -> bool:
     return compiled
 
 
+class Loops:
+    """Whether to do in compiled loops what is asked for again and again: from when they would have saved what it costs
+    to load them. `saving` [s] per row."""
+
+    def __init__(self, saving: float) -> None:
+        self._saving = saving
+        self._rows = 0
+
+    def worth(self, rows: int) -> bool:
+        """Whether to do so for these rows, too."""
+        self._rows += rows
+        return use(None, self._saving * self._rows)
+
+
 def _compile(function: Callable[P, R], helpers: tuple[FunctionType, ...]) -> Callable[P, R]:
     import numba
 

@@ -215,10 +215,12 @@ class _Led(NamedTuple):
             one.way is whole.way
             for one, whole in ((self.motion, case.base), (self.rivals, case.rivals.moves.base))
         )
+        per_turn = partial(_per_turn, self.motion, self.rivals, case.rivals)
+        turn = case.once("per turn", per_turn) if simulated else per_turn()
         least = dict[str, Floats]()
         for name in _SET_BY_AXES:
             mine, others = getattr(self.motion, name), getattr(self.rivals, name)
-            work_out = partial(self._least, mine, others, case.rivals)
+            work_out = partial(_least, mine, others, turn, case.rivals)
             if (
                 simulated
                 and mine is getattr(case.base, name)
@@ -229,13 +231,17 @@ class _Led(NamedTuple):
                 least[name] = work_out()
         return self.motion.with_(**least)
 
-    def _least(self, mine: Floats, others: Floats, rivals: Rivals) -> Floats:
-        """(n,) the least of what the leading axes and their rivals allow."""
-        assert self.rivals is not None
-        at_most, (first, rows) = mine.copy(), rivals.together
-        per_turn = self.motion.way[rivals.of] / self.rivals.way
-        at_most[rows] = np.minimum(at_most[rows], np.minimum.reduceat(others * per_turn, first))
-        return at_most
+
+def _per_turn(motion: Motion, others: Motion, rivals: Rivals) -> Floats:
+    """(r,) the way of the leading axis per turn of each rival."""
+    return np.asarray(motion.way[rivals.of] / others.way)
+
+
+def _least(mine: Floats, others: Floats, per_turn: Floats, rivals: Rivals) -> Floats:
+    """(n,) the least of what the leading axes and their rivals allow."""
+    at_most, (first, rows) = mine.copy(), rivals.together
+    at_most[rows] = np.minimum(at_most[rows], np.minimum.reduceat(others * per_turn, first))
+    return at_most
 
 
 _SET_BY_AXES = ("speed", "accelerate", "decelerate")

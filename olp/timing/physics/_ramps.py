@@ -100,7 +100,7 @@ def _passing(force: Floats, ramp: Floats) -> Floats:
     """Values (n, k) of `force` (n, m), given from the ramp's rest on, where the ramp passes the speeds of `PASSED`;
     `ramp` (n, 1): twice the ramp's share of the path at full force (one step of E. Picard's iteration).
     """
-    if _LOOPS.worth(force) and ramp.shape == (len(force), 1):
+    if force.shape[1] > 1 and ramp.shape == (len(force), 1) and _LOOPS.worth(len(force)):
         passed = np.empty((len(force), len(PASSED)))
         _compiled_passing(np.ascontiguousarray(force), ramp.ravel(), PASSED, passed)
         return passed
@@ -132,22 +132,7 @@ def _at(values: Floats, share: Floats) -> Floats:
 # --- Compiled ---
 # The same as `_passing`, to the last bit: a search asks for it tens of thousands of times.
 
-_SAVING = 3e-7  # [s] per ramp that compiled loops save, measured
-
-
-class _Loops:
-    """Whether to work in compiled loops: from when they would have saved what it costs to load them."""
-
-    def __init__(self) -> None:
-        self._ramps = 0
-
-    def worth(self, force: Floats) -> bool:
-        """Whether to do so for forces (n, m) along ramps, too."""
-        self._ramps += len(force)
-        return force.shape[1] > 1 and compiled_loops.use(None, _SAVING * self._ramps)
-
-
-_LOOPS = _Loops()
+_LOOPS = compiled_loops.Loops(3e-7)  # [s] per ramp that they save, measured
 
 
 def _between(force: Floats, share: float) -> float:

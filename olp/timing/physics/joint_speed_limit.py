@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from olp.core import compiled_loops
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
@@ -136,9 +139,22 @@ def _longer(motion: Motion, rows: NDArray[np.intp], limit: Floats) -> Floats:
     constant acceleration between two places.
     """
     places = limit.shape[1]
-    speed, step, at = motion.speed[rows], motion.way[rows] / (places - 1), np.arange(places)
-    gained = (2.0 * motion.accelerate[rows] * step)[:, None] * at
-    lost = (2.0 * motion.decelerate[rows] * step)[:, None] * at[::-1]
+    speed, step = motion.speed[rows], motion.way[rows] / (places - 1)
+    up, down = 2.0 * motion.accelerate[rows] * step, 2.0 * motion.decelerate[rows] * step
+    if _LOOPS.worth(len(rows)):
+        slow = np.empty((2, len(rows), places - 1))
+        _compiled_slowness(speed, up, down, limit, slow)
+    else:
+        slow = _slowness(speed, up, down, limit)
+    whole, alone = step * slow.sum(axis=2)
+    return np.asarray(whole - alone)
+
+
+def _slowness(speed: Floats, up: Floats, down: Floats, limit: Floats) -> Floats:
+    """(2, r, m - 1) [s/m] between two places each, with the limit (r, m) [m/s] and without it; `up`, `down` (r,)
+    [m²/s²]: what the square of the speed (r,) gains or loses from one place to the next."""
+    at = np.arange(limit.shape[1])
+    gained, lost = up[:, None] * at, down[:, None] * at[::-1]
     # With the limit, and without it, which has a closed form.
     squares = np.empty((2, *limit.shape))
     square = np.minimum(speed[:, None], limit, out=squares[0])
@@ -157,8 +173,36 @@ def _longer(motion: Motion, rows: NDArray[np.intp], limit: Floats) -> Floats:
     np.minimum(gained, lost, out=squares[1])
     np.minimum(squares[1], (speed**2)[:, None], out=squares[1])
     between = np.sqrt(squares, out=squares)
-    whole, alone = step * (2.0 / np.maximum(between[:, :, 1:] + between[:, :, :-1], 1e-9)).sum(axis=2)
-    return np.asarray(whole - alone)
+    slow = between[:, :, 1:] + between[:, :, :-1]
+    np.maximum(slow, 1e-9, out=slow)
+    return np.divide(2.0, slow, out=slow)
+
+
+_LOOPS = compiled_loops.Loops(1e-6)  # [s] per move that they save, measured
+
+
+@compiled_loops.kernel()
+def _compiled_slowness(speed: Floats, up: Floats, down: Floats, limit: Floats, slow: Floats) -> None:
+    """The same as `_slowness`, to the last bit: a search asks for it thousands of times."""
+    last = limit.shape[1] - 1
+    fast, alone = np.empty(last + 1), np.empty(last + 1)
+    for i in range(len(speed)):
+        least = np.inf
+        for k in range(last + 1):
+            here = min(speed[i], limit[i, k])
+            here = here * here if 0 < k < last else 0.0
+            least = min(least, here - up[i] * k)
+            fast[k] = (least + up[i] * k) - down[i] * (last - k)
+        least = np.inf
+        for k in range(last, -1, -1):
+            least = min(least, fast[k])
+            fast[k] = least + down[i] * (last - k)
+        for k in range(last + 1):
+            fast[k] = math.sqrt(max(fast[k], 0.0))
+            alone[k] = math.sqrt(min(min(up[i] * k, down[i] * (last - k)), speed[i] * speed[i]))
+        for k in range(last):
+            slow[0, i, k] = 2.0 / max(fast[k + 1] + fast[k], 1e-9)
+            slow[1, i, k] = 2.0 / max(alone[k + 1] + alone[k], 1e-9)
 
 
 def _profile(motion: Motion, places: int) -> Floats:
