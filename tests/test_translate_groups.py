@@ -12,10 +12,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from translated_texts import ROBOT, converted, inform, krl, read, tp
+from translated_texts import ROBOT, converted, inform, krl, module, read, tp
 
 import olp
 from olp.runtime.interpreter import run
+from olp.runtime.plan import Plan
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import Fate
@@ -248,3 +249,23 @@ def test_moves_of_a_station_alone_beside_others_keep_their_axes_apart(target: st
     source = run(program, ROBOT)
     assert [math.isnan(row[0]) for row in source.beside.values()] == [False, True, False]
     assert compare_plans(source, run_converted(made, target, ROBOT, program)).differences == []
+
+
+def _on_a_track(*places: str) -> Plan:
+    """Lines to two corners and back, each with the track's place in mm, 9E9 where the position says nothing of it."""
+    turn, rest = "[0,1,0,0],[0,0,0,0]", "9E9,9E9,9E9,9E9,9E9"
+    rows = [
+        f"MoveL [[900,{100 * (at % 2)},400],{turn},[{place},{rest}]],v100,fine,tool0;"
+        for at, place in enumerate(places)
+    ]
+    return read(module(*rows), "rapid").plan(robot=ROBOT)
+
+
+def test_an_external_axis_that_only_the_translation_moves_is_a_difference() -> None:
+    """The comparison looked at axes of the source alone; where it says nothing of one, that axis stands still."""
+    still = _on_a_track("9E9", "9E9", "9E9")
+    assert compare_plans(still, _on_a_track("40", "40", "40")).found == []  # set up, and never moved
+    assert [one.part for one in compare_plans(still, _on_a_track("0", "40", "40")).found] == ["external"]
+    once = _on_a_track("0", "40", "9E9")
+    assert compare_plans(once, _on_a_track("0", "40", "40")).found == []
+    assert [one.part for one in compare_plans(once, _on_a_track("0", "40", "70")).found] == ["external"]

@@ -77,6 +77,7 @@ class ComparedStep(NamedTuple):
     fraction: float = math.nan  # of a joint move: the share of full speed that is programmed
     tool: tuple[float, ...] = ()  # centre point on the flange, quaternion
     beside: tuple[float, ...] = ()  # [mm or deg] where external axes stand
+    shifts: bool = False  # one of them stood elsewhere before
 
 
 class PlanDifference(NamedTuple):
@@ -181,14 +182,14 @@ def compare_plans(
     )
     first = steps_of(one, without, seconds[0], comments=comments)
     second = rules.joined(steps_of(other, seconds=seconds[1]))
-    first, second = _without_standing(first), _without_standing(second)
+    first, second = _carried(_without_standing(first)), _carried(_without_standing(second))
     if cut_short:
         first, second = _before_the_last_move(first), _before_the_last_move(second)
     result = _compared(first, second, rules)
     result.unknown = tuple(dict.fromkeys(d.line for d in one.diagnostics if d.code in VALUE_IS_UNKNOWN))
     if one.unknown < 0 or result.is_equal:
         return result
-    known = _without_standing(steps_of(one, without, seconds[0], one.unknown, comments))
+    known = _carried(_without_standing(steps_of(one, without, seconds[0], one.unknown, comments)))
     until = _compared(known, second, rules, cut=True)
     until.unknown, until.until = result.unknown, result.unknown[0]
     return until
@@ -207,6 +208,20 @@ def _without_standing(steps: list[ComparedStep]) -> list[ComparedStep]:
         else s
         for s in steps
     ]
+
+
+def _carried(steps: list[ComparedStep]) -> list[ComparedStep]:
+    """Steps whose moves say where external axes stand although they say nothing of them: where they stood before."""
+    found: list[ComparedStep] = []
+    last: tuple[float, ...] = ()
+    for s in steps:
+        if s.kind is StepKind.MOVE:
+            beside = s.beside or last
+            shifts = any(abs(x - y) > _SAME_AXIS for x, y in zip(last, beside, strict=False))
+            s = s._replace(beside=beside, shifts=shifts)
+            last = beside
+        found.append(s)
+    return found
 
 
 def _before_the_last_move(steps: list[ComparedStep]) -> list[ComparedStep]:
@@ -484,6 +499,8 @@ def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: 
         if a.beside and (abs(x - y) > _SAME_AXIS or (y != y and x == x)):
             there = "nowhere" if y != y else f"{y:.6g}"
             result.differ(a, b, "external", f"external axis {number} at {x:.6g} and {there}")
+    if b.shifts and not a.beside:
+        result.differ(a, b, "external", "only the translation moves external axes here")
     if a.path is Path.JOINT and any(map(math.isnan, (*a.position, *b.position))):
         apart = _distance(a.axes, b.axes)
         result.worst_angle = max(result.worst_angle, apart)
