@@ -413,7 +413,6 @@ AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
 _HALVED = 4.0  # times the mean square beyond the noise: an explanation takes away half of the error, at least
-_LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
 _ROUGH, _DIGITS = (
     0.03,
     8.0,
@@ -446,7 +445,7 @@ def verdict_of(named: NamingResult) -> str:
     if _misled(named):
         return "unexplained"
     if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
-        pattern and left**2 > _LITTLE * raw**2
+        pattern and left**2 > evidence.LITTLE * raw**2
     ):
         return "explained"
     return "partly-explained"

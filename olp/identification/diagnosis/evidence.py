@@ -41,6 +41,7 @@ Floats = NDArray[np.float64]
 
 FALSE_DISCOVERIES = 0.05  # of the names, and of the moves that are called significant
 SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
+LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
 _WITHIN = 1.5  # times the scatter: the root mean square of moves of which none is far off (Student's t: 1.2)
 _CLEARLY = 1.25  # times the scatter that a set leaves: a smaller set that leaves more has lost something
 _DEVIATIONS = 1.5  # standard errors that a gain is at least: √2 is that of two moves alone, √3 that of three
@@ -455,12 +456,13 @@ def foreseen(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Durations (n,) [s] of moves that the fit to the moves `seen` never had, and (n,) where they are held back.
 
-    A law that leaves only scatter is taken at its word. One that leaves a pattern is no more than a description of the
-    moves `seen`: what it changes in another move, in seconds and as a share of the duration, is at most what it changes
-    in one of these.
+    A law that leaves only scatter, or next to nothing of what it explains, is taken at its word. One that leaves a
+    pattern is no more than a description of the moves `seen`: what it changes in another move, in seconds and as a
+    share of the duration, is at most what it changes in one of these.
     """
-    predicted = fitted.model.seconds(case)
-    if not fitted.model.parts or not patterned(fitted, seen, noise):
+    predicted, left = fitted.model.seconds(case), seen.measured - fitted.model.seconds(seen)
+    little = float(np.mean(left**2)) <= LITTLE * float(np.mean(seen.residual**2))
+    if not fitted.model.parts or little or not patterned(fitted, seen, noise):
         return predicted, np.zeros(len(case), dtype=bool)
     held, beyond = np.array(case.simulated), np.zeros(len(case), dtype=bool)
     for known, asked in zip(fitted.model.contributions(seen), fitted.model.contributions(case), strict=True):
