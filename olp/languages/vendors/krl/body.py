@@ -39,7 +39,7 @@ _MARKERS: Final[dict[str, Callable[[int], st.Statement]]] = {
 _MODAL = (st.Assign, st.Call)
 # A WITH list that sets one axis by a value: SVEL_JOINT and SACC_JOINT set the others themselves.
 _FIRST_ALONE = re.compile(
-    r"(?i)(\$(?:VEL|ACC))_AXIS\s*\[\s*1\s*\]\s*=\s*(?!S(?:VEL|ACC)_JOINT\b)(?!.*\1_AXIS\s*\[\s*2\s*\])"
+    r"(?i)(\$(?:VEL|ACC))_AXIS\s*\[\s*1\s*\]\s*=(?!\s*S(?:VEL|ACC)_JOINT\b)(?!.*\1_AXIS\s*\[\s*2\s*\])"
 )
 _WORD = re.compile(r"\w+")
 _MOST_CACHED = 50_000
