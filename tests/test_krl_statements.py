@@ -254,7 +254,9 @@ def test_a_speed_of_the_first_axis_alone_is_told(rows: tuple[str, ...]) -> None:
 def test_forms_and_lists_that_set_all_axes_are_not_told() -> None:
     form = "SPTP XP1 WITH $VEL_AXIS[1]=SVEL_JOINT(30), $ACC_AXIS[1]=SACC_JOINT(PDEFAULT)"
     assert "P416" not in [code for code, _ in codes(read(form))]
-    assert "P416" not in [code for code, _ in codes(read(form.replace("=", " = ")))]  # as WorkVisual writes it
+    assert "P416" not in [
+        code for code, _ in codes(read(form.replace("=", " = ")))
+    ]  # as WorkVisual writes it
     axes = ", ".join(f"$ACC_AXIS[{axis}]=40" for axis in range(1, 7))
     (move,) = body(f"SPTP XP1 WITH {axes}")
     assert isinstance(move, Move)
