@@ -110,14 +110,16 @@ def keep_branches(
         first[np.unique(target[rows], return_index=True)[1]] = True
         first &= unsaid
         axes[target[rows[first]], :width] = reached[first]
-        for at in np.flatnonzero((~_same(reached, written) | unsaid) & ~first).tolist():
-            index, row = int(target[rows[at]]), reached[at]
-            if not _same(axes[index, :width], row):
-                target[rows[at]] = len(positions) + len(again)
-                again.append(index)
-                again_axes.append(np.pad(row, (0, axes.shape[1] - width), constant_values=np.nan))
-                if at + 1 < len(rows) and start[rows[at + 1]] == index:
-                    start[rows[at + 1]] = target[rows[at]]
+        other = (~_same(reached, written) | unsaid) & ~first & ~_same(axes[target[rows], :width], reached)
+        padded = np.full((len(rows), axes.shape[1]), np.nan)
+        padded[:, :width] = reached
+        for at in np.flatnonzero(other).tolist():
+            index = int(target[rows[at]])
+            target[rows[at]] = len(positions) + len(again)
+            again.append(index)
+            again_axes.append(padded[at])
+            if at + 1 < len(rows) and start[rows[at + 1]] == index:
+                start[rows[at + 1]] = target[rows[at]]
     if not again:
         return replace(positions, axes=axes), moves, tools
     grown = Positions(

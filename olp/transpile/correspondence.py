@@ -17,7 +17,7 @@ from olp.core.diagnostic import OlpError
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of
-from olp.languages.limits import SPARE_SIGNALS, limits_of
+from olp.languages.limits import SPARE_SIGNALS, Registers, limits_of
 from olp.languages.vendor import conventions_of, find_vendor
 from olp.runtime.assumptions import NAMED_SIGNAL, VARIABLE_LETTERS, SignalKey, signal_key, signal_name
 from olp.runtime.made_up import FrameAndTool, MadeUp, MadeUpPosition, UnknownThing
@@ -274,6 +274,7 @@ class SharedUnknowns:
         # A name that was cut short, and then became a register, is there twice.
         first = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
         systems = {to for (kind, _), to in mapping.items() if kind in _SYSTEMS}
+        registers = limits_of(self.vendor).registers
         for (kind, name), to in mapping.items():
             if kind in _SYSTEMS:
                 old = UnknownThing(kind, _system(first.get(name, name)))
@@ -282,7 +283,7 @@ class SharedUnknowns:
                     called = mapping.get(("variable", to), to)  # its name may be no word of the target
                     yield UnknownThing("variable", self._folded(called, self.vendor)), old
             elif kind in ("variable", "point") and name not in systems:
-                yield from self._variables(first.get(name, name), to, here)
+                yield from self._variables(first.get(name, name), to, here, registers)
         signals = SignalsThere.of(self.translated.mapping)
         for old_signal, new_signal in signals.single.items():
             yield UnknownThing("signal", new_signal), UnknownThing("signal", old_signal)
@@ -290,7 +291,9 @@ class SharedUnknowns:
             if isinstance(thing.name, SignalKey):
                 yield UnknownThing("signal", signals.find(thing.name)), thing
 
-    def _variables(self, name: str, to: str, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
+    def _variables(
+        self, name: str, to: str, here: MadeUp, registers: Registers | None
+    ) -> Iterator[tuple[UnknownThing, UnknownThing]]:
         if name.endswith("*"):
             store = _stores().get(name[:-1])
             first = 1 - conventions_of(self.program.vendor).first_variable
@@ -300,7 +303,6 @@ class SharedUnknowns:
                     yield UnknownThing("element", place), thing
             return
         old = self._variable_here(name, here)
-        registers = limits_of(self.vendor).registers
         if registers is None:
             yield UnknownThing("variable", self._folded(to, self.vendor)), old
         elif (shown := _SHOWN.match(to)) is not None:

@@ -348,8 +348,9 @@ def _unreached(program: st.Program, plans: Sequence[Plan | None], left_out: Set[
     """The lines of moves that are translated and that no run came to."""
     reached = {int(line) for plan in plans if plan is not None for line in np.unique(plan.line)}
     reached |= {found.line for plan in plans if plan is not None for found in plan.diagnostics}
+    reached |= left_out
     moves = dict.fromkeys(s.line for s in program.statements() if isinstance(s, st.Move))
-    return [line for line in moves if line not in reached | left_out]
+    return [line for line in moves if line not in reached]
 
 
 def _name(robot: Robot | None) -> str:
