@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from translated_texts import converted, run_elsewhere
 
 from olp.core.source import decode
 from olp.fluent import Program, read_source
+from olp.fluent import read as read_path
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile import Context
 from olp.transpile.convert import convert
+from olp.transpile.link import link
 
 _PROGRAM = """MODULE M
 CONST num rows:=3;
@@ -77,3 +81,19 @@ def test_a_constant_that_gives_a_size_is_a_number_there(target: str, wanted: str
     assert not made.translated.losses
     assert wanted in b"\n".join(made.files.values()).decode()
     assert waits_of(run_elsewhere(text, "rapid", target)) == [10]
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"),
+    [("rapid", ":=[FALSE,TRUE,FALSE,FALSE]"), ("urscript", " = [False, True, False, False]")],
+)
+def test_elements_without_a_first_value_are_zeros_and_a_call_that_leaves_one_out_is_refused(
+    tmp_path: Path, target: str, wanted: str
+) -> None:
+    """A list of KRL sets some elements; RAPID got [FALSE,TRUE,,] and ROUTINE 1,,2, which it does not load."""
+    (tmp_path / "p.dat").write_text("DEFDAT P\nDECL BOOL B[4]\nB[1]=FALSE\nB[2]=TRUE\nENDDAT\n")
+    (tmp_path / "p.src").write_text("DEF P ( )\nB[3]=TRUE\nROUTINE (1, ,2)\nWAIT SEC 1\nEND\n")
+    made = convert(link(read_path(tmp_path / "p.src")).program, target, Context(on_loss="comment"))
+    assert wanted in b"".join(made.files.values()).decode()
+    assert [loss.line for loss in made.translated.losses if loss.leaves_out] == [3]
+    assert any("no first value" in loss.says for loss in made.translated.losses)

@@ -318,7 +318,7 @@ class Generator(ABC):
 
     def spell_unknown(self, e: ex.Unknown) -> Spelled:
         if not self.own:
-            raise CannotSayError(f"the word {e.text}")
+            raise CannotSayError(f"the word {e.text}" if e.text else "a value that is left out")
         return e.text
 
     def spell_signal(self, e: ex.Signal) -> Spelled:

@@ -228,6 +228,12 @@ _ZEROS: Final[Mapping[str, ex.Expression]] = {
     "real": ex.Number(0),
     "boolean": ex.SignalState(False),
 }
+_NOTHING: Final[Mapping[str, ex.Expression]] = {
+    **_ZEROS,
+    "string": ex.Text(""),
+    "position": ex.PositionLiteral("pose", (0.0,) * 6),
+    "joints": ex.PositionLiteral("joint", (0.0,) * 6),
+}
 POSE_ELEMENTS: Final = ("x", "y", "z", "rx", "ry", "rz")  # in the order in which languages number them
 _MOST_ZEROS: Final = 1000  # elements of an array that are written out
 _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets one by one
@@ -255,6 +261,56 @@ def _elements_used(program: st.Program, work: TranslationContext) -> dict[str, s
             if type(e) is ex.Item and type(e.base) is ex.Named:
                 _note_element(e, e.base.name, used)
     return used
+
+
+def filled(program: st.Program, work: TranslationContext) -> st.Program:
+    """Arrays of which some elements have a first value (KRL's lists) with zeros for the others, where a declaration
+    gives all values or none. Numbered variables are set one by one."""
+    if work.limits.numbered or work.source.vendor == work.target:
+        return program
+
+    used: set[str] = set()
+    for s in program.statements():
+        for e in expressions_of(s):
+            note_names(e, used)
+
+    def row(d: st.Declare) -> st.Declare:
+        counts = [int(size.value) for size in d.sizes if type(size) is ex.Number]
+        zero = _NOTHING.get(d.type)
+        if not counts or len(counts) != len(d.sizes) or zero is None:
+            return d
+        value = _whole(d.value, counts, zero)
+        if value is d.value:
+            return d
+        if d.name in used:
+            says = f"elements of {d.name} that have no first value are zeros there"
+            work.lose(d.line, Fate.APPROXIMATED, "value", says)
+        return replace(d, value=value)
+
+    routines = [
+        replace(
+            r,
+            data=tuple(map(row, r.data)),
+            body=tuple(row(s) if isinstance(s, st.Declare) else s for s in r.body),
+        )
+        for r in program.routines
+    ]
+    return replace(program, data=tuple(map(row, program.data)), routines=tuple(routines))
+
+
+def _whole(value: ex.Expression | None, counts: list[int], zero: ex.Expression) -> ex.Expression | None:
+    """The elements of an array, those that are left out as zeros; as it is where nothing is left out."""
+    if not counts:
+        return zero if value is None or value == ex.Unknown("") else value
+    if not isinstance(value, ex.RecordLiteral) or any(name for name, _ in value.members):
+        if value != ex.Unknown(""):
+            return value
+        value = ex.RecordLiteral("", ())
+    given = [one for _, one in value.members][: counts[0]]
+    given += [ex.Unknown("")] * (counts[0] - len(given))
+    whole = [_whole(one, counts[1:], zero) for one in given]
+    members = tuple(("", one) for one in whole if one is not None)
+    return value if members == value.members else replace(value, members=members)
 
 
 def begun_anew(program: st.Program, work: TranslationContext) -> st.Program:

@@ -63,7 +63,15 @@ from olp.transpile.control_flow import flow, taken_over
 from olp.transpile.current_position import here, relative, shifts, standing
 from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
 from olp.transpile.expression_lowering import lift
-from olp.transpile.first_values import begun, begun_anew, first_values, lasting, shared_zeros, unset_data
+from olp.transpile.first_values import (
+    begun,
+    begun_anew,
+    filled,
+    first_values,
+    lasting,
+    shared_zeros,
+    unset_data,
+)
 from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import elsewhere, frames, written_systems
 from olp.transpile.functions import arguments, functions, handed_systems, optional_parameters
@@ -333,6 +341,7 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     unset_data,
     undeclared,
     first_values,
+    filled,
     array_bounds,
     known_systems,
     postures,

@@ -356,6 +356,8 @@ class RapidValues(Generator):
 
     def arguments(self, given: Sequence[ex.Expression]) -> str:
         """`a,b\\Option:=c`: options stand behind an argument without a comma."""
+        if not self.own and ex.Unknown("") in given:
+            raise CannotSayError("a call that leaves an argument out", "hand over a value")
         text = ""
         for place, one in enumerate(given):
             if isinstance(one, ex.NamedArgument):
