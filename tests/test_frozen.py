@@ -8,13 +8,11 @@ import math
 import pickle
 import random
 from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
-from typing import ClassVar
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from olp.core import fast_dataclass
 from olp.core.fast_dataclass import changer, fast_init
 from olp.ir.expressions import (
     Binary,
@@ -46,110 +44,6 @@ class Fast:
     second: str = "two"
     third: list[int] = field(default_factory=list)
     hidden: int = field(default=0, compare=False)
-
-
-def _point(made_by, **how):
-    """The same class, by the library and by olp."""
-
-    class Point:
-        x: int
-        y: str = "two"
-        z: list[object] = field(default_factory=list)
-        hidden: int = field(default=0, compare=False)
-        secret: int = field(default=1, repr=False, hash=False)
-        kind: ClassVar[str] = "of all"
-
-    Point.__annotations__["kind"] = ClassVar[str]
-    Point.__qualname__ = "Point"
-    return made_by(**how)(Point)
-
-
-@pytest.mark.parametrize("slots", [True, False])
-@pytest.mark.parametrize("frozen", [True, False])
-@pytest.mark.parametrize("eq", [True, False])
-@pytest.mark.parametrize("shown", [True, False])
-def test_a_class_that_is_made_sooner_is_that_of_the_library(slots, frozen, eq, shown) -> None:
-    how = {"slots": slots, "frozen": frozen, "eq": eq, "repr": shown}
-    theirs, ours = _point(dataclass, **how), _point(fast_dataclass.dataclass, **how)
-    assert ours.__match_args__ == theirs.__match_args__
-    assert repr(ours.__dataclass_params__) == repr(theirs.__dataclass_params__)
-    assert repr(fields(ours)) == repr(fields(theirs))
-    assert ours.__init__.__annotations__ == theirs.__init__.__annotations__
-    assert getattr(ours, "__slots__", None) == getattr(theirs, "__slots__", None)
-    assert (ours.__eq__ is object.__eq__) == (theirs.__eq__ is object.__eq__) == (not eq)
-    if shown:
-        assert (
-            repr(ours(1, "a", [2], 3)) == repr(theirs(1, "a", [2], 3)) == "Point(x=1, y='a', z=[2], hidden=3)"
-        )
-        inner = ours(1)
-        inner.z.append(inner)
-        assert repr(inner) == "Point(x=1, y='two', z=[...], hidden=0)"
-    if eq:
-        assert ours(1, "a", [2], 3) == ours(1, "a", [2], 4)
-        assert ours(1, secret=2) != ours(1)
-        assert ours(1) != theirs(1)
-    for made in (theirs, ours):
-        one = made(1, z=(2,))
-        assert one.z == (2,)
-        assert made(1).z is not made(1).z
-        assert replace(one, y="b") == made(1, "b", (2,)) or not eq
-        assert (made.__hash__ is None) == (eq and not frozen)
-        if eq and frozen:
-            assert hash(one) == hash(made(1, z=(2,), secret=5)) == hash((1, "two", (2,)))
-        for wrong in ((), (1, 2, 3, 4, 5, 6)):
-            with pytest.raises(TypeError):
-                made(*wrong)
-        if frozen:
-            for change in (lambda it: setattr(it, "x", 2), lambda it: delattr(it, "x")):
-                with pytest.raises(FrozenInstanceError, match=r"cannot (assign to|delete) field 'x'"):
-                    change(one)
-        else:
-            one.x = 2
-            del one.x
-            assert not hasattr(one, "x")
-
-
-@fast_dataclass.dataclass(frozen=True, slots=True)
-class Sent:
-    first: int
-    second: tuple[int, ...] = ()
-
-
-@fast_dataclass.dataclass(frozen=True, slots=True)
-class Own:
-    first: int
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "first", abs(self.first))
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Own)
-
-    def __repr__(self) -> str:
-        return "own"
-
-
-def test_what_a_class_says_itself_stays_and_copies_are_equal() -> None:
-    assert pickle.loads(pickle.dumps(Sent(1, (2,)))) == copy.deepcopy(Sent(1, (2,))) == Sent(1, (2,))
-    assert {Sent(1): 1}[Sent(1)] == 1
-    assert Own(-1).first == 1
-    assert Own(1) == Own(2)
-    assert repr(Own(1)) == "own"
-    assert hash(Own(1)) == hash((1,))
-
-
-def test_classes_that_only_the_library_makes_are_refused() -> None:
-    with pytest.raises(TypeError, match="Derived derives from a dataclass"):
-
-        @fast_dataclass.dataclass(frozen=True, slots=True)
-        class Derived(Sent):
-            third: int = 0
-
-    with pytest.raises(TypeError, match="Named has fields"):
-
-        @fast_dataclass.dataclass(slots=True)
-        class Named:
-            third: int = field(default=0, kw_only=True)
 
 
 def test_arguments_are_taken_as_by_any_dataclass() -> None:

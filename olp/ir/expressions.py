@@ -6,11 +6,11 @@ interpreter, spelling in the vendors' templates.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
-from olp.core.fast_dataclass import dataclass, fast_init
+from olp.core.fast_dataclass import fast_init
 
 
 class Store(StrEnum):

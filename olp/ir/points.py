@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.fast_dataclass import dataclass, fast_init
+from olp.core.fast_dataclass import fast_init
 from olp.core.units import deg, mm
 from olp.ir.expressions import Store
 

@@ -8,12 +8,12 @@ comments survive a translation. So do moves: which path, where to, how fast, how
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import Final, NamedTuple
 
 from olp.core.diagnostic import Diagnostic
-from olp.core.fast_dataclass import dataclass, fast_init
+from olp.core.fast_dataclass import fast_init
 from olp.core.source import Source
 from olp.ir.expressions import Expression, FrameRef, Named, Position, Quantity, Signal, Store, Variable
 from olp.ir.points import PointTable

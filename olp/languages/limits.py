@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from math import inf
@@ -11,7 +11,6 @@ from typing import Final
 
 from olp.core import resources
 from olp.core.diagnostic import OlpError, error
-from olp.core.fast_dataclass import dataclass
 from olp.ir.expressions import Store
 from olp.ir.program import AccelerationUnit, BlendKind, Path, PathTrigger, SpeedUnit
 

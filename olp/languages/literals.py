@@ -14,7 +14,7 @@ import importlib.util
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import lru_cache
 from importlib import import_module
@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.fast_dataclass import dataclass
 from olp.core.source import Source
 from olp.ir.expressions import Expression
 from olp.ir.points import PointKind

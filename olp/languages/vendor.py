@@ -9,7 +9,7 @@ import os
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
 from importlib import import_module
@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple
 
 from olp.core.diagnostic import OlpError, error
-from olp.core.fast_dataclass import dataclass
 from olp.core.files import expand_paths, parse_json
 from olp.core.registry import file_names
 from olp.core.source import Source, load

@@ -6,7 +6,7 @@ Held in columns, because a CAM job has 100,000 moves; `Plan.steps()` gives the s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, Span
-from olp.core.fast_dataclass import dataclass
 from olp.core.source import Source
 from olp.ir.program import Path
 from olp.robots.geometry import Pose

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
-from olp.core.fast_dataclass import dataclass
 from olp.ir.expressions import Expression, FrameRef, Store
 from olp.ir.program import BlendKind, Move
 from olp.languages.vendor import Conventions

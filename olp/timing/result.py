@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, Span, info
-from olp.core.fast_dataclass import dataclass
 from olp.core.files import utf8
 from olp.runtime.plan import Assumption, Plan, StepKind, leaves_open
 from olp.timing.blending.law import BlendingLaw, Corners

@@ -10,7 +10,7 @@ import collections.abc
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf, nan
 from typing import TYPE_CHECKING, Final, TypeAlias
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.core.fast_dataclass import dataclass, fast_init
+from olp.core.fast_dataclass import fast_init
 from olp.core.toml import TOMLDecodeError, is_told_enough, parse_toml, toml_text
 from olp.ir import expressions as ex
 from olp.ir import program as st
