@@ -11,7 +11,6 @@ from cpu_time import cpu_time_below
 
 from olp.core.units import deg, mm
 from olp.identification.diagnosis.axis_rates import PLACES, _over, limits_from_times, rates_of
-from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.search import shelf_of
@@ -536,38 +535,3 @@ def test_moves_without_the_one_whose_arm_is_not_known_have_the_forms_of_all(tmp_
     for part in parts:
         model = DurationModel((part,))
         np.testing.assert_allclose(model.seconds(some), model.seconds(moves)[1:], atol=1e-9)
-
-
-def test_measured_times_tell_a_limit_that_no_simulated_move_shows(tmp_path):
-    """Axis 5 sets no ramp of the simulation, but some of the robot, whose wrist accelerates less with a load."""
-    rng = np.random.default_rng(12)
-    speeds, ramps = np.array([2.1, 1.7, 2.6, 6.0, 6.0, 8.0]), np.array([4.0, 6.0, 5.0, 12.0, 14.0, 20.0])
-    turned, share = (
-        rng.uniform(0.1, 1.0, (150, 6)) * [1.0, 1.2, 1.1, 1.4, 1.0, 2.5],
-        rng.choice([0.5, 1.0], 150),
-    )
-    others = np.delete(np.arange(6), 4)
-    for limits, part in ((ramps, rng.uniform(0.3, 0.8, 150)), (speeds, 0.8)):
-        most = part * (turned / limits)[:, others].max(axis=1) * limits[4]
-        turned[:, 4] = np.minimum(turned[:, 4] + (limits is ramps), most)
-    inertia = rng.choice([0.0, 0.01, 0.02], 150)
-    wrist = np.where(np.arange(6) >= 3, 1.0 + 60.0 * inertia[:, None], 1.0)
-
-    def seconds(ramp):
-        pace, ramp = (share[:, None] * speeds / turned).min(axis=1), (ramp / turned).min(axis=1)
-        return np.where(pace**2 < ramp, 1 / pace + pace / ramp, 2 / np.sqrt(ramp))
-
-    sim, real = seconds(ramps), seconds(ramps / wrist) + rng.normal(0.0, 0.001, 150)
-    points = np.concatenate([np.zeros((1, 6)), np.cumsum(turned * rng.choice([-1, 1], turned.shape), axis=0)])
-    rows = joint_rows(points, share, sim, ["0"] * 150)
-    for k, one in enumerate(rows):
-        one |= {"duration_s": f"{real[k]:.4f}", "payload_inertia_kg_m2": f"{inertia[k]:.2f}"}
-    recording = read(tmp_path, rows)
-    shown = case_of(recording).case.rates.rated_acceleration
-    assert np.flatnonzero(~np.isfinite(shown)).tolist() == [4]
-    outcome = diagnose_recording(recording)
-    assert [found.term for found in outcome.diagnosis.findings] == ["payload-inertia"]
-    assert outcome.case.rates.rated_acceleration[4] == pytest.approx(ramps[4], rel=0.03)
-    assert outcome.diagnosis.heldout_after.rmse < 0.0015
-    assert outcome.diagnosis.verdict == "explained"
-    assert any("how fast axis 5 may accelerate" in note for note in outcome.diagnosis.notes)

@@ -421,12 +421,11 @@ _ACCELERATIONS_KNOWN = 3  # moves that an axis leads: fewer do not tell its acce
 _IDLE = 8.0  # times what the leading axis allows: an axis that allows more takes over from none
 
 
-def with_rivals(case: MeasuredMoves, ramps: Floats, unshown: Floats | None = None) -> MeasuredMoves:
+def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
     """The case with the rivals of its leading axes; `ramps` (n,) [1]: of the axes' accelerations.
 
     Speeds are in proportion to the rated ones; an axis has the acceleration that the simulation shows where that axis
-    leads. No rival allows less than the leading axis: the simulation's durations stay what they are. `unshown` (k,)
-    [rad/s²]: of axes that lead no moves, where something else tells it, inf elsewhere.
+    leads. No rival allows less than the leading axis: the simulation's durations stay what they are.
     """
     rates, base = case.rates, case.base
     if rates is None or rates.rated is None:
@@ -439,8 +438,6 @@ def with_rivals(case: MeasuredMoves, ramps: Floats, unshown: Floats | None = Non
         led = (base.accelerate / ramps)[mine & (lead == axis)]
         if len(led) >= _ACCELERATIONS_KNOWN:
             strongest[axis] = np.median(led)
-    if unshown is not None:
-        strongest = np.minimum(strongest, unshown)
     with np.errstate(divide="ignore", invalid="ignore"):
         # What each axis allows, as a share of what the leading one does.
         faster = (rates.rated / turned) / (rates.rated[lead] / turned[at, lead])[:, None]
@@ -465,34 +462,6 @@ def with_rivals(case: MeasuredMoves, ramps: Floats, unshown: Floats | None = Non
         leader=leader.astype(np.int64),
     )
     return replace(case, rivals=Rivals.of_moves(own, of))
-
-
-def unshown_limits(case: MeasuredMoves, ramps: Floats) -> dict[int, float]:
-    """[rad/s²] of each axis that sets no ramp of the simulation, so that its times do not tell the limit: the most that
-    it is seen to give there, which the limit is not below. `ramps` (n,) [1]: of the axes' accelerations."""
-    rates = case.rates
-    if rates is None or rates.rated_acceleration is None:
-        return {}
-    turned = case.joint & case.moving & rates.known
-    given = np.abs(rates.path[turned, 0]) * (case.base.accelerate / ramps)[turned, None]
-    most = given.max(axis=0, initial=0.0)
-    return {
-        k: float(most[k])
-        for k in np.flatnonzero(~np.isfinite(rates.rated_acceleration) & (most > 0)).tolist()
-    }
-
-
-def with_limit(case: MeasuredMoves, ramps: Floats, axis: int, limit: float) -> MeasuredMoves:
-    """The case in which the simulation has this limit [rad/s²] for an axis of `unshown_limits`: its durations stay what
-    they are."""
-    rates = case.rates
-    assert rates is not None
-    assert rates.rated_acceleration is not None
-    rated = rates.rated_acceleration.copy()
-    rated[axis] = limit
-    return with_rivals(
-        replace(case, rates=replace(rates, rated_acceleration=rated), derived={}), ramps, rated
-    )
 
 
 # --- circumstances ----------------------------------------------------------------------------------------------------

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis import evidence, phrasing
-from olp.identification.diagnosis.case_making import with_limit
 from olp.identification.diagnosis.fitting import LATTICE, ModelFit, Noise, fit, loss_of, penalty, whiten
 from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals, settled
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.naming import NamingResult, instead, limit_told, name, nameless
+from olp.identification.diagnosis.naming import NamingResult, instead, name, nameless
 from olp.identification.diagnosis.residuals import LEVEL, of_axes
 from olp.identification.diagnosis.result import (
     Alternative,
@@ -80,23 +79,11 @@ def diagnose_recording(recording: Recording, robot: Robot | None = None) -> Diag
     making = case_of(recording)
     case, notes = _on_time(making.case, log), making.notes
     groups = {name: labels[making.rows] for name, labels in recording.groups().items()}
-    noise, folds = Noise(max(digits_of(case), _LEAST)), folds_of(recording, making.rows, case.residual)
-    named = name(case, noise, folds, groups)
-    ramps = np.nan_to_num(recording.moves.acceleration_fraction[making.rows], nan=1.0)
-    if told := limit_told(named, case, ramps):
-        case = with_limit(case, ramps, *told)
-        named = name(case, noise, folds, groups)
-        notes = (*notes, _limit_note(case, *told))
+    named = name(
+        case, Noise(max(digits_of(case), _LEAST)), folds_of(recording, making.rows, case.residual), groups
+    )
     named = named._replace(fit=settled(named.fit, named.clean, named.noise))
     return _answer(recording, case, named, log, notes)
-
-
-def _limit_note(case: MeasuredMoves, axis: int, limit: float) -> str:
-    assert case.rates is not None
-    return (
-        f"no simulated move shows how fast {case.rates.names[axis]} may accelerate: the measured ones do, beside the "
-        f"names: {np.degrees(limit):.0f} deg/s² in the simulation"
-    )
 
 
 def _log_of(recording: Recording) -> LogDiagnosis | None:

@@ -166,34 +166,6 @@ def gain_of(
     )
 
 
-def confirmed_limit(
-    fitted: ModelFit,
-    tried: Sequence[MeasuredMoves],
-    case: MeasuredMoves,
-    noise: Noise,
-    folds: Folds,
-    floor: float,
-) -> bool:
-    """Whether unseen moves confirm one of the cases `tried`, which differ in a limit of the simulation, like a name:
-    the moves that are seen choose which. `fitted`: the names without the limit; `floor` [s]: the noise beside it."""
-    labels = folds.labels
-    without, with_it = (np.full(len(case), np.nan) for _ in range(2))
-    difference = np.zeros(len(case))
-    scale, width = scale_before_rounding(fitted, case, noise), rounding_of(case, noise)
-    for label in np.unique(labels).tolist():
-        seen, held = _parts(labels, label)
-        test = case.fold(held)
-        known = fit_anew(fitted.model, case.fold(seen), noise, 6).model
-        fits = [(fit_anew(fitted.model, one.take(seen), noise, 6), one) for one in tried]
-        best, limited = min(fits, key=lambda pair: pair[0].bic)
-        without[held] = test.measured - known.seconds(test)
-        with_it[held] = test.measured - best.model.seconds(limited.take(held))
-        losses = [loss_each(whiten(left[held], noise, test), scale, width) for left in (without, with_it)]
-        difference[held] = losses[0] - losses[1]
-    error, cut_by = float(difference.std() * np.sqrt(len(difference))), clipped_cut(without, with_it, floor)
-    return not fallen([Gain(float(difference.sum()), error, rms(without), rms(with_it), cut_by)], len(tried))
-
-
 def clipped_cut(without: Floats, with_it: Floats, floor: float) -> float:
     """`cut`, where what is far off counts as no more than far: no single move decides.
 

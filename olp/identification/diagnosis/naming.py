@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.case_making import unshown_limits, with_limit
 from olp.identification.diagnosis.conditions import conditioned
 from olp.identification.diagnosis.evidence import (
     CUT,
@@ -16,7 +14,6 @@ from olp.identification.diagnosis.evidence import (
     Selection,
     chosen,
     confirmed,
-    confirmed_limit,
     cut,
     folds_for,
     noise_left,
@@ -28,7 +25,6 @@ from olp.identification.diagnosis.folds import Folds, kinds_of
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
 from olp.identification.diagnosis.search import (
-    TELLING,
     WIDE,
     PartShelf,
     exchanged,
@@ -119,55 +115,6 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     return NamingResult(
         best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups, fell
     )
-
-
-_ABOVE = (
-    0.0,
-    0.02,
-    0.04,
-    0.06,
-    0.08,
-    0.1,
-    0.13,
-    0.16,
-    0.2,
-    0.3,
-    0.45,
-    0.7,
-    1.0,
-    1.5,
-)  # [1] more than is seen
-
-_FINER = 13  # values between the neighbours of the best of these
-
-
-def limit_told(named: NamingResult, case: MeasuredMoves, ramps: Floats) -> tuple[int, float] | None:
-    """The axis, and its acceleration [rad/s²], of which the simulation's times tell no limit, and the names, held
-    against measured times, do: one number more, confirmed like a name. None where there is no such axis."""
-    clean, noise, best = named.clean, named.noise, named.fit
-    if not best.model.parts:
-        return None
-    rows = np.nonzero(~named.late)[0].astype(np.int64)
-    asked, found = best.bic - TELLING - math.log(len(clean)), None
-    for axis, least in unshown_limits(case, ramps).items():
-
-        def tried(above: float, axis: int = axis, least: float = least) -> MeasuredMoves:
-            return with_limit(case, ramps, axis, (1.0 + above) * least).take(rows)
-
-        lowest = tried(0.0)
-        if np.array_equal(best.model.seconds(lowest), best.model.seconds(clean)):
-            continue  # the names do not use it
-        cases = [lowest, *map(tried, _ABOVE[1:])]
-        fits = [fit(best.model, one, noise, 8) for one in cases]
-        first = min(range(len(fits)), key=lambda k: fits[k].bic)
-        if fits[first].bic >= asked:
-            continue
-        floor = noise_left(fits[first], cases[first], noise)
-        if confirmed_limit(best, cases, clean, noise, named.folds, floor):
-            near = np.linspace(_ABOVE[max(first - 1, 0)], _ABOVE[min(first + 1, len(_ABOVE) - 1)], _FINER)
-            above = min(near.tolist(), key=lambda above: fit(best.model, tried(above), noise, 8).bic)
-            asked, found = fits[first].bic, (axis, (1.0 + above) * least)
-    return found
 
 
 def instead(named: NamingResult, model: DurationModel) -> NamingResult:
