@@ -187,13 +187,21 @@ def test_channels_are_calls_and_the_states_that_they_set_are_handed_over(target)
     [
         "P00(#EXT_PGNO,#PGNO_GET,DMY[],0)",
         "H50(2)",
-        'MsgDialog(N,"Go on?","CELL",,"Yes","No")',
+        'MsgDialog(N,"Go on?","CELL","","Yes","No")',
         "ArcMainNG(#ArcOnBeforeMoveStd,N,N)",
     ],
 )
 def test_routines_of_options_are_called_by_their_names(row):
     losses = converted(krl("DECL INT N", row), "krl", "rapid").translated.losses
     assert {loss.fate for loss in losses if loss.line == 3} == {Fate.APPROXIMATED}
+
+
+def test_a_call_that_leaves_an_argument_out_is_no_text_that_rapid_loads():
+    """It was written with the gap, `"CELL",,"Yes"`, and told as approximated."""
+    losses = converted(
+        krl("DECL INT N", 'MsgDialog(N,"Go on?","CELL",,"Yes","No")'), "krl", "rapid"
+    ).translated.losses
+    assert {loss.fate for loss in losses if loss.line == 3} == {Fate.COMMENTED}
 
 
 def test_sensor_corrections_stay_rejected():

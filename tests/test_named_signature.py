@@ -59,6 +59,9 @@ def motion_of(made, **changes):
             np.append(made.length[1:], made.length[-1]),
             np.append(made.speed[1:], made.speed[-1]),
             np.ones(count),
+            nothing,
+            nothing,
+            nothing,
         ),
     )
     return motion.with_(**changes)

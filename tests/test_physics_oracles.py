@@ -79,7 +79,7 @@ def test_ramps_of_short_moves_cover_their_way_exactly(filtered):
 def test_motions_that_stand_below_each_other_take_what_each_takes_alone():
     plain, other = motions(seed=7), motions(seed=8)
     rounded = np.where(np.arange(N) % 2, 0.01, 0.0)
-    columns = np.random.default_rng(9).uniform(0.1, 2.0, (8, N))
+    columns = np.random.default_rng(9).uniform(0.1, 2.0, (11, N))
     corners = MoveCorners(*columns)
     tried = [plain, motions(seed=7, jerk=False), other]
     for law in (*LAWS, "braking each", "share shorter"):
@@ -186,7 +186,17 @@ def test_the_move_after_a_corner_is_booked_what_the_braking_before_it_takes():
     one, zero = np.ones(2), np.zeros(2)
     way, speed, slow = one, np.array([0.8, 0.1]), np.array([2.0, 4.0])
     corners = MoveCorners(
-        one, np.array([0.8, 0.8]), np.array([1.0, 0.5]), one, one, one, speed[1] * one, 2.0 * one
+        one,
+        np.array([0.8, 0.8]),
+        np.array([1.0, 0.5]),
+        one,
+        one,
+        one,
+        speed[1] * one,
+        2.0 * one,
+        zero,
+        zero,
+        zero,
     )
     start, end = np.array([0.0, 0.01]), np.array([0.01, 0.0])
     stop = Motion(way, speed, slow, slow, np.inf * one, start, end, zero, zero, one, corners=corners)
@@ -201,7 +211,7 @@ def test_ramps_that_overlap_by_the_shorter_one_save_what_the_stronger_of_both_ta
     for slow in (np.array([2.0, 4.0]), np.array([4.0, 2.0])):
         ratio = slow[1] / slow[0]
         corners = MoveCorners(
-            one, one, np.array([1.0, 1 / ratio]), one, one, one, one, np.array([ratio, 1.0])
+            one, one, np.array([1.0, 1 / ratio]), one, one, one, one, np.array([ratio, 1.0]), zero, zero, zero
         )
         stop = Motion(one, one, slow, slow, np.inf * one, start, end, zero, zero, one, corners=corners)
         for split in (0.0, 0.5, 1.0):
