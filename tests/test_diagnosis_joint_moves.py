@@ -198,6 +198,20 @@ def test_a_cause_that_no_term_describes_and_one_axis_has_is_not_called_by_what_h
     assert [c.column for c in found.remainder.correlates if "axis" in c.column] == ["axis 2 turning back"]
 
 
+@pytest.mark.parametrize(("effect", "named"), [(0.008, False), (0.036, True)])
+def test_where_nothing_else_tells_the_noise_names_explain_more_than_they_leave(effect, named, tmp_path):
+    """Points taught elsewhere look like a noise of 12 ms, and as if a small effect explained all but that."""
+    of_an_arm(tmp_path, lambda q, slow, load: (np.full(len(q), slow.min()),) * 2)
+    head, *rows = [line.split(",") for line in (tmp_path / "moves.csv").read_text().splitlines()]
+    off = effect + np.random.default_rng(5).normal(0.0, 0.012, len(rows))
+    for row, late in zip(rows, off, strict=True):
+        row[head.index("duration_s")] = str(float(row[head.index("duration_s")]) + late)
+    (tmp_path / "moves.csv").write_text("\n".join(map(",".join, [head, *rows])) + "\n")
+    found = diagnose_recording(read_recording(tmp_path)).diagnosis
+    assert (found.verdict, bool(found.findings)) == (("explained", True) if named else ("unexplained", False))
+    assert named or any("not named for want of evidence" in note for note in found.notes)
+
+
 @pytest.mark.parametrize("helped", [True, False])
 def test_axes_that_hold_the_arm_have_less_torque_left_upwards_and_more_downwards(tmp_path, helped):
     """Each axis by what it holds of the arm and of the load; whichever has least left sets the move. A controller that

@@ -30,7 +30,7 @@ from olp.identification.diagnosis.result import (
     NextExperiment,
     Remainder,
 )
-from olp.identification.diagnosis.scatter import Scatter, beyond_digits, digits_of, scatter_of
+from olp.identification.diagnosis.scatter import REMAINS, Scatter, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.search import PRICE, additions, move_terms, nearest_single, price, swaps
 from olp.identification.diagnosis.waits import spread, tails_of
 from olp.identification.recorded_plan import case_of
@@ -124,13 +124,15 @@ def _answer(
         sigma, told_by = floor_of(named)
     fallen = {term: why for term, why in fallen.items() if term not in {f.term for f in told.findings}}
     told, tuned = _without_tuning(told, case)
-    if _misled(named):
+    less = _taken_away(named)
+    doubted = told_by == REMAINS and 0.0 < less < _HALVED  # a difference that unseen moves show is real
+    if less < _HALVED:
         tuned = (*tuned, *(f"not named for want of evidence: {f.says}" for f in told.findings))
         told = ReportedFindings([], [], [])
         if not named.late.any():
             named = nameless(named)
             sigma, told_by = floor_of(named)
-    verdict, tails = verdict_of(named), _tails(named)
+    verdict, tails = "unexplained" if doubted else verdict_of(named), _tails(named)
     floor = math.hypot(sigma, math.sqrt(tails))
     beside = _beside_the_judged(recording, case, floor) if verdict == "no-mismatch" else ()
     verdict = "unexplained" if beside else verdict
@@ -412,7 +414,7 @@ def _phases(case: MeasuredMoves, model: DurationModel, late: NDArray[np.bool_]) 
 AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
-_HALVED = 4.0  # times the mean square beyond the noise: an explanation takes away half of the error, at least
+_HALVED = 4.0  # times the mean square: an explanation takes away half of the error, at least
 _ROUGH, _DIGITS = (
     0.03,
     8.0,
@@ -442,7 +444,7 @@ def verdict_of(named: NamingResult) -> str:
         rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
         return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
     unseen = (named.clean.measured - named.selection.predicted)[_in_time(named)]  # by the whole search
-    if _misled(named):
+    if _taken_away(named) < _HALVED:
         return "unexplained"
     if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
         pattern and left**2 > evidence.LITTLE * raw**2
@@ -451,12 +453,17 @@ def verdict_of(named: NamingResult) -> str:
     return "partly-explained"
 
 
-def _misled(named: NamingResult) -> bool:
-    """Whether all names together leave more than half of the unseen moves' error beyond the noise."""
-    unseen, sigma = named.clean.measured - named.selection.predicted, floor_of(named).value
-    return bool(named.fit.model.parts) and (
-        evidence.clipped_cut(named.clean.residual, unseen, sigma) < _HALVED
-    )
+def _taken_away(named: NamingResult) -> float:
+    """[1] How many times larger the unseen moves' mean square is without the names: beyond the noise, or, where nothing
+    but what they leave tells the noise, in the moves in which they act; 0 where it hardly differs."""
+    if not named.fit.model.parts:
+        return math.inf
+    raw, floor = named.clean.residual, floor_of(named)
+    unseen, noise = named.clean.measured - named.selection.predicted, floor.value
+    if floor.source == REMAINS:
+        acts = np.abs(raw - unseen) > evidence.ACTS * floor.value
+        raw, unseen, noise = (raw[acts], unseen[acts], 0.0) if acts.sum() >= _FEWEST else (raw, unseen, 0.0)
+    return evidence.clipped_cut(raw, unseen, noise)
 
 
 def _tails(named: NamingResult) -> float:
