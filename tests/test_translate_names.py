@@ -28,6 +28,9 @@ from olp.fluent import read as read_file
 from olp.ir.expressions import Named
 from olp.ir.program import Declare, For, Program
 from olp.ir.transformer import expressions_of
+from olp.languages.limits import limits_of
+from olp.languages.vendors.krl.load import _IN_PLACE as KRL_IN_PLACE
+from olp.languages.vendors.krl.load import _WORDS as KRL_WORDS
 from olp.runtime.interpreter import run
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
@@ -607,3 +610,48 @@ def test_what_a_program_asks_its_controller_is_a_variable_where_no_word_and_no_s
 @pytest.mark.parametrize("target", ["inform", "tp", "rapid", "urscript"])
 def test_where_no_mode_is_manual_it_is_automatic(target):
     assert run_elsewhere(krl(*STATES[5:]), "krl", target).durations.tolist() == pytest.approx([2.0])
+
+
+RETURNED = """def ask():
+  local f = ask_the_operator(1)
+  while f <= 0:
+    f = ask_the_operator(1)
+  end
+  return f
+end
+"""
+
+
+@pytest.mark.parametrize(("target", "head"), [("krl", "DEFFCT REAL ask"), ("rapid", "FUNC num ask")])
+def test_a_routine_that_returns_what_no_file_tells_the_type_of_is_a_function(target, head):
+    assert head in translated(RETURNED, "urscript", target)
+
+
+def test_words_and_functions_of_krl_are_no_names_of_routines():
+    lines = ["stop;", "ENDPROC", "PROC stop()", "ENDPROC", "PROC StrLen()"]
+    made = translated(module(*lines), "rapid", "krl")
+    assert "DEF stop (" not in made
+    assert "DEF StrLen (" not in made
+    reserved = {word.casefold() for word in limits_of("krl").reserved}
+    assert not {word for word in KRL_WORDS - KRL_IN_PLACE if len(word) > 2} - reserved
+
+
+@pytest.mark.parametrize(("target", "most"), [("inform", 8), ("tp", 10)])
+def test_more_arguments_than_controllers_pass_are_left_out_with_a_word(target, most):
+    enough, more = (",".join(map(str, range(1, n + 1))) for n in (most, most + 1))
+    made = converted(module(f"far {enough};", f"far {more};"), "rapid", target)
+    says = f"a routine with more than {most} arguments (pass some of them in variables)"
+    assert [(loss.line, loss.says) for loss in made.translated.losses if loss.leaves_out] == [(4, says)]
+
+
+def test_a_job_does_not_take_more_arguments_than_controllers_pass():
+    made = converted(tp("R[1]=AR[8]", "R[2]=AR[9]"), "tp", "inform")
+    says = "a routine with more than 8 arguments (pass some of them in variables)"
+    assert (7, says) in loss_lines(made, "statement")
+    assert b"IARG#(9)" not in made.files["PART.JBI"]
+
+
+def test_no_signal_has_a_number_below_zero():
+    made = converted(krl("  DECL CONST INT N=33", "  $OUT[N]=TRUE", "  $OUT[-N]=TRUE"), "krl", "tp")
+    says = "a signal with the number -33"
+    assert [(loss.line, loss.says) for loss in made.translated.losses if loss.leaves_out] == [(4, says)]

@@ -274,6 +274,13 @@ class Generator(ABC):
             raise CannotSayError("the value that a routine returns")
         return e.index
 
+    def at_most_arguments(self, number: int, most: int) -> None:
+        """Raises CannotSayError where a call gives, or a routine takes, more arguments than controllers pass."""
+        if number > most and not self.own:
+            raise CannotSayError(
+                f"a routine with more than {most} arguments", "pass some of them in variables"
+            )
+
     def arguments(self, given: Sequence[ex.Expression]) -> str:
         return self.separator.join(map(self.value, given))
 
@@ -293,7 +300,9 @@ class Generator(ABC):
         return f"{self.signal_word(e)}[{self.value(e.index)}]"
 
     def signal_word(self, e: ex.Signal) -> str:
-        """The word of the signal's bus."""
+        """The word of the signal's bus. Raises CannotSayError for a number that no signal has."""
+        if type(e.index) is ex.Number and e.index.value < 0 and not self.own:
+            raise CannotSayError(f"a signal with the number {e.index.value:g}")
         word = self.signals.get(e.bus)
         if word is None:
             raise CannotSayError(*terminology.signal(e))

@@ -44,6 +44,7 @@ ASKS: Final = {
 def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
     """Every name declared."""
     program = _typed_parameters(_typed_variables(loop_counters(program, work), work), work)
+    program = _typed_results(program)
     _tell_assumed(program, work)
     _tell_calls(program, work)
     unwaited = _unwaited(program)
@@ -138,6 +139,20 @@ def _typed_parameters(program: st.Program, work: TranslationContext) -> st.Progr
             }
             given = (replace(p, type=taken_for.get(p.name, p.type)) for p in r.parameters)
             r = replace(r, parameters=tuple(given))
+        routines.append(r)
+    return replace(program, routines=tuple(routines))
+
+
+def _typed_results(program: st.Program) -> st.Program:
+    """Routines that return a value as functions of its type, also where the text alone gave that value none."""
+    symbols = symbols_of(program)
+    routines: list[st.Routine] = []
+    for r in program.routines:
+        if not r.returns:
+            values = (s.value for s in r.body if type(s) is st.Return and s.value is not None)
+            kinds = {kind_of_value(symbols, r.name, value) for value in values}
+            if len(kinds) == 1:
+                r = replace(r, returns=kinds.pop())
         routines.append(r)
     return replace(program, routines=tuple(routines))
 

@@ -9,6 +9,8 @@ from olp.ir.expressions import Store
 from olp.ir.program import AccelerationUnit, BlendKind, SpeedUnit
 from olp.languages.limits import Limits, Registers
 
+MOST_ARGUMENTS: Final = 8  # of a CALL, IARG#(1) to IARG#(8)
+
 LIMITS: Final = Limits(
     dimensions="one",
     routine_name=32,

@@ -17,11 +17,11 @@ from typing import Final
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading, WrongForm, is_near
+from olp.languages.vendors.inform.limits import MOST_ARGUMENTS
 
 _OLDER: Final = ("nx100",)
 _LONGEST_JOB: Final = {True: 8, False: 32}  # characters, by whether the controller is an older one
 _LONGEST_LABEL: Final = 8  # characters, on older controllers
-_MOST_ARGUMENTS: Final = 8
 _LARGEST_FRAME: Final = 63
 _LARGEST_SHARE: Final = 100.0  # VJ in percent
 _RANGES: Final[Mapping[str, tuple[int, int]]] = {
@@ -209,9 +209,9 @@ def _instruction(found: LoadFindings, number: int, line: str) -> None:
                 "K109", f"{match[0]} is out of range", _at(number, match), f"{_LARGEST_SHARE:g} at most"
             )
     given = len(_ARGUMENT.findall(code))
-    found.arguments("a job", found.whole_line(number), (0, _MOST_ARGUMENTS), given)
+    found.arguments("a job", found.whole_line(number), (0, MOST_ARGUMENTS), given)
     for match in _TAKEN.finditer(code):
-        if not 1 <= int(match[1]) <= _MOST_ARGUMENTS:
+        if not 1 <= int(match[1]) <= MOST_ARGUMENTS:
             found.tell("K109", f"there is no argument {match[0]}", _at(number, match), "1 to 8")
     value = _SET.match(code)
     if value is not None:

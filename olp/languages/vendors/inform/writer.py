@@ -21,6 +21,7 @@ from olp.ir import terminology
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.languages.generator import CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.inform import WELDS, values
+from olp.languages.vendors.inform.limits import MOST_ARGUMENTS
 from olp.languages.vendors.inform.statements import FUNCTIONS
 from olp.languages.vendors.inform.write_values import COUNTED, LETTERS, InformValues, decimal, is_simple
 
@@ -261,6 +262,7 @@ class InformWriter(InformMoves):
             case ex.SystemValue():
                 return f"GETS {target} {self.system(s.value)}"
             case ex.Argument(number):
+                self.at_most_arguments(number, MOST_ARGUMENTS)
                 return f"GETARG {target} IARG#({number})"
             case ex.Signal() if s.value.bus == "register":
                 return f"GETREG {target} {self._register(s.value)}"
@@ -363,6 +365,7 @@ class InformWriter(InformMoves):
         else:
             text = f"{'JUMP' if s.jump else 'CALL'} JOB:{s.routine}"
         given = s.arguments if s.result is None else (*s.arguments, self.number_of(s.result))
+        self.at_most_arguments(len(given), MOST_ARGUMENTS)
         arguments = "".join(f" ARGF{self.single(argument)}" for argument in given)
         return f"{text}{arguments}"
 

@@ -13,6 +13,7 @@ COMMENT_LENGTH: Final = 32  # of a line of its own
 NAME_LENGTH: Final = 16  # of the comment in R[1:…], P[1:…], LBL[1:…]
 ROUTINE_LENGTH: Final = 36  # R-30iA and later; the R-J3 and before take 8
 LARGEST_LABEL: Final = 32766
+MOST_ARGUMENTS: Final = 10  # of a CALL, AR[1] to AR[10]
 
 # SELECT jumps or calls and holds no blocks: for a translation that is no switch. Labels are numbers whose comment is
 # the label's name, so their length has no bound.

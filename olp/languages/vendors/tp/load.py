@@ -19,11 +19,10 @@ from typing import Final, NamedTuple
 from olp.core.diagnostic import Diagnostic, Span
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading, WrongForm
-from olp.languages.vendors.tp.limits import LARGEST_LABEL, ROUTINE_LENGTH
+from olp.languages.vendors.tp.limits import LARGEST_LABEL, MOST_ARGUMENTS, ROUTINE_LENGTH
 
 _OLDER: Final = ("r-j3",)
 _SHORT: Final = 8  # characters of a program's name, on older controllers
-_MOST_ARGUMENTS: Final = 10
 _MOST_SHARE: Final = 100  # CNT and speeds of joint moves
 
 _PROGRAM: Final = re.compile(r"\s*/PROG\s+([^\s;]+)")
@@ -199,7 +198,7 @@ def _instruction(found: LoadFindings, number: int, line: str) -> None:
 def _call(found: LoadFindings, number: int, match: re.Match[str]) -> None:
     found.unknown.append((match[1], _at(number, match, 1), "the program"))
     arguments = [one.strip() for one in (match[2] or "").split(",") if one.strip()]
-    found.arguments(match[1], _at(number, match, 1), (0, _MOST_ARGUMENTS), len(arguments))
+    found.arguments(match[1], _at(number, match, 1), (0, MOST_ARGUMENTS), len(arguments))
     for one in arguments:
         if re.fullmatch(r"-[\d.]+", one):
             says = f"{one} stands without parentheses"

@@ -16,7 +16,7 @@ from olp.ir import terminology
 from olp.ir.points import PointKind, PointTable
 from olp.languages.generator import CannotSayError, Generator, Spelled, decimal, without_noise
 from olp.languages.vendors.tp import values
-from olp.languages.vendors.tp.limits import LIMITS
+from olp.languages.vendors.tp.limits import LIMITS, MOST_ARGUMENTS
 from olp.languages.vendors.tp.write_positions import TpPositionWriter
 from olp.robots.geometry import Pose
 
@@ -170,6 +170,7 @@ class TpValues(Generator):
         return f"({text})" if text[0] == "-" else text
 
     def spell_argument(self, e: ex.Argument) -> str:
+        self.at_most_arguments(e.number, MOST_ARGUMENTS)
         return f"AR[{e.number}]"
 
     def spell_taught(self, e: ex.Taught) -> Spelled:

@@ -19,7 +19,7 @@ from olp.ir.transformer import expressions_of
 from olp.languages.generator import CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.tp import WELDS, values
 from olp.languages.vendors.tp.instructions import BLOCK
-from olp.languages.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, NAME_LENGTH
+from olp.languages.vendors.tp.limits import COMMENT_LENGTH, LARGEST_LABEL, MOST_ARGUMENTS, NAME_LENGTH
 from olp.languages.vendors.tp.write_moves import TpMoves, components, is_position, shift_of
 from olp.languages.vendors.tp.write_positions import TpPositionWriter
 
@@ -244,6 +244,7 @@ class TpWriter(TpMoves):
 
     def write_call(self, s: st.Call) -> Lines:
         given = s.arguments if s.result is None else (*s.arguments, self.number_of(s.result))
+        self.at_most_arguments(len(given), MOST_ARGUMENTS)
         arguments = ",".join(map(self._call_argument, given))
         routine = s.routine if self.own else s.routine.upper()
         word = routine if s.spelling == "macro" and self.own else f"CALL {routine}"
