@@ -72,6 +72,11 @@ def told(folder: Path, name: str, text: str, controller: str = "") -> list[tuple
     return [(f.code, f.line) for f in lint_load(str(path), Job(), controller).findings]
 
 
+def test_a_parameter_of_krl_may_have_several_indices(tmp_path: Path) -> None:
+    text = "DEF CELL()\nEND\nDEF FILL(N:IN, TABLE[,]:OUT)\nINT N\nINT TABLE[,]\nTABLE[1,N]=2\nEND\n"
+    assert told(tmp_path, "cell.src", text) == []
+
+
 def test_the_nearest_of_several_names_is_suggested(tmp_path: Path) -> None:
     path = tmp_path / "cell.script"
     path.write_text("def cell():\n  st_digital_out(0, True)\nend\n", encoding="utf-8")

@@ -318,8 +318,8 @@ def _begun(head: re.Match[str], number: int, line: str) -> KrlRoutine:
     kind, shared = head[1].upper(), head[0].upper().startswith("GLOBAL")
     result = (head[2] or "").casefold() if kind == "DEFFCT" else ""
     routine = KrlRoutine(Name(head[3], _span(line, number, head[3])), kind, result, shared=shared)
-    for part in filter(None, (one.split(":")[0].strip() for one in head[4].split(","))):
-        text = re.sub(r"\[.*", "", part).strip()
+    given = re.sub(r"\[[^\]]*\]", "", head[4])  # an array of several indices has commas of its own: OUTPUT[,]
+    for text in filter(None, (one.split(":")[0].strip() for one in given.split(","))):
         routine.parameters.append(Name(text, _span(line, number, text)))
     return routine
 
