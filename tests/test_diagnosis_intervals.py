@@ -112,6 +112,16 @@ def test_groups_are_dealt_so_that_the_difference_is_spread():
     assert all(len(set(folds[labels == k].tolist())) == 1 for k in range(20))
 
 
+def test_last_bits_do_not_change_how_groups_are_dealt():
+    rng = np.random.default_rng(7)
+    labels = np.repeat(np.arange(57), rng.integers(2, 5, 57))
+    weight = np.where(labels % 3 == 0, 0.1, 0.0)
+    folds = _dealt(labels, weight)
+    for _ in range(20):
+        shaken = weight * (1.0 + 1e-15 * rng.standard_normal(len(weight)))
+        assert np.array_equal(_dealt(labels, shaken), folds)
+
+
 def test_smoothing_keeps_the_level_of_a_curve():
     values = np.full((400, 1), 0.3)
     values[0] = 0.5
