@@ -2233,11 +2233,11 @@ def test_what_a_call_changes_by_reference_is_of_one_type_in_krl():
     rows = ("fill sol;", "bump cnt;", "WaitTime cnt + sol{1,2};")
     text = module(*rows, data=data).replace(
         "ENDMODULE",
-        "PROC fill(INOUT byte out{*,*})\r\nout{1,2}:=3;\r\nENDPROC\r\n"
+        "PROC fill(INOUT byte got{*,*})\r\ngot{1,2}:=3;\r\nENDPROC\r\n"
         "PROC bump(INOUT num n)\r\nn:=n+1;\r\nENDPROC\r\nENDMODULE",
     )
     written = translated(text, "rapid", "krl")
-    assert {"DECL REAL sol[2,3]", "DECL REAL out[,]", "DECL REAL cnt=0"} <= set(code(written, ";"))
+    assert {"DECL REAL sol[2,3]", "DECL REAL got[,]", "DECL REAL cnt=0"} <= set(code(written, ";"))
 
 
 # --- What a left-out block would have set -------------------------------------------------------------------------

@@ -218,9 +218,8 @@ class Conventions:
     sets_tool_zero: bool = False  # tool 0 has values of its own like any other, and need not be the flange
     # Control flow
     arguments_are_values: bool = False  # no routine can change a variable that it is handed
-    opened_by: frozenset[str] | None = (
-        None  # only the main routine calls what stands inside it, unless it holds such a word; None: others may
-    )
+    # Words by which others, too, call what stands inside the main routine, which else it alone calls; None: others may.
+    opened_by: frozenset[str] | None = None
     surplus_arguments: bool = False  # a call may hand over more than the routine takes
     returns_by_register: bool = False  # what a routine returns is in a variable that it names itself
     for_declares: bool = False  # FOR declares its variable, which ends with the loop

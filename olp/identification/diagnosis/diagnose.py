@@ -415,10 +415,8 @@ AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
 _HALVED = 4.0  # times the mean square: an explanation takes away half of the error, at least
-_ROUGH, _DIGITS = (
-    0.03,
-    8.0,
-)  # share of a duration, and times the digits' standard deviation: robots repeat better
+# Share of a duration, and times the digits' standard deviation: robots repeat better.
+_ROUGH, _DIGITS = 0.03, 8.0
 
 
 def floor_of(named: NamingResult) -> Scatter:
