@@ -73,9 +73,7 @@ class Motion:
     overlap: float = 1.0  # [1] of the rounding, of its time or of the ramps that the law uses; [s] of "fixed"
     split: float = 0.5  # [1] of what a corner saves that the move before it gets
     reach: float = _REACH  # [1] of the shorter of its two moves that a corner is rounded over at most
-    portion: float = (
-        0.0  # [1/m] times a rounding: its share of each way in rad (laws of the shorter ramp); 0: a way
-    )
+    portion: float = 0.0  # [1/m] times a rounding: its share of a way in rad (laws of the shorter ramp)
     corners: MoveCorners | None = None  # None: all moves are like their neighbours
     filtered: Floats = field(
         default_factory=lambda: np.zeros(0)

@@ -81,9 +81,9 @@ class Blending(MoveTerm):
             *(Form(law + _CUT, (_amount(law), split, reach), _EQUATIONS[law]) for law in cut),
             *(Form(law + _SHARE, (_amount(law), split, portion), _EQUATIONS[law]) for law in parted),
             *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
-            *(Form(law + _PLANNED, (_amount(law), split), _EQUATIONS[law]) for law in planned),
+            *(Form(law + _PLANNED, (_amount(law), split), _EQUATIONS[law + _PLANNED]) for law in planned),
             *(
-                Form(law + _SHARE + _PLANNED, (_amount(law), split, portion), _EQUATIONS[law])
+                Form(law + _SHARE + _PLANNED, (_amount(law), split, portion), _EQUATIONS[law + _PLANNED])
                 for law in parted
             ),
         )
