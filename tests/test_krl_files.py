@@ -40,6 +40,7 @@ from olp.ir.program import Path as Shape
 from olp.languages.vendors.krl.grammar import KrlLine, KrlParser
 from olp.languages.vendors.krl.reader import read_program
 from olp.languages.vendors.krl.scope import Scope
+from olp.transpile.convert import convert
 from olp.transpile.link import link
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples" / "krl"
@@ -209,6 +210,18 @@ def test_the_controllers_list_and_its_types_are_found_above_the_folders_of_a_pro
     (tmp_path / "$config.dat").write_text("\n".join(["DEFDAT $CONFIG", *rows, "ENDDAT", ""]))
     program = link(olp.read(tmp_path / "main" / "part.src")).program
     assert {d.name for d in program.data} == {"Bins", "Bin_T", "Lid_T"}
+
+
+def test_a_name_of_a_programs_own_list_hides_that_of_the_controllers(tmp_path: Path) -> None:
+    """KUKA's $config.dat has I[20], and its p00.dat an I of its own: a translation declared both."""
+    (tmp_path / "part.src").write_text("DEF part ( )\nWAIT SEC I\nEND\n")
+    (tmp_path / "part.dat").write_text("DEFDAT PART\nINT I=2\nENDDAT\n")
+    (tmp_path / "$config.dat").write_text("DEFDAT $CONFIG\nDECL INT I[20]\nI[1]=7\nENDDAT\n")
+    program = olp.read(tmp_path / "part.src")
+    assert [(d.name, d.sizes, d.value) for d in program.data] == [("I", (), Number(2))]
+    assert program.plan().durations.tolist() == [2.0]
+    made = convert(link(program).program, "rapid").files
+    assert b"".join(made.values()).count(b" num I") == 1
 
 
 def test_a_list_is_read_alone_and_known_by_its_text(tmp_path: Path) -> None:

@@ -79,6 +79,8 @@ def read_neighbours(
         told = found.result()
     if not source.path.lower().endswith(".dat"):
         rows = (*rows, *_defaults(scope, findings, used), *_captions(source, scope, findings))
+    own = {one.name.upper() for one in data}  # which hide what the controller's list has under their names
+    rows = tuple(one for one in rows if one.name.upper() not in own)
     return Neighbours(files, data, rows, told, details)
 
 
