@@ -17,8 +17,7 @@ from olp.core.resources import read_text
 from olp.ir import program
 from olp.ir.terminology import STATEMENTS, kind_of
 from olp.languages.vendor import find_vendor
-from olp.transpile.probes import probes
-from olp.transpile.support import kinds, support, timed_as
+from olp.transpile.support import kinds, probes, support, timed_as
 
 ROOT = Path(olp.__file__).resolve().parent
 SAMPLES = ROOT.parent / "samples"
