@@ -8,7 +8,7 @@ import pytest
 from doc_pages import ROOT, blocks, differences, examples, matches
 
 from olp.languages.limits import writable
-from olp.languages.vendor import find_vendor, vendor_names
+from olp.languages.vendor import find_vendor, part_of, vendor_names
 
 PAGES = sorted(
     [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("hosts/**/*.md")]
@@ -82,6 +82,7 @@ def _words_of(names: Sequence[str]) -> set[str]:
 
 
 ONLY_READ = sorted(set(vendor_names()) - set(writable()))
+COLOURED = [name for name in vendor_names() if part_of(name, "tokens") is not None]
 
 
 @pytest.mark.parametrize(
@@ -92,6 +93,9 @@ ONLY_READ = sorted(set(vendor_names()) - set(writable()))
         ("docs/vendors.md", "Pages: ", "; only read: ", writable()),
         ("docs/vendors.md", "; only read: ", ".\u0020", ONLY_READ),
         ("docs/other-languages.md", "# ", "\n", ONLY_READ),
+        ("hosts/emacs/README.md", ";; Robot programs: ", "\n", vendor_names()),
+        ("hosts/neovim/README.md", "-- Robot programs: ", "\n", vendor_names()),
+        ("hosts/vscode/README.md", "while you write it, for\n", ".\n\n", COLOURED),
     ],
 )
 def test_a_list_of_languages_names_those_that_are_found_and_no_other(
@@ -100,3 +104,20 @@ def test_a_list_of_languages_names_those_that_are_found_and_no_other(
     text = (ROOT / page).read_text(encoding="utf-8")
     listed = re.sub(r"\]\([^)]*\)", "]", text.partition(before)[2].partition(behind)[0])
     assert set(re.findall(r"\w+", listed)) & _words_of(vendor_names()) == _words_of(names)
+
+
+@pytest.mark.parametrize("host", ["emacs", "neovim"])
+def test_an_editor_opens_programs_of_every_language_with_a_suffix_of_its_own(host: str) -> None:
+    page = (ROOT / "hosts" / host / "README.md").read_text(encoding="utf-8")
+    words = set(re.findall(r"\w+", page.partition("Robot programs: ")[2].partition("```")[0]))
+    assert [name for name in vendor_names() if not words & {s[1:] for s in find_vendor(name).suffixes}] == []
+
+
+def test_robodk_has_a_post_for_every_language_that_is_written() -> None:
+    host = ROOT / "hosts/robodk"
+    listed = (
+        (host / "README.md").read_text(encoding="utf-8").partition("Post Processor → ")[2].partition(").")[0]
+    )
+    posts = {f"olp_{name}" for name in writable()}
+    assert set(re.findall(r"\w+", listed)) & posts == posts
+    assert {path.stem for path in host.glob("Posts/olp_*.py")} == posts
