@@ -6,7 +6,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from olp.cli._timing import (
     add_routine_argument,
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from olp.reports.formats.report import ReportPart
 
 
-Result = TypeVar("Result")
 SUMMARY = "say how long every line of a program takes, and why"
 
 

@@ -177,7 +177,7 @@ class _Blends:
         if kind is BlendKind.SHARE:
             return 0.5 * value * row.length
         if kind is BlendKind.SPEED:
-            return value**2 * self._braking(s, row)
+            return value**2 * self._braking(row)
         return row.length * min(value / row.angle, 1.0) if row.angle > 0 else 0.5 * row.length
 
     def _of_size(self, s: Move, size: float, allowed: frozenset[BlendKind]) -> tuple[Blend | None, float]:
@@ -198,7 +198,7 @@ class _Blends:
         most = (
             0.5 * found[0].length
             if found and kind is BlendKind.SHARE
-            else self._braking(s, found[0])
+            else self._braking(found[0])
             if found
             else 0.0
         )
@@ -209,7 +209,7 @@ class _Blends:
         back = most * (written / 100 if kind is BlendKind.SHARE else (written / 100) ** 2)
         return Blend(kind, Quantity(Number(written), percent)), abs(back - size)
 
-    def _braking(self, s: Move, row: MoveExecution) -> float:
+    def _braking(self, row: MoveExecution) -> float:
         """[m] that braking from the programmed speed takes: where a passage at full speed (CNT100) begins."""
         speed = row.travel
         if math.isnan(speed):

@@ -14,7 +14,6 @@ from pathlib import PurePath
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from olp.core.units import deg, mm
 from olp.ir.program import Path
@@ -24,7 +23,6 @@ from olp.runtime.plan import CUT_SHORT, PATHS, BlendCode, Event, Plan, StepKind
 from olp.runtime.state import VALUE_IS_UNKNOWN
 from olp.timing.blending.law import load_law
 
-Floats = NDArray[np.float64]
 Place = tuple[str, int]  # the name of a file of the translation and a line there
 _STILL = 0.002 * mm  # [m] a shorter move goes nowhere
 _TURN = 0.0002 * deg  # [rad]

@@ -27,8 +27,6 @@ from olp.languages.vendor import probe_language
 from olp.robots.geometry import Pose
 from olp.transpile.convert import export
 
-Floats = NDArray[np.float64]
-
 NAME = "PROBE"
 # [%] of the axes' speed on the way to the first point, from wherever the arm stands.
 _FIRST = 5.0

@@ -32,7 +32,6 @@ Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 Rows = NDArray[np.intp]
 
-FEWEST: Final = 4
 _FREEDOM: Final = 3.0  # of Student's t
 _ROUNDS: Final = 40
 _STEP: Final = 1e-5  # for derivatives
@@ -253,7 +252,7 @@ def faster_than_programmed(pieces: PathPieces, measured: Floats, resolution: flo
 def learn_paths(
     pieces: PathPieces, measured: Floats, groups: Labels, lines: LineAcceleration, resolution: float
 ) -> LearntPaths:
-    """From `measured` (n,) [s], n >= FEWEST; `groups`: programs; `lines`: what was known of the arm before."""
+    """From `measured` (n,) [s], n >= 4; `groups`: programs; `lines`: what was known of the arm before."""
     if len(measured) > _MOST_FITTED:
         some = np.linspace(0, len(measured) - 1, _MOST_FITTED).astype(np.intp)
         pieces, measured, groups = pieces.take(some), measured[some], groups[some]

@@ -164,7 +164,6 @@ _FREEDOM: Final = (
     3.0  # degrees of freedom of Student's t: one move in twenty is off by more than three scatters
 )
 _STEPS: Final = 60
-_ENOUGH: Final = 1e-6
 _LEAST_SCATTER: Final = 0.004
 _TOLD: Final = (
     0.25  # [1 | s] prior sd up to which a number is told of this arm; of more it is a spread over arms

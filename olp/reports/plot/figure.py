@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 Role = str
 Anchor = Literal["start", "middle", "end"]
@@ -105,7 +105,6 @@ class Figure:
         self.shapes.extend(shapes)
 
 
-Floats = NDArray[np.float64]
 _SMALL = 11.0  # [px] of tick numbers
 
 

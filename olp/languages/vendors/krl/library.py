@@ -491,14 +491,14 @@ def with_cyclic_flags(program: st.Program) -> st.Program:
         here = {
             n: s.value
             for n, (routine, s) in known.items()
-            if routine == r.name or not _locals(program, routine, s)
+            if routine == r.name or not _names_locals(program, s)
         }
         routines.append(replace(r, body=tuple([_with_conditions(s, here, changing) for s in r.body])))
     return replace(program, routines=tuple(routines))
 
 
-def _locals(program: st.Program, name: str, s: st.SetOutput) -> bool:
-    """Whether a condition names data of its routine alone."""
+def _names_locals(program: st.Program, s: st.SetOutput) -> bool:
+    """Whether a condition names data that its routine has for itself."""
     shared = {d.name.casefold() for d in program.data}
     names = {e.name.casefold() for e in expressions_of(s.value) if type(e) is ex.Named}
     return not names <= shared

@@ -7,7 +7,6 @@ P568 a speed that is mm/s by its size.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from olp.ir.expressions import Expression, FrameRef, Named, Number, Quantity, SignalState
@@ -46,14 +45,6 @@ class Manner(NamedTuple):
     acceleration: Quantity | None
     blend: Blend
     other: tuple[tuple[str, Expression], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Arguments:
-    """The arguments of one call by name; `targets` come first and stand by themselves."""
-
-    targets: tuple[Node, ...]
-    rest: tuple[tuple[str, Node], ...]
 
 
 class UrscriptMoveRules:
