@@ -605,6 +605,18 @@ def test_more_far_out_moves_than_half_as_far_are_no_scatter(tmp_path):
     assert tails_of(left / 1000.0, case) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("per_second", "per_move", "verdict"), [(0.02, 0.0, "unexplained"), (0.0, 0.02, "no-mismatch")]
+)
+def test_a_difference_that_grows_with_the_durations_is_no_scatter(per_second, per_move, verdict, tmp_path):
+    """Without repeats only its size tells it from one: of these moves a second one is as far off as a recorder whose
+    stamps are uneven, and goes together with nothing."""
+    real, rng = plain(5), np.random.default_rng(5)
+    real = real + rng.normal(size=COUNT) * (per_second * real + per_move)
+    told = diagnose_recording(record(tmp_path / "r", real, 5)).diagnosis
+    assert (told.verdict, told.findings) == (verdict, ())
+
+
 def test_far_out_moves_of_one_kind_are_no_scatter(tmp_path):
     case, left, longest, off = far_out_moves(tmp_path, (20, -20, 20, -20))
     left[longest] = off

@@ -415,8 +415,8 @@ AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
 _HALVED = 4.0  # times the mean square: an explanation takes away half of the error, at least
-# Share of a duration, and times the digits' standard deviation: robots repeat better.
-_ROUGH, _DIGITS = 0.03, 8.0
+_GROWS = 0.01  # [s/s] of the moves' times: makers say of their own simulations that they are off by no more
+_FAR = 6.0  # times the middle's scatter: what is farther off counts as that, no single long move decides
 
 
 def floor_of(named: NamingResult) -> Scatter:
@@ -439,8 +439,8 @@ def verdict_of(named: NamingResult) -> str:
     left, raw = _beside(off, tails), rms(named.clean.residual)
     pattern = named.remains.structured and beyond_digits(off, named.clean, named.noise.order)
     if not named.fit.model.parts and not named.late.any():
-        rough = _rough(named) and 0 < _DIGITS * digits_of(named.clean) < raw
-        return "unexplained" if pattern or rough or left > AGREES * sigma else "no-mismatch"
+        grows = _growth(off, named.clean.simulated[_in_time(named)]) > _GROWS
+        return "unexplained" if pattern or grows or left > AGREES * sigma else "no-mismatch"
     unseen = (named.clean.measured - named.selection.predicted)[_in_time(named)]  # by the whole search
     if _taken_away(named) < _HALVED:
         return "unexplained"
@@ -485,9 +485,13 @@ def joined(one: str, other: str, found: bool) -> str:
     return "unexplained" if "unexplained" in judged else "no-mismatch"
 
 
-def _rough(named: NamingResult) -> bool:
-    """Whether simulation and robot differ by a share of the durations that no scatter is."""
-    return float(np.mean(np.abs(named.clean.residual) / np.maximum(named.clean.measured, 1e-6))) > _ROUGH
+def _growth(off: Floats, seconds: Floats) -> float:
+    """[s/s] by how much the size of a difference, `off` (n,) [s], grows with the moves' `seconds` (n,), by least
+    squares: a recorder scatters as much in short moves as in long ones, and robots repeat to within thousandths."""
+    size = np.abs(off - np.median(off))
+    size = np.minimum(size, _FAR * 1.4826 * float(np.median(size)))
+    long = seconds - seconds.mean()
+    return float(size @ long) / max(float(long @ long), 1e-12)
 
 
 # --- Logs alone ---
