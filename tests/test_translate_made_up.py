@@ -232,6 +232,13 @@ def test_names_that_became_registers_by_way_of_a_shorter_name_have_the_same_valu
     assert sum(one.steps for one in found.made_up) >= 3
 
 
+def test_registers_whose_comments_became_legal_names_and_registers_again_have_the_same_values():
+    rows = ["J P[1] 50% FINE", "L P[2] R[6:feed rate]mm/sec FINE Offset,PR[7:above it]"]
+    found = receipt(tp(*rows, positions=POINTS), "inform")
+    assert differences(found) == []
+    assert sum(one.steps for one in found.made_up) >= 6
+
+
 def test_a_tool_whose_name_is_no_word_of_the_target_is_the_same_thing_in_both_runs():
     """Scripts have a function popup, so the tool that another file declares is popup_1 there."""
     text = module("MoveL [[600,0,600],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v500,fine,popup;")

@@ -2967,3 +2967,16 @@ def test_a_first_routine_that_others_call_sets_first_values_at_its_start_alone(t
 
 def waits_of_plan(plan):
     return [round(float(plan.durations[row]), 3) for row in plan.row[plan.kind == StepKind.WAIT]]
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "urscript", "inform"])
+def test_a_register_that_only_the_speed_of_a_move_reads_is_named(target):
+    """A robot that is told to move at zero stops there."""
+    made = converted(tp("J P[1] 100% FINE", "L P[2] R[6]mm/sec FINE", positions=(P1, P2)), "tp", target)
+    assert "R6" in [thing for things in made.translated.asks.values() for thing in things]
+
+
+def test_a_position_register_that_only_an_offset_reads_is_named_in_inform():
+    rows = ("J P[1] 100% FINE", "L P[2] 100mm/sec FINE Offset,PR[4:above]")
+    made = converted(tp(*rows, positions=(P1, P2)), "tp", "inform")
+    assert made.translated.asks["teach these positions"] == ("above",)

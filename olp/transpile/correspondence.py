@@ -271,8 +271,9 @@ class SharedUnknowns:
             place = UnknownThing("variable", self._folded(d.name, self.vendor))
             yield place, UnknownThing("variable", self._folded(d.name, self.program.vendor))
         mapping = self.translated.mapping
-        # A name that was cut short, and then became a register, is there twice.
-        first = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
+        # A register that got its comment's name, which was made legal, and then became a register: three steps.
+        step = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
+        first = {to: _root(to, step) for to in step}
         systems = {to for (kind, _), to in mapping.items() if kind in _SYSTEMS}
         registers = limits_of(self.vendor).registers
         for (kind, name), to in mapping.items():
@@ -344,6 +345,14 @@ def _keeps_case(vendor: str) -> bool:
 @lru_cache(maxsize=1)
 def _stores() -> dict[str, ex.Store]:
     return {letters: store for store, letters in LETTERS.items()}
+
+
+def _root(name: str, step: Mapping[str, str]) -> str:
+    """The name that the source has for `name`, over all steps from one name to the next."""
+    seen = {name}
+    while (before := step.get(name)) is not None and before not in seen:
+        seen.add(name := before)
+    return name
 
 
 def _system(label: str) -> int | str:

@@ -638,7 +638,7 @@ class Unset:
         """What statements read beside the targets of moves. Registers of the target hold what its operator sets."""
         told: set[str] = set()
         for routine in self.program.routines:
-            for index, s in self.work.look(routine).rare:
+            for index, s in _with_values(routine, self.work):
                 for e in read_by(s):
                     found = self._why(e, routine, index)
                     if found is None:
@@ -672,7 +672,7 @@ class Unset:
                 (index, s, e)
                 for index, s in enumerate(routine.body)
                 if type(s) is st.Move
-                for e in s.targets
+                for e in (*s.targets, *((s.offset, s.tool_offset) if numbers else ()))
                 if isinstance(e, ex.Variable)
             )
             for index, s, e in places:
@@ -684,6 +684,15 @@ class Unset:
                 says = f"{found[1]} this position, and no VAR.DAT or olp.toml holds it: {ends}"
                 self.work.lose(s, Fate.APPROXIMATED, "position", says)
                 self.work.ask("teach these positions" if numbers else TEACH, label)
+
+
+def _with_values(routine: st.Routine, work: TranslationContext) -> list[tuple[int, st.Statement]]:
+    """The statements that take values, in order: those that are not plain, and moves with a computed speed or blend."""
+    look = work.look(routine)
+    if not any(isinstance(e, ex.Variable) for e in look.values):
+        return look.rare
+    rare = {index for index, _ in look.rare}
+    return [(index, s) for index, s in enumerate(routine.body) if index in rare or type(s) is st.Move]
 
 
 def _parts_of(e: ex.Variable) -> list[Key]:
