@@ -23,7 +23,7 @@ from olp.transpile.context import PROCESS, Fate, Mapping
 from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
 from olp.transpile.preflight import before_it_runs
-from olp.transpile.receipt import verdict_of
+from olp.transpile.receipt import receipt_of, verdict_of
 
 ROBOT = load_robot("yaskawa/gp25")
 P1, P2 = (1, 0, 1, 900, 0, 400, 180, 0, 0), (2, 0, 1, 900, 100, 400, 180, 0, 0)
@@ -2980,3 +2980,47 @@ def test_a_position_register_that_only_an_offset_reads_is_named_in_inform():
     rows = ("J P[1] 100% FINE", "L P[2] 100mm/sec FINE Offset,PR[4:above]")
     made = converted(tp(*rows, positions=(P1, P2)), "tp", "inform")
     assert made.translated.asks["teach these positions"] == ("above",)
+
+
+def test_components_that_calls_change_are_declared_in_their_own_routine():
+    """`component` was set in a module that declares no such data."""
+    text = krl("DECL FRAME F", "PLACE(F)", "LIN F") + "\r\n".join([
+        "DEF PLACE(G :OUT)", "DECL FRAME G", "G={X 900,Y 0,Z 500,A 0,B 80,C 0}", "TURN(G.A,G.B)", "END",
+        "DEF TURN(A :OUT,B :OUT)", "DECL REAL A,B", "A=A+1", "B=B+1", "END", "",
+    ])  # fmt: skip
+    made = code(translated(text, "krl", "rapid"), "!")
+    place = made[made.index("LOCAL PROC PLACE(INOUT robtarget G)") :]
+    assert {"VAR num component;", "VAR num component2;"} <= set(place[:3])
+
+
+def test_a_position_of_which_one_angle_is_set_begins_with_a_turn_in_rapid():
+    """Four zeros are no quaternion: EulerZYX stops the program."""
+    text = translated(
+        krl("DECL FRAME F,G", "F.X=900", "F.Z=500", "F.A=5", "F.X=910", "F.B=80", "G=F", "LIN G"),
+        "krl",
+        "rapid",
+    )
+    assert re.search(r"VAR robtarget F:=\[\[0,0,0\],\[1,0,0,0\],", text)
+    assert "VAR robtarget G;" in text
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+@pytest.mark.parametrize(
+    ("rows", "same"),
+    [
+        (["F.C=5"], False),  # only C - A is told by the turn there
+        (["F.C=F.C+5"], True),
+        (["F.B=80", "F.C=5"], False),  # a controller may have any A and C before
+        (["F.A=1", "F.B=91", "F.C=0", "LIN F", "F.B=F.B+1"], False),  # 91 is read as 89
+    ],
+)
+def test_single_angles_at_90_degrees_are_what_a_controller_with_whole_turns_makes_of_them(target, rows, same):
+    rows = ["F={X 900,Y 0,Z 500,A 10,B 90,C 0}", "LIN F", *rows, "LIN F"]
+    text = krl("DECL FRAME F", "$VEL.CP=0.2", *rows)
+    made = converted(text, "krl", target)
+    source = read(text, "krl")
+    runs = runs_of(source, made, target, (ROBOT, ROBOT))
+    found = receipt_of(link(source), made.translated, target, tuple(made.files), runs, (ROBOT, ROBOT))
+    told = found.verdict.objections
+    assert all("turned by" in one.says for one in told)
+    assert (not told) is same

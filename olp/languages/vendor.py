@@ -153,6 +153,7 @@ class Conventions:
         default_factory=dict
     )  # the controller's file beside a program that gives the numbered tools ("tool") and frames ("user") their values
     first_variable: int = 1  # number of the first one, where variables have numbers
+    whole_turns: bool = False  # a position holds its turn as one value, from which its angles are computed
     # Moves
     taught_frames: bool = False  # a point was taught with a tool and a frame, and moves name neither
     points_of_groups: bool = (

@@ -23,7 +23,7 @@ from olp.runtime.memory import Array, AssumedResult, PositionValue, Value
 from olp.runtime.poses import as_position, raw_pose, with_pose
 from olp.runtime.spelling import spell
 from olp.runtime.state import Machine, StatementError
-from olp.runtime.structures import pose_of_rotation_vector, pose_value, rotation_vector
+from olp.runtime.structures import angles_of_turn, pose_of_rotation_vector, pose_value, rotation_vector
 
 Arguments = Sequence[Expression]
 Computes = Callable[[Machine, Arguments], Value]
@@ -225,7 +225,7 @@ def _element(m: Machine, arguments: Arguments) -> Value:
 def _angles_of_vector(m: Machine, arguments: Arguments) -> Value:
     """Roll, pitch and yaw [rad] of a rotation vector."""
     pose = pose_of_rotation_vector(0.0, 0.0, 0.0, _three(m, arguments[0]))
-    return _list(pose.xyz_angles()[3:])
+    return _list(angles_of_turn(pose.xyz_angles()[3:].tolist(), m.made_up is not None))
 
 
 def _vector_of_angles(m: Machine, arguments: Arguments) -> Value:

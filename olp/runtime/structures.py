@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -23,6 +24,8 @@ _SCALES = (mm, mm, mm, deg, deg, deg)
 # Types that are no structure, or one whose missing members a run may not leave open.
 _NUMBERS_AND_TEXTS = ("", "integer", "real", "boolean", "string", "character", "signal", "clock")
 _NO_STRUCTURES = frozenset((*_NUMBERS_AND_TEXTS, "position", "joints", "tool", "frame", "speed", "zone"))
+# Numbers of seven digits, as controllers compute, give Ry to 0.03 degrees there.
+_SPLIT_FROM, _SPLIT = math.sin(0.03 * deg), 7.3 * deg
 _TURNS = ("q1", "q2", "q3", "q4", "rotation1", "rotation2", "rotation3")
 
 
@@ -100,14 +103,16 @@ def read_member(m: Machine, e: Member) -> Value:
         if value.partial:
             raise StatementError("I203", f"{spell(e)} has no value yet", "give it one before it is used")
     if isinstance(value, PositionValue):
-        return _component(value, e)
+        return _component(m, value, e)
     raise StatementError("I224", f"{spell(e.base)} has no member {e.name}", "check the name")
 
 
-def _component(value: PositionValue, e: Member) -> float:
+def _component(m: Machine, value: PositionValue, e: Member) -> float:
     name = _name(value, e)
     if value.state.kind is PointKind.POSE and name in _COMPONENTS:
         index = _COMPONENTS.index(name)
+        if index >= 3 and m.conventions.whole_turns:
+            return angles_of_turn(value.values[3:6], m.made_up is not None)[index - 3] / deg
         return value.values[index] / _SCALES[index]
     if value.state.kind is PointKind.POSE and name in _TURNS:
         return _turn(value, name)
@@ -119,6 +124,27 @@ def _component(value: PositionValue, e: Member) -> float:
         if index < len(value.values):
             return value.values[index] / deg
     raise StatementError("I224", f"{spell(e.base)} has no component {e.name}", "check the name")
+
+
+def angles_of_turn(angles: Sequence[float], compared: bool = False) -> tuple[float, float, float]:
+    """Rx, Ry, Rz [rad] as a controller computes them that holds the turn `angles` (3) as one value.
+
+    Ry is within 90 degrees. There the turn tells only Rx - Rz (at -90 Rx + Rz), and no manual says what a controller
+    makes of it: where two programs are `compared`, they are 7.3 degrees from what is usual, so that it shows if
+    anything hangs on them.
+    """
+    rx, ry, rz = angles
+    if abs(math.cos(ry)) < _SPLIT_FROM:
+        up = math.copysign(1.0, math.sin(ry))
+        by = _SPLIT if compared else 0.0
+        return rx - up * rz + by, math.asin(math.sin(ry)), up * by
+    if math.cos(ry) < 0.0:
+        rx, ry, rz = rx + math.pi, math.pi - ry, rz + math.pi
+    return _within(rx), _within(ry), _within(rz)
+
+
+def _within(angle: float) -> float:
+    return angle if -math.pi < angle <= math.pi else math.remainder(angle, 2 * math.pi)
 
 
 def _name(value: PositionValue, e: Member) -> str:

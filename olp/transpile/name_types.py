@@ -204,8 +204,8 @@ def _apart(
         body += [st.Assign(s.line, e, name) for e, name in pairs]
     if not names:
         return routine
-    data = tuple(st.Declare(routine.line, name, "real") for name in names)
-    return replace(routine, body=tuple(body), data=(*routine.data, *data))
+    own = [st.Declare(routine.line, name, "real") for name in names]
+    return replace(routine, body=(*own, *body))
 
 
 def _without_place(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 from olp.core.units import deg, mm
 from olp.ir import expressions as ex
@@ -25,6 +25,7 @@ _STEADY: Final = (
 _SAME: Final = 1e-9  # [rad]
 _PLACE: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
+_NOWHERE: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 _COMPUTED: Final = {"pose-angles": "pose", "joints": "joint"}  # functions of six components
 _READ: Final = {"pose": ("position", "current-pose"), "joint": ("joints", "current-joints")}
 
@@ -386,7 +387,31 @@ def turned_together(program: st.Program, work: TranslationContext) -> st.Program
     routines = tuple(
         replace(r, body=tuple(_together(r.body))) if _sets_angles(r) else r for r in program.routines
     )
-    return replace(program, routines=routines)
+    return _with_turns(replace(program, routines=routines), work)
+
+
+def _with_turns(program: st.Program, work: TranslationContext) -> st.Program:
+    """A turn of zero for positions without a first value of which the program reads or sets single angles.
+
+    A quaternion of four zeros, as it begins otherwise, is no turn: functions that take it stop the program.
+    """
+    turned = {
+        e.base.name
+        for r in program.routines
+        for e in work.look(r).expressions
+        if isinstance(e, ex.Member) and e.name in _ANGLES and type(e.base) is ex.Named
+    }
+    if not turned:
+        return program
+
+    def row(s: Any) -> Any:
+        bare = type(s) is st.Declare and s.value is None and not s.sizes and s.type == "position"
+        return replace(s, value=_NOWHERE) if bare and s.name in turned else s
+
+    routines = tuple(
+        replace(r, body=tuple(map(row, r.body)), data=tuple(map(row, r.data))) for r in program.routines
+    )
+    return replace(program, routines=routines, data=tuple(map(row, program.data)))
 
 
 def _sets_angles(routine: st.Routine) -> bool:

@@ -65,6 +65,7 @@ class Rapid(Vendor):
         analog_values="the unit of the signal's configuration",
         usual_pulse=0.2,
         arm_flags=ArmFlags.QUARTERS,
+        whole_turns=True,  # quaternions
         actions_at_ends=True,
         data_begin_anew=True,
         wide_numbers=frozenset({"dnum"}),

@@ -48,6 +48,7 @@ class UrScript(Vendor):
     conventions = Conventions(
         analog_values="a share of the output's range",
         pose_lists=True,
+        whole_turns=True,  # rotation vectors
         move_options=MoveOptions(
             harmless=frozenset({NO_TIME}), manner=frozenset({"mode", "process", "v"})
         ),  # v beside a time, which counts
