@@ -49,8 +49,8 @@ from olp.robots import robot as robot_module
 from olp.robots.robot import robot_names
 from olp.timing.motion import load_model, model_names
 from olp.timing.physics import load_term, term_names
-from olp.transpile.constant_folding import _Shared
 from olp.transpile.convert import Converted
+from olp.transpile.shared_variables import _Shared
 
 HOSTS = FilePath(__file__).parent.parent / "hosts"
 MAKERS = sorted({name.partition("/")[0] for name in robot_names()})

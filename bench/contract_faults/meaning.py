@@ -360,7 +360,7 @@ def _plant_shared_names() -> Callable[[], Callable[[], bool]]:
     """The same where variables have numbers, which the translation gives them by their names."""
 
     def plant() -> Callable[[], bool]:
-        from olp.transpile.constant_folding import _Shared
+        from olp.transpile.shared_variables import _Shared
 
         whole, changed = _Shared.__post_init__, []
 

@@ -12,10 +12,10 @@ from typing import Final
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
-from olp.transpile.constant_folding import calls_of, handed_over, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.implicit_declarations import uses_of
 from olp.transpile.occurrences import changed_rare
+from olp.transpile.shared_variables import calls_of, handed_over, paired
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
 _ONE, _NUMBERS_ALONE, _ANY = "one", "numbers", "any"  # what Limits.dimensions says

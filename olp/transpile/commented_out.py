@@ -16,9 +16,9 @@ from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, flat, parse
 from olp.ir.transformer import expressions_of, note_names
 from olp.languages.vendor import conventions_of
-from olp.transpile.constant_folding import handed_over, paired
 from olp.transpile.context import LOST, Fate, TranslationContext
 from olp.transpile.reaching_definitions import ENTRY, UNSET, Key, Reaching, reaching
+from olp.transpile.shared_variables import handed_over, paired
 from olp.transpile.source_only import untranslated
 
 _SETTING = (st.Assign, st.Update, st.Clear, st.ReadInput)

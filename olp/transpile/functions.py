@@ -21,10 +21,10 @@ from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.robots.geometry import Pose, angles_from_rotation, rotation_from_angles, rotation_from_quaternion
 from olp.runtime.plan import StepKind
-from olp.transpile.constant_folding import calls_of, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 from olp.transpile.records import literal_of
+from olp.transpile.shared_variables import calls_of, paired
 from olp.transpile.symbols import Symbols, base_of, kind_of_value
 from olp.transpile.temporaries import joins_calls
 from olp.transpile.typed_values import AS_TEXT, whole_decimals

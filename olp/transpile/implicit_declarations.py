@@ -13,12 +13,12 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of, part_of
-from olp.transpile.constant_folding import called_in, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
 from olp.transpile.integer_inference import loop_counters
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
+from olp.transpile.shared_variables import called_in, paired
 from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 _WORDS: Final = {

@@ -15,9 +15,9 @@ from olp.ir import program as st
 from olp.ir.block_structure import Block, Node, parse
 from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names, sets_numbers
 from olp.languages.vendor import conventions_of, language_of
-from olp.transpile.constant_folding import handed_over, paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
+from olp.transpile.shared_variables import handed_over, paired
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
 _ROUNDED: Final = frozenset({"round", "trunc", "floor", "ceil"})

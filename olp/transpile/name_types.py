@@ -9,8 +9,8 @@ from typing import Final
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import expressions_of, mapped, note_names
-from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.shared_variables import paired
 from olp.transpile.symbols import Symbols, base_of, symbols_of
 
 PLACES: Final = ("joints", "tool", "frame", "position")

@@ -56,7 +56,7 @@ from olp.transpile.arrays import (
 from olp.transpile.blends import blends
 from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
-from olp.transpile.constant_folding import fold_constants, share_variables
+from olp.transpile.constant_folding import fold_constants
 from olp.transpile.constant_frames import held_systems, known_systems
 from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
 from olp.transpile.control_flow import flow, taken_over
@@ -89,6 +89,7 @@ from olp.transpile.postures import configurations, postures, reached
 from olp.transpile.quaternions import own_components, quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import number
+from olp.transpile.shared_variables import share_variables
 from olp.transpile.signal_variables import signal_variables
 from olp.transpile.signals import at_ends, long_waits, pulses, signal_aliases, signal_names, signals
 from olp.transpile.source_only import comment_texts, data_comments, foreign_words, plain_texts

@@ -23,9 +23,9 @@ from olp.robots.geometry import Pose
 from olp.robots.kinematics.configuration import readings_of_joints, same_posture
 from olp.robots.model import Robot
 from olp.runtime.plan import StepKind
-from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext, cell_of
 from olp.transpile.move_lowering import tell_zeros
+from olp.transpile.shared_variables import paired
 from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 Floats = NDArray[np.float64]

@@ -15,12 +15,12 @@ from olp.ir import program as st
 from olp.ir import terminology
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, sets_numbers
 from olp.languages.limits import ValueTypes
-from olp.transpile.constant_folding import paired
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
 from olp.transpile.implicit_declarations import ASKS
 from olp.transpile.name_types import NUMERIC_FUNCTIONS, taken
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
+from olp.transpile.shared_variables import paired
 from olp.transpile.symbols import Symbols, kind_of_value
 
 _NUMBERS: Final = frozenset({"integer", "real"})
