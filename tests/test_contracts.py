@@ -33,6 +33,7 @@ from olp.contracts import (
 )
 from olp.contracts.__main__ import main as contracts_command
 from olp.contracts.derived_readings import unlike_derived
+from olp.contracts.events import OracleEvent, differences
 from olp.contracts.handling import samples_folder
 from olp.contracts.promises import hold
 from olp.contracts.readings import readings_of, unlike
@@ -550,6 +551,16 @@ def test_a_writer_that_takes_an_input_for_an_output_breaks_its_contract(
     monkeypatch.setattr(writer, "signals", {**writer.signals, "in": writer.signals["out"]})
     found = list(writers.keeps_inputs_and_outputs_apart(WriterUnderTest(find_vendor(name), None)))
     assert any("input 3 on is wanted and own output 3 on found" in differs for _, differs in found)
+
+
+def test_a_signal_whose_name_has_another_number_is_told() -> None:
+    def output(signal: int | str) -> OracleEvent:
+        return OracleEvent("output", signal=signal, on=True)
+
+    assert list(differences([output(3)], [output("do3")])) == []
+    assert list(differences([output(3)], [output("doGrip")])) == []
+    (told,) = differences([output(3)], [output("do4")])
+    assert told.endswith("signal 3 is wanted and do4 found")
 
 
 @pytest.mark.parametrize("name", writable())

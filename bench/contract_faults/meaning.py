@@ -20,6 +20,7 @@ from olp.ir.expressions import (
     Quantity,
     Signal,
     SignalState,
+    Text,
 )
 from olp.ir.points import PointBlock, PointKind, PointState, PointTable
 from olp.ir.program import (
@@ -229,9 +230,7 @@ CHANGES: Final[Mapping[str, Callable[[], Change]]] = {
         0.5, SpeedUnit.FRACTION, SpeedUnit.AXIS, SpeedUnit.TRAVEL
     ),
     "outputs of the other state": lambda: _of(SetOutput, _flipped),
-    "outputs of the next number": lambda: _of(
-        Signal, lambda s: replace(s, index=Number(s.index.value + 1)) if isinstance(s.index, Number) else s
-    ),
+    "outputs of the next number": lambda: _of(Signal, _next_signal),
     "outputs after the next statement": lambda: _bodies(_later),
     "outputs dropped": lambda: _of(SetOutput, lambda s: None),
     "waits in milliseconds": lambda: _of(Dwell, lambda d: replace(d, duration=_times(d.duration, 0.001))),
@@ -257,6 +256,16 @@ CHANGES: Final[Mapping[str, Callable[[], Change]]] = {
         Logic, lambda e: replace(e, rest=tuple(("or" if op == "and" else "and", x) for op, x in e.rest))
     ),
 }
+
+
+def _next_signal(signal: Signal) -> Signal:
+    """The signal with the next number, which languages with named signals have in the name: do3 becomes do4."""
+    match signal.index:
+        case Number(number):
+            return replace(signal, index=Number(number + 1))
+        case Text(name) if found := re.search(r"\d+$", name):
+            return replace(signal, index=Text(f"{name[: found.start()]}{int(found[0]) + 1}"))
+    return signal
 
 
 def _flipped(one: SetOutput) -> SetOutput:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -287,12 +288,26 @@ def _of_event(
     yield from _of_places(a, b, before)
     yield from _of_numbers(a, b)
     if a.signal != "":
-        # A language that names its signals gives one name to one number.
-        same = names.setdefault(b.signal, a.signal) if isinstance(b.signal, str) else b.signal
+        # A language that names its signals gives one name to one number, and a number in the name is that one.
+        same = (
+            names.setdefault(b.signal, _named_number(b.signal, a.signal))
+            if isinstance(b.signal, str)
+            else b.signal
+        )
         if same != a.signal:
             yield f"signal {a.signal} is wanted and {b.signal} found"
         if a.on is not b.on:
             yield f"the state {a.on} is wanted and {b.on} found"
+
+
+def _named_number(name: str, wanted: int | str) -> int | str:
+    """The number that a signal's name ends with where a number is wanted, else what is wanted: do3 is signal 3.
+
+    >>> _named_number("do4", 3), _named_number("doGrip", 3), _named_number("do4", "gripper")
+    (4, 3, 'gripper')
+    """
+    digits = re.search(r"\d+$", name)
+    return int(digits[0]) if digits and isinstance(wanted, int) else wanted
 
 
 def _of_places(a: OracleEvent, b: OracleEvent, before: OracleEvent | None) -> Iterator[str]:
