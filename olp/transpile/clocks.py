@@ -1,7 +1,7 @@
-"""Clocks that count seconds while they run: by number or by name, as the target has them.
+"""Clocks that count seconds: those of the source become those of the target, by number or by name.
 
-A clock is `timer` of its number or its name: what it has counted [s]. `timer-running` is whether it counts. Setting
-`timer` leaves it running or standing.
+`timer` with a clock's number or name is the time [s] that it has counted, `timer-running` whether it counts now.
+Setting `timer` neither starts nor stops the clock.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _OWN: Final = "a clock of a routine's own, which begins anew with each call"
 
 
 def is_clock(e: ex.Expression | None) -> TypeGuard[ex.SystemValue | ex.Function]:
-    """Whether it is what a clock has counted, or whether one runs."""
+    """Whether an expression reads a clock: the time that it has counted, or whether it runs."""
     return isinstance(e, (ex.SystemValue, ex.Function)) and e.name in (COUNTED, RUNNING)
 
 
 def clocks(program: Program, work: TranslationContext) -> Program:
-    """Clocks as the target's; what it cannot do with one is refused. A target without any is left to others."""
+    """The program with the target's clocks; what they cannot do is refused. Targets without any are left alone."""
     if not work.limits.clocks:
         return program
     found = {
@@ -67,7 +67,7 @@ def _key(clock: ex.Expression) -> Key:
 
 
 def _definitions(s: Statement) -> Mapping[Key, int]:
-    """What a statement leaves a clock at: running or standing."""
+    """Clocks that a statement starts (_STARTED) or stops (_STOPPED)."""
     if isinstance(s, Assign) and is_clock(s.target) and _switches(s):
         return {_key(_clock(s.target)): _STARTED if s.value == ex.SignalState(True) else _STOPPED}
     return {}
@@ -95,12 +95,14 @@ class _Clocks:
         default_factory=dict
     )  # a clock of the source -> that of the target
     taken: set[int] = field(default_factory=set)
-    local: set[str] = field(default_factory=set)  # names of routines' own ones, case folded
-    ahead: dict[Key, ex.Expression | None] = field(default_factory=dict)  # [s] when it passes 0, None: 0
+    local: set[str] = field(default_factory=set)  # names of clocks that a routine declares, case folded
+    ahead: dict[Key, ex.Expression | None] = field(
+        default_factory=dict
+    )  # what the target's clock, started at 0, shows [s] when the source's passes 0
     held: list[ex.Named] = field(default_factory=list)  # variables of those times
 
     def note(self, program: Program) -> None:
-        """Numbers that clocks have already stay theirs, as far as the target has them."""
+        """Reserves the numbers of the program's clocks that the target has: such a clock keeps its number."""
         for s in program.statements():
             if isinstance(s, Declare) and s.type == TYPE:
                 self.local.add(s.name.casefold())
@@ -112,7 +114,7 @@ class _Clocks:
             self._note_times(program)
 
     def _note_times(self, program: Program) -> None:
-        """Clocks that are set to other times than 0: the target's run from 0 on."""
+        """Notes clocks that are set to another time than 0 (`ahead`): the target's can only start from 0."""
         times: dict[Key, set[float | None]] = {}
         for s in program.statements():
             if isinstance(s, Assign) and is_clock(s.target) and s.target.name == COUNTED:
@@ -179,7 +181,7 @@ class _Clocks:
     def _zeroed(
         self, routine: Routine, at: int, s: Assign, target: ex.SystemValue | ex.Function
     ) -> list[Statement]:
-        """What sets a clock to 0, which runs or stands as before."""
+        """Statements that set a clock to 0 and let it run, or not, as before."""
         zeroed = self._there(replace(s, value=ex.Number(0)))
         clock = _clock(target)
         on, off = (
@@ -202,12 +204,12 @@ class _Clocks:
         return [off, zeroed, on] if states == {_STARTED} else self._refuse(s, _SOMETIMES)
 
     def _is_set_next(self, routine: Routine, at: int, clock: ex.Expression) -> bool:
-        """Whether the next statement starts or stops it, whatever it did."""
+        """Whether the next statement starts or stops the clock: then its state before does not matter."""
         following = next((one for one in routine.body[at + 1 :] if not isinstance(one, Comment)), None)
         return following is not None and _key(clock) in _definitions(following)
 
     def _there(self, s: Statement) -> Statement:
-        """A statement with the target's clocks, comparisons in its unit."""
+        """The statement with the target's clocks; comparisons are in the target's unit of time."""
         if isinstance(s, Assign) and is_clock(s.target):
             target = _of(s.target.name, self._known(_clock(s.target)))
             return replace(s, target=target, value=mapped(s.value, self._changed))
@@ -274,14 +276,14 @@ class _Clocks:
 
 
 def _scale_of(e: ex.Expression) -> float | None:
-    """By what a value is multiplied, None: by nothing that is written out."""
+    """The written factor of a product; None where there is none."""
     if isinstance(e, ex.Binary) and e.operator == "*" and isinstance(e.right, ex.Number) and e.right.value:
         return float(e.right.value)
     return None
 
 
 def _of(name: str, clock: ex.Expression) -> ex.Expression:
-    """A clock by its number, or by its name."""
+    """The expression `name` (timer or timer-running) of a clock, given by its number or its name."""
     return (
         ex.SystemValue(name, int(clock.value))
         if isinstance(clock, ex.Number)

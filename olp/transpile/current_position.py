@@ -1,6 +1,6 @@
-"""Where the arm stands (CRobT, $POS_ACT, LPOS): with which tool, and seen in which frame.
+"""Readings of the arm's current position (CRobT, $POS_ACT, LPOS), and moves that count from it.
 
-Languages mean the tool and frame that hold, those of the move before, those that are named, or the base.
+By language such a reading is of the tool and in the frame that hold, of the last move, that are named, or in the base.
 """
 
 from __future__ import annotations
@@ -25,22 +25,30 @@ from olp.transpile.symbols import Symbols
 
 HERE: Final = ex.SystemValue("current-pose")
 _BASE: Final = ex.FrameRef("base")
-UNSEEN: Final = (ex.FrameRef("tool", ex.Number(0)), _BASE)  # where no move is before
+UNSEEN: Final = (
+    ex.FrameRef("tool", ex.Number(0)),
+    _BASE,
+)  # tool and frame of the last move where there is none
 _TOOL, _FRAME = "Tool", "WObj"
 _HELD: Final = {"base": "the base", "move": "those of the move before"}
-_HEADS: Final = ("While", "Until", "ElseIf", "Case")  # before which nothing can run each time
+_HEADS: Final = (
+    "While",
+    "Until",
+    "ElseIf",
+    "Case",
+)  # no statement put before them runs each time that they are evaluated
 
 System = tuple[ex.Expression | None, ex.Expression | None]  # tool, frame
 
 
 def seen_in(tool: ex.Expression | None, frame: ex.Expression | None) -> ex.Function:
-    """Where the arm stands with this tool, in this frame; None: those that hold."""
+    """A reading of the current position with this tool, in this frame; None: those that hold."""
     named = ((_TOOL, tool), (_FRAME, frame))
     return ex.Function(HERE.name, tuple(ex.NamedArgument(name, it) for name, it in named if it is not None))
 
 
 def systems_of(e: ex.Expression) -> System | None:
-    """The tool and the frame of a reading of the position that names one of them; None for any other expression."""
+    """Tool and frame of a reading of the position that names one of them; None for any other expression."""
     if type(e) is not ex.Function or e.name != HERE.name:
         return None
     named = {a.name.casefold(): a.value for a in e.arguments if isinstance(a, ex.NamedArgument)}
@@ -53,12 +61,12 @@ def solves(e: ex.Expression) -> bool:
 
 
 def _solves_elsewhere(e: ex.Expression) -> bool:
-    """The same with a tool and a frame that it names."""
+    """Whether it does so with a tool or a frame that is named in the call."""
     return solves(e) and any(type(a) is ex.NamedArgument for a in expressions_of(e))
 
 
-def here(program: st.Program, work: TranslationContext) -> st.Program:
-    """Every reading of the position that names a tool or a frame as the target says it; taught points' see the base."""
+def position_readings(program: st.Program, work: TranslationContext) -> st.Program:
+    """Readings of the position with their tool and frame in the target's way; where points are taught, in the base."""
     if not (work.conventions.names_read_frames or work.conventions.taught_frames):
         return program
     return replace(program, routines=tuple(_routine(routine, work) for routine in program.routines))
@@ -66,7 +74,7 @@ def here(program: st.Program, work: TranslationContext) -> st.Program:
 
 def _routine(routine: st.Routine, work: TranslationContext) -> st.Routine:
     rows: list[st.Statement] = []
-    last: System = UNSEEN  # of the move before, in the order of writing
+    last: System = UNSEEN  # tool and frame of the last move above, in the order of the text
     for s in routine.body:
         rows.append(s if calls_nothing(s) else _statement(s, last, work))
         if isinstance(s, st.Move):
@@ -93,7 +101,7 @@ def _statement(s: st.Statement, last: System, work: TranslationContext) -> st.St
 
 
 def read_here(s: st.Statement, system: System, last: System, work: TranslationContext) -> st.Statement:
-    """A statement that reads the position with a tool, in a frame. `last`: those of the move before."""
+    """The statement reading the position with `system`'s tool and frame; `last`: those of the last move before it."""
     read_in = work.limits.position_read_in
     if read_in == "move" and type(s).__name__ not in _HEADS:
         read_in = "named"
@@ -106,7 +114,7 @@ def read_here(s: st.Statement, system: System, last: System, work: TranslationCo
 
 
 # --- Current position moves ---
-# Moves that count from where the arm stands, for languages that read this place while the arm is on its way.
+# Moves relative to the current position, for languages that read this position while the arm still moves.
 #
 # Some languages count a relative move from the target of the move before, however that one is passed, and some wait
 # before they read the position. The others would take a place somewhere on the way: the move before has to stop.
@@ -135,15 +143,15 @@ _UNKNOWN: Final = (
 
 
 class Lead(Enum):
-    """What leads to a reading where no move that passes by does."""
+    """What comes before a reading of the position, unless it is a move with a rounded corner."""
 
     STOP = "a move that stops"
     BEGIN = "the beginning of the routine"
-    OPEN = "several ways, or a routine"
+    OPEN = "several paths of the program, or a routine"
 
 
-def standing(program: st.Program, work: TranslationContext) -> st.Program:
-    """Every move that such a reading follows with an exact stop; where that is open, the loss says so."""
+def stops_before_readings(program: st.Program, work: TranslationContext) -> st.Program:
+    """Moves right before such a reading stop exactly; where it is unknown which move that is, the receipt says so."""
     return replace(
         program, routines=tuple([_current_position_moves_routine(r, program, work) for r in program.routines])
     )
@@ -154,7 +162,7 @@ def _current_position_moves_routine(
 ) -> st.Routine:
     body = list(routine.body)
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
-    stand: list[int] = []  # rows before which the arm has to be told to stand
+    stand: list[int] = []  # rows before which the target needs a statement that stops the arm
     for at, s in enumerate(body):
         if isinstance(s, st.Dwell) and _is_passed(s, work):
             before = _before(body, at)
@@ -166,7 +174,7 @@ def _current_position_moves_routine(
                 ):
                     body[before] = edited(move, {"blend": STOP})
                 else:
-                    passed = True  # what stands between them acts while the arm passes
+                    passed = True  # the statements between them run while the arm rounds the corner
             if passed and work.limits.stand:
                 stand.append(at)
         if (
@@ -191,7 +199,7 @@ def _current_position_moves_routine(
 
 
 def _is_passed(s: st.Dwell, work: TranslationContext) -> bool:
-    """Whether the arm of the target goes on while it waits: it stands in other languages, for no time too."""
+    """Whether the target's arm keeps moving during this wait; in other languages it stops, for a wait of 0 s, too."""
     if work.source.vendor == work.target:
         return False
     return bool(work.limits.stand) or s.duration.literal == 0.0
@@ -205,7 +213,7 @@ def _reads(s: st.Statement, work: TranslationContext) -> bool:
 
 
 def reads_place(s: st.Statement) -> bool:
-    """Whether a statement reads where the arm is."""
+    """Whether a statement reads the current position."""
     return not calls_nothing(s) and any(
         (isinstance(e, ex.SystemValue) and e.name in _READ) or systems_of(e) is not None
         for e in expressions_of(s)
@@ -213,7 +221,7 @@ def reads_place(s: st.Statement) -> bool:
 
 
 def _is_native(s: st.Move, limits: Limits) -> bool:
-    """Whether the target has such a move by an offset along the tool, or in a frame."""
+    """Whether the target has a statement for this relative move (along the tool, or in a frame)."""
     if s.path is st.Path.JOINT and not limits.joint_offsets:
         return False
     along_tool = s.relative is not None and s.relative.kind == "tool"
@@ -221,12 +229,12 @@ def _is_native(s: st.Move, limits: Limits) -> bool:
 
 
 def keeps_systems(s: st.Statement) -> bool:
-    """Whether the statement behind this one always follows it, with the same tool and frame."""
+    """Whether control always goes on to the next statement, with tool and frame unchanged."""
     return type(s).__name__ in _STRAIGHT and not any(type(e) is ex.CallValue for e in expressions_of(s))
 
 
 def _before(body: list[st.Statement], at: int) -> Lead | int:
-    """The row of the move that always runs before row `at`, where it does not stop; else what leads there."""
+    """The row of the last move before row `at` if it always runs and does not stop; else what is there instead."""
     for row in range(at - 1, -1, -1):
         s = body[row]
         if isinstance(s, st.Move):
@@ -257,14 +265,14 @@ def _stopped(s: st.Statement, work: TranslationContext) -> st.Statement:
 
 
 # --- Relative ---
-# Moves by an offset from where the arm stands, and offsets of targets, for languages that have no such word.
+# Moves by an offset from the current position, and offsets of targets, for languages without such statements.
 
 _TURNS: Final = ("rx", "ry", "rz")
 _ZEROS: Final = (ex.Number(0), ex.Number(0.0))
 
 
 def relative(program: st.Program, work: TranslationContext) -> st.Program:
-    """Offsets as positions that are computed: from where the arm stands, or from the target."""
+    """The program with offsets as computed positions: from the current position, or from the target."""
     own = _Relative(program, work, work.symbols(program), work.limits.native_offsets)
     routines = []
     for routine in program.routines:
@@ -307,7 +315,7 @@ class _Relative:
         return [s]
 
     def _axes(self, offset: ex.Expression) -> list[ex.Expression] | None:
-        """What an offset in joint values adds to each axis; None of one that is no such."""
+        """What an offset in joint values adds to each axis; None for any other offset."""
         if isinstance(offset, ex.Function) and offset.name == "joints":
             return list(offset.arguments)
         by = self.symbols.fixed_position(self.name, offset)
@@ -320,7 +328,7 @@ class _Relative:
         ]
 
     def _joints_from_here(self, s: st.Move, by: list[ex.Expression]) -> list[st.Statement]:
-        """A move to the axis values that the arm has, each with its offset added before."""
+        """A move to the current axis values, to each of which its offset is added before."""
         if any(isinstance(one, ex.NamedArgument) for one in by):
             self.work.lose(s, Fate.REFUSED, "relative", "a move by an offset of external axes")
             return [s]
@@ -334,7 +342,7 @@ class _Relative:
         return [*before, replace(s, targets=(name,), relative=None)]
 
     def _from_here(self, s: st.Move) -> st.Move:
-        """A move by an offset as one to a place that is computed; an arc's point on the way is an offset, too."""
+        """A relative move as a move to a computed position; the middle point of an arc is an offset, too."""
         relative = s.relative
         assert relative is not None
         own_frame = relative.kind == "own" or relative == s.frame
@@ -359,7 +367,7 @@ class _Relative:
         return replace(s, targets=(target,), via=via, relative=None, frame=frame)
 
     def _moved(self, s: st.Move, here: ex.Expression, offset: ex.Expression) -> ex.Expression | None:
-        """The place that lies by an offset from `here`; None where it is rejected."""
+        """The position at an offset from `here`; None where it is rejected."""
         by = self._offset_value(offset)
         values: Sequence[ex.Expression]
         if by is not None and by.kind != "joint":
@@ -395,7 +403,7 @@ class _Relative:
         return ex.Function("pose-relative-tool", (here, *values))
 
     def _place(self, tool: ex.Expression | None, frame: ex.Expression | None) -> ex.Expression:
-        """Where the arm stands, in the frame of the move."""
+        """A reading of the current position in the frame of the move."""
         return seen_in(tool, frame) if self.work.limits.position_read_in == "named" else HERE
 
     def _offset(self, s: st.Move) -> st.Move:
@@ -446,7 +454,7 @@ class _Relative:
         return symbol is not None and symbol.type == "position" and not symbol.sizes
 
     def _offset_value(self, offset: ex.Expression) -> ex.PositionLiteral | None:
-        """What an offset always is; None for a register that only others set: a camera, or another program."""
+        """The constant value of an offset; None where it has none, or only a camera or another program sets it."""
         if not isinstance(offset, ex.Named) or offset.name not in self.work.registers:
             return self.symbols.fixed_position(self.name, offset)
         by = self.symbols.fixed_position(self.name, offset)
@@ -458,7 +466,7 @@ class _Relative:
         return by
 
     def _is_computed(self, values: list[ex.Expression]) -> bool:
-        """Whether the target would have to turn by a computed angle, which it can only say as a product."""
+        """Whether an angle is computed that the target can only express as a product of poses."""
         return not self.work.limits.computed_turns and not all(isinstance(v, ex.Number) for v in values)
 
     def _never(self, name: ex.Named, member: str) -> bool:
@@ -482,7 +490,7 @@ def _name_of(e: ex.Expression) -> str:
 
 
 def _written(by: ex.PositionLiteral) -> list[ex.Number]:
-    """mm and deg; components that are not written do not move."""
+    """The components in mm and deg; those that are not written are 0."""
     scales = [mm] * 3 + [deg] * 3
     return [
         ex.Number(0 if math.isnan(v) or not v else float(f"{v / scale:.9g}"))
@@ -495,7 +503,7 @@ def _is_nothing(e: ex.Expression) -> bool:
 
 
 def _moved(values: tuple[float, ...]) -> tuple[float, ...]:
-    """[m] and [rad]; components that are not written do not move."""
+    """The components in m and rad; those that are not written are 0."""
     return tuple(0.0 if math.isnan(v) else v for v in values[:6])
 
 
@@ -512,7 +520,7 @@ _PART_OF_OTHERS: Final = "a move within a shift of all targets"
 
 
 def shifts(program: st.Program, work: TranslationContext) -> st.Program:
-    """Every move with the shift that holds for it; the statements that switch shifts set what is added, or go."""
+    """Each target with the shift that is active at its move; ShiftOn and ShiftOff set a variable, or are dropped."""
     if not any(isinstance(s, st.ShiftOn) for s in program.statements()):
         return program
     return _Shifts(program, work, work.symbols(program)).program_without()
@@ -520,15 +528,16 @@ def shifts(program: st.Program, work: TranslationContext) -> st.Program:
 
 @dataclass(slots=True)
 class _Shifts:
-    """`changes`: the statements that switch a shift, by their numbers. `held`: what each of them leaves, in a variable,
-    where a move may be reached by several, or by one whose values are not the same throughout."""
+    """`changes`: the statements that switch a shift, by number. `held`: a variable with the active shift, needed where
+    several of them can reach a move, or one whose values change.
+    """
 
     program: st.Program
     work: TranslationContext
     symbols: Symbols
     changes: list[tuple[str, st.ShiftOn | st.ShiftOff]] = field(default_factory=list)
     held: ex.Named | None = None
-    needed: set[int] = field(default_factory=set)  # changes that a move with the variable may be reached by
+    needed: set[int] = field(default_factory=set)  # changes that can reach a move which uses the variable
     refused: set[int] = field(default_factory=set)
 
     def program_without(self) -> st.Program:
@@ -560,7 +569,7 @@ class _Shifts:
         return replace(program, data=(*program.data, kept))
 
     def _switched(self, s: st.Statement) -> list[st.Statement]:
-        """What stands for a statement that switches a shift."""
+        """The statements that replace one that switches a shift."""
         if not isinstance(s, (st.ShiftOn, st.ShiftOff)):
             return [s]
         number = next(at for at, (_, one) in enumerate(self.changes) if one is s)
@@ -603,7 +612,7 @@ class _Shifts:
         constants: list[ex.PositionLiteral | None],
         on: list[st.ShiftOn],
     ) -> str:
-        """Why a move cannot be told its shift; empty where it can."""
+        """Why the shift cannot be added to a move's targets; empty where it can."""
         if len(frames) > 1 or any(one.coordinated for one in on) or s.offset is not None:
             return _PART_OF_OTHERS
         (frame,) = frames
@@ -628,7 +637,7 @@ class _Shifts:
         return ""
 
     def _keeps_turn(self, one: st.ShiftOn, by: ex.PositionLiteral | None) -> bool:
-        """Whether a shift that turns about the tool's centre point has no angles."""
+        """Whether a shift has no angles, so that the tool does not turn."""
         if by is not None:
             return by.kind != "joint" and not any(by.values[3:6])
         relative = _Relative(self.program, self.work, self.symbols, frozenset())

@@ -60,7 +60,7 @@ from olp.transpile.constant_folding import fold_constants
 from olp.transpile.constant_frames import held_systems, known_systems
 from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
 from olp.transpile.control_flow import flow, taken_over
-from olp.transpile.current_position import here, relative, shifts, standing
+from olp.transpile.current_position import position_readings, relative, shifts, stops_before_readings
 from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
 from olp.transpile.expression_lowering import lift
 from olp.transpile.first_values import (
@@ -347,7 +347,7 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     known_systems,
     postures,
     modal,
-    here,
+    position_readings,
     reached,
     externals,
 )
@@ -358,7 +358,7 @@ _TO_MOVES: Final[tuple[Pass, ...]] = (
     arguments,
     functions,
     typed_values,
-    standing,
+    stops_before_readings,
     shifts,
     relative,
     arcs,

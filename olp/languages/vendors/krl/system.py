@@ -1,7 +1,7 @@
-"""Assignments to the controller's own variables and calls of BAS, as statements of motion.
+"""Assignments to system variables ($VEL, $BASE …) and calls of BAS become modal settings: SetSpeed, SetFrame …
 
-What an assignment means depends on the ones before it: six equal ones to $VEL_AXIS[1..6] are one speed, PDAT_ACT says
-what BAS(#PTP_PARAMS) sets. `Modal` follows the text and forgets at labels and branches.
+What an assignment means depends on the ones before it: six equal ones to $VEL_AXIS[1..6] are one speed, and PDAT_ACT
+holds what BAS(#PTP_PARAMS) sets. `Modal` follows the text and forgets everything at labels and branches.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ _FRAME_MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class Modal:
-    """`odd`: the variables whose axes got different values, since the last look.
+    """The modal settings at one line of a routine.
 
-    `first_alone`: those whose first axis got a value that the next three did not get, with its line.
+    `odd`: variables whose axes got different values; the caller reports and clears them. `first_alone`: variables, with
+    their line, of which axis 1 got a value and not all of axes 2 to 4 got the same.
     """
 
     def __init__(self, scope: Scope) -> None:
@@ -47,7 +48,7 @@ class Modal:
         self.first_alone: list[tuple[str, int]] = []
 
     def finish(self) -> None:
-        """The routine ends."""
+        """Must be called at the end of the routine: completes `first_alone`."""
         for name in tuple(self._without):
             self._close(name)
 
@@ -61,7 +62,7 @@ class Modal:
         self._axis.clear()
 
     def lower(self, it: st.Statement) -> tuple[st.Statement, ...]:
-        """What an assignment or a call stands for: itself, or statements of motion."""
+        """The settings that an assignment or a call of BAS means; else the statement itself."""
         if isinstance(it, st.Call):
             return self._call(it)
         if isinstance(it, st.Assign):
@@ -69,7 +70,7 @@ class Modal:
         return (it,)
 
     def fixed(self, it: st.Statement) -> st.Statement | None:
-        """What an assignment stands for whatever stands before it: path speed, path acceleration, blend sizes."""
+        """The setting that an assignment means regardless of those before it: path speed, acceleration, blend."""
         if (
             isinstance(it, st.Assign)
             and isinstance(it.target, ex.Member)
@@ -126,7 +127,7 @@ class Modal:
         return (it,)
 
     def _axis_value(self, it: st.Assign, name: str, index: ex.Expression) -> tuple[st.Statement, ...]:
-        """$VEL_AXIS[i]: the first axis speaks for all; the same value for the others adds nothing."""
+        """$VEL_AXIS[i]: the value of axis 1 is taken for all axes; equal values of the others are dropped."""
         if type(index) is ex.Number and index.value != 1:
             self._without.get(name, (0, set[float]()))[1].discard(index.value)
             if self._axis.get(name) == it.value:
@@ -172,7 +173,7 @@ class Modal:
         return (it,)
 
     def _frame_member(self, it: st.Assign, base: ex.SystemValue, name: str) -> tuple[st.Statement, ...]:
-        """$BASE.Z = …: the frame that holds, with one component replaced."""
+        """$BASE.Z = …: the active frame with one component replaced."""
         if name not in _FRAME_MEMBERS:
             return (it,)
         parts = tuple(it.value if name == one else ex.Member(base, one) for one in _FRAME_MEMBERS)
