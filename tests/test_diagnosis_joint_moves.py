@@ -198,7 +198,7 @@ def test_a_cause_that_no_term_describes_and_one_axis_has_is_not_called_by_what_h
     assert [c.column for c in found.remainder.correlates if "axis" in c.column] == ["axis 2 turning back"]
 
 
-@pytest.mark.parametrize(("effect", "named"), [(0.008, False), (0.036, True)])
+@pytest.mark.parametrize(("effect", "named"), [(0.008, False), (0.016, True), (0.036, True)])
 def test_where_nothing_else_tells_the_noise_names_explain_more_than_they_leave(effect, named, tmp_path):
     """Points taught elsewhere look like a noise of 12 ms, and as if a small effect explained all but that."""
     of_an_arm(tmp_path, lambda q, slow, load: (np.full(len(q), slow.min()),) * 2)

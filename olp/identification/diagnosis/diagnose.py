@@ -125,8 +125,8 @@ def _answer(
     fallen = {term: why for term, why in fallen.items() if term not in {f.term for f in told.findings}}
     told, tuned = _without_tuning(told, case)
     less = _taken_away(named)
-    doubted = told_by == REMAINS and 0.0 < less < _HALVED  # a difference that unseen moves show is real
-    if less < _HALVED:
+    doubted = told_by == REMAINS and 0.0 < less < 1.0  # a difference that unseen moves show is real
+    if less < 1.0:
         tuned = (*tuned, *(f"not named for want of evidence: {f.says}" for f in told.findings))
         told = ReportedFindings([], [], [])
         if not named.late.any():
@@ -415,6 +415,7 @@ AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 _FEWEST = 4  # moves; fewer are no comparison
 _HALVED = 4.0  # times the mean square: an explanation takes away half of the error, at least
+_MORE = 2.0  # times the mean square: names that explain more of it than they leave
 _GROWS = 0.01  # [s/s] of the moves' times: makers say of their own simulations that they are off by no more
 _FAR = 6.0  # times the middle's scatter: what is farther off counts as that, no single long move decides
 
@@ -442,7 +443,7 @@ def verdict_of(named: NamingResult) -> str:
         grows = _growth(off, named.clean.simulated[_in_time(named)]) > _GROWS
         return "unexplained" if pattern or grows or left > AGREES * sigma else "no-mismatch"
     unseen = (named.clean.measured - named.selection.predicted)[_in_time(named)]  # by the whole search
-    if _taken_away(named) < _HALVED:
+    if _taken_away(named) < 1.0:
         return "unexplained"
     if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
         pattern and left**2 > evidence.LITTLE * raw**2
@@ -452,16 +453,21 @@ def verdict_of(named: NamingResult) -> str:
 
 
 def _taken_away(named: NamingResult) -> float:
-    """[1] How many times larger the unseen moves' mean square is without the names: beyond the noise, or, where nothing
-    but what they leave tells the noise, in the moves in which they act; 0 where it hardly differs."""
+    """[1] How many times larger the unseen moves' mean square is without the names, over what is asked of an
+    explanation; 0 where it hardly differs.
+
+    Asked is half of the error beyond the noise. Where nothing but what the names leave tells the noise, none is beyond
+    it: half of the error of the moves in which they act, or more of all moves' mean square than they leave.
+    """
     if not named.fit.model.parts:
         return math.inf
     raw, floor = named.clean.residual, floor_of(named)
-    unseen, noise = named.clean.measured - named.selection.predicted, floor.value
-    if floor.source == REMAINS:
-        acts = np.abs(raw - unseen) > evidence.ACTS * floor.value
-        raw, unseen, noise = (raw[acts], unseen[acts], 0.0) if acts.sum() >= _FEWEST else (raw, unseen, 0.0)
-    return evidence.clipped_cut(raw, unseen, noise)
+    unseen = named.clean.measured - named.selection.predicted
+    if floor.source != REMAINS:
+        return evidence.clipped_cut(raw, unseen, floor.value) / _HALVED
+    acts = np.abs(raw - unseen) > evidence.ACTS * floor.value
+    there = evidence.clipped_cut(raw[acts], unseen[acts], 0.0) if acts.sum() >= _FEWEST else 0.0
+    return max(there / _HALVED, evidence.clipped_cut(raw, unseen, 0.0) / _MORE)
 
 
 def _tails(named: NamingResult) -> float:
