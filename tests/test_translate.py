@@ -55,7 +55,7 @@ from olp.transpile.compare import compare_plans
 from olp.transpile.context import read_mapping
 from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
-from olp.transpile.modal_state import modal
+from olp.transpile.modal_state import modal_settings
 from olp.transpile.pipeline import work_for
 from olp.transpile.support import kinds, support
 
@@ -179,7 +179,7 @@ def program_of(*body, routines=(), data=()):
 
 def moves_of(program, target="rapid"):
     work = work_for(program, target, Context())
-    result = modal(program, work)
+    result = modal_settings(program, work)
     return [s for s in result.statements() if isinstance(s, Move)], result
 
 

@@ -47,7 +47,7 @@ _UNSEEN: Final = "whether what follows waits for the arm is not seen in this run
 
 
 def stopped_advance(program: st.Program, work: TranslationContext) -> st.Program:
-    """Moves whose blend the advance run takes from them, with an exact stop."""
+    """Moves that a stop of the advance run keeps from being blended end in an exact stop."""
     if program.vendor not in vendor_names():
         return program
     names = work.conventions.standing_processes
@@ -75,11 +75,12 @@ def stopped_advance(program: st.Program, work: TranslationContext) -> st.Program
     return with_routines(program, routines)
 
 
-def continued(program: st.Program, work: TranslationContext) -> st.Program:
-    """Before what would wait for the arm in the target a CONTINUE, where every way there passes a corner.
+def continue_statements(program: st.Program, work: TranslationContext) -> st.Program:
+    """Puts CONTINUE before statements that wait for the arm in the target, where only rounded moves lead there.
 
-    The target's controller does it ahead of the arm then, which is told. Where some ways lead there from an exact stop
-    it has to wait: else an output would switch, or an input be read, while the arm is still on its way.
+    The target's controller then runs them ahead of the arm, which the receipt tells. Where some paths of the program
+    lead there from an exact stop it has to wait: else an output would switch, or an input be read, while the arm still
+    moves.
     """
     if not find_vendor(work.target).advance_stops:
         return program

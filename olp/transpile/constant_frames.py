@@ -23,8 +23,8 @@ _MEMBERS = {"x": (0, mm), "y": (1, mm), "z": (2, mm), "rx": (3, deg), "ry": (4, 
 Key = tuple[str, int]
 
 
-def known_systems(program: st.Program, work: TranslationContext) -> st.Program:
-    """Notes the values in `work.systems`; the statements that set them are left out."""
+def constant_systems(program: st.Program, work: TranslationContext) -> st.Program:
+    """Puts the constant tools and frames into `work.systems` and drops the statements that set them."""
     if not program.routines:
         return program
     counts = _counts(s for routine in program.routines for _, s in work.look(routine).rare)
@@ -158,8 +158,8 @@ _CURRENT: Final = {"current-tool": "tool", "current-frame": "frame"}
 _ZERO_FRAME: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
-def held_systems(program: st.Program, work: TranslationContext) -> st.Program:
-    """The tool and the frame that hold, by their names where they are read."""
+def active_systems(program: st.Program, work: TranslationContext) -> st.Program:
+    """Readings of the active tool or frame become the name of the one that is active there."""
     if not work.limits.named_frames:
         return program
     return replace(program, routines=tuple(replace(r, body=_with_held(r.body)) for r in program.routines))

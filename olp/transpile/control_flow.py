@@ -38,10 +38,10 @@ def flow(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, routines=routines, data=(*program.data, *shared))
 
 
-def taken_over(program: st.Program, work: TranslationContext) -> st.Program:
-    """A call that does not come back (INFORM's JUMP JOB) as a call and a return; to its own routine as a jump there.
+def calls_without_return(program: st.Program, work: TranslationContext) -> st.Program:
+    """Calls that do not come back (INFORM's JUMP JOB) become a call and a return; those of the same routine, a jump.
 
-    Where routines lead to each other so, the calls would go ever deeper.
+    Where routines call each other in this way, the calls would nest ever deeper.
     """
     found = [s for s in program.statements() if isinstance(s, st.Call) and s.jump]
     if not found:

@@ -23,9 +23,9 @@ _HELD = _PLAIN | {"tool", "frame", "clock", ""}  # types that every language has
 
 
 def unnamed_speeds(program: Program, work: TranslationContext) -> Program:
-    """Without the speeds and zones that nothing names, as many as moves in CAM programs: no pass need look at them.
+    """Drops declared speeds and zones that nothing uses: CAM programs have as many as moves, and each pass reads them.
 
-    The last one of a type stays: it tells the members of data without a value.
+    The last one of a type stays, because it shows which members data without a value have.
     """
     speeds = [d for d in program.data if _is_speed(d)]
     if not speeds or work.source.vendor == work.target or holds_data_only(program):
@@ -46,7 +46,7 @@ def _is_speed(d: Declare) -> bool:
     return type(value) is RecordLiteral and bool(value.members) and value.members[0][0] != ""
 
 
-def prune(program: Program, work: TranslationContext) -> Program:
+def drop_unused_records(program: Program, work: TranslationContext) -> Program:
     """Without the records and arrays that nothing names; plain values and points stay, used or not."""
     named: list[Expression] = []
     everything = [*program.data, *(d for r in program.routines for d in r.data)]

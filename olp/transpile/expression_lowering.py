@@ -71,8 +71,8 @@ def _numbers_of(vendor: str) -> Mapping[ex.Store, int]:
         return {}  # a language that is read alone
 
 
-def lift(program: st.Program, work: TranslationContext) -> st.Program:
-    """Only names from here on. A program without numbers comes back as it is."""
+def named_data(program: st.Program, work: TranslationContext) -> st.Program:
+    """Numbered points, variables and arguments get names. A program without any is returned as it is."""
     lifted = _Lift(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
     Unset(program, work, lifted.variable, lifted.begins, lifted.is_set).tell()

@@ -30,7 +30,7 @@ _DEEPEST: Final = 20  # a value that names a value that names …
 
 
 def first_values(program: st.Program, work: TranslationContext) -> st.Program:
-    """All data of the program with literal values."""
+    """First values that the text can compute become literals."""
     if all(is_plain(d.value) for d in program.data) and not any(r.data for r in program.routines):
         return program
     symbols = work.symbols(program)
@@ -126,8 +126,8 @@ _LASTS: Final = (
 _PLACED_DATA: Final = ("tool", "frame")
 
 
-def lasting(program: st.Program, work: TranslationContext) -> st.Program:
-    """Variables whose last value the next run reads: persistent, or told where the target has no such data."""
+def persistent_variables(program: st.Program, work: TranslationContext) -> st.Program:
+    """Variables whose last value the next run reads become persistent; reported where the target has no such data."""
     given = {d.name for d in program.data if lasts(d, work)}
     parts = {name: found for name, found in _changed_parts(program).items() if name in given}
     if not parts:
@@ -242,8 +242,8 @@ TEACH: Final = "teach these positions, which are zeros now"
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 
 
-def begun(program: st.Program, work: TranslationContext) -> st.Program:
-    """Numbers and truth values with the zero that they begin with in the source."""
+def default_values(program: st.Program, work: TranslationContext) -> st.Program:
+    """Numbers and booleans without a first value get the zero that the source gives them."""
     program = _set_by_runs(program, work)
     if not work.limits.unset_variables:
         return program
@@ -263,7 +263,7 @@ def _elements_used(program: st.Program, work: TranslationContext) -> dict[str, s
     return used
 
 
-def filled(program: st.Program, work: TranslationContext) -> st.Program:
+def filled_arrays(program: st.Program, work: TranslationContext) -> st.Program:
     """Arrays of which some elements have a first value (KRL's lists) with zeros for the others, where a declaration
     gives all values or none. Numbered variables are set one by one."""
     if work.limits.numbered or work.source.vendor == work.target:
@@ -313,15 +313,15 @@ def _whole(value: ex.Expression | None, counts: list[int], zero: ex.Expression) 
     return value if members == value.members else replace(value, members=members)
 
 
-def begun_anew(program: st.Program, work: TranslationContext) -> st.Program:
-    """Routines that set their own variables back, for targets that keep them from call to call."""
+def reset_own_variables(program: st.Program, work: TranslationContext) -> st.Program:
+    """Routines set their local variables at each call, for targets that keep the values from call to call."""
     if not work.conventions.data_begin_anew:
         return program
     return replace(program, routines=_with_zeros(program))
 
 
-def shared_zeros(program: st.Program, work: TranslationContext) -> st.Program:
-    """Data that are read before anything sets them, with the zero that each run of the source begins with."""
+def shared_default_values(program: st.Program, work: TranslationContext) -> st.Program:
+    """Data that are read before they are set get the zero with which each run of the source begins."""
     if not work.conventions.data_begin_anew:
         return program
     open_ = {
@@ -345,7 +345,7 @@ def shared_zeros(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 def unset_data(program: st.Program, work: TranslationContext) -> st.Program:
-    """Tells of variables that the controller keeps, and that are read here before anything here sets them."""
+    """Reports variables kept by the controller that the program reads before it sets them."""
     if not work.conventions.data_set_elsewhere:
         return program
     kinds = {*_ZEROS, "position", "joints"}

@@ -371,8 +371,8 @@ _FIELDS: Final[dict[type, tuple[str, ...]]] = {
 _KINDS = {"tool": "tool", "frame": "user"}
 
 
-def elsewhere(program: st.Program, work: TranslationContext) -> st.Program:
-    """Notes them in `work.elsewhere` and puts their numbers in their places."""
+def external_frames(program: st.Program, work: TranslationContext) -> st.Program:
+    """Tools and frames that no file declares get a number; `work.elsewhere` keeps their names."""
     symbols = work.symbols(program)
     if not any(_names_undeclared(symbols, routine, work.look(routine)) for routine in program.routines):
         return program
@@ -502,7 +502,7 @@ _SIZES: Final = {"tool": 16, "user": 32}  # as delivered
 
 
 def written_systems(program: st.Program, work: TranslationContext) -> st.Program:
-    """Those that the program sets by their numbers, with the values that $config.dat gives them before."""
+    """Values in $config.dat of the numbered tools and frames that the program sets go into `work.systems`."""
     if not work.conventions.numbered_frame_values:
         return program
     program = _named_systems(_as_arrays(program, work), work)

@@ -680,7 +680,7 @@ _MOST_COPIES: Final = 8  # of one routine
 
 
 def handed_systems(program: Program, work: TranslationContext) -> Program:
-    """Routines without tools and frames among their parameters, one for each combination that calls hand over."""
+    """A routine with tools or frames among its parameters becomes one for each combination that calls pass."""
     if work.limits.named_frames:
         return program
     for _ in range(_MOST_COPIES):  # routines that hand on what they got come after their callers

@@ -69,7 +69,7 @@ _SAFE_FUNCTIONS: Final = frozenset({"given"})
 
 
 def handlers(program: st.Program, work: TranslationContext) -> st.Program:
-    """What handlers do about waits at their limits, behind these waits; what they do for nothing is left out."""
+    """What a handler does about a wait at its time limit goes behind this wait; other handlers are dropped."""
     known = work.conventions.errors
     if known is None or not any(_has_handler(r) or _timed(r) for r in program.routines):
         return program

@@ -41,8 +41,8 @@ ASKS: Final = {
 }
 
 
-def undeclared(program: st.Program, work: TranslationContext) -> st.Program:
-    """Every name declared."""
+def declarations(program: st.Program, work: TranslationContext) -> st.Program:
+    """Declares the names that the program uses and nothing declares."""
     program = _typed_parameters(_typed_variables(loop_counters(program, work), work), work)
     program = _typed_results(program)
     _tell_assumed(program, work)

@@ -589,7 +589,7 @@ def _lost(value: object) -> bool:
     return type(value) is FrameRef and value.kind == LOST
 
 
-def modal(program: st.Program, work: TranslationContext) -> st.Program:
+def modal_settings(program: st.Program, work: TranslationContext) -> st.Program:
     """Every move with its speed, blend, accelerations, tool and frame; no modal statement is left."""
     if not _needs(program):
         return program

@@ -45,10 +45,10 @@ def written_component(value: float, kind: str, at: int) -> ex.Number:
     return ex.Number(int(number) if number.is_integer() else number)
 
 
-def partial(program: st.Program, work: TranslationContext) -> st.Program:
-    """Targets with all components: as the move before names them, or read when the arm is there.
+def partial_targets(program: st.Program, work: TranslationContext) -> st.Program:
+    """Targets with components left open get them from the move before, or by a reading when the arm is there.
 
-    Where the target has no single axes they are as the run has them; else they are refused.
+    Where the target's language has no single axes, those of the run are written; else such targets are refused.
     """
     if not work.conventions.partial_targets or not any(_leaves_out(r, work) for r in program.routines):
         return _whole_data(program, work)
@@ -265,9 +265,9 @@ _UNITS_ARE_OPEN: Final = "the program does not say which external axes slide [mm
 
 
 def externals(program: st.Program, work: TranslationContext) -> st.Program:
-    """Positions without external axes. Those that stand at zero all the time are nothing; others are refused.
+    """Drops external axes that are zero in all positions; others stay, or are refused where the target has none.
 
-    Where the target has some and asks for their unit, it is the one that their values leave open.
+    Where the target has external axes and their unit has to be known, the values decide whether it is mm or deg.
     """
     says = work.limits.no_external_axes
     if not (says or work.limits.external_axes):
@@ -377,7 +377,7 @@ def _without(e: ex.Expression, count: int = 0) -> ex.Expression:
 # --- Angles of one position ---
 
 
-def turned_together(program: st.Program, work: TranslationContext) -> st.Program:
+def combined_turns(program: st.Program, work: TranslationContext) -> st.Program:
     """Angles of a position that are set one after the other are set at once, where the target holds a turn as a whole.
 
     One by one each would be made anew of the others, which has no one answer where the second angle is 90 degrees.

@@ -40,7 +40,7 @@ from olp.runtime.assumptions import (
 from olp.runtime.interpreter import run
 from olp.runtime.made_up import MadeUp
 from olp.runtime.plan import Plan
-from olp.transpile.advance import continued, stopped_advance
+from olp.transpile.advance import continue_statements, stopped_advance
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
 from olp.transpile.arrays import (
@@ -57,53 +57,53 @@ from olp.transpile.blends import blends
 from olp.transpile.clocks import clocks
 from olp.transpile.commented_out import LeftOut, leave_out
 from olp.transpile.constant_folding import fold_constants
-from olp.transpile.constant_frames import held_systems, known_systems
+from olp.transpile.constant_frames import active_systems, constant_systems
 from olp.transpile.context import Context, Fate, Planned, Translated, TranslationContext
-from olp.transpile.control_flow import flow, taken_over
+from olp.transpile.control_flow import calls_without_return, flow
 from olp.transpile.current_position import position_readings, relative, shifts, stops_before_readings
-from olp.transpile.dead_code import data_alone, holds_data_only, prune, unnamed_speeds
-from olp.transpile.expression_lowering import lift
+from olp.transpile.dead_code import data_alone, drop_unused_records, holds_data_only, unnamed_speeds
+from olp.transpile.expression_lowering import named_data
 from olp.transpile.first_values import (
-    begun,
-    begun_anew,
-    filled,
+    default_values,
+    filled_arrays,
     first_values,
-    lasting,
-    shared_zeros,
+    persistent_variables,
+    reset_own_variables,
+    shared_default_values,
     unset_data,
 )
 from olp.transpile.flat_records import flat_records
-from olp.transpile.frames import elsewhere, frames, written_systems
+from olp.transpile.frames import external_frames, frames, written_systems
 from olp.transpile.functions import arguments, functions, handed_systems, optional_parameters
 from olp.transpile.handlers import handlers
 from olp.transpile.helper_routines import helper_routines
-from olp.transpile.implicit_declarations import undeclared
+from olp.transpile.implicit_declarations import declarations
 from olp.transpile.integer_inference import whole_numbers
-from olp.transpile.modal_state import modal
+from olp.transpile.modal_state import modal_settings
 from olp.transpile.move_lowering import relative_tools
 from olp.transpile.name_mangling import names, spelling, tasks
 from olp.transpile.name_types import references
 from olp.transpile.occurrences import with_same_parts
-from olp.transpile.partial_positions import computed_axes, externals, partial, turned_together
-from olp.transpile.postures import configurations, postures, reached
+from olp.transpile.partial_positions import combined_turns, computed_axes, externals, partial_targets
+from olp.transpile.postures import configurations, joint_targets_as_poses, postures
 from olp.transpile.quaternions import own_components, quaternions
 from olp.transpile.records import records
-from olp.transpile.register_allocation import number
+from olp.transpile.register_allocation import allocate_registers
 from olp.transpile.shared_variables import share_variables
 from olp.transpile.signal_variables import signal_variables
-from olp.transpile.signals import at_ends, long_waits, pulses, signal_aliases, signal_names, signals
+from olp.transpile.signals import long_waits, move_end_actions, pulses, signal_aliases, signal_names, signals
 from olp.transpile.source_only import comment_texts, data_comments, foreign_words, plain_texts
 from olp.transpile.speeds import accelerations, schedules, speeds
-from olp.transpile.temporaries import decided_early, hoist, texts_by_statement
+from olp.transpile.temporaries import hoist, short_circuit_calls, texts_by_statement
 from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import (
+    assumed_states,
+    controller_states,
+    displayed_values,
     enumerations,
-    exclusive,
+    exclusive_or,
     manual_modes,
     powers,
-    shown_values,
-    states,
-    told_states,
     typed_values,
 )
 from olp.transpile.unroll import executed
@@ -227,27 +227,27 @@ def started(program: Program, work: TranslationContext) -> Program:
 _TO_NUMBERS: Final[tuple[Pass, ...]] = (
     tasks,
     signals,
-    begun_anew,
+    reset_own_variables,
     share_variables,
     fold_constants,
     hoist,
     share_variables,
     flow,
-    shared_zeros,
+    shared_default_values,
     names,
-    number,
+    allocate_registers,
     comment_texts,
 )
 _TO_NAMES: Final[tuple[Pass, ...]] = (
-    turned_together,
+    combined_turns,
     texts_by_statement,
     flow,
     whole_numbers,
-    begun,
+    default_values,
     signal_aliases,
     signals,
     names,
-    continued,
+    continue_statements,
 )
 
 
@@ -267,9 +267,12 @@ _STARTED_APART: Final = (
 )
 
 
-def begun_apart(program: Program, work: TranslationContext) -> Program:
-    """A first routine that others call, too, behind one that is started alone: where it sets the first values of the
-    program's variables, because the target keeps no data beside it, each of those calls would set them again."""
+def separate_start(program: Program, work: TranslationContext) -> Program:
+    """The program with a start routine of its own where other routines call the first one, too.
+
+    A target that keeps no data beside the program sets their first values in its first routine: each of these calls
+    would set them again.
+    """
     if work.limits.keeps_data or not program.routines:
         return program
     first = next((r for r in program.routines if r.name == program.main), program.routines[0])
@@ -290,10 +293,10 @@ def begun_apart(program: Program, work: TranslationContext) -> Program:
     return replace(program, routines=(own, *program.routines), main=name)
 
 
-# What the source's controller means, in words and values that the target's has.
+# What the source's controller does, in statements and values that the target has.
 _TO_MEANING: Final[tuple[Pass, ...]] = (
-    taken_over,
-    begun_apart,
+    calls_without_return,
+    separate_start,
     unnamed_speeds,
     signal_names,
     handlers,
@@ -301,12 +304,12 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     stopped_advance,
     triggers,
     on_the_way,
-    at_ends,
+    move_end_actions,
     clocks,
     watches,
     foreign_words,
     plain_texts,
-    held_systems,
+    active_systems,
     signal_variables,
     optional_parameters,
     handed_systems,
@@ -315,40 +318,40 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     flat_records,
     enumerations,
     powers,
-    decided_early,
-    exclusive,
-    shown_values,
+    short_circuit_calls,
+    exclusive_or,
+    displayed_values,
     helper_routines,
-    states,
+    controller_states,
     manual_modes,
-    told_states,
+    assumed_states,
     texts,
     array_values,
     single_rows,
     schedules,
-    partial,
+    partial_targets,
     computed_axes,
-    elsewhere,
+    external_frames,
     written_systems,
     pulses,
     long_waits,
     records,
     quaternions,
     vectors,
-    lift,
+    named_data,
     relative_tools,
     sums,
-    lasting,
+    persistent_variables,
     unset_data,
-    undeclared,
+    declarations,
     first_values,
-    filled,
+    filled_arrays,
     array_bounds,
-    known_systems,
+    constant_systems,
     postures,
-    modal,
+    modal_settings,
     position_readings,
-    reached,
+    joint_targets_as_poses,
     externals,
 )
 # Points, frames, speeds and what else moves need as the target takes them.
@@ -367,7 +370,7 @@ _TO_MOVES: Final[tuple[Pass, ...]] = (
     speeds,
     blends,
     accelerations,
-    prune,
+    drop_unused_records,
     own_components,
 )
 

@@ -34,7 +34,7 @@ _SIX = 6
 
 
 def postures(program: Program, work: TranslationContext) -> Program:
-    """The program with the target robot's joint values; what poses in its base mean there is told."""
+    """The program with the joint values of the target robot; poses stay, and the receipt tells what that means."""
     robot, other = work.robot, work.target_robot
     note = work.limits.joint_values_note
     if note and robot is not None and _has_joints(program) and not _couples(other):
@@ -255,8 +255,8 @@ def _clean(value: float) -> float:
 # For languages whose lines and arcs lead to poses alone: the pose that the arm reaches with the joint values.
 
 
-def reached(program: Program, work: TranslationContext) -> Program:
-    """Lines and arcs to joint values lead to the pose that the tool has there, as far as its value is known."""
+def joint_targets_as_poses(program: Program, work: TranslationContext) -> Program:
+    """Lines and arcs to joint values get the pose of the tool there as their target, where the values are known."""
     if work.limits.joint_lines or work.source.vendor == work.target:
         return program
     own = _Reached(work, work.symbols(program))

@@ -84,7 +84,7 @@ class PositionNumbers:
     def variable(self, e: ex.Named) -> ex.Variable:
         """The numbered variable that a name becomes."""
         symbol = self.symbols.find("", e.name)
-        if symbol is None:  # every pass declares what it makes, and `undeclared` all others
+        if symbol is None:  # every pass declares what it makes, and `declarations` all others
             # Tools and frames of an array have numbers by now, and are no data any more.
             declared = any(one.name == e.name for one in self.work.source.data)
             says = (
@@ -542,8 +542,8 @@ def names_from(start: st.Routine, program: st.Program) -> Set[str]:
     return found
 
 
-def number(program: st.Program, work: TranslationContext) -> st.Program:
-    """For languages with registers: no name of a variable or point is left."""
+def allocate_registers(program: st.Program, work: TranslationContext) -> st.Program:
+    """For languages with registers: names of variables and points become numbers."""
     before = {to: name for (kind, name), to in work.names.items() if kind == "variable"}  # it was too long
     lines = {d.name: d.line or work.declared_at.get(before.get(d.name, d.name), 0) for d in program.data}
     own = _Numbers(work, symbols_of(program), program, largest_indices(program, work), lines=lines)

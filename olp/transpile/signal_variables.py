@@ -16,7 +16,7 @@ _TYPE: Final = "signal"
 
 
 def signal_variables(program: Program, work: TranslationContext) -> Program:
-    """Signals that routines are handed, and those that variables stand for, by their numbers."""
+    """Parameters and variables that stand for a signal hold its number."""
     if work.target_conventions.controller_names or not work.conventions.controller_names:
         return program
     own = _Variables(work, _buses(program, work), {r.name.casefold(): r.parameters for r in program.routines})

@@ -84,7 +84,7 @@ def signals(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 def signal_names(program: st.Program, work: TranslationContext) -> st.Program:
-    """What the source calls signals and clocks that have numbers, as comments of the statements that name them."""
+    """Names that the source gives numbered signals and clocks become comments of the statements that use them."""
     named = {r.name for r in program.routines if any(map(_name_in, work.look(r).expressions))}
     if not named:
         return program
@@ -351,8 +351,8 @@ class _Signals:
 _MID: Final = "at the middle of the corner: written after the move"
 
 
-def at_ends(program: st.Program, work: TranslationContext) -> st.Program:
-    """Moves that set an output or call a routine at their end as moves, with that behind them."""
+def move_end_actions(program: st.Program, work: TranslationContext) -> st.Program:
+    """Moves that set an output or call a routine at their end become a move and a statement behind it."""
     if work.conventions.actions_at_ends:
         for s in program.statements():
             if isinstance(s, st.Move) and len(split_at_end(s)) > 1:

@@ -538,7 +538,7 @@ def _accelerations_clean(value: float) -> float:
 
 
 def schedules(program: st.Program, work: TranslationContext) -> st.Program:
-    """Every speed that only the controller knows by the name of one variable for each table."""
+    """Speeds that stand in tables of the controller become one variable for each table."""
     names: dict[SystemValue, str] = {}
     routines = tuple(
         replace(r, body=tuple([_move(s, names, work) for s in r.body])) for r in program.routines

@@ -615,8 +615,8 @@ _QUIET: Final = (
 )
 
 
-def decided_early(program: st.Program, work: TranslationContext) -> st.Program:
-    """Tells where the target may call a routine that the source does not: behind AND or OR, which decide before it."""
+def short_circuit_calls(program: st.Program, work: TranslationContext) -> st.Program:
+    """Reports calls in the right operand of AND and OR, which only the source skips once the left one decides."""
     if not work.conventions.stops_early or work.target_conventions.stops_early:
         return program
     quiet = _quiet_of(program)

@@ -29,7 +29,7 @@ _CURVED: Final = "the path is curved: one controller may measure along it, anoth
 
 
 def triggers(program: st.Program, work: TranslationContext) -> st.Program:
-    """Every move with known triggers as one that says itself what they switch, and where."""
+    """Moves get what their known triggers switch, and where, as their own `triggers`."""
     if not any(type(s) is st.Process and _of(s) for r in program.routines for _, s in work.look(r).rare):
         return program
     own = _Triggers(work, program)
@@ -39,7 +39,7 @@ def triggers(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 def on_the_way(program: st.Program, work: TranslationContext) -> st.Program:
-    """Moves with their triggers where the target has such, else with statements before and behind them."""
+    """Triggers of moves as the target has them; where it has none, statements before and behind the move."""
     if not any(type(s) is st.Move and s.triggers for s in program.statements()):
         return program
     routines = [

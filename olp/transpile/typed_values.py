@@ -125,7 +125,7 @@ class _Typing:
         return replace(e, arguments=tuple(self._argument(routine, one) for one in e.arguments))
 
     def _as_text(self, routine: str, e: ex.Expression) -> ex.Expression:
-        """What is shown; a variable that is a number for want of a declaration was no number to `shown_values`."""
+        """What is shown; a variable that is a number for want of a declaration was no number to `displayed_values`."""
         return ex.Function(AS_TEXT, (e,)) if self._certain(routine, e) in _NUMBERS else e
 
     def _argument(self, routine: str, e: ex.Expression) -> ex.Expression:
@@ -425,8 +425,8 @@ def enumerations(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, routines=tuple(routines), data=rows)
 
 
-def exclusive(program: st.Program, work: TranslationContext) -> st.Program:
-    """Just one of two conditions, which is no exclusive OR of bits; a difference where the target has no such word."""
+def exclusive_or(program: st.Program, work: TranslationContext) -> st.Program:
+    """Exclusive OR of two conditions, not of bits; `<>` where the target has no such operator."""
     symbols = work.symbols(program)
 
     def change(e: ex.Expression, routine: str) -> ex.Expression:
@@ -453,8 +453,8 @@ AS_TEXT: Final = "text-of-value"
 _NO_TEXTS: Final = _NUMBERS | _PLACES | {"boolean"}
 
 
-def shown_values(program: st.Program, work: TranslationContext) -> st.Program:
-    """Numbers, states and positions that are shown, or parts of a text, as texts; texts of texts as these."""
+def displayed_values(program: st.Program, work: TranslationContext) -> st.Program:
+    """Numbers, states and positions in messages and joined texts are converted to texts; texts are not converted."""
     adds = work.conventions.sums_of_texts
     if not any(_shows_values(s, adds) for r in program.routines for _, s in work.look(r).rare):
         return program
@@ -546,8 +546,8 @@ def powers(program: st.Program, work: TranslationContext) -> st.Program:
     return with_routines(program, routines)
 
 
-def states(program: st.Program, work: TranslationContext) -> st.Program:
-    """What only the controller knows of itself, from the signals that tell it, where the target has such."""
+def controller_states(program: st.Program, work: TranslationContext) -> st.Program:
+    """States that only the controller knows are read from signals that show them, where the target has such."""
 
     def change(s: st.Statement) -> st.Statement:
         asked = {
@@ -576,7 +576,7 @@ def states(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 def manual_modes(program: st.Program, work: TranslationContext) -> st.Program:
-    """Whether the mode is manual, at whatever speed, from the signal that tells it, where the target has such."""
+    """Whether the mode is manual, at whatever speed, is read from a signal, where the target has such."""
     told = work.limits.manual_signal
     if told is None:
         return program
@@ -603,8 +603,8 @@ def manual_modes(program: st.Program, work: TranslationContext) -> st.Program:
     return with_routines(program, routines)
 
 
-def told_states(program: st.Program, work: TranslationContext) -> st.Program:
-    """What the program asks of its controller and the target's cannot answer, from variables that something sets."""
+def assumed_states(program: st.Program, work: TranslationContext) -> st.Program:
+    """States that the target's controller cannot tell become variables that the operator or another program sets."""
     names: dict[str, str] = {}
 
     def told(e: ex.Expression) -> ex.Expression:
