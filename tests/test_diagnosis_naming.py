@@ -514,3 +514,11 @@ def test_a_fixed_time_in_a_region_of_few_programmed_moves_may_as_well_be_waits(f
     best = fit(DurationModel((time,)), made, noise)
     named = NamingResult(best, *(None,) * 2, made, noise, *(None,) * 3, (), None, {}, {})
     assert [other.term for other in _as_waits(best, 0, named)] == (["external-wait"] if alike else [])
+
+
+def test_where_one_name_more_gains_nothing_no_set_of_two_more_is_fitted():
+    way, speed = programmed()
+    made = case(measured=trapezoids(way, speed, 0.8 * ACCELERATION) + scatter())
+    fits = search(made, Noise(NOISE / 3), shelf_of(made, move_terms()), WIDE)
+    assert fits[0].names == ("acceleration",)
+    assert max(len(fitted.model.parts) for fitted in fits) == 3

@@ -142,7 +142,7 @@ def search(case: MeasuredMoves, noise: Noise, shelf: PartShelf, effort: Effort) 
         for fitted in best:
             for part in additions(shelf, fitted, case, noise, effort.additions):
                 keep(DurationModel((*fitted.model.parts, part)))
-        if best and size > 2 and not _gained(found.values(), size):
+        if best and not _gained(found.values(), size):
             break
     return sorted(found.values(), key=price)
 
