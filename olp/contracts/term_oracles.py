@@ -21,7 +21,7 @@ from olp.timing.physics._case import MeasuredMoves
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
 Oracle = Callable[[MeasuredMoves, Form, Array], Columns]
-_FINE: Final = 400  # places of a ramp
+_FINE: Final = 400  # points of a ramp
 _U: Final = (np.arange(_FINE) + 0.5) / _FINE  # speeds that a ramp passes, as shares of its full speed
 NEAR: Final[Mapping[str, float]] = {
     "viscous-friction": 0.01,
@@ -39,7 +39,7 @@ NEAR: Final[Mapping[str, float]] = {
 }  # relative, by term or by term and form; all others are exact
 COARSE: Final[Mapping[str, float]] = {
     "joint-speed-limit": 0.1
-}  # [s] more, where a term takes few places of a way
+}  # [s] more, where a term samples the path coarsely
 
 
 def straight(case: MeasuredMoves) -> NDArray[np.bool_]:
@@ -55,7 +55,7 @@ def both(case: MeasuredMoves, up: Array, down: Array | None = None) -> Columns:
 
 
 def top_speed(case: MeasuredMoves) -> Array:
-    """(n,) that is reached: v, or on short ways the speed whose two ramps cover the way."""
+    """(n,) [m/s] that is reached: v, or on short paths the speed whose two ramps cover the whole length."""
     base = case.base
     peak = np.sqrt(2.0 * np.maximum(base.way, 1e-9) / (1.0 / base.accelerate + 1.0 / base.decelerate))
     found: Array = np.minimum(base.speed, peak)
@@ -63,10 +63,10 @@ def top_speed(case: MeasuredMoves) -> Array:
 
 
 def in_ramp(case: MeasuredMoves, values: Array, end: int, whole: bool = False) -> Array:
-    """(n, places, …) of values (n, m, …) along the way where a ramp passes the speeds `_U`.
+    """Values (n, m, …) along the path, interpolated where a ramp passes the speeds `_U`: (n, _FINE, …).
 
-    From rest with one acceleration the way behind grows with the square of the speed. `whole`: the ramp to the
-    programmed speed, no longer than half of the way; else to the speed that is reached.
+    Under a constant acceleration from rest the distance is proportional to the square of the speed. `whole`: the ramp
+    goes to the programmed speed, over half of the path at most; else to the speed that is reached.
     """
     base = case.base
     slow = base.decelerate if end else base.accelerate
@@ -84,13 +84,13 @@ def in_ramp(case: MeasuredMoves, values: Array, end: int, whole: bool = False) -
 
 
 def longer(force: Array) -> Array:
-    """(n,) what a ramp costs beyond its way at full speed, ∫ (1 - u) du / force, over that with the whole force."""
+    """(n,) time that a ramp takes longer than its distance at full speed, ∫ (1 - u) du / force; 1 for a force of 1."""
     found: Array = (2.0 * (1.0 - _U) / force).mean(axis=1)
     return found
 
 
 def rates_of(case: MeasuredMoves, rated: Array | None, axis: int) -> Array:
-    """(n, m) how far an axis turns per way; for -1 the largest share of what each axis is rated for."""
+    """(n, m) turn of an axis per path length; for -1 the largest over all axes, each divided by its rating."""
     assert case.rates is not None
     path = np.abs(case.rates.path)
     if axis >= 0:
@@ -99,7 +99,7 @@ def rates_of(case: MeasuredMoves, rated: Array | None, axis: int) -> Array:
 
 
 def leads(case: MeasuredMoves, axis: int) -> NDArray[np.bool_]:
-    """(n,) moves in which the axis takes longest at rated speeds, or turns farthest where these are not known."""
+    """(n,) moves in which the axis needs the longest time at rated speeds, or turns farthest if these are unknown."""
     assert case.rates is not None
     turned = np.abs(case.rates.path).mean(axis=1)
     turned = turned / (np.ones(turned.shape[1]) if case.rates.rated is None else case.rates.rated)
@@ -201,7 +201,7 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
         for row in np.nonzero(lines)[0].tolist():
             x, y, z = (case.start[row] + at * (case.end[row] - case.start[row])).T
             shape[row] = np.stack([x**2 + y**2, z - middle, (z - middle) ** 2], axis=1)
-        told = shape[lines][:, ::5].reshape(-1, 3)  # the places that the term looks at
+        told = shape[lines][:, ::5].reshape(-1, 3)  # the points of the path that the term samples
         right = told.mean(axis=0)
         right[0] = told[:, 0].min() + values[3] * np.ptp(told[:, 0])
         heavy = np.maximum(1.0 + (shape - right) @ values[:3], 0.1)
@@ -231,8 +231,10 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def least_axis(case: MeasuredMoves, heavy: Array) -> Array:
-    """(n,) what remains of each ramp when the first axis accelerates `heavy` times less; in joint moves the axis that
-    can least decides, before and after."""
+    """(n,) share of each ramp's acceleration that remains when that of the first axis is divided by `heavy` (n,).
+
+    In joint moves the slowest axis decides, before and after.
+    """
     assert case.rates is not None
     assert case.rates.rated_acceleration is not None
     asked = np.abs(case.rates.path[:, 0]) / case.rates.rated_acceleration
@@ -242,7 +244,7 @@ def least_axis(case: MeasuredMoves, heavy: Array) -> Array:
 
 
 def coulomb_friction(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """Friction takes a share of the force from speeding up and gives it to braking."""
+    """Friction reduces the acceleration and adds to the deceleration, by a share of the force."""
     one = np.ones(len(case))
     return both(case, (1.0 - values[0]) * one, (1.0 + values[0]) * one)
 
@@ -271,14 +273,14 @@ def torque_speed(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     knee = values[1] if law == "knee" else 0.0
 
     def slower(end: int, top: Array) -> Array:
-        """(n, places) one over what is left of the acceleration."""
+        """(n, _FINE) reciprocal of the remaining share of the acceleration."""
         share = in_ramp(case, per, end) * top[:, None] * _U / values[0]
         if law == "power":
             return np.asarray(np.maximum(1.0, share))
         return np.asarray(1.0 / np.clip((1.0 - share) / (1.0 - knee), 0.02, 1.0))
 
     def ramps(top: Array) -> tuple[Array, Array]:
-        """(n,) way and time from rest to a speed and back."""
+        """(n,) distance and time from rest to a speed and back."""
         both_ways = [(slower(0, top), case.base.accelerate), (slower(1, top), case.base.decelerate)]
         way = sum(top**2 / slow * (over * _U).mean(axis=1) for over, slow in both_ways)
         return np.asarray(way), np.asarray(sum(top / slow * over.mean(axis=1) for over, slow in both_ways))
@@ -376,7 +378,7 @@ def _held_up(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def _slopes(case: MeasuredMoves) -> Array:
-    """(n, m, 2) how fast elbow and wrist rise per way."""
+    """(n, m, 2) rise of elbow and wrist per path length."""
     assert case.rates is not None
     assert case.rates.bodies is not None
     height = np.nan_to_num(case.rates.bodies[..., 2])
@@ -385,7 +387,7 @@ def _slopes(case: MeasuredMoves) -> Array:
 
 
 def _lifted(case: MeasuredMoves, values: Array) -> Columns:
-    """How fast wrist and elbow rise per way, over each ramp."""
+    """Rise of wrist and elbow per path length, over each ramp."""
     return _against(case, _slopes(case) @ np.array([values[1], values[0]]))
 
 

@@ -1,4 +1,4 @@
-"""Functions that languages beside INFORM compute with: numbers, and poses in millimetres and degrees."""
+"""Functions in expressions: of numbers, texts and arrays, and of poses in millimetres and degrees."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _plain(function: Callable[..., float], count: int = 1) -> Computes:
 
 
 def _to_decimals(whole_of: Callable[[float], int]) -> Computes:
-    """A function that leaves whole numbers, or as many decimals as a second argument says."""
+    """A function that rounds to whole numbers, or to as many decimals as a second argument says."""
 
     def computed(m: Machine, arguments: Arguments) -> Value:
         value = float(number(m, arguments[0]))
@@ -86,7 +86,7 @@ def _moved(value: PositionValue, pose: Pose) -> Value:
 
 
 def _offset(m: Machine, arguments: Arguments) -> Value:
-    """Moved along the axes of the frame that the pose is written in; its turn stays."""
+    """The pose moved along the axes of its frame, with the same orientation."""
     value = _pose(m, arguments[0])
     by = np.array(_numbers(m, arguments[1:], 3)) * mm
     pose = raw_pose(value)
@@ -94,7 +94,7 @@ def _offset(m: Machine, arguments: Arguments) -> Value:
 
 
 def _relative_tool(m: Machine, arguments: Arguments) -> Value:
-    """Moved and turned along its own axes: about x, then the new y, then the new z (RAPID RelTool)."""
+    """The pose moved along and turned about its own axes: about x, the new y, the new z (RAPID RelTool)."""
     value = _pose(m, arguments[0])
     x, y, z = _numbers(m, arguments[1:], 3)
     given = [float(number(m, argument)) * deg for argument in arguments[4:7]]
@@ -106,14 +106,14 @@ def _relative_tool(m: Machine, arguments: Arguments) -> Value:
 
 
 def _added(m: Machine, arguments: Arguments) -> Value:
-    """Positions add, turns follow each other (URScript pose_add)."""
+    """Positions are added, rotations are composed (URScript pose_add)."""
     value, other = _pose(m, arguments[0]), _pose(m, arguments[1])
     first, second = raw_pose(value), raw_pose(other)
     return _moved(value, Pose(first.position + second.position, first.rotation @ second.rotation))
 
 
 def _subtracted(m: Machine, arguments: Arguments) -> Value:
-    """What has to be added to the second to come to the first (URScript pose_sub)."""
+    """The pose that pose_add adds to the second to give the first (URScript pose_sub)."""
     value, other = _pose(m, arguments[0]), _pose(m, arguments[1])
     first, second = raw_pose(value), raw_pose(other)
     return _moved(value, Pose(first.position - second.position, second.rotation.T @ first.rotation))
@@ -122,7 +122,7 @@ def _subtracted(m: Machine, arguments: Arguments) -> Value:
 def _of_angles(m: Machine, arguments: Arguments) -> Value:
     values = _numbers(m, arguments, 6)
     scaled = [v * (mm if i < 3 else deg) for i, v in enumerate(values)]
-    # Kept as written: going through a rotation would change angles that mean the same turn.
+    # Kept as written: a rotation matrix would give other angles of the same orientation.
     return PositionValue(pose_value(Pose.identity()).state, tuple(scaled))
 
 
@@ -203,7 +203,7 @@ def _current(joints: bool) -> Computes:
 
 
 def _interpolated(m: Machine, arguments: Arguments) -> Value:
-    """From the first pose to the second, as a line goes: share 0 to 1."""
+    """The pose on the straight line from the first pose to the second, at a share of 0 to 1 of its length."""
     value, other = _pose(m, arguments[0]), _pose(m, arguments[1])
     share = float(number(m, arguments[2]))
     first, second = raw_pose(value), raw_pose(other)

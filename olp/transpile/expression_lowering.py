@@ -68,12 +68,12 @@ def _numbers_of(vendor: str) -> Mapping[ex.Store, int]:
     try:
         return limits_of(vendor).numbered
     except OlpError:
-        return {}  # a language that is read alone
+        return {}  # a language that is only read
 
 
 def named_data(program: st.Program, work: TranslationContext) -> st.Program:
     """Numbered points, variables and arguments get names. A program without any is returned as it is."""
-    lifted = _Lift(program, work)
+    lifted = _NamedData(program, work)
     routines = tuple(map(lifted.routine, program.routines, lifted.expressions))
     Unset(program, work, lifted.variable, lifted.begins, lifted.is_set).tell()
     data = (*program.data, *lifted.points.declared, *lifted.global_data())
@@ -85,32 +85,36 @@ def named_data(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 @dataclass(slots=True)
-class _Lift:
+class _NamedData:
     program: st.Program
     work: TranslationContext
     points: Points = field(init=False)
     expressions: list[list[ex.Expression]] = field(
         default_factory=list
-    )  # of each routine, but those of plain moves
+    )  # of each routine, without those of plain moves
     names: dict[tuple[str, ex.Store, int], ex.Named] = field(
         default_factory=dict
     )  # routine ("" global), kind, number
     arrays: dict[tuple[str, ex.Store], ex.Named] = field(default_factory=dict)
     largest: dict[tuple[str, ex.Store], int] = field(default_factory=dict)
     initial: dict[str, ex.Expression] = field(default_factory=dict)
-    kinds: dict[str, set[PointKind]] = field(default_factory=dict)  # of what position variables are set to
+    kinds: dict[str, set[PointKind]] = field(
+        default_factory=dict
+    )  # of the values that position variables are set to
     array_initial: list[st.Assign] = field(default_factory=list)
     saved: Mapping[tuple[ex.Store, int], Given] = field(default_factory=dict)  # what the controller keeps
     whole: frozenset[int] = frozenset()  # real registers that only ever hold whole numbers
     scope: str = ""
-    parameters: tuple[st.Parameter, ...] = ()  # of the routine under way
-    line: int = 0  # of the statement under way
-    changed: dict[ex.Expression, frozenset[str]] | None = None  # what statements set -> which elements
+    parameters: tuple[st.Parameter, ...] = ()  # of the routine that is translated
+    line: int = 0  # of the statement that is translated
+    changed: dict[ex.Expression, frozenset[str]] | None = (
+        None  # a variable -> its components that statements set
+    )
     returned: ex.Named | None = None
     joints: set[str] = field(default_factory=set)  # variables that are declared as axis values
     rows: dict[str, set[PointState]] = field(
         default_factory=dict
-    )  # of the position variables that begin with a position
+    )  # of the first values of position variables
 
     def __post_init__(self) -> None:
         self.points = Points(self.work)
@@ -137,9 +141,11 @@ class _Lift:
             self.largest[(scope, store)] = 0
 
     def variable(self, v: ex.Variable) -> ex.Expression:
-        """The name of a numbered variable; an element of an array where the program computes a number of its kind."""
+        """The name of a numbered variable; an array element where the program computes numbers of such variables."""
         if v.store is ex.Store.SYSTEM:
-            v = replace(v, store=ex.Store.ROBOT)  # its robot is all that a program of one arm uses of it
+            v = replace(
+                v, store=ex.Store.ROBOT
+            )  # of it, a program of one arm uses the robot's position alone
         scope = self.scope if v.local else ""
         array = self.arrays.get((scope, v.store))
         if array is not None:
@@ -179,14 +185,14 @@ class _Lift:
                     continue
                 if isinstance(name, ex.Named):
                     self.initial.setdefault(name.name, literal)
-                    self.work.registers.discard(name.name)  # the job itself sets it when it is loaded
+                    self.work.registers.discard(name.name)  # loading the job sets it
                     self._begins_with(name, point.state)
                 elif isinstance(name, ex.Item) and isinstance(name.base, ex.Named):
                     self.array_initial.append(st.Assign(0, name, literal))
                     self._begins_with(name.base, point.state)
 
     def _saved_positions(self) -> None:
-        """Positions that neither a header nor a statement sets are those that the controller keeps."""
+        """Positions that neither a header nor a statement sets begin with the values that the controller keeps."""
         saved = list(saved_points(self.saved))
         used = numbered(self.program, ex.Store.ROBOT) if saved else set()
         by_number = ("", ex.Store.ROBOT) in self.arrays
@@ -202,7 +208,9 @@ class _Lift:
                 self.work.registers.discard(name.name)  # taught, as a point is
                 self._begins_with(name, point.state)
             elif isinstance(name, ex.Item) and isinstance(name.base, ex.Named):
-                self.array_initial.insert(0, st.Assign(0, name, literal))  # what a header says comes after
+                self.array_initial.insert(
+                    0, st.Assign(0, name, literal)
+                )  # the values of headers come later and win
                 self._begins_with(name.base, point.state)
 
     def _begins_with(self, name: ex.Named, state: PointState) -> None:
@@ -210,11 +218,11 @@ class _Lift:
         self.rows.setdefault(name.name, set()).add(state)
 
     def begins(self, name: ex.Expression) -> bool:
-        """Whether a value is known that a variable begins with."""
+        """Whether the first value of a variable is known."""
         return label_of(name) in self.initial or any(a.target == name for a in self.array_initial)
 
     def is_set(self, name: ex.Expression) -> bool:
-        """Whether statements give a variable a value: a position a whole one."""
+        """Whether statements set a variable; of a position, all of its components."""
         if self.changed is None:
             self.changed = {}
             for routine in self.program.routines:
@@ -224,7 +232,7 @@ class _Lift:
         return self.changed.get(name, frozenset()) >= _POSE
 
     def _note_changed(self, s: st.Statement) -> None:
-        """Which elements of what a statement sets; of a number, and of a whole position, all."""
+        """Notes in `changed` which components of a variable a statement sets; for numbers and whole positions, all."""
         assert self.changed is not None
         targets = [s.target] if isinstance(s, (st.Assign, st.Update, st.Clear, st.ReadInput)) else []
         targets += [s.variable] if isinstance(s, st.For) else [s.result] if isinstance(s, st.Call) else []
@@ -235,7 +243,7 @@ class _Lift:
             if not isinstance(variable, ex.Variable) or isinstance(s, st.Update):
                 continue
             if isinstance(s, st.Assign) and variable in expressions_of(s.value):
-                continue  # it counts on from what it was
+                continue  # the new value depends on the old one
             name = self.variable(variable)
             new = _POSE
             if isinstance(target, ex.Member):
@@ -245,7 +253,7 @@ class _Lift:
             self.changed[name] = self.changed.get(name, frozenset()) | new
 
     def _carry_states(self) -> None:
-        """A position variable that is set from another one has that one's frame and tool."""
+        """Position variables that are copied from another one get its frame and tool."""
         assigned = [
             (routine, s)
             for routine in self.program.routines
@@ -312,7 +320,7 @@ class _Lift:
     # --- routines ---------------------------------------------------------------------------------------
 
     def routine(self, routine: st.Routine, expressions: list[ex.Expression]) -> st.Routine:
-        """`routine` with names; `expressions`: those in it, but for plain moves'."""
+        """The routine with names; `expressions`: all that it has, without those of plain moves."""
         self.scope = routine.name
         parameters = routine.parameters or tuple(
             st.Parameter(f"arg{number}", STORED.get(store, "real") if store else "real")
@@ -341,7 +349,7 @@ class _Lift:
         )
 
     def with_axes(self, routine: st.Routine) -> st.Routine:
-        """Elements of axis values as axes [deg], which their numbers were taken as elements of poses for."""
+        """Elements of variables that hold axis values become axes [deg]; they were read as components of poses."""
 
         def axis(e: ex.Expression) -> ex.Expression:
             if not (type(e) is ex.Member and type(e.base) is ex.Named and e.name in POSE_ELEMENTS):
@@ -391,7 +399,7 @@ class _Lift:
     def _returns_by_register(
         self, routine: st.Routine, value: ex.Expression | None
     ) -> TypeGuard[ex.Expression]:
-        """Whether a value goes back as its caller asks for it later (`$RV`), not as that of a function."""
+        """Whether the caller reads the returned value from a register later (`$RV`), and not as a function's value."""
         return value is not None and not routine.returns and self.work.conventions.returns_by_register
 
     def _returned(self) -> ex.Named:
@@ -495,7 +503,7 @@ class _Lift:
         return e
 
     def _element(self, e: ex.Element) -> tuple[ex.Expression, int]:
-        """An element as a component in mm and deg, and how many of the controller's counts one of them is."""
+        """An element as a component in mm or deg, and the number of the controller's counts per mm or deg."""
         if isinstance(e.variable, ex.Variable) and e.variable.store in (ex.Store.BASE, ex.Store.STATION):
             says = "an element of an external axis: pulses, mm or degrees, as its controller has it"
             self.work.lose(self.line, Fate.REFUSED, "statement", says)
@@ -510,18 +518,18 @@ class _Lift:
 
 
 def _kept(scope: str) -> str:
-    """How a register is stored: those of the whole program keep their values when it ends."""
+    """The storage of a register: global ones keep their values when the program ends."""
     return "variable" if scope else "persistent"
 
 
 def _owner(e: Any) -> ex.Named | None:
-    """The name of a position, or of the array that it is in."""
+    """The name of a position variable, or of the array that has it as an element."""
     base = e.base if isinstance(e, ex.Item) else e
     return base if isinstance(base, ex.Named) else None
 
 
 def _is_computed_element(e: ex.Expression) -> bool:
-    """Whether this is a component of a numbered position whose own number is computed."""
+    """Whether this is a component with a computed number of a numbered position."""
     return isinstance(e, ex.Item) and isinstance(e.base, ex.Variable) and e.base.store in ex.POSITION_STORES
 
 
@@ -530,7 +538,7 @@ def _is_position(e: ex.Expression | None) -> bool:
 
 
 # --- Number lowering ---
-# What a program uses of its numbered variables: which numbers, as what, and whether they ever hold a fraction.
+# Which numbered variables a program uses, of which type, and whether they ever hold a fraction.
 
 
 def numbered(program: st.Program, store: ex.Store) -> set[int]:
@@ -544,7 +552,7 @@ def numbered(program: st.Program, store: ex.Store) -> set[int]:
 
 
 def arguments_of(routine: st.Routine, expressions: list[ex.Expression]) -> tuple[ex.Store | None, ...]:
-    """What a routine takes: as its header says, else as its body, with these expressions, reads."""
+    """Kinds of a routine's arguments: as its header says, else as its body reads them. `expressions`: of the body."""
     read = [e.number for e in expressions if type(e) is ex.Argument]
     count = max((len(routine.arguments), *read))
     kinds = {
@@ -557,9 +565,9 @@ def arguments_of(routine: st.Routine, expressions: list[ex.Expression]) -> tuple
 
 
 def whole_registers(program: st.Program, work: TranslationContext) -> frozenset[int]:
-    """Numbers of the real registers that only ever hold whole values, so that they can count.
+    """Numbers of the real registers that only ever hold whole values: they can be integers in the target.
 
-    The program sets them, to whole values alone, before it reads them: what is there before may be a fraction.
+    The program sets them before it reads them, and only to whole values: what was stored before may be a fraction.
     """
     assigned: dict[int, list[ex.Expression | None]] = {}
     for s in (s for r in program.routines for _, s in work.look(r).rare):
@@ -570,7 +578,7 @@ def whole_registers(program: st.Program, work: TranslationContext) -> frozenset[
 
 
 def _register_values(s: st.Statement) -> Iterator[tuple[int, ex.Expression | None]]:
-    """The real registers that a statement sets, each with its value, None: nobody knows."""
+    """The real registers that a statement sets, each with its value, None where it is unknown."""
     target: ex.Expression | None = None
     value: ex.Expression | None = ex.Number(0)
     match s:
@@ -594,7 +602,7 @@ def _real_register(e: ex.Expression | None) -> int | None:
 
 
 def _never_fractions(assigned: Mapping[int, list[ex.Expression | None]], whole: set[int]) -> set[int]:
-    """Those of these registers that only whole values are given to."""
+    """The registers of `whole` that are only set to whole values."""
     while True:
         kept = {n for n in whole if all(_is_whole(value, whole) for value in assigned[n])}
         if kept == whole:
@@ -603,9 +611,9 @@ def _never_fractions(assigned: Mapping[int, list[ex.Expression | None]], whole: 
 
 
 def _read_unset(program: st.Program, work: TranslationContext, registers: set[int]) -> set[int]:
-    """Those of these registers that are read where the program may not have set them itself.
+    """The registers that are read where the program may not have set them before.
 
-    A routine that is not at hand may set any of them.
+    A called routine whose text is unknown may set any of them.
     """
     if not registers:
         return set()
@@ -646,7 +654,7 @@ def _is_whole(e: ex.Expression | None, whole: set[int]) -> bool:
 
 
 def in_units(counts: ex.Expression, scale: int) -> ex.Expression:
-    """[mm] or [deg] of the controller's counts."""
+    """The expression in mm or deg for one in the controller's counts, `scale` of which are 1 mm or 1 deg."""
     if isinstance(counts, ex.Unary) and counts.operator == "-" and isinstance(counts.operand, ex.Number):
         counts = ex.Number(-counts.operand.value)
     return (

@@ -1,4 +1,4 @@
-"""A smooth function of each axis' turn, of the length and of the place, summed: what one move costs, others tell."""
+"""The sum of smooth functions of each axis' turn, of the length and of the place, learnt by a Gaussian process."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def _point(
 
 
 def speed(program: st.Program, statement: st.Move | st.SetSpeed, unit: st.SpeedUnit) -> WrittenSpeed | None:
-    """The number of the setting: the statement itself, or the one right before a move that is its alone."""
+    """The number of a speed setting: `statement` itself, or the one before a move that holds for this move alone."""
     setting = statement if isinstance(statement, st.SetSpeed) else _own_setting(program, statement, unit)
     match = None if setting is None else _SETTING.match(program.source.line(setting.line))
     if setting is None or match is None:
@@ -80,7 +80,7 @@ def speed(program: st.Program, statement: st.Move | st.SetSpeed, unit: st.SpeedU
 
 
 def _own_setting(program: st.Program, move: st.Move, unit: st.SpeedUnit) -> st.SetSpeed | None:
-    """The setting that holds for this move and no other one; that of the tool's speed holds for no PTP."""
+    """The speed setting that holds for this move and no other. A path speed does not hold for a PTP."""
     if (unit is st.SpeedUnit.FRACTION) != (move.path is st.Path.JOINT):
         return None
     for routine in program.routines:
@@ -109,7 +109,7 @@ def _sets(statement: object, unit: st.SpeedUnit) -> bool:
 
 
 def _form(source: Source, line: int) -> list[Token]:
-    """The same speed in the head of the inline form around `line`, which the pendant shows."""
+    """The same speed in the head of the inline form around `line`: the teach pendant shows that one."""
     for number in range(line - 1, 0, -1):
         text = source.line(number)
         if text.lstrip().upper().startswith(";ENDFOLD") or not text.strip():
@@ -121,7 +121,7 @@ def _form(source: Source, line: int) -> list[Token]:
 
 
 def reread(source: Source, companions: tuple[Source, ...]) -> st.Program:
-    """The program of texts that are not on the disk."""
+    """The program in texts that are not on the disk."""
     return read_program(source, companions)
 
 

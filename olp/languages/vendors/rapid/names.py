@@ -48,8 +48,8 @@ _NUMBERS: Final = re.compile(r"\[\s*([^\[\]\"]*)\]\Z")
 _COMPONENT: Final = re.compile(r"(\w+)\s+(\w+)\s*;?\Z")
 _SIGNAL_LIKE: Final = re.compile(r"(?:di|do|gi|go|ai|ao)(?=[_0-9A-Z])|(?:DI|DO|GI|GO|AI|AO)(?=[_0-9])")
 _LONG: Final = 120
-STRUCTURE: Final = "structure"  # the type of a declaration that says what members a type has
-_WHOLE: Final = ("tool", "frame")  # neutral types of structures that every language has in a form of its own
+STRUCTURE: Final = "structure"  # the type of a declaration that lists the members of a structure
+_WHOLE: Final = ("tool", "frame")  # neutral types that every language has, each in its own form
 _BUSES: Final = {
     "di": "in", "do": "out", "gi": "in-group", "go": "out-group", "ai": "analog-in", "ao": "analog-out",
 }  # fmt: skip
@@ -57,7 +57,7 @@ _BUSES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class RoutineHead:
-    """What calls of a routine of the file need: the types of its parameters in order, and of its value."""
+    """The signature of a routine of the file: types of its parameters in order, and of its value."""
 
     name: str
     kind: str
@@ -67,7 +67,10 @@ class RoutineHead:
 
 @dataclass(slots=True)
 class RapidNames:
-    """Keys are lower case. `types`: of data outside routines; `inside`: of each routine's own, by its line."""
+    """The symbol table of a file; keys are lower case.
+
+    `types`: of data outside routines; `inside`: types of local data by the line of their routine.
+    """
 
     spelling: dict[str, str] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
@@ -77,16 +80,16 @@ class RapidNames:
     routines: dict[str, RoutineHead] = field(default_factory=dict)
     constants: dict[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)  # type, numbers
     assigned: set[str] = field(default_factory=set)
-    stopping: set[str] = field(default_factory=set)  # zones whose finep is assigned
+    stopping: set[str] = field(default_factory=set)  # zones with an assignment to their finep
     signals: dict[str, str] = field(default_factory=dict)  # name -> bus
-    aliased: set[str] = field(default_factory=set)  # what AliasIO connects to a signal
+    aliased: set[str] = field(default_factory=set)  # data that AliasIO connects to a signal
     local: dict[str, str] = field(default_factory=dict)  # types of the routine that is read
     arrays: dict[str, int] = field(default_factory=dict)  # name -> number of dimensions
     uneven: bool = False  # a quaternion that is not of unit length was read
     unturned: bool = False  # a quaternion of zeros was read
 
     def spelled(self, name: str) -> str:
-        """The name as its first declaration, or its first use, spells it."""
+        """The name in the spelling of its first declaration, or of its first use."""
         return self.spelling.setdefault(name.lower(), name)
 
     def type_of(self, name: str) -> str:
@@ -102,11 +105,11 @@ class RapidNames:
         return kind
 
     def members(self, kind: str) -> tuple[tuple[str, str], ...] | None:
-        """Members of a structure with their types, None for what is none."""
+        """Members of a structure with their types; None for a type that is no structure."""
         return self.records.get(kind) or RECORDS.get(kind)
 
     def layouts(self, kind: str, line: int) -> list[Declare]:
-        """The declaration of a structure of the program's own, and of the manual's that its members are of."""
+        """Declarations of a structure that the program defines, and of predefined structures among its members."""
         members = self.records.get(kind.lower(), ())
         found = [_layout(kind, line, members)]
         for word in dict.fromkeys(word for _, word in members):
@@ -119,21 +122,21 @@ class RapidNames:
         return key in self.local or key in self.types
 
     def bus_of(self, name: str) -> str | None:
-        """The signal that an undeclared name stands for, by its use or its beginning, None when it is none."""
+        """The bus of an undeclared name, by its use or its prefix; None for a name that is no signal."""
         key = name.lower()
         if key in self.signals:
             return self.signals[key]
         return None if key in self.routines else signal_like(name)
 
     def signal_variable(self, name: str) -> str | None:
-        """The bus of a parameter, or of data that AliasIO connects, which stands for a signal; None for others."""
+        """The bus of a parameter of a signal type, or of data that AliasIO connects; None for others."""
         key = name.lower()
         if key not in self.local and key not in self.aliased:
             return None
         return SIGNAL_TYPES.get(self.type_of(name))
 
     def steady(self, name: str, kind: str) -> tuple[str, ...] | None:
-        """The written numbers of a speed or zone that nobody assigns; None for all others."""
+        """The numbers in the declaration of a speed or zone that nothing assigns; None for all others."""
         key = name.lower()
         if key in self.local or key in self.assigned:
             return None
@@ -142,7 +145,7 @@ class RapidNames:
 
 
 def signal_like(name: str) -> str | None:
-    """The bus of a name that begins like a signal's (`di1`, `do_grip`, `goCode`), None for others."""
+    """The bus that a name's prefix means (`di1`, `do_grip`, `goCode`); None for other names."""
     like = _SIGNAL_LIKE.match(name)
     return _BUSES[like[0].lower()] if like else None
 

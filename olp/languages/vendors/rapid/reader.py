@@ -78,7 +78,7 @@ _MOST: Final = 200  # modules
 
 
 def read_listing(source: Source) -> Program:
-    """All modules as one program. Lines count on behind those of the list; diagnostics name the modules' own files."""
+    """All modules as one program. Line numbers continue after the list's; diagnostics name the modules' own files."""
 
     findings = Findings(source)
     modules: list[Program] = []
@@ -114,7 +114,7 @@ def read_listing(source: Source) -> Program:
 
 
 def _module(findings: Findings, source: Source, name: str, span: Span) -> Source | None:
-    """The module's text; what cannot be read is told."""
+    """The module's text; a file that cannot be read is a diagnostic."""
     folder = os.path.dirname(source.path)
     if not name or name in (".", "..") or set(name) & set("/\\:\0"):
         findings.error(
@@ -144,7 +144,7 @@ def _moved(routine: Routine, by: int) -> Routine:
 
 
 # --- Checks ---
-# What can be wrong with a file whose clauses are all fine: labels, names that stand twice, points nobody wrote.
+# Checks of a file whose statements are all valid: missing labels, duplicate names, points without a value.
 
 _NAME_LENGTH = 32
 _OWN = frozenset({"tool0", "wobj0", "load0"})
@@ -172,7 +172,7 @@ def _refuse(findings: Findings, message: str, help: str) -> bool:
 def check_program(
     findings: Findings, routines: Sequence[Routine], data: Sequence[Declare], names: RapidNames
 ) -> None:
-    """Everything that holds for the whole file."""
+    """Adds the findings that concern the whole file."""
     _check_names(findings, routines, data)
     _check_frames(findings, data)
     unturned = {one.name.lower() for one in data if one.storage == "constant" and is_unturned(one.value)}
@@ -198,7 +198,7 @@ def _check_names(findings: Findings, routines: Sequence[Routine], data: Sequence
 
 
 def _check_frames(findings: Findings, data: Sequence[Declare]) -> None:
-    """Work objects that a mechanical unit carries."""
+    """Warns of work objects that a mechanical unit moves."""
     for one in data:
         if one.type != "frame" or not isinstance(one.value, ex.RecordLiteral):
             continue
@@ -229,7 +229,7 @@ def _check_labels(findings: Findings, routine: Routine) -> None:
 
 
 def _check_moves(findings: Findings, routine: Routine, names: RapidNames, unturned: Set[str]) -> None:
-    """`unturned`: constants, lower case, with a quaternion of zeros."""
+    """Checks points and speeds of moves. `unturned`: constants with a quaternion of zeros, in lower case."""
     inside = names.inside.get(routine.line, {})
     told: set[str] = set(_OWN)
     fastest: set[int] = set()
