@@ -2785,7 +2785,7 @@ def test_values_of_two_kinds_are_compared_nowhere():
 
 def test_a_single_position_has_no_elements():
     said = losses(krl("E6POS X1", "PTP X1[3]"), "krl", "rapid")
-    assert any("an element of X1, which is one position" in one.says for one in said)
+    assert any("X1 with 1 index, declared with none" in one.says for one in said)
 
 
 def test_tools_that_a_list_leaves_open_are_zeros_that_are_told(tmp_path):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from translated_texts import krl, translated
 
 from olp.core.source import decode
 from olp.fluent import Program, read_source
@@ -87,3 +88,24 @@ def test_a_number_becomes_a_text_with_the_controllers_decimals() -> None:
 def test_letters_are_not_searched_where_capitals_may_be_the_same() -> None:
     made, _ = tp('n:=StrMatch(s,1,"rest");')
     assert [loss.says for loss in made.translated.losses if loss.leaves_out]
+
+
+def test_a_character_of_a_text_that_a_routine_takes_is_a_part_of_it():
+    text = krl(
+        "DECL CHAR M[10]",
+        "T(M[])",
+        "END",
+        "DEF T(S[]:IN)",
+        "DECL CHAR S[]",
+        'IF S[1]=="C" THEN',
+        "WAIT SEC 1",
+        "ENDIF",
+    )
+    assert 'IF StrPart(S,1,1)="C" THEN' in translated(text, "krl", "rapid")
+
+
+def test_a_name_is_a_text_in_the_routine_that_declares_it_as_one():
+    text = krl(
+        "DECL CHAR M[10]", "DECL INT L", "L=STRLEN(M[])", "END", "DEF T()", "DECL INT M[10],I", "I=M[2]"
+    )
+    assert "I:=M{2};" in translated(text, "krl", "rapid")

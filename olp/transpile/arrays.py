@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Final
+from typing import Final, NamedTuple
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
@@ -18,6 +18,8 @@ from olp.transpile.occurrences import changed_rare
 from olp.transpile.shared_variables import calls_of, handed_over, paired
 from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
 
+# Types of which an element has an index of its own; axes are elements of what holds them.
+_SINGLE: Final = ("real", "integer", "boolean", "string", "position", "tool", "frame")
 _ONE, _NUMBERS_ALONE, _ANY = "one", "numbers", "any"  # what Limits.dimensions says
 
 
@@ -85,6 +87,8 @@ def array_sizes(program: st.Program, work: TranslationContext) -> st.Program:
         array, dimension = e.arguments
         symbol = symbols.find(routine, array.name) if type(array) is ex.Named else None
         sizes = None if symbol is None else sizes_of(symbols, symbol)
+        if symbol is not None and symbol.type == "joints" and not symbol.sizes:
+            sizes = (6,)
         at = int(dimension.value) if type(dimension) is ex.Number else 0
         return ex.Number(sizes[at - 1]) if sizes and 1 <= at <= len(sizes) else e
 
@@ -143,9 +147,6 @@ def array_bounds(program: st.Program, work: TranslationContext) -> st.Program:
     symbols = work.symbols(program)
     for routine in program.routines:
         for _, s in work.look(routine).rare:
-            if type(s) is st.Move and (name := _of_no_array(symbols, routine.name, s.targets[0])):
-                work.lose(s, Fate.REFUSED, "index", f"an element of {name}, which is one position")
-                continue
             for e in expressions_of(s):
                 says = (
                     _wrong(symbols, routine.name, e, bool(work.limits.numbered)) if type(e) is ex.Item else ""
@@ -156,21 +157,16 @@ def array_bounds(program: st.Program, work: TranslationContext) -> st.Program:
     return program
 
 
-def _of_no_array(symbols: Symbols, routine: str, target: ex.Expression) -> str:
-    """The name of a single position of which a move's target would be an element."""
-    if not isinstance(target, ex.Item) or type(target.base) is not ex.Named:
-        return ""
-    symbol = symbols.find(routine, target.base.name)
-    single = symbol is not None and symbol.type in ("position", "joints") and sizes_of(symbols, symbol) == ()
-    return target.base.name if single else ""
-
-
 def _wrong(symbols: Symbols, routine: str, e: ex.Item, numbered: bool) -> str:
     """What is wrong with an element of an array, nothing where it is one, or no array of a program's own."""
     symbol = symbols.find(routine, e.base.name) if type(e.base) is ex.Named else None
     if symbol is None:
         return ""
     sizes = sizes_of(symbols, symbol)
+    if any(kind_of_value(symbols, routine, index) == "string" for index in e.indices):
+        return f"an element of {symbol.name} by a text"
+    if says := _counted_otherwise(symbols, symbol, e, sizes):
+        return says
     if sizes == ():
         return ""
     values = [symbols.fixed_value(routine, index) for index in e.indices]
@@ -183,6 +179,19 @@ def _wrong(symbols: Symbols, routine: str, e: ex.Item, numbered: bool) -> str:
         if isinstance(value, ex.Number) and not 1 <= value.value <= size:
             return f"{symbol.name} has {size} elements, and the index is {_shown(value)}"
     return ""
+
+
+def _counted_otherwise(symbols: Symbols, symbol: Symbol, e: ex.Item, sizes: tuple[int, ...] | None) -> str:
+    """What is wrong with the number of indices; a name that a pass made may be the copy of an array."""
+    count = len(symbol.sizes if sizes is None else sizes)
+    if not symbol.declared or symbol.type not in _SINGLE or count == len(e.indices):
+        return ""
+    declared = symbols.declared.get(symbol.name)
+    made = not symbol.scope and symbol.parameter is None and (declared is None or not declared.line)
+    if not count and (made or isinstance(symbol.value, ex.Named)):
+        return ""
+    given = f"{len(e.indices)} {'index' if len(e.indices) == 1 else 'indices'}"
+    return f"{symbol.name} with {given}, declared with {count or 'none'}"
 
 
 def _shown(e: ex.Expression) -> str:
@@ -591,6 +600,13 @@ def _parts(e: ex.Expression, kind: str) -> list[ex.Expression]:
 _WHOLE = ex.Unknown("")  # an index that is left out
 
 
+class _TextRow(NamedTuple):
+    """A text as an array of characters. `scope`: the routine that declares it, "" for those of the whole program."""
+
+    scope: str
+    indices: int
+
+
 def texts(program: st.Program, work: TranslationContext) -> st.Program:
     """NAME[] is the text itself, NAMES[2,] one of several; characters that are never taken together are texts of one.
 
@@ -598,61 +614,78 @@ def texts(program: st.Program, work: TranslationContext) -> st.Program:
     """
     if not work.conventions.text_arrays:
         return program
-    rows = {
-        d.name.casefold(): len(d.sizes)
-        for d in (*program.data, *(d for r in program.routines for d in _declared(r, work)))
-        if d.type == "string" and d.sizes
-    }
+    rows = _text_rows(program, work)
     single = _characters(program, rows, work)
-    rows = {name: count for name, count in rows.items() if name not in single}
 
-    def shorter(d: st.Declare) -> st.Declare:
-        return d if d.name.casefold() in single else _shorter(d)
+    def shorter(d: st.Declare, scope: str) -> st.Declare:
+        return d if (scope, d.name.casefold()) in single else _shorter(d)
 
-    routines = tuple(
-        replace(
-            changed_rare(r, work.look(r), lambda s: _row(s, rows, single, work)),
-            data=tuple(map(shorter, r.data)),
+    routines: list[st.Routine] = []
+    for r in program.routines:
+        known = {name: row for name, row in rows[r.name].items() if (row.scope, name) not in single}
+        changed = changed_rare(
+            r,
+            work.look(r),
+            lambda s, r=r, known=known: _row(
+                shorter(s, r.name) if isinstance(s, st.Declare) else s, known, work
+            ),
         )
-        for r in program.routines
-    )
-    return replace(program, routines=routines, data=tuple(map(shorter, program.data)))
+        routines.append(replace(changed, data=tuple(shorter(d, r.name) for d in r.data)))
+    return replace(program, routines=tuple(routines), data=tuple(shorter(d, "") for d in program.data))
 
 
-def _characters(program: st.Program, rows: Mapping[str, int], work: TranslationContext) -> set[str]:
-    """Of the arrays of characters those of which each use names one character, in lower case."""
-    counts: dict[str, list[int]] = {}  # uses, and those of one character
-    for r in program.routines if rows else ():
-        for p in r.parameters:
-            counts.setdefault(p.name.casefold(), [0, 0])[0] += 1
-        for _, s in work.look(r).rare:
-            for e in () if isinstance(s, st.Declare) else expressions_of(s):
-                if type(e) is ex.Named:
-                    counts.setdefault(e.name.casefold(), [0, 0])[0] += 1
-                elif (character := _character(e, rows)) is not None:
-                    counts.setdefault(character.name.casefold(), [0, 0])[1] += 1
-    given = {d.name.casefold() for d in program.data if d.value is not None}
-    return {
-        name for name in rows if name not in given and (c := counts.get(name)) is not None and c[0] == c[1]
+def _text_rows(program: st.Program, work: TranslationContext) -> dict[str, dict[str, _TextRow]]:
+    """By routine the texts that it may name, in lower case."""
+    shared = {
+        d.name.casefold(): _TextRow("", len(d.sizes)) for d in program.data if d.type == "string" and d.sizes
     }
+    found: dict[str, dict[str, _TextRow]] = {}
+    for r in program.routines:
+        own = dict(shared)
+        for d in _declared(r, work):
+            own.pop(d.name.casefold(), None)
+            if d.type == "string" and d.sizes:
+                own[d.name.casefold()] = _TextRow(r.name, len(d.sizes))
+        for p in r.parameters:
+            own.pop(p.name.casefold(), None)
+            if p.type == "string" and p.native.endswith("[]"):  # whose last index its type has
+                own[p.name.casefold()] = _TextRow(r.name, len(p.sizes) + 1)
+        found[r.name] = own
+    return found
 
 
-def _character(e: ex.Expression, rows: Mapping[str, int]) -> ex.Named | None:
+def _characters(
+    program: st.Program, rows: Mapping[str, Mapping[str, _TextRow]], work: TranslationContext
+) -> set[tuple[str, str]]:
+    """Of the arrays of characters those of which each use names one character, by scope and name in lower case."""
+    counts: dict[tuple[str, str], list[int]] = {}  # uses, and those of one character
+    for r in program.routines:
+        known = rows[r.name]
+        taken = {p.name.casefold() for p in r.parameters}
+        for _, s in work.look(r).rare if known else ():
+            for e in () if isinstance(s, st.Declare) else expressions_of(s):
+                named = type(e) is ex.Named
+                text = e if named else _character(e, known)
+                name = "" if text is None else text.name.casefold()
+                if name in known and name not in taken:
+                    counts.setdefault((known[name].scope, name), [0, 0])[0 if named else 1] += 1
+    given = {("", d.name.casefold()) for d in program.data if d.value is not None}
+    return {key for key, (uses, characters) in counts.items() if key not in given and uses == characters}
+
+
+def _character(e: ex.Expression, rows: Mapping[str, _TextRow]) -> ex.Named | None:
     """The text of which an expression names one character."""
     if type(e) is not ex.Item or type(e.base) is not ex.Named:
         return None
-    return e.base if len(e.indices) == rows.get(e.base.name.casefold()) and e.indices[-1] != _WHOLE else None
+    row = rows.get(e.base.name.casefold())
+    return e.base if row is not None and len(e.indices) == row.indices and e.indices[-1] != _WHOLE else None
 
 
 def _declared(routine: st.Routine, work: TranslationContext) -> list[st.Declare]:
     return [*(s for _, s in work.look(routine).rare if isinstance(s, st.Declare)), *routine.data]
 
 
-def _row(
-    s: st.Statement, rows: Mapping[str, int], single: Set[str], work: TranslationContext
-) -> st.Statement:
-    if isinstance(s, st.Declare):
-        s = s if s.name.casefold() in single else _shorter(s)
+def _row(s: st.Statement, rows: Mapping[str, _TextRow], work: TranslationContext) -> st.Statement:
     target = s.target if isinstance(s, st.Assign) else None
     if target is not None and (set_one := _character(target, rows)) is not None:
         work.lose(s, Fate.REFUSED, "statement", f"setting a single character of the text {set_one.name}")

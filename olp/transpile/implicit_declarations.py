@@ -18,7 +18,7 @@ from olp.transpile.first_values import UNDECLARED
 from olp.transpile.integer_inference import loop_counters
 from olp.transpile.name_types import AXES, COMPONENTS, KINDS, NUMERIC, PLACES, TARGET, Use, taken
 from olp.transpile.occurrences import Look
-from olp.transpile.shared_variables import called_in, paired
+from olp.transpile.shared_variables import called_in, handed_over, paired
 from olp.transpile.symbols import Symbols, base_of, kind_of_value, symbols_of
 
 _WORDS: Final = {
@@ -125,9 +125,12 @@ def _uses_alone(
 
 def _typed_parameters(program: st.Program, work: TranslationContext) -> st.Program:
     """Parameters without a type (scripts have none) as what their routine takes them for."""
+    untyped = {
+        r.name: {p.name for p in r.parameters if not p.type and not p.switch} for r in program.routines
+    }
     routines: list[st.Routine] = []
     for r in program.routines:
-        open_ = {p.name for p in r.parameters if not p.type and not p.switch}
+        open_ = untyped[r.name]
         if open_:
             # What a routine does not declare is undeclared: its uses tell what it is.
             alone = replace(r, parameters=tuple(p for p in r.parameters if p.name not in open_))
@@ -137,10 +140,46 @@ def _typed_parameters(program: st.Program, work: TranslationContext) -> st.Progr
                 p: _type_of(p, "parameter", use := uses.get(p), r.line if use is None else use.first, work)
                 for p in sorted(open_)
             }
-            given = (replace(p, type=taken_for.get(p.name, p.type)) for p in r.parameters)
-            r = replace(r, parameters=tuple(given))
+            r = replace(
+                r,
+                parameters=tuple(
+                    replace(p, type=taken_for[p.name], sizes=_open_sizes(p, uses.get(p.name)))
+                    if p.name in open_
+                    else p
+                    for p in r.parameters
+                ),
+            )
         routines.append(r)
-    return replace(program, routines=tuple(routines))
+    return _handed_arrays(replace(program, routines=tuple(routines)), untyped)
+
+
+def _handed_arrays(program: st.Program, untyped: Mapping[str, set[str]]) -> st.Program:
+    """Parameters without a type that their routine hands on as an array are arrays, too."""
+    while True:
+        taken = {r.name: r.parameters for r in program.routines}
+        routines: list[st.Routine] = []
+        for r in program.routines:
+            sizes: dict[str, tuple[ex.Expression, ...]] = {}
+            for called, arguments in (pair for s in r.body if untyped[r.name] for pair in handed_over(s)):
+                rows = {p.name: p.sizes for p in taken.get(called, ()) if p.sizes}
+                for name, e in paired(taken.get(called, ()), arguments):
+                    if name in rows and type(e) is ex.Named and e.name in untyped[r.name]:
+                        sizes[e.name] = rows[name]
+            given = tuple(
+                replace(p, sizes=sizes[p.name]) if p.name in sizes and not p.sizes else p
+                for p in r.parameters
+            )
+            routines.append(r if given == r.parameters else replace(r, parameters=given))
+        if all(new is old for new, old in zip(routines, program.routines, strict=True)):
+            return program
+        program = replace(program, routines=tuple(routines))
+
+
+def _open_sizes(p: st.Parameter, use: Use | None) -> tuple[ex.Expression, ...]:
+    """The dimensions of a parameter that its routine uses with indices; how many elements there are is the caller's."""
+    if p.sizes or use is None or (use.whole and use.kind in PLACES):
+        return p.sizes
+    return tuple(ex.Unknown("") for _ in use.sizes)
 
 
 def _typed_results(program: st.Program) -> st.Program:
@@ -253,12 +292,16 @@ def _tell_calls(program: st.Program, work: TranslationContext) -> None:
     known = {routine.name.casefold() for routine in program.routines}
     known |= {name.casefold() for name in work.context.mapping.routines}
     own: Mapping[str, str] = part_of(program.vendor, "known_routines") or {}
+    values: Mapping[str, str] = (
+        part_of(program.vendor, "known_functions") or own
+    )  # statements call programs alone
     other = language_of(work.target)
     called = [(s, name) for r in program.routines for _, s in work.look(r).rare for name in called_in(s)]
     for s, name in called:
         if not name or name.casefold() in known:
             continue
-        what = own.get(name.casefold())
+        calls = isinstance(s, st.Call) and s.routine == name
+        what = (own if calls else values).get(name.casefold())
         if what is None or name.casefold() in work.conventions.replaceable_routines:
             where = "is in no file here" if what is None else f"is {what}"
             says = f"{name} {where}: {other} needs a routine of its own for it{_told_of(s, name, work)}"
@@ -605,7 +648,10 @@ class _Seen:
                 self.see(argument)
             return
         kinds = {p.name: p.type for p in called.parameters}
+        counts = {p.name: len(p.sizes) for p in called.parameters}
         for name, value in paired(called.parameters, arguments):
+            if counts.get(name) and (use := self._use(value)) is not None:
+                use.indices.append((0,) * counts[name])  # it is handed over as an array
             self.see(value, kinds.get(name, "") if kinds.get(name, "") in KINDS else "")
 
     # --- statements -------------------------------------------------------------------------------------

@@ -99,6 +99,7 @@ from olp.transpile.triggers import on_the_way, triggers
 from olp.transpile.typed_values import (
     assumed_states,
     controller_states,
+    digital_states,
     displayed_values,
     enumerations,
     exclusive_or,
@@ -230,6 +231,7 @@ _TO_NUMBERS: Final[tuple[Pass, ...]] = (
     reset_own_variables,
     share_variables,
     fold_constants,
+    digital_states,
     hoist,
     share_variables,
     flow,

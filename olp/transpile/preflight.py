@@ -10,13 +10,14 @@ import numpy as np
 
 from olp.ir.expressions import Expression, FrameRef, Function, Named, Number, Signal, Taught, Text, Variable
 from olp.ir.points import PointKind
-from olp.ir.program import Assign, Call, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
+from olp.ir.program import Assign, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
 from olp.ir.program import Path as MovePath
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import conventions_of
 from olp.runtime.plan import Plan, lines_of
 from olp.transpile.context import Fate, Translated
 from olp.transpile.link import Linked
+from olp.transpile.shared_variables import called_in
 
 _SYSTEMS: Final = {"tool": "tool", "user": "frame"}
 _MOST = 12  # of a kind that are named
@@ -192,7 +193,12 @@ def _listed(systems: set[System]) -> str:
 
 def _routines(program: Program) -> Iterator[str]:
     known = {routine.name.casefold() for routine in program.routines}
-    called = (s.routine for s in program.statements() if isinstance(s, (Call, StartTask)) and s.routine)
+    called = (
+        name
+        for s in program.statements()
+        for name in ([s.routine] if isinstance(s, StartTask) else called_in(s))
+        if name
+    )
     missing = dict.fromkeys(name for name in called if name.casefold() not in known)
     if missing:
         yield f"load what it calls and this translation does not hold: {some(missing)}"

@@ -7,8 +7,9 @@ stand in the module, never in a routine.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, TypeGuard
+from typing import Any, Final, TypeGuard, TypeVar
 
 from olp.ir import expressions as ex
 from olp.ir import program as st
@@ -21,7 +22,7 @@ from olp.transpile.implicit_declarations import ASKS
 from olp.transpile.name_types import NUMERIC_FUNCTIONS, taken
 from olp.transpile.occurrences import changed_rare, with_routines, with_rows
 from olp.transpile.shared_variables import paired
-from olp.transpile.symbols import Symbols, kind_of_value
+from olp.transpile.symbols import Symbols, kind_of_value, symbols_of
 
 _NUMBERS: Final = frozenset({"integer", "real"})
 _PLACES: Final = frozenset({"position", "joints"})
@@ -41,6 +42,7 @@ _FAMILIES: Final = {
     "frame": "positions",
     "list": "lists",
 }
+_S = TypeVar("_S", bound=st.Statement)
 _NOTHING: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 
 
@@ -61,6 +63,44 @@ def typed_values(program: st.Program, work: TranslationContext) -> st.Program:
         routines.append(with_rows(routine, rows))
     program = with_routines(program, routines)
     return replace(program, data=(*program.data, *own.unused.values())) if own.unused else program
+
+
+def digital_states(program: st.Program, work: TranslationContext) -> st.Program:
+    """Digital signals with ON and OFF where the source has 1 and 0; compared with another number they are refused."""
+
+    def compared(e: ex.Expression) -> ex.Expression:
+        if type(e) is not ex.Compare or e.operator not in ("=", "<>"):
+            return e
+        left, right = e.left, e.right
+        if _is_bit(left) and type(right) is ex.Number and right.value in (0, 1):
+            return replace(e, right=ex.SignalState(right.value == 1))
+        if _is_bit(right) and type(left) is ex.Number and left.value in (0, 1):
+            return replace(e, left=ex.SignalState(left.value == 1))
+        return e
+
+    def change(s: st.Statement) -> st.Statement:
+        s = mapped(s, compared)
+        for e in expressions_of(s):
+            number = _number_of_a_bit(e) if type(e) is ex.Compare else None
+            if number is not None:
+                work.lose(s, Fate.REFUSED, "condition", f"a digital signal compared with {number.value:g}")
+        if isinstance(s, st.SetOutput) and _is_digital(s.signal) and type(s.value) is ex.Number:
+            return replace(s, value=ex.SignalState(s.value.value != 0))
+        return s
+
+    return with_routines(program, [changed_rare(r, work.look(r), change) for r in program.routines])
+
+
+def _is_bit(e: ex.Expression) -> bool:
+    return type(e) is ex.Signal and _is_digital(e)
+
+
+def _number_of_a_bit(e: ex.Compare) -> ex.Number | None:
+    """The number that a digital signal is compared with."""
+    for signal, other in ((e.left, e.right), (e.right, e.left)):
+        if _is_bit(signal) and type(other) is ex.Number:
+            return other
+    return None
 
 
 @dataclass(slots=True)
@@ -200,8 +240,6 @@ class _Typing:
             given = [self._certain(routine, one) for one in e.arguments]
             pairs = ((w, g) for w, g in zip(wanted, given, strict=True) if _differ(w, g))
             return next((f"{e.name} of {_FAMILIES[g]}, where it takes {_FAMILIES[w]}" for w, g in pairs), "")
-        if isinstance(e, ex.Item) and isinstance(e.base, ex.Named):
-            return self._counted_otherwise(routine, e.base.name, e)
         if isinstance(e, (ex.Binary, ex.Unary, ex.Logic)):
             word, sides = _operands(e)
             families = {_FAMILIES.get(self._certain(routine, one), "") for one in sides}
@@ -214,30 +252,33 @@ class _Typing:
             return self._hands_others(routine, e)
         return ""
 
-    def _counted_otherwise(self, routine: str, name: str, e: ex.Item) -> str:
-        """What is wrong with an element of an array of numbers; a name that a pass made may be the copy of one."""
-        symbol, count = self.symbols.find(routine, name), len(self._sizes(routine, e))
-        if symbol is None or symbol.type not in _NUMBERS or count == len(e.indices):
-            return ""
-        declared = self.symbols.declared.get(name)
-        made = not symbol.scope and (declared is None or not declared.line)
-        if not count and (made or isinstance(symbol.value, ex.Named)):
-            return ""
-        given = f"{len(e.indices)} {'index' if len(e.indices) == 1 else 'indices'}"
-        return f"{name} with {given}, declared with {count or 'none'}"
-
     def _hands_others(self, routine: str, call: st.Call | ex.CallValue) -> str:
         called = self.symbols.routines.get(call.routine)
         if called is None:
             return ""
         if len(call.arguments) > len(called.parameters):
             return f"{call.routine} with {len(call.arguments)} arguments, which has {len(called.parameters)}"
+        rows = {p.name for p in called.parameters if p.sizes}
         types = {p.name: p.type for p in called.parameters if not p.sizes}
         for name, one in paired(called.parameters, call.arguments):
+            single = self._is_single(routine, one)
+            if single is not None and single == (name in rows):
+                other = (
+                    "one value, where it takes an array" if single else "an array, where it takes one value"
+                )
+                return f"{call.routine} with {other}"
             wanted, given = types.get(name, ""), self._certain(routine, one)
             if _differ(wanted, given):
                 return f"{call.routine} with {_FAMILIES[given]}, where it takes {_FAMILIES[wanted]}"
         return ""
+
+    def _is_single(self, routine: str, e: ex.Expression | None) -> bool | None:
+        """Whether a variable is declared without indices, None of what is no variable of a known type."""
+        symbol = self.symbols.find(routine, e.name) if type(e) is ex.Named else None
+        if symbol is None or not symbol.declared or symbol.type not in _FAMILIES or symbol.type == "list":
+            return None
+        listed = isinstance(symbol.value, ex.RecordLiteral) and not symbol.sizes
+        return None if listed or isinstance(symbol.value, ex.Named) else not symbol.sizes
 
     def _kind(self, routine: str, e: ex.Expression | None) -> str:
         """As `kind_of_value`; "signal" for the state of one where that is a number and still no plain one."""
@@ -400,10 +441,17 @@ def enumerations(program: st.Program, work: TranslationContext) -> st.Program:
             shown = ", ".join(f"{word[1:]} {place}" for place, word in enumerate(words, 1))
             work.note_once(f"{d.name} is a whole number there: {shown}")
 
-    def change(e: ex.Expression) -> ex.Expression:
-        return (
-            ex.Number(known[e.value.casefold()]) if type(e) is ex.Text and e.value.casefold() in known else e
-        )
+    symbols = symbols_of(program)
+
+    def numbered(s: _S, scope: str) -> _S:
+        kept = {e.value for e in _of_other_types(s, scope, symbols)}
+
+        def change(e: ex.Expression) -> ex.Expression:
+            if type(e) is not ex.Text or e.value in kept or e.value.casefold() not in known:
+                return e
+            return ex.Number(known[e.value.casefold()])
+
+        return mapped(s, change)
 
     def plain(d: st.Declare) -> st.Declare:
         return replace(d, type="integer", native="") if d.type.casefold() in kinds else d
@@ -414,15 +462,27 @@ def enumerations(program: st.Program, work: TranslationContext) -> st.Program:
             replace(p, type="integer", native="") if p.type.casefold() in kinds else p for p in r.parameters
         )
         body = tuple(
-            plain(mapped(s, change)) if type(s) is st.Declare else mapped(s, change)
+            plain(one) if type(one := numbered(s, r.name)) is st.Declare else one
             for s in r.body
             if not (type(s) is st.Declare and s.type == "enumeration")
         )
         returns = "integer" if r.returns.casefold() in kinds else r.returns
-        data = tuple(plain(mapped(d, change)) for d in r.data if d.type != "enumeration")
+        data = tuple(plain(numbered(d, r.name)) for d in r.data if d.type != "enumeration")
         routines.append(replace(r, body=body, data=data, parameters=given, returns=returns))
-    rows = tuple(plain(mapped(d, change)) for d in program.data if d.type != "enumeration")
+    rows = tuple(plain(numbered(d, "")) for d in program.data if d.type != "enumeration")
     return replace(program, routines=tuple(routines), data=rows)
+
+
+def _of_other_types(s: st.Statement, scope: str, symbols: Symbols) -> Iterator[ex.Text]:
+    """Constants of enumerations of the controller's own, which a variable of such a type takes as a text."""
+    pairs = [(e.left, e.right) for e in expressions_of(s) if type(e) is ex.Compare]
+    if type(s) is st.Assign:
+        pairs.append((s.target, s.value))
+    elif type(s) is st.Declare and type(s.value) is ex.Text and s.type == "string":
+        yield s.value
+    for one, other in (*pairs, *((right, left) for left, right in pairs)):
+        if type(other) is ex.Text and kind_of_value(symbols, scope, one) == "string":
+            yield other
 
 
 def exclusive_or(program: st.Program, work: TranslationContext) -> st.Program:

@@ -158,6 +158,12 @@ class KrlValues(Generator):
         self._dimensions = {  # of what each routine takes
             r.name.casefold(): [len(p.sizes) for p in r.parameters] for r in program.routines if not self.own
         }
+        declared = [*program.data, *(s for r in program.routines for s in (*r.data, *r.body))]
+        self._array_sizes = {
+            d.name: len(d.sizes)
+            for d in (declared if not self.own else ())
+            if isinstance(d, st.Declare) and d.sizes
+        }
 
     # --- names ------------------------------------------------------------------------------------------
 
@@ -175,11 +181,14 @@ class KrlValues(Generator):
 
     def spell_item(self, e: ex.Item) -> str:
         base, first = e.base, e.indices[0] if e.indices else None
-        if self.scope.type_of(base) in AXES and len(e.indices) == 1 and type(first) is ex.Number:
-            place = int(first.value)
-            if not (isinstance(base, ex.Named) and base.name.upper() in self.scope.arrays):
+        array = isinstance(base, ex.Named) and base.name.upper() in self.scope.arrays
+        if self.scope.type_of(base) in AXES and len(e.indices) == 1 and not array:
+            if type(first) is ex.Number:
+                place = int(first.value)
                 external = place - len(AXIS_WORDS)
                 return f"{self.target(base)}.{f'E{external}' if external > 0 else f'A{place}'}"
+            if not self.own:
+                raise CannotSayError("an axis by a computed number")
         if base == ex.SystemValue("current-joints") and type(first) is ex.Number:
             return f"$AXIS_ACT.A{first.value}"
         indices = ",".join("" if type(one) is ex.Unknown else self.value(one) for one in e.indices)
@@ -472,7 +481,9 @@ class KrlValues(Generator):
 
     def handed(self, routine: str, given: Sequence[ex.Expression]) -> str:
         """Arguments; an array as a whole is `name[]`, `name[,]`."""
-        counts = self._dimensions.get(routine.casefold(), ())
+        counts = self._dimensions.get(routine.casefold())
+        if counts is None:  # in no file here
+            counts = [self._array_sizes.get(e.name, 0) if type(e) is ex.Named else 0 for e in given]
         wanted = (*counts, *(0 for _ in given[len(counts) :]))
         return self.separator.join(map(self._argument, given, wanted))
 

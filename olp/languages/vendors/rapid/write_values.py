@@ -251,6 +251,8 @@ class RapidValues(Generator):
             if isinstance(base, (ex.SystemValue, ex.Function)):
                 base = self.stored(base, "jointtarget")
             return f"{self.value(base)}.robax.rax_{indices[0].value}"
+        if axis:
+            raise CannotSayError("an axis by a computed number")
         if isinstance(base, ex.Item):  # dimensions stand in one pair of braces
             if self.type_of(base) in _POSITIONS:
                 raise CannotSayError("a component of a position by a computed number")

@@ -21,6 +21,7 @@ from olp.core.diagnostic import Diagnostic
 from olp.core.source import Source
 from olp.languages.loading import LoadedCell, LoadFindings, Loading, given_arguments
 from olp.languages.vendors.val3.data import XmlTag, tags
+from olp.languages.vendors.val3.known_functions import ARGUMENTS, FUNCTIONS
 
 _TEXT_WORDS: Final = """
     and begin break bitAnd bitNot bitOr bitXor call case default do else elseIf end endFor endIf endSwitch endWhile
@@ -32,51 +33,6 @@ _TEXT_CONSTANTS: Final = """
     wnegative world wpositive wsame
 """
 _CONSTANTS: Final = frozenset(_TEXT_CONSTANTS.split())
-_TEXT_NO_ARGUMENTS: Final = """
-    clock disablePower enablePower esStatus getMonitorSpeed herej isCompliant isEmpty isPowered isSettled restartMove
-    stopMove waitEndMove
-"""
-_TEXT_ONE_ARGUMENT: Final = """
-    abs acos aioGet asin atan chr close config cos delay dioGet exp isInRange len ln log open round roundDown roundUp
-    setMonitorSpeed sin sqrt tan taskKill taskStatus taskSuspend wait
-"""
-_TEXT_TWO_ARGUMENTS: Final = """
-    aioSet align appro asc dioSet distance find here left max min position power right taskResume toString watch
-"""
-_TEXT_THREE_ARGUMENTS: Final = "compose jointToPoint limit mid movej movel sel toNum"
-_TEXT_FOUR_ARGUMENTS: Final = "movec pointToJoint replace setFrame"
-# At least and at most.
-_ARGUMENTS: Final[Mapping[str, tuple[int, int]]] = {
-    name: (count, count)
-    for count, text in enumerate(
-        (
-            _TEXT_NO_ARGUMENTS,
-            _TEXT_ONE_ARGUMENT,
-            _TEXT_TWO_ARGUMENTS,
-            _TEXT_THREE_ARGUMENTS,
-            _TEXT_FOUR_ARGUMENTS,
-        )
-    )
-    for name in text.split()
-} | {
-    "autoConnectMove": (0, 1),
-    "cls": (0, 1),
-    "getKey": (0, 1),
-    "gotoxy": (2, 3),
-    "isKeyPressed": (1, 2),
-}
-# Their number of arguments differs from version to version.
-_TEXT_OTHERS: Final = """
-    aioLink alter alterBegin alterEnd alterMovej alterMovel alterMovec alterStopTime append bAnd bNot bOr bXor
-    clearBuffer codeAscii delete dioLink first get getData getDate getDisplayLen getJointForce getLatch getMoveId
-    getProfile getPositionErr getSpeed getVersion hibernateRobot insert interpolateC interpolateL ioBusStatus ioStatus
-    isCalibrated isDefined isGravity last libDelete libExist libList libLoad libPath libSave link logMsg movejSync
-    movejc movejf movelf next nrand popUpMsg prev put putln rand resetMotion resetTurn resize setLatch setMoveId
-    setMutex setProfile setTextMode sioCtrl sioGet sioLink sioSet size stopApp timeToNum title toBinary fromBinary
-    userPage workingMode encode decode
-"""
-_FUNCTIONS: Final = _ARGUMENTS.keys() | frozenset(_TEXT_OTHERS.split())
-
 _TOKEN: Final = re.compile(
     r'"(?:\\.|[^"\\])*"?|//.*|\$?[A-Za-z_]\w*|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|&\w+|\S', re.ASCII
 )
@@ -129,7 +85,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         for number, line in program.body:
             _line(found, functions, number, line, known, programs)
     told = found.finish(data | programs.keys() | _CONSTANTS, whole, shared=True)
-    told += functions.finish(_FUNCTIONS, whole=False, shared=True)
+    told += functions.finish(FUNCTIONS, whole=False, shared=True)
     return sorted(told, key=lambda one: (one.line, one.column))
 
 
@@ -192,9 +148,9 @@ def _line(
             found.arguments(name, span, (takes, takes), given_arguments(tokens, i + 1))
         elif i == called:
             found.unknown.append((name, span, "the program"))
-        elif name in _ARGUMENTS:
-            found.arguments(name, span, _ARGUMENTS[name], given_arguments(tokens, i + 1))
-        elif name not in _FUNCTIONS and name not in programs and name not in known:
+        elif name in ARGUMENTS:
+            found.arguments(name, span, ARGUMENTS[name], given_arguments(tokens, i + 1))
+        elif name not in FUNCTIONS and name not in programs and name not in known:
             functions.unknown.append((name, span, "the function"))
 
 

@@ -519,6 +519,8 @@ class Val3Rules(BlockRules):
         kind = self._type(target)
         if kind in JOINTS:
             value = _as_joints(value)
+        if type(value) is ex.FrameRef:  # flange and world as values of a variable: nothing is turned or moved
+            value = ex.PositionLiteral("pose", (0.0,) * 6)
         if isinstance(target, ex.Named) and kind.startswith("point"):
             self._inherit(target.name, value)
         return st.Assign(0, target, value)
