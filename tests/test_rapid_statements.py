@@ -343,7 +343,7 @@ def test_a_delayed_output_switches_at_once_which_is_told() -> None:
     output, told = statements("SetDO\\SDelay:=0.2,do1,1;")
     assert output == SetOutput(0, Signal("out", Text("do1")), SignalState(True))
     assert told == Disabled(
-        0, "SetDO \\SDelay:=0.2,do1,1;", beside="the delay of the output, which switches at once"
+        0, "SetDO \\SDelay:=0.2,do1,1;", beside="the delay of the output, which switches at once", acts=True
     )
 
 

@@ -3024,3 +3024,53 @@ def test_single_angles_at_90_degrees_are_what_a_controller_with_whole_turns_make
     told = found.verdict.objections
     assert all("turned by" in one.says for one in told)
     assert (not told) is same
+
+
+def test_a_loop_whose_body_changes_its_counter_is_no_for_in_rapid():
+    """A counter is only read there, and a controller loads no module that sets it."""
+    text = translated(krl("DECL INT I", "FOR I=1 TO 6", "WAIT SEC I", "I=I+1", "ENDFOR"), "krl", "rapid")
+    assert "FOR " not in text
+    assert "WHILE I<=6 DO" in text
+
+
+@pytest.mark.parametrize(
+    ("target", "bound"),
+    [("inform", r"SET (D\d+) D\d+\s+FOR D\d+ START= 1 TO \1\b"), ("tp", r"R\[\d+:bound\]")],
+)
+def test_a_bound_that_its_loop_changes_is_what_it_was_at_the_beginning(target, bound):
+    rows = ("DECL INT I,N", "N=3", "FOR I=1 TO N", "N=N+1", "WAIT SEC I", "ENDFOR")
+    assert re.search(bound, translated(krl(*rows), "krl", target))
+    plain = translated(krl(*rows[:3], *rows[4:]), "krl", target)
+    assert not re.search(bound, plain)
+
+
+def test_a_relative_move_names_the_frame_it_counts_in_for_inform():
+    """IMOV without a frame counts in the base, wherever the variable's numbers stand."""
+    turned = "$BASE={X 0,Y 0,Z 100,A 90,B 0,C 0}"
+    rows = (
+        "$VEL.CP=0.2",
+        "$TOOL=$NULLFRAME",
+        *poses((900, 0, 400)),
+        "LIN_REL {X -50}",
+        turned,
+        "LIN_REL {X -50}",
+    )
+    found = re.findall(
+        r"IMOV P\d+ V=\d+.0 PL=0(.*)", translated(krl("$BASE=$NULLFRAME", *rows), "krl", "inform")
+    )
+    assert [row.strip() for row in found] == ["BF", "UF#(1)"]
+
+
+def test_an_output_that_switches_without_its_delay_is_left_out_for_the_exit_status():
+    text = module("SetDO\\SDelay:=0.5,do1,1;", "WaitTime 1;")
+    made = converted(text, "rapid", "krl")
+    runs = runs_of(read(text, "rapid"), made, "krl", (ROBOT, None))
+    told = verdict_of(made.translated, runs, ()).objections
+    assert [(one.kind, "delay" in one.says) for one in told] == [("left-out", True)]
+
+
+def test_a_bound_on_turning_beyond_what_krl_takes_is_noted():
+    made = converted(
+        module("MoveL p1,v100,fine,tool0;", "MoveL p2,v100,fine,tool0;", data=TARGETS), "rapid", "krl"
+    )
+    assert any("400 deg/s at most, where up to 500" in note for note in made.translated.notes)

@@ -658,6 +658,7 @@ class Disabled:
     `handler`: it is switched on, and belongs to the handler of this name, which runs where something fails: `ERROR`,
     `UNDO`, `BACKWARD`, `LISTED` (an ERROR of some errors alone). No plan shows that. `means`: its statements.
     `beside`: what the words mean beyond the statement before, which they stand for; a translation leaves that out.
+    `acts`: the machine does something else without that.
     """
 
     line: int
@@ -665,6 +666,7 @@ class Disabled:
     handler: str = ""
     beside: str = ""
     means: tuple[Statement, ...] = field(default=(), compare=False)
+    acts: bool = False
 
 
 @dataclass(frozen=True, slots=True)

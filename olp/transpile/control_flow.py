@@ -374,12 +374,16 @@ class _Target:
         step_fits = step_fits and not (limits.for_counts_whole and counts_fractions(head))
         there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
         other_end = there.for_declares or there.for_keeps_last is not keeps_last
-        if limits.has_for and step_fits and not (other_end and self._is_used_outside(head)):
+        changed = _names_changed(block)
+        counts = there.for_declares and getattr(head.variable, "name", "") in changed  # there it is only read
+        before: list[Node] = []
+        if limits.has_for and step_fits and not counts and not (other_end and self._is_used_outside(head)):
+            if not there.for_declares:  # nothing says whether others look at their bounds again
+                head = self._with_own_bounds(head, changed, before)
             loop, inside = self._inside(block)
             if isinstance(closer, st.Next):
                 closer = replace(closer, variable=head.variable)
-            return [Block([(head, inside)], closer), *self._end(loop, closer)]
-        before: list[Node] = []
+            return [*before, Block([(head, inside)], closer), *self._end(loop, closer)]
         start = self._kept(head.start, before, head.line) if keeps_last else head.start
         before.append(st.Assign(head.line, head.variable, start, head.comment))
         stop = self._kept(head.stop, before, head.line)
@@ -398,6 +402,14 @@ class _Target:
         loop, inside = self._inside(as_while, jumps=not limits.has_while)
         counted = Block([(as_while.opener, [*inside, count])], as_while.closer)
         return [*before, *self._while_of(counted), *last, *self._end(loop, closer)]
+
+    def _with_own_bounds(self, head: st.For, changed: frozenset[str], before: list[Node]) -> st.For:
+        """Bounds that the loop itself changes, as they were when it began."""
+        if not changed.isdisjoint(_named_in(head.stop)):
+            head = replace(head, stop=self._kept(head.stop, before, head.line))
+        if head.step is not None and not changed.isdisjoint(_named_in(head.step)):
+            head = replace(head, step=self._kept(head.step, before, head.line))
+        return head
 
     def _last(self, head: st.For, start: Expression, stop: Expression, step: Expression) -> list[Node]:
         """After a loop: sets its variable back to the last value, which it has there in the source."""
@@ -447,6 +459,23 @@ class _Target:
             for s in self.routine.body
         )
         return not local and bool(self.counters.named_in(head.variable) - {self.routine.name})
+
+
+def _named_in(value: object) -> set[str]:
+    return {e.name for e in expressions_of(value) if isinstance(e, Named)}
+
+
+def _names_changed(block: Block) -> frozenset[str]:
+    """The variables that statements within a block set or count."""
+    found: set[str] = set()
+    rows: list[Node] = [*block.branches[0][1]]
+    while rows:
+        row = rows.pop()
+        if isinstance(row, Block):
+            rows += [node for marker, inside in row.branches for node in (marker, *inside)]
+        elif isinstance(row, (st.Assign, st.Update)) and isinstance(row.target, Named):
+            found.add(row.target.name)
+    return frozenset(found)
 
 
 def _not_beyond(variable: Expression, stop: Expression, step: Expression) -> Expression:

@@ -619,6 +619,13 @@ class _Numbers(PositionNumbers):
                 changes[name] = new
         if self.registers.steps:
             changes |= _NO_SYSTEMS
+            if (
+                s.relative is not None and s.relative.kind == "own"
+            ):  # a move that names no axes takes the base's
+                user = place[1]
+                changes["relative"] = (
+                    ex.FrameRef("base") if user is None else ex.FrameRef("user", ex.Number(user))
+                )
         return edited(s, changes)
 
     def _called(self, target: ex.Expression, s: st.Move, changes: dict[str, Any]) -> None:

@@ -189,7 +189,8 @@ class _ForeignWords:
             if s.handler:
                 work.lose(s, self._fate, "statement", _HANDLER)
             elif s.beside:
-                work.lose(s, Fate.APPROXIMATED, "option", f"left out: {s.beside}")
+                part = PROCESS if s.acts else "option"
+                work.lose(s, Fate.APPROXIMATED, part, f"left out: {s.beside}")
             return [st.Comment(s.line, s.text.strip())]
         if isinstance(s, st.Wait) and s.timeout is not None and work.limits.wait_poll:
             poll = work.limits.wait_poll

@@ -156,6 +156,12 @@ class _Speeds:
             says = "the bound on the tool's turning is left out, and would have slowed this move"
         if worst > _SAME:
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, 100.0 * worst, "%")
+        elif limits.bounds_turning and bound is not None:
+            most, here = limits.largest_turning / deg, bound / deg
+            self.work.note_once(
+                f"the tool turns by {most:g} deg/s at most, where up to {here:g} deg/s are programmed: no move of the "
+                "run takes longer for it"
+            )
         if limits.bounds_turning and self.turn is None:
             self.turn = Quantity(Number(_clean(limits.largest_turning / deg)), deg)
         return self.turn

@@ -55,7 +55,9 @@ def _output(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) 
     signal = rules.signal(place, SIGNAL_USERS[name.lower()])
     state = as_state(signal, value)
     is_set = st.Wait(0, ex.Compare("=", signal, state), spelling=f"Wait{name[3:]}")
-    late = _beside("the delay of the output, which switches at once" if "sdelay" in options else "")
+    late = _beside(
+        "the delay of the output, which switches at once" if "sdelay" in options else "", acts=True
+    )
     return [st.SetOutput(0, signal, state), *([is_set] if "sync" in options else []), *late]
 
 
@@ -194,10 +196,11 @@ def _override(rules: RapidExpressionRules, name: str, given: list[RapidArgument]
 
 
 BESIDE: Final = "beside"  # the name of a process that says more exactly what the statement before it says
+ACTS: Final = "acts"  # of its argument, where the machine does something else without it
 
 
-def _beside(what: str) -> Lowered:
-    return [st.Process(0, BESIDE, (("", ex.Text(what)),))] if what else []
+def _beside(what: str, *, acts: bool = False) -> Lowered:
+    return [st.Process(0, BESIDE, ((ACTS if acts else "", ex.Text(what)),))] if what else []
 
 
 def _log(rules: RapidExpressionRules, name: str, given: list[RapidArgument]) -> Lowered | None:

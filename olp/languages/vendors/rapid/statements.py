@@ -16,7 +16,7 @@ from olp.languages.statement_rules import BlockWords
 from olp.languages.vendor import ENDS_CYCLE
 from olp.languages.vendors.rapid import interrupts, literals
 from olp.languages.vendors.rapid.expressions import RapidExpressionRules
-from olp.languages.vendors.rapid.instructions import BESIDE, RULES
+from olp.languages.vendors.rapid.instructions import ACTS, BESIDE, RULES
 from olp.languages.vendors.rapid.known_routines import CALLED, REPLACEABLE
 from olp.languages.vendors.rapid.literals import RapidAggregate
 from olp.languages.vendors.rapid.moves import LAYOUTS, lower_move
@@ -261,7 +261,8 @@ class ClauseRules(RapidExpressionRules, BlockWords):
     def _exact(self, statement: st.Statement, name: str, raw: str) -> st.Statement:
         if isinstance(statement, st.Process) and statement.name == BESIDE:
             what = [value.value for _, value in statement.arguments if isinstance(value, Text)]
-            return st.Disabled(0, f"{name} {raw};", beside="".join(what))
+            acts = any(key == ACTS for key, _ in statement.arguments)
+            return st.Disabled(0, f"{name} {raw};", beside="".join(what), acts=acts)
         if isinstance(statement, st.Process) and statement.name == name and statement.arguments:
             return replace(statement, arguments=(("", Text(raw)), *statement.arguments))
         return statement
