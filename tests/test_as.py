@@ -10,7 +10,7 @@ from handling_sample import SAMPLES, check_damage, check_plan, check_whole
 from scipy.spatial.transform import Rotation
 
 import olp
-from olp.core.memory_limit import TextCache, remembering
+from olp.core.result_cache import TextCache, remembering
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import olp
-from olp.core import memory_limit
+from olp.core import garbage_collection, result_cache
 
 ROOT = Path(olp.__file__).parent
 
@@ -49,11 +49,11 @@ def test_garbage_in_cycles_is_collected_although_readers_build_without_looking_f
     """
     code = """
 import gc
-from olp.core import memory_limit
-memory_limit._MOST_ADDED = 100_000
+from olp.core import garbage_collection
+garbage_collection._MOST_ADDED = 100_000
 before = len(gc.get_objects())
 for _ in range(25):
-    with memory_limit.no_garbage_collection():
+    with garbage_collection.no_garbage_collection():
         for _ in range(20_000):
             one = []
             one.append(one)
@@ -65,16 +65,16 @@ print(len(gc.get_objects()) - before)
 
 def test_collecting_is_left_as_it_was():
     assert gc.isenabled()
-    with memory_limit.no_garbage_collection():
+    with garbage_collection.no_garbage_collection():
         assert not gc.isenabled()
-        with memory_limit.no_garbage_collection():
+        with garbage_collection.no_garbage_collection():
             assert not gc.isenabled()
         assert not gc.isenabled()
     assert gc.isenabled()
 
 
 def test_a_shelf_of_bounded_size_keeps_what_is_asked_for_and_drops_the_rest() -> None:
-    shelf = memory_limit.CacheShelf(most=3)
+    shelf = result_cache.CacheShelf(most=3)
     shelf.put("kept", 1)
     for n in range(20):
         shelf.put(n, n + 1)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from olp.checks.lint.run import lint
-from olp.core.memory_limit import SupersededError
+from olp.core.result_cache import SupersededError
 from olp.core.source import decode
 from olp.reports.batch import Job, plan_and_time
 from olp.servers.language.actions import hints

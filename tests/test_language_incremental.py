@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from olp.core.memory_limit import TextCache, remembered, remembering, shelf
+from olp.core.result_cache import TextCache, remembered, remembering, shelf
 from olp.servers.language.document import OpenDocument, Place, TextChange
 from olp.servers.language.service import EditorSettings, ProgramService, analyse, marks
 

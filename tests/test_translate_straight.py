@@ -15,9 +15,9 @@ from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.context import TranslationContext, Walk, walk_through
 from olp.transpile.convert import convert
+from olp.transpile.line_executions import LineExecutions
 from olp.transpile.link import link
 from olp.transpile.pipeline import passes, work_for
-from olp.transpile.rows import LineExecutions
 from olp.transpile.speeds import speeds
 
 ROBOT = load_robot("yaskawa/gp25")

@@ -157,7 +157,7 @@ def _convert(
     part: Whole, context: Context, args: Namespace
 ) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
     """The files, the receipt, and what was wrong in routines that are not converted."""
-    from olp.core.memory_limit import TextCache, remembering
+    from olp.core.result_cache import TextCache, remembering
     from olp.transpile.commented_out import UNCONVERTED, with_texts
     from olp.transpile.convert import convert, runs_of
     from olp.transpile.link import link, with_starts

@@ -1,4 +1,4 @@
-"""What leaves as text: cells of a table, and what a terminal may be shown.
+"""Text for output: cells of a table, and text that is safe for a terminal.
 
 Names, comments and messages come from programs. A terminal obeys control characters, some signs turn the direction
 of a text so that it reads as another, and a spreadsheet computes what begins like a formula.

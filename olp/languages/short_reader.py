@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar
 from lark import Token, Tree
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.memory_limit import shelf
+from olp.core.result_cache import shelf
 from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir import expressions as ex

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core.memory_limit import shelf
+from olp.core.result_cache import shelf
 from olp.ir.points import PointKind, PointState
 from olp.ir.program import Path
 from olp.robots.coordinate_systems import Cell, Floats, Gap, quaternions

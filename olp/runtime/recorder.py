@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from olp.core.diagnostic import Diagnostic
-from olp.core.memory_limit import check
+from olp.core.result_cache import check
 from olp.core.source import Source
 from olp.core.units import deg, mm
 from olp.ir.expressions import Store
@@ -443,7 +443,7 @@ class Recorder:
         return table.min(axis=0), table.max(axis=0)
 
     def step(self, source: int, line: int) -> None:
-        """Begins a move; one `row` per mechanism follows. Raises what `olp.core.memory_limit.check` does."""
+        """Begins a move; one `row` per mechanism follows. Raises what `olp.core.result_cache.check` does."""
         if not len(self._kind) & _CHECKED:
             check()
         self._kind.append(StepKind.MOVE)

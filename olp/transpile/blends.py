@@ -14,7 +14,7 @@ from olp.ir.transformer import edited
 from olp.languages.limits import range_text, within
 from olp.runtime.folder import DEFAULT_ZONES
 from olp.transpile.context import Fate, TranslationContext, walk_through
-from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
+from olp.transpile.line_executions import LineExecutions, MoveExecution, moves_at_all
 
 STOP: Final = Blend(BlendKind.RADIUS, Quantity(Number(0), mm))
 _LEVEL_STOP: Final = Blend(BlendKind.LEVEL, Quantity(Number(0), 1.0))

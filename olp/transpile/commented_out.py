@@ -1,4 +1,4 @@
-"""What the target was found not to say, as comments: statements, values of data, data, and routines by their heads.
+"""What the target cannot express becomes comments: statements, values of data, data, and routines by their heads.
 
 A routine with an error in its text is not converted: it becomes its text, each line of which is a comment there.
 """

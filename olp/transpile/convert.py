@@ -20,7 +20,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, raise_errors
-from olp.core.memory_limit import no_garbage_collection
+from olp.core.garbage_collection import no_garbage_collection
 from olp.ir.expressions import Number, Quantity, Store, Taught
 from olp.ir.points import PointBlock, PointTable
 from olp.ir.program import Begin, Call, Comment, Dwell, End, Move, Program, Routine, Statement, Wait

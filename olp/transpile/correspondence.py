@@ -1,4 +1,4 @@
-"""Which things of a translation are which ones of the source: statements, signals, and what no file tells.
+"""Maps statements and signals of a translation to those of the source, and values that no file tells.
 
 Statements and signals pair the steps of both runs. What no file tells is zero in a plain run of each, so that the two
 may agree by chance: both are run several times more with values made up for it (`olp.runtime.made_up`).

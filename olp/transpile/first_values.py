@@ -1,4 +1,4 @@
-"""What data begin with, written out: a value that names other data stands before or behind them, as it likes.
+"""First values of data, which may name other data: written out as the target needs them.
 
 RAPID computes constants from each other in any order; KRL's lists hold only what is written out, URScript runs its
 declarations one after the other, and registers are set by the program.

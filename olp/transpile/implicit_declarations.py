@@ -1,4 +1,4 @@
-"""Names that no file at hand declares: declared without a value, as what their uses take them for, and told.
+"""Names that no available file declares get a declaration without a value, of the type that their uses suggest.
 
 What moves there, or runs with a tool or in a frame that only such a name tells, is no exact translation.
 """

@@ -1,6 +1,6 @@
-"""What held for all following moves is written into each of them.
+"""Modal settings (speed, blend, acceleration, tool, frame) are written into each move that they hold for.
 
-Where it depends on the way there, a variable holds it, which is set where the modal statement stood.
+Where a setting depends on the path through the program, a variable holds it, set where the modal statement was.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from olp.ir.transformer import edited, expressions_of
 from olp.languages.limits import Limits, Range, range_text, within
 from olp.robots.model import Robot
 from olp.transpile.context import Fate, Loss, Segment, TranslationContext, walk_through
-from olp.transpile.rows import LineExecutions, MoveExecution, moves_at_all
+from olp.transpile.line_executions import LineExecutions, MoveExecution, moves_at_all
 
 _SCALES: Final = {
     st.SpeedUnit.FRACTION: percent,

@@ -35,7 +35,7 @@ from olp.checks.fit.choices import (
 )
 from olp.checks.fit.order import best_order
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error
-from olp.core.memory_limit import TextCache, remembering
+from olp.core.result_cache import TextCache, remembering
 from olp.core.source import Source, drop, put, text
 from olp.core.units import mm
 from olp.ir.program import Program, SetOverride

@@ -17,7 +17,8 @@ from olp.checks.merge.model import Hunk, MergedText, SharedStatement, TextLine
 from olp.checks.merge.three_way import merge_texts
 from olp.core.diagnostic import Diagnostic, OlpError, Span, error, warning
 from olp.core.files import from_os_error, read_input
-from olp.core.memory_limit import TextCache, no_garbage_collection, remembering
+from olp.core.garbage_collection import no_garbage_collection
+from olp.core.result_cache import TextCache, remembering
 from olp.core.source import decode
 from olp.ir.program import Call, Declare, Label
 from olp.languages.merging import MergeRules, PackedRules, lines_of

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from olp.core import source
 from olp.core.diagnostic import Diagnostic, OlpError, Severity, error
-from olp.core.memory_limit import SupersededError, TextCache, check, remembering
+from olp.core.result_cache import SupersededError, TextCache, check, remembering
 from olp.core.source import Source
 from olp.identification.timing_job import TimingJob, time_plan_of
 from olp.ir.program import Program

@@ -26,7 +26,7 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, default_converter, lsp_method
 from pygls.uris import from_fs_path, to_fs_path
 
-from olp.core.memory_limit import SupersededError
+from olp.core.result_cache import SupersededError
 from olp.core.version import __version__
 from olp.servers.language.document import OpenDocument, Place, TextChange
 from olp.servers.language.service import (

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.core import memory_limit
+from olp.core import result_cache
 from olp.core.diagnostic import Diagnostic, warning
 from olp.core.units import deg, mm
 from olp.ir.program import Path
@@ -450,7 +450,7 @@ class RetimingCache:
         self, plan: Plan, robot: Robot, samples: int, rows: Rows, speeds: Floats, pushes: Floats
     ) -> None:
         self._rows, self._robot = rows, robot
-        self._shelf = memory_limit.shelf("rows along paths")
+        self._shelf = result_cache.shelf("rows along paths")
         if self._shelf is not None:
             self._key = (robot.name, samples)
             self._asked = _bits(_asked(plan, robot, rows, speeds, pushes))

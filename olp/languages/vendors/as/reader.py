@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeGuard
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.memory_limit import shelf
+from olp.core.result_cache import shelf
 from olp.core.source import Source
 from olp.core.units import mm, percent
 from olp.ir import expressions as ex

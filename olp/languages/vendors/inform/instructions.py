@@ -11,9 +11,9 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from olp.core import memory_limit
+from olp.core import result_cache
 from olp.core.diagnostic import Severity, Span
-from olp.core.memory_limit import CacheShelf
+from olp.core.result_cache import CacheShelf
 from olp.core.units import mm
 from olp.ir import program as st
 from olp.ir.expressions import Number, Position, Store, Taught, Unknown, Variable
@@ -131,7 +131,7 @@ def _on_line(it: st.Move, number: int) -> st.Move:
 
 def move_lines() -> InformMoveLines:
     """The reader of plain lines for one file."""
-    shelf = memory_limit.shelf("inform moves")
+    shelf = result_cache.shelf("inform moves")
     return InformMoveLines() if shelf is None else RememberedLines(shelf)
 
 

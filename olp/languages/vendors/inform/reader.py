@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.memory_limit import no_garbage_collection
+from olp.core.garbage_collection import no_garbage_collection
 from olp.core.source import Source
 from olp.ir import program as st
 from olp.ir.block_structure import pair

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from olp.core.diagnostic import Severity, Span
-from olp.core.memory_limit import CacheShelf, remembered, shelf
+from olp.core.result_cache import CacheShelf, remembered, shelf
 from olp.ir.expressions import Text
 from olp.ir.program import Opaque, Process, Statement
 from olp.languages.findings import Findings

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Set
 from dataclasses import replace
 
 from olp.core.diagnostic import Diagnostic, Severity
-from olp.core.memory_limit import no_garbage_collection
+from olp.core.garbage_collection import no_garbage_collection
 from olp.core.source import Source
 from olp.ir.expressions import Unknown
 from olp.ir.points import PointTable

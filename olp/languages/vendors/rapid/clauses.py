@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final, NamedTuple
 
-from olp.core import memory_limit
+from olp.core import result_cache
 
 _ALONE = "ELSE ENDIF ENDFOR ENDWHILE ENDTEST ENDPROC ENDFUNC ENDTRAP ENDRECORD ENDMODULE UNDO BACKWARD"
 _SINGLE: Final = frozenset(_ALONE.split())
@@ -80,7 +80,7 @@ class Cutter:
         """All clauses and comments in the order of the text."""
         plain = _PLAIN.fullmatch
         new: Callable[..., Clause] = tuple.__new__  # as the constructor does, in half the time
-        shelf = memory_limit.shelf("rapid lines")
+        shelf = result_cache.shelf("rapid lines")
         for number, line in enumerate(self._lines, 1):
             if not self._open:
                 known = None if shelf is None else shelf.get(line)

@@ -10,7 +10,7 @@ import re
 from functools import lru_cache
 from typing import Final
 
-from olp.core import memory_limit
+from olp.core import result_cache
 from olp.core.units import mm
 from olp.ir import expressions as ex
 from olp.ir.points import Sector
@@ -86,8 +86,8 @@ class PlainClauses:
 
     def __init__(self, names: RapidNames) -> None:
         self._names = names
-        self._shelf = memory_limit.shelf("rapid robtargets")
-        self._moves = memory_limit.shelf("rapid moves")
+        self._shelf = result_cache.shelf("rapid robtargets")
+        self._moves = result_cache.shelf("rapid moves")
         self._speeds: dict[str, _Speed | None] = {}
         self._blends: dict[str, Blend | None] = {}
         self._named: dict[str, ex.Named | None] = {}

@@ -10,7 +10,7 @@ from lark import Token
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
 
 from olp.core.diagnostic import Span
-from olp.core.memory_limit import remembered, shelf
+from olp.core.result_cache import remembered, shelf
 from olp.ir.program import LineKind, Statement
 from olp.languages.findings import Findings
 from olp.languages.lark_host import MOST_BROKEN, BrokenLineError, Grammar, bracket_depth, give_up

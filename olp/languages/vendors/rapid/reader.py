@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Final
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
-from olp.core.memory_limit import no_garbage_collection
+from olp.core.garbage_collection import no_garbage_collection
 from olp.core.source import Source, load
 from olp.ir import expressions as ex
 from olp.ir.program import Declare, Jump, Label, LineKind, Move, Program, Routine, Speed, Statement

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from olp.core import memory_limit
+from olp.core import result_cache
 from olp.core.units import deg, mm
 from olp.ir import expressions as ex
 from olp.languages.vendors.urscript import builtins, helpers
@@ -51,7 +51,7 @@ class Expressions:
         self.names = names
         self.part = part
         self.tell = tell
-        self._poses = memory_limit.shelf("urscript poses")
+        self._poses = result_cache.shelf("urscript poses")
 
     def lower(self, node: Node, joints: bool = False) -> ex.Expression:
         """The expression; `joints`: a list of six numbers is a position of the axes."""

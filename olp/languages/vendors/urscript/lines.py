@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeVar, cast
 
-from olp.core import memory_limit
+from olp.core import result_cache
 from olp.core.diagnostic import Severity, Span
 from olp.ir.program import LineKind
 from olp.languages.findings import Findings
@@ -219,7 +219,7 @@ class UrscriptLineReader:
         self._kinds = findings.kinds
         self._broken = 0
         self._unclosed = 0
-        self._shelf = memory_limit.shelf("urscript lines")
+        self._shelf = result_cache.shelf("urscript lines")
 
     def read(self) -> Iterator[UrscriptLine]:
         """All instructions in order; every physical line gets its kind."""

@@ -10,7 +10,7 @@ from typing import Final
 from xml.etree import ElementTree
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
-from olp.core.memory_limit import no_garbage_collection
+from olp.core.garbage_collection import no_garbage_collection
 from olp.core.source import Source
 from olp.ir import expressions as ex
 from olp.ir import program as st

@@ -1,17 +1,13 @@
-"""What was worked out before, for whoever works on nearly the same text again and again: an editor.
+"""Results of earlier work on nearly the same text, for whoever works on it again and again: an editor.
 
-Nothing is remembered unless somebody says so with `remembering`. What is kept was computed from its key, or from its
-key and answers that are asked for anew before it is used: the result is always the one that the work would give.
-
-`no_garbage_collection` builds many objects without looking for cycles among them.
+Nothing is cached unless a caller asks for it with `remembering`. A cached result depends on its key alone, or on its
+key and on answers that are asked for again before it is used: it is always what the work would give.
 """
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable, Generator, Hashable
 from contextlib import contextmanager
-from dataclasses import dataclass
 from threading import local
 from typing import Any, Final, TypeVar
 
@@ -207,45 +203,3 @@ def _same_answers(asked: Any, log: list[_Entry]) -> bool:
             if again is not answer and again != answer:
                 return False
     return True
-
-
-_MOST_ADDED: Final = (
-    1_000_000  # objects, about 100 MB: a program of 20,000 moves is read and translated with a third of them
-)
-
-
-@dataclass(slots=True)
-class _Old:
-    """`added`: objects that were made old without Python's knowing, since all were looked at; `left`: after that."""
-
-    added: int = 0
-    left: int = 0
-
-
-_old = _Old()
-
-
-@contextmanager
-def no_garbage_collection() -> Generator[None]:
-    """For code that builds many objects and no cycles: collecting them over and over doubles its time.
-
-    What was built counts as old afterwards, or the first collection would walk over all of it once more. Python looks
-    at the old ones when enough have become old, and does not count these; so they are counted here, and looked at
-    before the next building when there are as many as had been left the last time.
-    """
-    enabled = gc.isenabled()
-    if enabled and _old.added > max(_MOST_ADDED, _old.left):
-        gc.collect()
-        _old.added, _old.left = 0, len(gc.get_objects())
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            young, middle, _ = (
-                gc.get_count()
-            )  # objects, and collections that each left some of as many as there may be
-            _old.added += young + middle * gc.get_threshold()[0]
-            gc.freeze()  # moves everything, and walks over nothing …
-            gc.unfreeze()  # … to the oldest generation
-            gc.enable()
