@@ -1,4 +1,4 @@
-"""How the arm stands where a position does not say it: as the way there leaves it.
+"""Kinematic branches (arm configurations) of positions that do not state one: they follow from the moves before.
 
 Along lines and curves the arm stays on its branch, whatever flags their end names: they decide on joint moves alone,
 and controllers stop at lines that lead to others. A joint move to a pose without flags goes to the nearest axes. Arms
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 _JOINT: Final = PATHS.index(Path.JOINT)
 _TURN = 2.0 * math.pi
-# [rad] An axis that turns further from one end of a line to the other may have gone round the other way.
+# [rad] An axis that turns further along a line may have turned the other way round.
 _SUDDEN = 0.5 * math.pi
-# Decimals of axes [rad | m]: where laps of a program differ by less, the arm stands as before.
+# Decimals of axes [rad | m]: repetitions that differ by less have the same axes.
 _SAME_STAND = 8
 _NOISE = 1e-9  # [rad]
 _AT_ONCE = (16, 512)  # lines whose axes are solved together: at first, and at most
@@ -47,12 +47,12 @@ _STEP, _STEP_TURN, _STEP_AXES = 0.05, 0.1, 0.5
 
 
 class WrittenPosture(IntEnum):
-    """What a written position says about how the arm stands."""
+    """What a written position says about the arm's configuration."""
 
-    AXES = 0  # all of it; or nothing is known of the arm
+    AXES = 0  # axis values, which leave nothing open; or the arm is unknown
     FLAGS = 1  # a pose with flags, which a joint move obeys
     NOTHING = 2  # a pose without flags, or of an arm that has no configurations
-    OTHER = 3  # a pose with flags in which the arm cannot stand there
+    OTHER = 3  # a pose with flags that the arm cannot have there
 
 
 def named(cell: Cell, mechanism: int, state: PointState) -> WrittenPosture:
@@ -70,7 +70,7 @@ def named(cell: Cell, mechanism: int, state: PointState) -> WrittenPosture:
 
 
 def says_of(cell: Cell, mechanism: int, state: PointState, axes: Floats) -> NDArray[np.int8]:
-    """(n,) Named: what positions with this state say, whose axes (n, k) are those of their flags."""
+    """(n,) WrittenPosture of positions with this state; `axes` (n, k): those of the poses under their flags."""
     said = named(cell, mechanism, state)
     found = np.full(len(axes), said, dtype=np.int8)
     if said is WrittenPosture.FLAGS and state.sectors:
@@ -85,13 +85,13 @@ def keep_branches(
 ) -> tuple[Positions, Moves, NDArray[np.int32]]:
     """Positions whose axes follow from the moves that lead there, with the `moves` and `tools` for them.
 
-    `says` (p,): Named. A position that is reached in several ways becomes several positions.
+    `says` (p,): WrittenPosture. A position that is reached with several sets of axes becomes several positions.
     """
     if not len(moves) or not says[moves.target].any():
         return positions, moves, tools
     axes = positions.axes.copy()
     target, start = moves.target.copy(), moves.start.copy()
-    again: list[int] = []  # which positions are there once more, and with which axes
+    again: list[int] = []  # positions that are added again, with other axes
     again_axes: list[Floats] = []
     for mechanism in np.unique(moves.mechanism[says[moves.target] > 0]).tolist():
         rows = np.flatnonzero(moves.mechanism == mechanism)
@@ -105,7 +105,7 @@ def keep_branches(
         written = axes[target[rows], :width]
         _tell(cell, reached, written, says[target[rows]], moves.path[rows] == _JOINT)
         unsaid = says[target[rows]] >= WrittenPosture.NOTHING
-        # Where a position that says nothing is reached first, it gets its axes; reached again, it may need others.
+        # A position without flags gets the axes with which it is reached first; reached again, it may need others.
         first = np.zeros(len(rows), dtype=bool)
         first[np.unique(target[rows], return_index=True)[1]] = True
         first &= unsaid
@@ -131,7 +131,7 @@ def keep_branches(
 
 
 def _tell_first(cell: Cell, robot: Robot) -> None:
-    """The first position of all, where nobody says how the arm stands."""
+    """Reports which configuration is assumed for the first position, where it states none."""
     if robot.geometry is not None and robot.geometry.links is not None:
         taken = "in front, elbow up, wrist not flipped"
     else:
@@ -143,7 +143,7 @@ def _tell_first(cell: Cell, robot: Robot) -> None:
 def _tell(
     cell: Cell, reached: Floats, written: Floats, says: NDArray[np.int8], joint: NDArray[np.bool_]
 ) -> None:
-    """Lines that lead to other flags than the arm stands in, joint moves to flags that it cannot have."""
+    """Reports lines to other flags than the arm has, and joint moves to flags that it cannot have there."""
     count = int(((says == WrittenPosture.OTHER) & joint).sum())
     if count:
         where = "a joint move leads" if count == 1 else f"{count} joint moves lead"
@@ -163,7 +163,7 @@ def _tell(
 
 
 def _same(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """(...,) whether axes (..., k) are one, or not known in both."""
+    """(...,) whether two sets of axes (..., k) are equal, or unknown in both."""
     near = (np.abs(one - other) < _NOISE) | (np.isnan(one) & np.isnan(other))
     return np.asarray(near.all(axis=-1))
 
@@ -177,7 +177,7 @@ class PlannedArm:
     positions: Positions
     tools: NDArray[np.int32]
     _known: dict[tuple[str | bytes, ...], Floats] = field(default_factory=dict)
-    _lost: set[bytes] = field(default_factory=set)  # positions that no start led to
+    _lost: set[bytes] = field(default_factory=set)  # positions that cannot be reached from any start
 
     def follow(
         self, start: int, targets: NDArray[np.int32], joint: NDArray[np.bool_], says: NDArray[np.int8]
@@ -227,10 +227,9 @@ class PlannedArm:
         open_rows: NDArray[np.bool_],
         broken: NDArray[np.bool_],
     ) -> None:
-        """Finds the axes of all runs of lines that begin where the axes are written, together: most programs' are.
+        """Solves all runs of lines that begin at written axes in one call: in most programs these are all.
 
-        Writes into `result` (n, k), and into `known` and `open_rows` (n,) that they are no longer open. Runs in which
-        one line is unsure are left.
+        Writes axes into `result` (n, k) and updates `known` and `open_rows` (n,). Runs with an uncertain line are left.
         """
         if self.robot.geometry is None or self.robot.geometry.links is None:
             return
@@ -250,7 +249,7 @@ class PlannedArm:
         result[rows], known[rows], open_rows[rows] = joints[sure], True, False
 
     def _changes(self, axes: Floats, here: Floats) -> NDArray[np.bool_]:
-        """(n,) where axes (n, k) are on another branch than before, the first of them than `here`, or far away."""
+        """(n,) where axes (n, k) change their branch, or jump, against the row before; the first row against `here`."""
         far = np.abs(np.diff(axes, axis=0, prepend=here[None])).max(axis=1) > _SUDDEN
         if self.robot.geometry is None or self.robot.geometry.links is None:
             return np.asarray(far)
@@ -282,7 +281,7 @@ class PlannedArm:
     def _again(
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
     ) -> Floats:
-        """What `work` finds at `targets`, reached from `here`: a program in circles comes by them many times."""
+        """The cached result of `work` at `targets`, reached from `here`: loops pass them many times."""
         key = self._way(targets, here, work)
         found = self._known.get(key)
         if found is None:
@@ -292,7 +291,7 @@ class PlannedArm:
     def _way(
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
     ) -> tuple[str | bytes, ...]:
-        """The key of what `work` finds at `targets` from `here`."""
+        """The cache key of the result of `work` at `targets` from `here`."""
         given = (
             self.positions.position[targets],
             self.positions.quaternion[targets],
@@ -319,10 +318,10 @@ class PlannedArm:
     def _on_branch(
         self, targets: NDArray[np.int32], start: Floats, first: NDArray[np.bool_]
     ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Axes (m, k) at `targets` along lines, and for which (m,) they may be others.
+        """Axes (m, k) at `targets` along lines, and for which of them (m,) they are uncertain.
 
-        `start` (m, k): where the arm stands when it begins the run of lines that a target is in; `first` (m,): those
-        that begin one.
+        `start` (m, k): axes at the start of the run of lines that a target is in; `first` (m,): the first targets of
+        runs.
         """
         from olp.robots.kinematics.configuration import clearance, configuration_of
         from olp.robots.kinematics.inverse import inverse
@@ -341,7 +340,7 @@ class PlannedArm:
     def _remembered(
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
     ) -> Floats:
-        """`work` on the ways from `here` to `targets`: the same for all speeds at which they are run again."""
+        """As `_again`, with a cache that outlives the run: the result does not depend on speeds that are tried."""
         known = shelf("ways")
         if known is None:
             return work(targets, here)
@@ -350,7 +349,10 @@ class PlannedArm:
         key = (id(self.robot), work.__name__, *(one.tobytes() for one in place))
         found = known.get(key)
         if found is None:
-            found = (self.robot, work(targets, here))  # with the robot, so that no other one gets its number
+            found = (
+                self.robot,
+                work(targets, here),
+            )  # the robot is kept with it, so that no other object gets its id
             known.put(key, found)
         axes: Floats = found[1]
         return axes
@@ -363,7 +365,7 @@ class PlannedArm:
         from olp.robots.kinematics.tracking import track
 
         at_end = self._nearest(targets, here)
-        if np.isnan(at_end).any():  # out of reach: no way leads there
+        if np.isnan(at_end).any():  # out of reach: no path leads there
             return at_end
         line = self._line(int(targets[0]), here, _SPACING, _TURNING, _FEWEST, _MOST)
         joints = track(self.robot, *line, here)[-1:]
@@ -414,7 +416,7 @@ class PlannedArm:
         end, goal = self.positions.position[target], self.positions.quaternion[target]
         angle = float(rotation_angle(turn, rotation_from_quaternion(goal[None]))[0])
         wanted = max(float(np.linalg.norm(end - place[0])) / spacing, angle / turning)
-        # A target that nobody knows is no way at all.
+        # To an unknown target there is no path.
         count = fewest if math.isnan(wanted) else max(math.ceil(min(wanted, most)), fewest)
         share = np.arange(1, count + 1) / count
         turned = slerp(

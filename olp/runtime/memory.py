@@ -43,7 +43,7 @@ class Record:
 
 
 class AssumedResult(int):
-    """What is taken for the value of a function that is not known here; each element of it is one, too."""
+    """The assumed value of a function whose text is not available; so are its elements."""
 
 
 @dataclass(slots=True)
@@ -76,7 +76,7 @@ RANGES: Mapping[Store, tuple[int, int]] = {
     Store.DOUBLE: (-(2**31), 2**31 - 1),
 }
 INTEGERS = frozenset(RANGES)
-ACTIVE = "active"  # the frame of a pose that stands in whatever frame holds when it is moved to
+ACTIVE = "active"  # the frame of a pose that is meant in the frame active at the move
 EMPTY_PULSES = PositionValue(PointState(PointKind.PULSE), (0.0,) * 6)
 
 
@@ -101,7 +101,7 @@ class Memory:
 
 
 def zero(store: Store) -> Value:
-    """What a variable holds when nobody says."""
+    """The first value of a variable that nothing states."""
     if store in INTEGERS:
         return 0
     if store is Store.REAL:

@@ -1,4 +1,4 @@
-"""Where a move leads when its target is any expression: in the frame and with the tool that hold for it."""
+"""Targets of moves that are any expression, evaluated in the frame and with the tool of the move."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _value_of(m: Machine, mechanism: int, s: Move, target: Expression) -> Positi
 def _relative(
     m: Machine, mechanism: int, by: PositionValue, frame: FrameRef, place: Place, tool: int
 ) -> PositionValue:
-    """Where the arm stands, moved by the written components; those that are not written do not move."""
+    """The current position moved by the written components; the others stay."""
     values = tuple(0.0 if math.isnan(v) else v for v in by.values)
     if by.state.kind is PointKind.JOINT:
         start = _joints_here(m, mechanism)
@@ -123,7 +123,7 @@ def _relative(
 
 
 def _filled(m: Machine, mechanism: int, value: PositionValue) -> PositionValue:
-    """Components that were not written keep what the arm has now."""
+    """The position with the current values in place of components that are not written."""
     if value.state.kind is PointKind.JOINT:
         now = _joints_here(m, mechanism)
     else:
@@ -175,7 +175,7 @@ def _joints_here(m: Machine, mechanism: int) -> tuple[float, ...]:
 
 
 def _seed(m: Machine, mechanism: int) -> NDArray[np.float64] | None:
-    """(k,) axes where the arm stands, None where nobody knows."""
+    """(k,) current axes; None where they are unknown."""
     try:
         return np.array(_joints_here(m, mechanism))
     except StatementError:
@@ -183,7 +183,7 @@ def _seed(m: Machine, mechanism: int) -> NDArray[np.float64] | None:
 
 
 def _displaced(m: Machine, value: PositionValue) -> PositionValue:
-    """A pose within the program displacement that holds (RAPID PDispSet): one more frame inside its own."""
+    """A pose under the active program displacement (RAPID PDispSet): one more frame inside its own."""
     if m.shift is None or value.state.kind is not PointKind.POSE:
         return value
     pose = raw_pose(m.shift.offset) @ raw_pose(value)
@@ -206,7 +206,7 @@ def _offset(m: Machine, mechanism: int, s: Move, value: PositionValue) -> Positi
 def current(
     m: Machine, joints: bool, tool: Expression | None = None, frame: Expression | None = None
 ) -> PositionValue:
-    """Where the arm stands: its axes, or its pose in a frame and at a tool, those that hold where none is named."""
+    """The current axes, or the current pose in a frame and at a tool; without a name, the active ones."""
     from olp.runtime.state import role
 
     mechanism = role(m, 0, Store.ROBOT)
@@ -278,7 +278,7 @@ def joints_near(m: Machine, value: PositionValue, near: PositionValue) -> Positi
 
 
 def _asked(m: Machine, s: Statement) -> tuple[PositionValue, PositionValue] | None:
-    """The pose and the axes of a joint move to a pose with axes beside it, None where its values are not known yet."""
+    """The pose and the axes near it of a joint move to such a pair; None where its values are not known yet."""
     asked = s.targets[0] if type(s) is Move else None
     if type(asked) is not Function or asked.name != "inverse" or len(asked.arguments) != 2:
         return None
@@ -294,7 +294,7 @@ def _asked(m: Machine, s: Statement) -> tuple[PositionValue, PositionValue] | No
 
 
 def _is_known(m: Machine, e: Expression) -> bool:
-    """Whether the evaluation of an expression neither changes nor tells anything."""
+    """Whether the evaluation of an expression changes and reports nothing."""
     if type(e) is Named:
         slot = find_slot(m, e.name)
         return slot is not None and slot.value is not None

@@ -1,4 +1,4 @@
-"""What a timing signature says of a plan's moves: their acceleration, stops, corners, whole times and intervals."""
+"""A timing signature applied to a plan: accelerations, stops, corners, whole times and intervals of its moves."""
 
 from __future__ import annotations
 
@@ -93,7 +93,9 @@ class SignedPlan(PlanCorrection):
             return joined
         rolling, first = _corners_of(self, joined)
         saving = joined.saving.copy()
-        rounded = joined.saving < 0  # of corners that replace the ends of their moves it is their time
+        rounded = (
+            joined.saving < 0
+        )  # for corners that replace the ends of their moves, the time in the corner
         scaled = saving * np.where(rounded, 1.0, part.value("saving_scale")) - part.value("corner_time")
         saving = np.where(rolling, scaled, saving)
         last = first & ~rolling
@@ -220,7 +222,7 @@ def _asked(plan: Plan, wanted: Demand, signature: Signature, rows: NDArray[np.in
 
 
 def _corners_of(signed: SignedPlan, joined: Chain) -> tuple[Mask, Mask]:
-    """(k,) rows of the arm that end rolling, and those that begin so."""
+    """(k,) rows of the arm that end in a corner, and those that begin in one."""
     mine = signed.joints.copy()
     mine[signed.rows] = True
     return mine & (joined.end_speed > 0), mine & (joined.start_speed > 0)
@@ -229,7 +231,7 @@ def _corners_of(signed: SignedPlan, joined: Chain) -> tuple[Mask, Mask]:
 # --- Moves whose whole time is known: by the terms of a diagnosis, and by the law of paths ---
 
 
-_SOME_ROUNDING = 1e-6  # [m] of a corner that nobody tells the size of
+_SOME_ROUNDING = 1e-6  # [m] of a corner of unknown size
 _AXES = frozenset({"joint-speed-limit", "orientation-limit"})  # terms that know what else slows a path
 
 
@@ -272,7 +274,9 @@ def _by_paths(signed: SignedPlan, wanted: Demand, joined: Chain, overrides: Floa
     if paths is None or robot is None or TERMS in signed.signature.parts:
         return signed
     mine = np.array([r is robot for r in plan.robots], dtype=bool)[moves.mechanism]
-    own = np.flatnonzero(mine & (wanted.unknown | (wanted.length > 0)))  # who stands still is in no recording
+    own = np.flatnonzero(
+        mine & (wanted.unknown | (wanted.length > 0))
+    )  # moves that go nowhere are in no recording
     use = _usable(plan, wanted, own) & (moves.path[own] != _JOINT)
     if not use.any():
         return signed
@@ -306,7 +310,7 @@ def _by_paths(signed: SignedPlan, wanted: Demand, joined: Chain, overrides: Floa
 
 
 def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
-    """(n,) of the arm's rows: moves that go somewhere and whose way the terms can follow."""
+    """(n,) of the arm's rows: moves with a path that the terms can follow."""
     moves = plan.moves
     known = ~wanted.unknown[own] & (wanted.length[own] > 0)
     arcs = (moves.path[own] == _CIRCULAR) & (moves.via[own] >= 0)
@@ -316,7 +320,7 @@ def _usable(plan: Plan, wanted: Demand, own: Rows) -> Mask:
 def _recording(
     signed: SignedPlan, joined: Chain, named: NamedModel, own: Rows, use: Mask, override: Floats
 ) -> Recording:
-    """The arm's rows one after another; those that are not in `use` are there for their neighbours."""
+    """The arm's rows as a recording; those not in `use` are included for their neighbours."""
     plan = signed.plan
     moves, positions, robot = plan.moves, plan.positions, plan.robot
     assert robot is not None
