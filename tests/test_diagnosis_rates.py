@@ -391,6 +391,34 @@ def test_a_joint_move_that_alone_tells_an_axis_limits_is_not_judged(tmp_path):
     assert any("1 joint moves alone" in note for note in making.notes)
 
 
+@pytest.mark.parametrize(("between", "few"), [(6, True), (4, False), (1, False)])
+def test_joint_moves_that_are_too_few_to_tell_all_limits_are_not_judged(between, few, tmp_path):
+    """Beside lines: where something slows the first axis, which leads them, or any other, no time tells which one leads
+    then. More of them have shown what the others can do, and where they are the rule they are what is asked about."""
+    rng, count = np.random.default_rng(14), 70
+    joint = np.arange(count) % between == 0
+    points = np.cumsum(rng.uniform(0.02, 0.2, (count + 1, 4)), axis=0)
+    for i in np.flatnonzero(joint).tolist():
+        points[i + 1 :, 0] += rng.uniform(0.3, 1.5)
+    share = rng.choice([0.3, 0.6, 1.0], count)
+    sim = joint_times(np.diff(points, axis=0), share, True)
+    tool = np.stack([0.1 * np.arange(count + 1), np.zeros(count + 1), np.zeros(count + 1)], axis=1), np.eye(3)
+    rows = []
+    for i in range(count):
+        own = {"sim_s": repr(float(sim[i])), "speed_pct": repr(float(100 * share[i])), "blend_mm": "0"}
+        if not joint[i]:
+            own |= {"sim_s": "1.5", "speed_pct": "", "speed_mm_s": "100", "accel_mm_s2": "200"}
+        if i == 18:
+            own["blend_mm"] = "20"  # a joint move that runs into a line
+        pose = [(tool[0][i], tool[1]), (tool[0][i + 1], tool[1])]
+        rows.append(row(i + 1, "joint" if joint[i] else "linear", points[i : i + 2], pose, **own))
+    making = case_of(read(tmp_path, rows))
+    gone = set(range(1, count + 1)) - set(making.case.move.tolist())
+    wanted = {*(np.flatnonzero(joint) + 1).tolist(), 20} if few else set()
+    assert gone == wanted
+    assert any("too few to tell the limits" in note for note in making.notes) == few
+
+
 def joint_rows(points, share, sim, blend):
     cells = [
         {"sim_s": repr(float(t)), "speed_pct": repr(float(100 * p))} for t, p in zip(sim, share, strict=True)

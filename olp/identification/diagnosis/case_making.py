@@ -36,6 +36,7 @@ _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of 
 _FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them with: fewer tell nothing
 _SHOWN = 8  # moves named in a note
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
+_FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
 
 class Making(NamedTuple):
@@ -182,12 +183,10 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
         leading = np.where(joint, axis, leading)
         way = np.where(joint, lead, way)
         rated, ramp = _joint_pace(recording, joint, lead, axis, axes, notes)
-        if axes is not None and 0 < (unsure := joint & ~axes.confirmed).sum() < _FEW * len(moves):
-            guessed, rated = unsure, np.where(unsure & axes.unknown, np.nan, rated)
-            notes.append(
-                f"{unsure.sum()} joint moves alone tell an axis' limits in the simulation, which do not tell speed and "
-                "ramps apart: they are not judged; a robot model would add these limits"
-            )
+        if (found := _unsure(recording, joint, axes)) is not None:
+            guessed, why = found
+            notes.append(f"{why}: they are not judged; a robot model would add these limits")
+            rated = np.where(guessed & axes.unknown, np.nan, rated) if axes is not None else rated
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
     override = _whole(moves.override) if own else _simulated_override(moves, way, speed, leading)
@@ -195,6 +194,38 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
     return _Pace(
         way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override, axes, guessed
     )
+
+
+def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Mask, str] | None:
+    """Joint moves (n,) whose axes' limits the simulated times do not tell, and why. Where there are few beside other
+    moves, they tell nothing of the axes that lead none of them, and what slows a robot makes such axes lead."""
+    moves, robot = recording.moves, recording.robot
+    turned = np.nan_to_num(np.abs(moves.joints_end - moves.joints_start))[joint].max(axis=0) > _NEAR
+    if robot is not None and len(robot.axes) == len(turned):
+        return None
+    limits = (
+        np.stack([axes.speeds, axes.accelerations]) if axes is not None else np.full((2, len(turned)), np.inf)
+    )
+    if joint.sum() < _FOR_EACH * limits.size and not np.isfinite(limits[:, turned]).all():
+        beside = _beside(moves, joint)
+        if (joint | beside).sum() < _FEW * len(moves):
+            more = phrasing.counted(int(beside.sum()), "move")
+            with_them = f", and {more} at rounded corners beside them" if beside.any() else ""
+            few = f"{joint.sum()} joint moves: too few to tell the limits of all axes that they turn"
+            return joint | beside, few + with_them
+    if axes is None or not 0 < (alone := joint & ~axes.confirmed).sum() < _FEW * len(moves):
+        return None
+    tell = f"{alone.sum()} joint moves alone tell an axis' limits in the simulation"
+    return alone, f"{tell}, which do not tell speed and ramps apart"
+
+
+def _beside(moves: RecordedMoves, joint: Mask) -> Mask:
+    """The other moves (n,) that meet a joint one at a rounded corner, whose time hangs on the ramps of both."""
+    unknown = np.full(len(moves), np.nan)
+    start, _, before = _ends(moves, unknown, unknown)
+    meets = ~start & (before >= 0) & (joint | joint[before])
+    meets[before[meets]] = True
+    return np.asarray(meets & ~joint)
 
 
 def _axes_simulated(recording: Recording, joint: Mask) -> AxisLimits | None:
