@@ -3074,3 +3074,20 @@ def test_a_bound_on_turning_beyond_what_krl_takes_is_noted():
         module("MoveL p1,v100,fine,tool0;", "MoveL p2,v100,fine,tool0;", data=TARGETS), "rapid", "krl"
     )
     assert any("400 deg/s at most, where up to 500" in note for note in made.translated.notes)
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "inform", "urscript"])
+def test_a_trigger_acts_at_the_next_move_whatever_waits_before_it(target):
+    """It was done where it is written, two seconds before the arm leaves."""
+    rows = (
+        "$VEL.CP=0.2", *poses((900, 0, 400)), "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[19]=TRUE",
+        "$OUT[18]=FALSE", "WAIT SEC 2", *poses((900, 100, 400)), "WAIT SEC 1",
+    )  # fmt: skip
+    text = krl(*rows)
+    made = converted(text, "krl", target)
+    assert not [loss for loss in made.translated.losses if "at which move" in loss.says]
+    for plan in (run(read(text, "krl"), robot=ROBOT), run_converted(made, target, ROBOT)):
+        kinds = [int(plan.kind[row]) for row in range(len(plan.kind))]
+        steps = [kind for kind in kinds if kind in (StepKind.MOVE, StepKind.WAIT, StepKind.SIGNAL)]
+        wait = steps.index(StepKind.WAIT)
+        assert steps[wait : wait + 3] == [StepKind.WAIT, StepKind.SIGNAL, StepKind.MOVE]

@@ -30,6 +30,14 @@ _TRIGGER: Final = re.compile(
 )
 _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)")
 _QUIET: Final = (*st.MOVES_NOTHING, st.Assign, st.Process)
+_HELD_UP: Final = (
+    *_QUIET,
+    st.SetOutput,
+    st.PulseOutput,
+    st.Dwell,
+    st.Wait,
+    st.Message,
+)  # a trigger waits with these
 # What takes no time.
 _INSTANT: Final = (
     st.Assign, st.Comment, st.Declare, st.Begin, st.If, st.Else, st.EndIf, st.Switch, st.Case, st.Default, st.EndSwitch,
@@ -101,7 +109,7 @@ def with_triggers(body: Sequence[st.Statement], find: Find) -> tuple[st.Statemen
             gone.add(at)
             for one in s.triggers:
                 deed = st.SetOutput(s.line - one.above, one.signal, one.value)
-                rows = _rows(deed, _is_corner(body, at, at, one.at_start), find, "")
+                rows = _rows(deed, _is_corner(body, at, one.at_start), find, "")
                 (before if one.at_start else behind).setdefault(at, []).extend(rows)
             behind.setdefault(at, []).insert(0, replace(s, triggers=()))
         elif type(s) is st.Process and s.name == NAME and (rows := _spelled(body, at, s, find)):
@@ -135,12 +143,12 @@ def _spelled(body: Sequence[st.Statement], at: int, s: st.Process, find: Find) -
     sizes += [f"shifted by {e.value}" for name, e in s.arguments if name and isinstance(e, Text)]
     end = "start" if at_start else "end"
     says = f"it acts at the {end} of the move, not {' and '.join(sizes)}" if sizes else ""
-    return _rows(deed, _is_corner(body, at, move, at_start), find, says)
+    return _rows(deed, _is_corner(body, move, at_start), find, says)
 
 
-def _is_corner(body: Sequence[st.Statement], at: int, move: int, at_start: bool) -> bool:
-    """Whether the arm goes on at that end of a move, as a trigger at `at` sees it."""
-    return not _starts_at_rest(body, at) if at_start else not _is_exact(body[move])
+def _is_corner(body: Sequence[st.Statement], move: int, at_start: bool) -> bool:
+    """Whether the arm goes on at that end of a move."""
+    return not _starts_at_rest(body, move) if at_start else not _is_exact(body[move])
 
 
 def read_trigger(code: str, scope: Scope) -> st.Process:
@@ -228,7 +236,7 @@ def _next_move(body: Sequence[st.Statement], at: int, find: Find | None = None) 
         if isinstance(s, st.Move):
             return place
         elsewhere = isinstance(s, st.Call) and find is not None and find(s.routine) is None
-        if not (elsewhere or isinstance(s, _QUIET)):
+        if not (elsewhere or isinstance(s, _HELD_UP)):
             return None
     return None
 
@@ -238,6 +246,8 @@ def _starts_at_rest(body: Sequence[st.Statement], at: int) -> bool:
     for s in reversed(body[:at]):
         if isinstance(s, st.Move):
             return _is_exact(s)
+        if isinstance(s, st.Dwell):
+            return True
         if not isinstance(s, (*_QUIET, st.SetOutput, st.PulseOutput)):
             return False
     return False
