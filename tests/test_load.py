@@ -409,3 +409,95 @@ def test_each_mistake_in_urscript_is_told(
 ) -> None:
     assert old in SCRIPT
     assert expected in told(tmp_path, "cell.script", SCRIPT.replace(old, new, 1))
+
+
+RAPID_RULES = (
+    (["LOCAL PERS num a;"], [], [], ("K107", 2)),
+    (["VAR signaldi di1:=1;"], [], [], ("K107", 2)),
+    (["VAR num a{2,2,2,2};"], [], [], ("K109", 2)),
+    (["VAR num a:=1;", "RECORD r", "num x;", "ENDRECORD"], [], [], ("K106", 3)),
+    ([], [], ["VAR num a:=1;"], ("K106", 4)),
+    ([], ["RETRY;"], [], ("K115", 3)),
+    ([], ["VAR intnum i;", "CONNECT i WITH t;"], ["TRAP t", "ENDTRAP"], ("K115", 4)),
+)
+
+
+@pytest.mark.parametrize(("data", "rows", "behind", "expected"), RAPID_RULES)
+def test_what_a_rapid_module_may_not_declare(
+    tmp_path: Path, data: list[str], rows: list[str], behind: list[str], expected: tuple[str, int]
+) -> None:
+    text = "\n".join(["MODULE Cell", *data, "PROC main()", *rows, "ENDPROC", *behind, "ENDMODULE", ""])
+    assert told(tmp_path, "Cell.mod", text) == [expected]
+
+
+def test_what_a_rapid_module_may_declare(tmp_path: Path) -> None:
+    data = ["RECORD r", "num x;", "ENDRECORD", "LOCAL PERS num a:=1;", "PERS num b;", "VAR num c{2,2,2};"]
+    data += ["VAR clock t;", "VAR intnum i;"]
+    rows = ["CONNECT i WITH trapped;", "a:=b;", "ERROR", "IF ERRNO=1 THEN", "RETRY;", "ENDIF", "TRYNEXT;"]
+    text = ["MODULE Cell", *data, "PROC main()", *rows, "ENDPROC", "TRAP trapped", "ENDTRAP", "ENDMODULE", ""]
+    assert told(tmp_path, "Cell.mod", "\n".join(text)) == []
+
+
+KRL_RULES = (
+    (["DECL INT A[2,2,2,2]"], "", ("K109", 2)),
+    (["INTERRUPT DECL 200 WHEN $IN[1]==TRUE DO CELL()"], "", ("K109", 2)),
+    (["INT I", "I=1", "SWITCH I", "DEFAULT", "I=2", "ENDSWITCH"], "", ("K114", 4)),
+    (["ENUM T A,B,A"], "", ("K102", 2)),
+    (["INT A[3]", "A[1.5]=2"], "", ("K109", 3)),
+    (["N=4"], "DECL CONST INT N=3", ("K111", 2)),
+)
+
+
+@pytest.mark.parametrize(("rows", "listed", "expected"), KRL_RULES)
+def test_what_a_krl_module_may_not_say(
+    tmp_path: Path, rows: list[str], listed: str, expected: tuple[str, int]
+) -> None:
+    (tmp_path / "cell.dat").write_text(f"DEFDAT CELL\n{listed}\nENDDAT\n", encoding="utf-8")
+    assert told(tmp_path, "cell.src", "\n".join(["DEF CELL()", *rows, "END", ""])) == [expected]
+
+
+def test_a_list_of_krl_publishes_only_what_it_may(tmp_path: Path) -> None:
+    text = "DEFDAT CELL\nDECL GLOBAL INT X=0\nENDDAT\n"
+    assert told(tmp_path, "cell.dat", text) == [("K115", 2)]
+    assert told(tmp_path, "cell.dat", text.replace("CELL", "CELL PUBLIC")) == []
+
+
+def test_a_krl_module_may_say_this(tmp_path: Path) -> None:
+    (tmp_path / "cell.dat").write_text("DEFDAT CELL\nDECL CONST INT N=3\nENDDAT\n", encoding="utf-8")
+    rows = ["DECL INT A[2,2,2]", "INT I", "GLOBAL INTERRUPT DECL 81 WHEN $IN[1]==TRUE DO CELL()", "I=N"]
+    rows += [
+        "SWITCH I",
+        ";what comes",
+        "CASE 1",
+        "I=2",
+        "DEFAULT",
+        "I=3",
+        "ENDSWITCH",
+        "IF N==I THEN",
+        "ENDIF",
+    ]
+    assert told(tmp_path, "cell.src", "\n".join(["DEF CELL()", *rows, "END", ""])) == []
+
+
+@pytest.mark.parametrize(
+    ("row", "expected"),
+    [
+        ("R[1]=R[2]+R[3]*R[4]", [("K114", 6)]),
+        ("R[1]=R[2] DIV 2-R[4]", [("K114", 6)]),
+        ("R[1]=R[2]+1+2+3+4+5+6", [("K114", 6)]),
+        ("R[1]=(R[2]+R[3]*R[4])", []),
+        ("R[1]=-1*R[2]", []),
+        ("R[1:a-b]=R[2:c*d]+1+2+3+4+5", []),
+    ],
+)
+def test_arithmetic_of_tp_without_parentheses(
+    tmp_path: Path, row: str, expected: list[tuple[str, int]]
+) -> None:
+    text = f"/PROG  A\n/ATTR\nDEFAULT_GROUP\t= 1,*,*,*,*;\n/APPL\n/MN\n   1:  {row} ;\n/POS\n/END\n"
+    assert told(tmp_path, "A.LS", text) == expected
+
+
+def test_the_comment_of_a_tp_program_has_sixteen_characters(tmp_path: Path) -> None:
+    text = '/PROG  A\n/ATTR\nCOMMENT\t\t= "{}";\nDEFAULT_GROUP\t= 1,*,*,*,*;\n/MN\n/POS\n/END\n'
+    assert told(tmp_path, "A.LS", text.format("pick the parts up")) == [("K103", 3)]
+    assert told(tmp_path, "A.LS", text.format("pick all parts   ")) == []

@@ -2,7 +2,9 @@
 Integrators", KSS 8: names, declarations, files; error list of the compiler).
 
 K107 (first values that are computed) and K109 (components, indices, constants of enumerations) are from memory of that
-manual.
+manual; so are, from "Expert Programming" (KSS 5): the three dimensions of an array, interrupts of the priorities 1 to
+128, SWITCH with at least one CASE, constants that nothing sets, GLOBAL in lists that are PUBLIC alone. From the
+"Quickguide KRL-Syntax" (KSS 8): an index is a whole number.
 """
 
 from __future__ import annotations
@@ -90,6 +92,10 @@ _INERT: Final = re.compile(
 _NAMED: Final = re.compile(r"\s*([$A-Za-z_][\w$]*)\s*(\[[^\]]*\])?")
 
 
+_SET: Final = re.compile(r"([A-Za-z_]\w*)\s*(?:\[[^\]]*\]|\.\s*\w+)*\s*=(?!=)")
+_PRIORITY: Final = re.compile(r"(?:GLOBAL\s+)?INTERRUPT\s+DECL\s+(\d+)\b", re.IGNORECASE)
+_LEAST_PRIORITY: Final = 128
+_MOST_DIMENSIONS: Final = 3
 _ENDS: Final = {"DEF": "END", "DEFFCT": "ENDFCT"}
 
 
@@ -138,6 +144,10 @@ class File:
     used: set[str] = field(default_factory=set)  # names in statements, in small letters
     computed: list[Name] = field(default_factory=list)  # declared with a value that is no constant
     valued: list[Name] = field(default_factory=list)  # declared with a value
+    published: list[Name] = field(default_factory=list)  # GLOBAL variables of the list
+    repeated: list[tuple[str, Name]] = field(
+        default_factory=list
+    )  # constants of an enumeration that it has already
 
 
 _POSE: Final = dict.fromkeys(("x", "y", "z", "a", "b", "c"), "real")
@@ -183,6 +193,16 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     if re.search(r"[\\/](?:System|TP|Mada|STEU)[\\/]", source.path, re.IGNORECASE):
         return []  # the controller's own
     types = {name for _, file in files for name in file.types} | _TYPES
+    for kind, name in own.repeated:
+        found.tell("K102", f"the enumeration {kind} has {name.text} twice", name.span, "take one of them out")
+    for name, kind in (*own.names, *(pair for r in own.routines for pair in r.names)):
+        if kind.count(",") >= _MOST_DIMENSIONS:
+            says = f"{name.text} has {kind.count(',') + 1} dimensions"
+            found.tell("K109", says, name.span, f"{_MOST_DIMENSIONS} at most")
+    closed = own.list_name if not own.public else None
+    for name in own.published if closed is not None else ():
+        help = f"DEFDAT {closed.text} PUBLIC" if closed is not None else ""
+        found.tell("K115", f"{name.text} is GLOBAL in a list that is not PUBLIC", name.span, help)
     for name in own.computed:
         help = "give it a number here, and compute it in a statement"
         found.tell("K107", f"the first value of {name.text} is computed", name.span, help)
@@ -205,7 +225,7 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         for name, kind in file.names:
             shared[name.key] = kind if shared.get(name.key, kind) == kind else ""
     structures = Structures.of(file for _, file in files)
-
+    constants = {one for file in (own, *beside) for one in file.constants}
     routines: dict[str, KrlRoutine] = {}
     for index, (_, file) in enumerate(files):
         for number, routine in enumerate(file.routines):
@@ -217,6 +237,11 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
     found.doubles((r.name.key, r.name.text, r.name.span) for r in own.routines)
     for routine in own.routines:
         _routine(found, routine, shared, routines, types, lists, structures)
+        _kept(
+            found,
+            routine,
+            constants - {n.key for n, _ in routine.names} - {n.key for n in routine.parameters},
+        )
     names = {n.text for _, file in files for n, _ in file.names} | {r.name.text for r in routines.values()}
     names |= {n.text for r in own.routines for n, _ in r.names} | {kind.upper() for kind in types}
     configured = any(stem(one.path) == "$CONFIG" for one, _ in files)
@@ -346,7 +371,12 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
             file.types.add(name[0].casefold())
             rest = match["names"][name.end() :]
             if kind == "enum":
-                file.enums[name[0].casefold()] = {one.strip().casefold() for one in rest.split(",")}
+                words = [one.strip() for one in rest.split(",")]
+                file.enums[name[0].casefold()] = {one.casefold() for one in words}
+                doubled = {
+                    one for i, one in enumerate(words) if one.casefold() in map(str.casefold, words[:i])
+                }
+                file.repeated += [(name[0], Name(one, _span(line, number, one))) for one in sorted(doubled)]
             else:
                 file.members[name[0].casefold()] = _components(rest)
         return []
@@ -360,6 +390,8 @@ def _declared(code: str, number: int, line: str, file: File) -> list[tuple[Name,
             found.append((Name(name[1], _span(line, number, name[1])), kind + _indices(name[2])))
             if "const" in match["head"].casefold():
                 file.constants.add(name[1].casefold())
+            if "global" in match["head"].casefold():
+                file.published.append(found[-1][0])
             value = part[name.end() :].strip()
             if _COMPUTED.match(value):
                 file.computed.append(found[-1][0])
@@ -478,6 +510,22 @@ def _routine(
         _line(found, number, code, scope)
     if routine.kind == "DEFFCT" and not any(re.match(r"RETURN\b", c, re.IGNORECASE) for _, c in routine.body):
         found.tell("K108", f"{routine.name.text} is a DEFFCT and returns nothing", routine.name.span)
+
+
+def _kept(found: LoadFindings, routine: KrlRoutine, constants: set[str]) -> None:
+    """Tells what sets a constant, and a SWITCH that has no CASE."""
+    switch = 0
+    for number, code in routine.body:
+        if (set_one := _SET.match(code)) and set_one[1].casefold() in constants:
+            span = found.place_of(number, set_one[1])
+            found.tell("K111", f"{set_one[1]} is a constant", span, "declare it without CONST")
+        word = code.split(None, 1)[0].upper()
+        if switch and word in ("DEFAULT", "ENDSWITCH"):
+            found.tell("K114", "SWITCH without a CASE", found.whole_line(switch), "write at least one CASE")
+        switch = number if re.match(r"SWITCH\b", code, re.IGNORECASE) else 0
+        if (priority := _PRIORITY.match(code)) and not 1 <= int(priority[1]) <= _LEAST_PRIORITY:
+            span = found.place_of(number, priority[1])
+            found.tell("K109", f"an interrupt has no priority {priority[1]}", span, f"1 to {_LEAST_PRIORITY}")
 
 
 _SPLINE_ENDS: Final = ("ENDSPLINE", "END_SPLINE")
@@ -599,6 +647,9 @@ def _part(
                 if end > 0 and bare != "signal":
                     found.tell("K109", f"{name[1]} is declared without indices", _at(number, name))
                 return
+            index = tokens[at + 2] if end == at + 3 else None
+            if index is not None and index[0] == "number" and not index[1].isdigit():
+                found.tell("K109", f"the index {index[1]} is no whole number", _at(number, index))
             if given != commas.count(","):
                 says = f"{name[1]} has {commas.count(',') + 1} indices, and {given + 1} are given"
                 found.tell("K109", says, _at(number, name))

@@ -80,6 +80,9 @@ class Module:
     types: dict[str, RapidToken] = field(default_factory=dict)
     components: dict[str, dict[str, str]] = field(default_factory=dict)  # of records, each with its type
     values: list[tuple[Data, list[RapidToken]]] = field(default_factory=list)  # what declarations begin with
+    late: list[RapidToken] = field(
+        default_factory=list
+    )  # declarations of data behind a routine, of types behind data
 
 
 def tokens_of(source: Source) -> Iterator[RapidToken]:
@@ -128,10 +131,14 @@ class _Reader:
                 m.title = self.tokens[self.at + 1] if m.name else None
                 self.at += 2
             elif word in _KINDS:
+                if m.routines:
+                    m.late.append(self.tokens[self.at])
                 m.data += self.declaration(local, m.values)
             elif word in _ROUTINES:
                 m.routines.append(self.routine(local))
             elif word in ("record", "alias"):
+                if m.data or m.routines:
+                    m.late.append(self.tokens[self.at])
                 self.type(word)
             else:
                 self.at += 1

@@ -1,6 +1,9 @@
 """What an IRC5 or OmniCore controller refuses when it loads a RAPID module ("RAPID kernel", 3HAC050946).
 
-First values with variables in them (K107) and names of labels (K102) are from memory of that manual.
+First values with variables in them (K107), names of labels (K102), what stands behind what in a module (K106), values
+that a LOCAL PERS needs and a signal or clock has not, the three dimensions of an array, RETRY and TRYNEXT outside of a
+handler and CONNECT of a routine's own variable ("RAPID Instructions": it must not be declared within a routine) are
+from memory of these manuals.
 """
 
 from __future__ import annotations
@@ -31,6 +34,8 @@ _ONE_CHARACTER: Final = re.compile(r'""|\\\\|\\[0-9A-Fa-f]{2}')  # of a text, wr
 _KINDS: Final = ("var", "pers", "const")
 # What a parameter of each mode takes.
 _CHANGED: Final = {"inout": ("var", "pers"), "var": ("var",), "pers": ("pers",)}
+_MOST_DIMENSIONS: Final = 3
+_WITHOUT_VALUES: Final = frozenset(("clock", "dir", "iodev", "rawbytes", "socketdev"))
 _SECTIONS: Final = frozenset(("error", "undo", "backward"))
 _OPERATORS: Final = frozenset(("and", "or", "xor", "not", "div", "mod"))
 _TEXT_BLOCKS: Final = """
@@ -84,11 +89,15 @@ def check(source: Source, cell: LoadedCell) -> list[Diagnostic]:
         return []  # no module: other makers have files of the same ending
     _texts(found, own, _NAME_LENGTH.get(cell.controller, 32))
     _duplicates(found, own, modules[1:] if _is_task(source) else [])
+    for token in own.late:
+        help = "a module declares its types, then its data, then its routines"
+        found.tell("K106", f"{token.text} stands behind what a module declares later", token.span, help)
     shared = _SharedNames.of(modules)
     constants = {d.name.key for r in own.routines for d in (*r.data, *r.parameters)}
     for data, value in own.values:
         _value(found, shared, data, value)
         _first_value(found, shared, data, value, constants)
+        _dimensions(found, data)
     for routine in own.routines:
         _routine(found, shared, routine)
     names = {d.name.text for m in modules for d in m.data} | {
@@ -230,6 +239,12 @@ def _value(found: LoadFindings, shared: _SharedNames, data: Data, value: list[Ra
         found.tell(
             "K107", f"the constant {data.name.text} has no value", data.name.span, "write := and its value"
         )
+    if data.kind == "pers" and data.local and not value:
+        help = "write := and its value: only a PERS that all modules see may do without"
+        found.tell("K107", f"the LOCAL PERS {data.name.text} has no value", data.name.span, help)
+    if value and (data.type in _WITHOUT_VALUES or data.type.startswith("signal")):
+        says = f"{data.name.text} is {data.type}, which begins with no value"
+        found.tell("K107", says, data.name.span, "take the value out")
     if not data.array and data.type in _SIMPLE and value:
         _match(
             found,
@@ -239,6 +254,12 @@ def _value(found: LoadFindings, shared: _SharedNames, data: Data, value: list[Ra
             value[0].span,
             f"{data.name.text} is {data.type}",
         )
+
+
+def _dimensions(found: LoadFindings, data: Data) -> None:
+    if len(data.sizes) > _MOST_DIMENSIONS:
+        says = f"{data.name.text} has {len(data.sizes)} dimensions"
+        found.tell("K109", says, data.name.span, f"{_MOST_DIMENSIONS} at most")
 
 
 def _first_value(
@@ -342,7 +363,13 @@ def _routine(found: LoadFindings, shared: _SharedNames, routine: RapidRoutine) -
     found.doubles((one.key, one.text, one.span) for one in (*(d.name for d in routine.data), *labels))
     loops = {s[1].key for s in statements if s[0].key == "for" and len(s) > 1}
     scope = _Scope(local, loops, routine)
+    handler = next(((t.line, t.column) for t in routine.body if t.key == "error"), None)
     for statement in statements:
+        first = statement[0].line, statement[0].column
+        handled = handler is not None and first > handler
+        if statement[0].key in ("retry", "trynext") and len(statement) == 1 and not handled:
+            says = f"{statement[0].text} outside of an error handler"
+            found.tell("K115", says, statement[0].span, "it belongs behind ERROR")
         _statement(found, shared, scope, statement)
     _cases(found, shared, scope, routine.body)
     if routine.kind == "func" and not any(t.key in ("return", "raise") for t in routine.body):
@@ -446,6 +473,10 @@ def _connect(found: LoadFindings, shared: _SharedNames, scope: _Scope, s: list[R
     type_, _ = shared.type_of(s[1], scope.local)
     if type_ in _SIMPLE and type_ != "intnum":
         found.tell("K108", f"CONNECT takes an intnum here, and this is {type_}", s[1].span)
+    one = scope.local.get(s[1].key)
+    if one is not None and one.kind == "var":
+        says = f"{s[1].text} belongs to the routine, and an interrupt outlives it"
+        found.tell("K115", says, s[1].span, "declare it in the module")
     routine = shared.routines.get(s[3].key)
     if routine is not None and routine.kind != "trap":
         found.tell("K112", f"{s[3].text} is no TRAP", s[3].span)

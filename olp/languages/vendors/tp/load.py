@@ -3,7 +3,8 @@
 Tried on controllers or in ROBOGUIDE by public projects: a group output set from a group input, a negative constant
 without parentheses as an argument, an argument register as a speed or CNT (ASBN-092), a `"` in the header's COMMENT.
 From the operator's manual (R-30iB, branch instructions): AND and OR do not stand in one condition, as it is without
-parentheses.
+parentheses; (register instructions, from memory) + and - do not stand beside * and /, and five operators are the most;
+(program detail) a program's comment has up to 16 characters.
 From the field's reference: up to 36 characters in a program's name, 8 before the R-30iA; labels from 1 to 32766.
 From memory: labels and positions are unique, what names consist of, 10 arguments, numbers from 1, CNT and joint speeds
 up to 100, moves need a motion group, what speeds moves take, what signals are compared with, where `!` and THEN need
@@ -23,6 +24,8 @@ from olp.languages.vendors.tp.limits import LARGEST_LABEL, MOST_ARGUMENTS, ROUTI
 
 _OLDER: Final = ("r-j3",)
 _SHORT: Final = 8  # characters of a program's name, on older controllers
+_LONGEST_COMMENT: Final = 16  # characters, of the header
+_MOST_OPERATORS: Final = 5  # of one instruction without parentheses
 _MOST_SHARE: Final = 100  # CNT and speeds of joint moves
 
 _PROGRAM: Final = re.compile(r"\s*/PROG\s+([^\s;]+)")
@@ -41,6 +44,7 @@ _BY_ARGUMENT: Final = re.compile(
     r"\bCNT\s*AR\[|(?<=\s)AR\[[^\]]*\]\s*(?:%|mm/sec|cm/min|sec\b|deg/sec|inch/min)"
 )
 _HANDED_ON: Final = re.compile(r"\bGO\[[^\]]*\]\s*=\s*GI\[[^\]]*\]\s*;")
+_COMPUTED: Final = re.compile(r"\s*\d*\s*:\s*(?:R|AO|GO)\[[^\]]*\]\s*=([^;]*);")
 _CALL: Final = re.compile(r"\b(?:CALL|RUN)\s+([A-Za-z_]\w*)\s*(?:\(([^()]*(?:\([^()]*\)[^()]*)*)\))?")
 
 
@@ -151,6 +155,9 @@ def _head(found: LoadFindings, listing: Listing, older: bool) -> None:
     for number in listing.lines["ATTR"]:
         text = found.source.line(number)
         comment, mask = _COMMENT.match(text), _GROUP.match(text)
+        if comment and len(comment[1].rstrip()) > _LONGEST_COMMENT:
+            says = f"the comment of the header has {len(comment[1].rstrip())} characters"
+            found.tell("K103", says, _at(number, comment, 1), f"{_LONGEST_COMMENT} at most")
         if comment and '"' in comment[1]:
             found.tell("K105", 'a " within the comment of the header', _at(number, comment, 1), "write '")
         group = mask[1] if mask else group
@@ -193,6 +200,22 @@ def _instruction(found: LoadFindings, number: int, line: str) -> None:
                 )
     for match in _CALL.finditer(code):
         _call(found, number, match)
+    if (computed := _COMPUTED.match(code)) and "(" not in computed[1]:
+        _arithmetic(found, number, computed)
+
+
+def _arithmetic(found: LoadFindings, number: int, computed: re.Match[str]) -> None:
+    """An instruction of a register, which is no mixed logic without parentheses."""
+    bare = re.sub(r"\[[^\]]*\]", "[]", computed[1]).strip().lstrip("-")
+    signs = re.findall(r"(?<=[\]\d])\s*([-+*/]|DIV|MOD)(?=[-\s\w])", bare)
+    if len(signs) > _MOST_OPERATORS:
+        says = f"{len(signs)} operators in one instruction"
+        found.tell(
+            "K114", says, _at(number, computed, 1), f"{_MOST_OPERATORS} at most, or parentheses around it"
+        )
+    elif {"+", "-"}.intersection(signs) and {"*", "/", "DIV", "MOD"}.intersection(signs):
+        says = "+ or - beside * or / without parentheses"
+        found.tell("K114", says, _at(number, computed, 1), "write R[1]=(R[2]+R[3]*R[4]), or two instructions")
 
 
 def _call(found: LoadFindings, number: int, match: re.Match[str]) -> None:
