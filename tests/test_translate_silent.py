@@ -3091,3 +3091,33 @@ def test_a_trigger_acts_at_the_next_move_whatever_waits_before_it(target):
         steps = [kind for kind in kinds if kind in (StepKind.MOVE, StepKind.WAIT, StepKind.SIGNAL)]
         wait = steps.index(StepKind.WAIT)
         assert steps[wait : wait + 3] == [StepKind.WAIT, StepKind.SIGNAL, StepKind.MOVE]
+
+
+@pytest.mark.parametrize(
+    ("target", "reading"),
+    [
+        ("rapid", r"MoveL CRobT\(\\Tool:=tool_2\\WObj:=frame_3\),\S+,fine,tool_2\\WObj:=frame_3;"),
+        (
+            "urscript",
+            r"movel\(pose_trans\(frame_3, pose_trans\(pose_inv\(frame_3\), get_actual_tcp_pose\(\)\)\)",
+        ),
+        ("inform", r"GETS PX000 \$PX001\s+MOVL P000 "),  # a variable keeps the base that it was read in
+    ],
+)
+def test_a_move_to_where_the_arm_is_moves_nothing_whatever_tool_and_frame_hold(target, reading):
+    rows = (
+        "$VEL.CP=0.2", "$TOOL=TOOL_DATA[1]", "$BASE=$NULLFRAME", *poses((900, 0, 400)),
+        "$TOOL=TOOL_DATA[2]", "$BASE=BASE_DATA[3]", "LIN $POS_ACT",
+    )  # fmt: skip
+    assert re.search(reading, translated(krl(*rows), "krl", target))
+
+
+@pytest.mark.parametrize("target", ["krl", "urscript", "inform", "tp"])
+def test_a_move_to_where_the_arm_is_with_the_tool_of_the_move_before_is_refused(target):
+    """CRobT() reads with the tool of the last move: the arm moves by the difference of both tools."""
+    data = [*TARGETS, "PERS tooldata tG:=[TRUE,[[0,0,150],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];"]
+    for here in ("CRobT()", "Offs(CRobT(),0,0,10)"):
+        other = module("MoveL p1,v100,fine,tool0;", f"MoveL {here},v100,fine,tG;", data=data)
+        assert any("where the arm is" in says for says in refused(other, "rapid", target).values())
+        same = module("MoveL p1,v100,fine,tG;", f"MoveL {here},v100,fine,tG;", data=data)
+        assert not [loss for loss in losses(same, "rapid", target) if loss.leaves_out]

@@ -76,7 +76,8 @@ def _routine(routine: st.Routine, work: TranslationContext) -> st.Routine:
     rows: list[st.Statement] = []
     last: System = UNSEEN  # tool and frame of the last move above, in the order of the text
     for s in routine.body:
-        rows.append(s if calls_nothing(s) else _statement(s, last, work))
+        plain = isinstance(s, st.Move) and calls_nothing(s) and s.targets[0] != HERE
+        rows.append(s if plain else _statement(s, last, work))
         if isinstance(s, st.Move):
             last = (s.tool, s.frame)
     return replace(routine, body=tuple(rows))
@@ -97,7 +98,22 @@ def _statement(s: st.Statement, last: System, work: TranslationContext) -> st.St
     if work.conventions.taught_frames:
         return read_here(s, (None, _BASE), last, work)  # with the tool that holds, whatever is written above
     tool, frame = (own if own is not None else known for own, known in zip(asked[0], last, strict=True))
+    # Which tool is active before any move, no program says.
+    said = (tool, frame) if last is not UNSEEN else asked[0]
+    if isinstance(s, st.Move) and _reads_elsewhere(s, said, work):
+        says = "a move to where the arm is with another tool or in another frame, which holds already where it is read"
+        work.lose(s, Fate.REFUSED, "position", says)
     return read_here(s, (tool, frame), last, work)
+
+
+def _reads_elsewhere(s: st.Move, system: System, work: TranslationContext) -> bool:
+    """Whether a move chooses another tool or frame than its target is read with, where those that hold count."""
+    limits = work.limits
+    if limits.position_read_in == "named" and not limits.pose_functions:
+        return False  # the reading names them
+    (tool, frame), held = system, limits.position_read_in == "move"
+    pairs = [(tool, s.tool), *([(frame, s.frame)] if held else [])]
+    return any(own is not None and read not in (None, own) for read, own in pairs)
 
 
 def read_here(s: st.Statement, system: System, last: System, work: TranslationContext) -> st.Statement:

@@ -313,7 +313,9 @@ class _Modal:
             if not self.work.limits.has_override:
                 self._fold_override(s, changes)
         s = edited(s, changes) if changes else s
-        if self.work.conventions.names_read_frames or calls_nothing(s) or HERE not in expressions_of(s):
+        # Where positions keep the base that they were read in, a move to where the arm is needs no frame.
+        plain = calls_nothing(s) and (s.targets[0] != HERE or self.work.limits.position_read_in == "base")
+        if self.work.conventions.names_read_frames or plain or HERE not in expressions_of(s):
             return s
         read = read_here(s, (s.tool, s.frame), (s.tool, s.frame), self.work)
         assert isinstance(read, st.Move)
