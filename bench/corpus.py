@@ -38,7 +38,7 @@ from olp.runtime.interpreter import run
 from olp.runtime.jobs import Jobs
 from olp.runtime.plan import StepKind
 from olp.timing.timing import time_plan
-from olp.transpile.context import Context
+from olp.transpile.context import Context, Fate
 from olp.transpile.convert import convert
 from olp.transpile.link import link
 from olp.transpile.receipt import counts_of
@@ -343,7 +343,7 @@ def _translate(
         out.unsaid.update(
             f"to {target}: {loss.statement}: {general(loss.says)}"
             for loss in made.translated.losses
-            if loss.leaves_out
+            if loss.leaves_out and loss.fate is not Fate.EXACT  # of EXACT ones nothing is lost
         )
 
 

@@ -179,6 +179,32 @@ def test_lines_that_a_program_comes_by_again_are_followed_once(tmp_path, monkeyp
     assert sum(followed) <= 2 * len(ends)
 
 
+def test_runs_that_go_the_same_way_follow_it_once(tmp_path, monkeypatch):
+    from olp.core.memory_limit import TextCache, remembering
+
+    ways = []
+    follow = PlannedArm._follow
+
+    def counted(self, *given):
+        ways.append(given)
+        return follow(self, *given)
+
+    monkeypatch.setattr(PlannedArm, "_follow", counted)
+    generator = np.random.default_rng(17)
+    start = generator.uniform(0.4, 1.2, 6)
+    ends = [near(GP25, start, 0.08, generator) for _ in range(4)]
+    one = script(tmp_path, GP25, start, [("movel", end) for end in ends])
+    with remembering(TextCache()):
+        found = [axes_of(one, GP25) for _ in range(3)]
+        assert len(ways) == 1
+        found[0][:] = 0.0  # what a caller does with its axes is its own
+        np.testing.assert_array_equal(axes_of(one, GP25), found[1])
+        other = script(tmp_path, GP25, start, [("movel", end) for end in ends[::-1]])
+        np.testing.assert_allclose(axes_of(other, GP25), [start, *ends[::-1]], atol=1e-7)
+        assert len(ways) == 2
+    np.testing.assert_allclose(found[1], [start, *ends], atol=1e-7)
+
+
 def test_runs_of_lines_that_are_solved_together_end_as_those_solved_one_by_one(tmp_path, monkeypatch):
     generator = np.random.default_rng(11)
     start = generator.uniform(0.4, 1.2, 6) * generator.choice([-1, 1], 6)

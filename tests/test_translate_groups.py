@@ -170,6 +170,14 @@ def test_an_arm_without_external_axes_refuses_the_move() -> None:
     assert [loss.says for loss in losses if loss.leaves_out] == ["external axes: UR arms have none"] * 3
 
 
+def test_a_station_that_stands_still_is_left_out_though_its_points_name_not_all_axes() -> None:
+    text = job("MOVL C00000 EC00000 V=9.0", "MOVL C00001 EC00001 V=9.0", tracks=[], tables=[(0, 0)] * 2)
+    text = re.sub(r"(EC0000\d=)0,0", r"\g<1>-3,,,,,", text).replace("RB1,BS1", "RB1")
+    made = converted(text, "inform", "urscript")
+    assert not [loss.says for loss in made.translated.losses if loss.leaves_out]
+    assert any("the station has the same position in all points" in note for note in made.translated.notes)
+
+
 @TARGETS
 def test_the_second_arm_is_told_and_the_first_one_moves(target: str) -> None:
     rows = [f"MOVJ C0000{n} VJ=25.00 PL=0 +MOVJ C00003 VJ=25.00" for n in range(3)]

@@ -239,6 +239,15 @@ def test_registers_whose_comments_became_legal_names_and_registers_again_have_th
     assert sum(one.steps for one in found.made_up) >= 6
 
 
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_speed_that_the_welding_equipment_sets_is_the_same_in_both_runs(target):
+    rows = ["J P[1] 50% FINE", "L P[2] WELD_SPEED CNT100", "L P[1] WELD_SPEED FINE"]
+    found = receipt(tp(*rows, positions=POINTS), target)
+    assert found.verdict.agrees
+    assert not any(one.found for one in found.made_up)
+    assert sum(one.steps for one in found.made_up) >= 6
+
+
 def test_a_tool_whose_name_is_no_word_of_the_target_is_the_same_thing_in_both_runs():
     """Scripts have a function popup, so the tool that another file declares is popup_1 there."""
     text = module("MoveL [[600,0,600],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v500,fine,popup;")

@@ -189,6 +189,32 @@ class PlannedArm:
         width = len(self.robot.axes)
         result = self.positions.axes[targets][:, :width]
         here = self.positions.axes[start][:width]
+        known = shelf("ways")
+        if known is None:
+            return self._follow(here, targets, joint, says, result)
+        numbers, which = np.unique(self.tools[targets], return_inverse=True)
+        tools = [self.cell.tool_pose(number) for number in numbers.tolist()]
+        given = (here, result, self.positions.position[targets], self.positions.quaternion[targets])
+        poses = (part for tool in tools for part in (tool.position, tool.rotation))
+        rows = (*given, joint, says[targets], which, *poses)
+        key = (id(self.robot), "follow", *(row.tobytes() for row in rows))
+        found = known.get(key)
+        if found is None:
+            # With the robot, so that no other one gets its number.
+            found = (self.robot, self._follow(here, targets, joint, says, result))
+            known.put(key, found)
+        axes: Floats = found[1].copy()
+        return axes
+
+    def _follow(
+        self,
+        here: Floats,
+        targets: NDArray[np.int32],
+        joint: NDArray[np.bool_],
+        says: NDArray[np.int8],
+        result: Floats,
+    ) -> Floats:
+        """As `follow`, from the axes `here` (k,), into `result` (n, k): the written axes at `targets`."""
         known = np.asarray(~np.isnan(result).any(axis=1))
         posed = np.asarray(says[targets] > 0)
         open_rows = (says[targets] >= WrittenPosture.NOTHING) | (posed & ~joint & self._changes(result, here))

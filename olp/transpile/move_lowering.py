@@ -524,8 +524,9 @@ class Points:
         """Whether all points of stations, or of tracks, are one and the same in all routines."""
         if store not in self.stands:
             found = [r.points.blocks.get((store, True)) for r in self.work.source.routines]
-            rows = [tuple(row) for block in found if block is not None for row in block.values.tolist()]
-            self.stands[store] = all(row == rows[0] for row in rows)
+            # An axis that a point leaves out (E0=-0.4,,) is nan, which differs from itself.
+            rows = (row for block in found if block is not None for row in block.values.tolist())
+            self.stands[store] = len({tuple(None if v != v else v for v in row) for row in rows}) <= 1
         return self.stands[store]
 
     def width(self, store: ex.Store) -> int:

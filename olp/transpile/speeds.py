@@ -563,7 +563,8 @@ def _move(s: st.Statement, names: dict[SystemValue, str], work: TranslationConte
         return s
     name = names.get(held)
     if name is None:
-        name = names[held] = work.fresh(held.name.replace("-", "_"))
+        name = names[held] = work.fresh(terminology.state_variable(held.name))
+        work.undeclared[name] = "real"  # both runs of the proof have the same speed there
     says = f"{terminology.value(held.name)} is not in the program: {name} has to be set, in mm/s"
     work.lose(s, Fate.APPROXIMATED, "speed", says)
     work.ask("set these variables, which have no values", f"{name} [mm/s]")
