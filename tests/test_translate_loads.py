@@ -122,3 +122,26 @@ def test_constants_of_other_enumerations_keep_their_names():
     assert "O:=2;" in text
     assert 'C:="#BASE";' in text
     assert 'IF C="#BASE" THEN' in text
+
+
+def test_no_signal_of_tp_has_the_number_zero():
+    made = converted(krl("  DECL CONST INT N=0", "  $OUT[N]=TRUE", "  WAIT SEC 1"), "krl", "tp")
+    assert "a signal with the number 0" in says(made)
+    assert "DO[0]" not in text_of(made)
+
+
+def test_what_a_choice_by_texts_asks_is_a_text_from_the_start():
+    data = ('VAR string s{2}:=["abc","ab"];',)
+    text = module("TEST s{1}", 'CASE "ab":', "WaitTime 1;", "ENDTEST", data=data)
+    assert "choice[]=s_1[1,]" in translated(text, "rapid", "krl")
+
+
+def test_a_wait_without_a_limit_is_a_constant_of_rapid():
+    made = converted(
+        module("SocketReceive s \\Str:=t \\Time:=WAIT_MAX;", data=("VAR socketdev s;", "VAR string t;")),
+        "rapid",
+        "krl",
+    )
+    assert not any("WAIT_MAX" in one for one in says(made))
+    text = translated(module("WaitDI d1,1\\MaxTime:=WAIT_MAX;"), "rapid", "krl")
+    assert "WAIT FOR $IN[1]" in text

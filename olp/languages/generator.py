@@ -135,6 +135,7 @@ class Generator(ABC):
     operator_help: ClassVar[str] = ""
     functions: ClassVar[Mapping[str, str]] = {}
     signals: ClassVar[Mapping[str, str]] = {}
+    first_signal: ClassVar = 0  # the least number that a signal has
     states: ClassVar[tuple[str, str]] = ("FALSE", "TRUE")
     parentheses: ClassVar[tuple[str, str]] = ("(", ")")
     separator: ClassVar[str] = ","
@@ -301,7 +302,7 @@ class Generator(ABC):
 
     def signal_word(self, e: ex.Signal) -> str:
         """The word of the signal's bus. Raises CannotSayError for a number that no signal has."""
-        if type(e.index) is ex.Number and e.index.value < 0 and not self.own:
+        if type(e.index) is ex.Number and e.index.value < self.first_signal and not self.own:
             raise CannotSayError(f"a signal with the number {e.index.value:g}")
         word = self.signals.get(e.bus)
         if word is None:

@@ -212,7 +212,7 @@ class _Target:
 
     def variable(self, stem: str, kind: str) -> Named:
         name = Named(self.work.helper(stem))
-        self.declared.append(st.Declare(0, name.name, kind, Number(0)))
+        self.declared.append(st.Declare(0, name.name, kind, Text("") if kind == "string" else Number(0)))
         return name
 
     def lowered(self, nodes: list[Node], loop: _Loop | None) -> list[Node]:

@@ -24,9 +24,12 @@ from olp.languages.vendors.rapid.predefined_data import (
 )
 from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
+# WAIT_MAX: waits without a limit; ABB's manuals give the name and no value.
+NO_LIMIT: Final = ex.Number(9.999e36)
 _CONSTANTS: Final[Mapping[str, ex.Expression]] = {
     **{name: ex.Number(value) for name, value in CONSTANTS.items()},
     "pi": ex.Number(math.pi),
+    "wait_max": NO_LIMIT,
     "high": ex.Number(1),
     "low": ex.Number(0),
     "stempty": ex.Text(""),

@@ -11,6 +11,7 @@ from olp.ir import program as st
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.vendor import SHOWN
 from olp.languages.vendors.rapid.expressions import (
+    NO_LIMIT,
     RapidExpressionRules,
     as_state,
     bit_is_set,
@@ -128,9 +129,14 @@ def _wait_until(rules: RapidExpressionRules, name: str, given: list[RapidArgumen
 
 def _wait(condition: ex.Expression, options: dict[str, ex.Expression], word: str) -> Lowered:
     limit = options.get("maxtime")
+    endless = limit == NO_LIMIT
+    if endless:
+        limit = None
     wait = st.Wait(0, condition, None if limit is None else ex.Quantity(limit, 1.0), spelling=word)
     flag = options.get("timeflag")
-    return [wait] if flag is None else [wait, st.Assign(0, flag, ex.SystemValue("timed-out"))]
+    if flag is None:
+        return [wait]
+    return [wait, st.Assign(0, flag, ex.SignalState(False) if endless else ex.SystemValue("timed-out"))]
 
 
 def _step(operator: str) -> Rule:

@@ -50,6 +50,7 @@ class TpValues(Generator):
     quotes = "'"
     not_in_text = frozenset("'\r\n")
     no_text = "a text that holds ' or a line end"
+    first_signal = 1
     no_value = ("a computed value in this place", "compute it into a register first")
     singles = frozenset(
         {
