@@ -186,21 +186,21 @@ def cut(without: Floats, with_it: Floats, floor: float) -> float:
     return (before**2 - floor**2) / (after**2 - floor**2) if after > floor else math.inf
 
 
-def fallen(gains: Sequence[Gain], tried: int) -> list[int]:
-    """The names that unseen moves do not confirm; `tried`: names that there were to choose from."""
+def fallen(gains: Sequence[Gain], tried: int, least: float = CUT) -> list[int]:
+    """The names that unseen moves do not confirm; `tried`: names that there were to choose from; `least` [1] cut."""
     order = sorted(range(len(gains)), key=lambda k: -gains[k].loglik)
     held = 0
     for rank, k in enumerate(order, 1):
         if gains[k].loglik >= math.log(tried / (FALSE_DISCOVERIES * rank)):
             held = rank
-    sure = {k for k in order[:held] if _sure(gains[k])}
+    sure = {k for k in order[:held] if _sure(gains[k], least)}
     return [k for k in range(len(gains)) if k not in sure]
 
 
-def _sure(gain: Gain) -> bool:
+def _sure(gain: Gain, least: float) -> bool:
     """Whether the gain is not that of a few moves alone, and the error beyond the noise is clearly cut. What is far off
     with and without the name hides in the whole error what the others gain."""
-    return gain.before > gain.after and gain.loglik > _DEVIATIONS * gain.error and gain.cut >= CUT
+    return gain.before > gain.after and gain.loglik > _DEVIATIONS * gain.error and gain.cut >= least
 
 
 def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:
@@ -250,6 +250,16 @@ def spared(fitted: ModelFit, index: int, case: MeasuredMoves) -> NDArray[np.bool
     return np.asarray(np.abs(always - fitted.model.seconds(case)) > ACTS * fitted.scale)
 
 
+class _Weighed(NamedTuple):
+    """A set, and what unseen moves say of its parts."""
+
+    fit: ModelFit
+    gains: tuple[Gain, ...]  # of the name of each part
+    fewer: tuple[ModelFit, ...]  # without each part
+    weak: dict[int, str]  # parts that are not confirmed: why
+    stands: bool  # whether nothing is against the weak ones but that each takes away less than it leaves
+
+
 def confirmed(
     best: ModelFit,
     case: MeasuredMoves,
@@ -258,43 +268,80 @@ def confirmed(
     shelf: PartShelf,
     kinds: Sequence[Folds] = (),
 ) -> tuple[ModelFit, tuple[Gain, ...], dict[str, str]]:
-    """The parts that held-out moves confirm, the weakest removed one at a time and the others fitted anew; what each
-    of them gains; and the names that fell, with the reason.
+    """The parts that held-out moves confirm; what each of them gains; and the names that fell, with the reason.
+
+    Of the weak ones that falls first without which unseen moves have the smallest error, and the others are fitted
+    anew. Names that fell one by one, as each took away less than it left, may together take away more: then the
+    smallest of the sets with them that does is the answer, unless what the others leave is scatter.
 
     `kinds`: further ways to hold out whole groups. Where more than scatter is left, moves of a group have errors in
     common: then the set has to do no worse than a smaller one in each.
     """
     tried, gone, fell = len({part.label for part in shelf.parts}), set[str](), dict[str, str]()
+    gains, larger = tuple[Gain, ...](), list[_Weighed]()
     while best.model.parts:
-        count, names = range(len(best.model.parts)), _names(best.model)
-        floor = noise_left(best, case, noise)
-        rests = {name: fit(_leaving(best.model, name), case, noise, 30) for name in names}
-        gains = [gain_of(best, name, rests[name].model, case, noise, folds, floor) for name in names]
-        fewer = [rests[(k,)] if (k,) in rests else fit(best.model.without(k), case, noise, 30) for k in count]
-        weak = dict.fromkeys([k for at in fallen(gains, tried) for k in names[at]], _UNCONFIRMED)
-        for k in count:
-            if k not in weak and worth(fewer[k], best, case, noise) < TELLING:
-                weak[k] = _TOO_LITTLE
-            elif k not in weak and _has_a_number_for_each(best, k, case):
-                weak[k] = _TOO_FEW
-            elif k not in weak and _is_form(best, k, fewer[k], case, floor):
-                weak[k] = _FORM_ONLY
-        weak = dict.fromkeys([k for k in count if drifts_on(best, k, case)], _DRIFTS) or weak
-        if not weak and patterned(best, case, noise):
-            without = {name: one.model for name, one in rests.items()}
-            weak = dict.fromkeys(_misleading(best, without, case, noise, kinds), _MISLEADS)
-        if not weak:
-            weak = dict.fromkeys(_steps(best, case, noise, floor), _STEPS_ONLY)
-        told = {k: gain for name, gain in zip(names, gains, strict=True) for k in name}
-        if not weak:
-            left_out = {name: why for name, why in fell.items() if name not in best.names}
-            return best, tuple(told[k] for k in count), left_out
-        worst = min(weak, key=lambda k: (told[k].loglik, worth(fewer[k], best, case, noise)))
+        found = _weighed(best, case, noise, folds, kinds, tried)
+        gains = found.gains
+        if not found.weak:
+            break
+        worst = min(found.weak, key=lambda k: (found.gains[k].before, found.gains[k].loglik))
+        if found.weak[worst] != _UNCONFIRMED:  # no larger set makes up for a drift that is left, or for steps
+            larger = []
+        elif found.stands:
+            larger.append(found)
         gone.add(best.model.parts[worst].label)
-        fell[best.model.parts[worst].term.name] = weak[worst]
-        left = in_its_place(fewer[worst], best.model.parts[worst], shelf, case, noise, gone)
-        best = fit(left.model, case, noise, 30)
-    return best, (), fell
+        fell[best.model.parts[worst].term.name] = found.weak[worst]
+        left = in_its_place(found.fewer[worst], best.model.parts[worst], shelf, case, noise, gone)
+        best, gains = fit(left.model, case, noise, 30), ()
+    for one in reversed(larger if patterned(best, case, noise) else ()):
+        more = [k for k, part in enumerate(one.fit.model.parts) if part.label not in best.labels]
+        floor = noise_left(one.fit, case, noise)
+        if not fallen([gain_of(one.fit, more, best.model, case, noise, folds, floor)], len(larger) * tried):
+            best, gains = one.fit, one.gains
+    return best, gains, {name: why for name, why in fell.items() if name not in best.names}
+
+
+def _weighed(
+    best: ModelFit, case: MeasuredMoves, noise: Noise, folds: Folds, kinds: Sequence[Folds], tried: int
+) -> _Weighed:
+    """A set with names; `kinds` as in `confirmed`, `tried` as in `fallen`."""
+    count, names = range(len(best.model.parts)), _names(best.model)
+    floor = noise_left(best, case, noise)
+    rests = {name: fit(_leaving(best.model, name), case, noise, 30) for name in names}
+    gains = [gain_of(best, name, rests[name].model, case, noise, folds, floor) for name in names]
+    told = {k: gain for name, gain in zip(names, gains, strict=True) for k in name}
+    fewer = [rests[(k,)] if (k,) in rests else fit(best.model.without(k), case, noise, 30) for k in count]
+    weak = dict.fromkeys([k for at in fallen(gains, tried) for k in names[at]], _UNCONFIRMED)
+    little = {k for at in fallen(gains, tried, 0.0) for k in names[at]}
+    stands = not little
+    for k in count:
+        if k in little:
+            continue
+        why = _against(best, k, fewer[k], case, noise, floor)
+        if why:
+            stands = False
+            weak.setdefault(k, why)
+    weak = dict.fromkeys([k for k in count if drifts_on(best, k, case)], _DRIFTS) or weak
+    stands = stands and _DRIFTS not in weak.values()
+    if (stands or not weak) and patterned(best, case, noise):
+        without = {name: one.model for name, one in rests.items()}
+        if misleading := _misleading(best, without, case, noise, kinds):
+            stands, weak = False, weak or dict.fromkeys(misleading, _MISLEADS)
+    if (stands or not weak) and (steps := _steps(best, case, noise, floor)):
+        stands, weak = False, weak or dict.fromkeys(steps, _STEPS_ONLY)
+    return _Weighed(best, tuple(told[k] for k in count), tuple(fewer), weak, stands)
+
+
+def _against(
+    best: ModelFit, index: int, fewer: ModelFit, case: MeasuredMoves, noise: Noise, floor: float
+) -> str:
+    """Why part `index` is no name although unseen moves are likelier with it, "" where nothing is against it; `fewer`:
+    the fit without it."""
+    if worth(fewer, best, case, noise) < TELLING:
+        return _TOO_LITTLE
+    if _has_a_number_for_each(best, index, case):
+        return _TOO_FEW
+    return _FORM_ONLY if _is_form(best, index, fewer, case, floor) else ""
 
 
 def _names(model: DurationModel) -> list[tuple[int, ...]]:
@@ -317,7 +364,7 @@ def _misleading(
     noise: Noise,
     kinds: Sequence[Folds],
 ) -> list[int]:
-    """The parts of the name without which whole groups of some kind are predicted better, by all others but one or by
+    """The parts of the name without which whole groups of some kind are predicted clearly better, by all others or by
     one of them alone; nobody could know of a name in a group with all moves in which it acts, or that its condition
     leaves out. `rests`: the models without the parts of each name."""
     fewer = [(set(name), rest) for name, rest in rests.items()]
@@ -332,7 +379,8 @@ def _misleading(
         asked = [(model, gone & known) for gone, model in fewer if gone & known]
         if not asked:
             continue
-        least, misleading = held_out_error(best.model, case, noise, folds), set[int]()
+        # Where the error hardly differs, how groups happen to be dealt would decide.
+        least, misleading = held_out_error(best.model, case, noise, folds) / NOTICED, set[int]()
         for model, gone in asked:
             if (error := held_out_error(model, case, noise, folds, least)) < least:
                 least, misleading = error, gone
