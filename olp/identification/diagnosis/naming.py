@@ -44,7 +44,6 @@ from olp.identification.diagnosis.waits import (
 )
 from olp.timing.physics._case import MeasuredMoves
 
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 

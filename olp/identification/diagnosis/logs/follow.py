@@ -20,7 +20,6 @@ from olp.timing.physics.joint_compliance import swing
 from olp.timing.physics.servo_lag import lag
 
 Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Mask = NDArray[np.bool_]
 LAG, COMPLIANCE, BACKLASH = "servo-lag", "joint-compliance", "backlash"
 _ROUNDS = 6

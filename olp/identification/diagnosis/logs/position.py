@@ -13,7 +13,6 @@ from olp.identification.diagnosis.logs.following import (
     BOTH,
     CLOCK,
     NONE,
-    TERMS,
     Story,
     lateness,
     noise_of,
@@ -328,8 +327,3 @@ def numbers(result: AxisResult, late: float, has_clock: bool) -> dict[str, tuple
     table = products(whole, left, (LibraryColumn(""),) * whole.shape[1])
     _, _, widths = intervals(table, ())
     return {n: (getattr(result.shape, n), float(w)) for n, w in zip(names, widths, strict=False)}
-
-
-def terms_of(result: PositionResult) -> list[tuple[int, str, float]]:
-    """Index of the axis, term and p-value of everything that stands for confirmation."""
-    return [(i, t, a.gains[t][1]) for i, a in enumerate(result.axes) for t in TERMS if t in a.terms]

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis.logs.statistics import student_quantile, student_tail
 
 Floats = NDArray[np.float64]
-Labels = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 BLOCKS = 12
 FOLDS = 4
