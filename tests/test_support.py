@@ -17,7 +17,8 @@ from olp.core.resources import read_text
 from olp.ir import program
 from olp.ir.terminology import STATEMENTS, kind_of
 from olp.languages.vendor import find_vendor
-from olp.transpile.support import kinds, probes, support, timed_as
+from olp.transpile.statement_programs import probes
+from olp.transpile.support import kinds, support, timed_as
 
 ROOT = Path(olp.__file__).resolve().parent
 SAMPLES = ROOT.parent / "samples"

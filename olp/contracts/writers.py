@@ -43,7 +43,7 @@ from olp.transpile.context import Fate, Translated
 from olp.transpile.convert import Converted, convert, export
 from olp.transpile.helper_routines import COMPUTED
 from olp.transpile.link import link
-from olp.transpile.support import probes, program_with
+from olp.transpile.statement_programs import probes, program_with
 
 _DATE: Final = "2026/04/23 17:39"
 _ROBOT: Final = "X012"  # the code of what a translation cannot know without a robot
