@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from olp.__main__ import main
-from olp.identification.diagnosis import diagnose, naming, search
+from olp.identification.diagnosis import diagnose, findings, naming, search
 from olp.identification.diagnosis.conditions import _bounded, _cost, _restricted, _said, conditioned, fit_anew
-from olp.identification.diagnosis.diagnose import AGREES, EXPLAINED, diagnose_recording, joined
+from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.evidence import (
     CUT,
     NOTICED,
@@ -28,6 +28,7 @@ from olp.identification.diagnosis.intervals import parameters_with_intervals
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of, swaps
+from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
 from olp.identification.diagnosis.waits import late_moves, spread, tails_of, threshold, told_by_unseen_moves
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -740,7 +741,7 @@ def test_a_name_whose_interval_holds_its_null_falls_even_if_others_are_as_good(m
                     parameters[known.name] = one._replace(low=known.low, high=known.high)
         return told
 
-    monkeypatch.setattr(diagnose, "parameters_with_intervals", wide)
+    monkeypatch.setattr(findings, "parameters_with_intervals", wide)
     for name, left in ((term, [other]), (other, [])):
         idle.add(name)
         found = diagnose_recording(recording).diagnosis

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from bench.joint_moves import case, write
-from olp.identification.diagnosis.diagnose import _nulls, _says, diagnose_recording
+from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.evidence import CUT, clipped_cut, confirmed, cut, gain_of
+from olp.identification.diagnosis.findings import _nulls, _says
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart

@@ -10,8 +10,8 @@ import pytest
 
 from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.conditions import _said
-from olp.identification.diagnosis.diagnose import _as_waits, _condition, _says, findings_of
 from olp.identification.diagnosis.evidence import chosen, matters
+from olp.identification.diagnosis.findings import _as_waits, _condition, _says, findings_of
 from olp.identification.diagnosis.fitting import Noise, evaluate, fit
 from olp.identification.diagnosis.folds import EACH_FIFTH, Folds, blocks, interleaved, kinds_of
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
