@@ -15,6 +15,7 @@ import stat
 import sys
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -53,15 +54,17 @@ def write_output(
 
 def named_like(path: str, other: str) -> str:
     """A file below the working directory as people name `other`: relative where that is relative."""
-    file = Path(path)
-    if (
-        not file.is_absolute()
-        or not other
-        or Path(other).is_absolute()
-        or not file.is_relative_to(Path.cwd())
-    ):
+    # Asked for each finding of a run, which may be one per move; most paths are known by their first letter.
+    if not os.path.isabs(path) or not other or os.path.isabs(other):
         return path
-    return str(file.relative_to(Path.cwd()))
+    return _below(path, os.getcwd())
+
+
+@lru_cache(maxsize=256)
+def _below(path: str, folder: str) -> str:
+    """`path` as seen from a folder that it is in; as it is where it is elsewhere."""
+    file = Path(path)
+    return str(file.relative_to(folder)) if file.is_relative_to(folder) else path
 
 
 def refuse_inputs(path: str | Path, inputs: Iterable[str | Path]) -> None:
