@@ -145,3 +145,8 @@ def test_a_wait_without_a_limit_is_a_constant_of_rapid():
     assert not any("WAIT_MAX" in one for one in says(made))
     text = translated(module("WaitDI d1,1\\MaxTime:=WAIT_MAX;"), "rapid", "krl")
     assert "WAIT FOR $IN[1]" in text
+
+
+def test_the_comment_of_a_header_has_no_more_characters_than_tp_takes():
+    text = krl("WAIT SEC 1").replace("DEF", "&COMMENT Mastering Reference Main Task\r\nDEF", 1)
+    assert 'COMMENT\t\t= "Mastering Refere";' in translated(text, "krl", "tp")

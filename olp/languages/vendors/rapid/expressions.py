@@ -25,7 +25,7 @@ from olp.languages.vendors.rapid.predefined_data import (
 from olp.languages.vendors.rapid.syntax import RapidArgument, RapidOption
 
 # WAIT_MAX: waits without a limit; ABB's manuals give the name and no value.
-NO_LIMIT: Final = ex.Number(9.999e36)
+NO_LIMIT: Final = ex.Number(999_999_999)
 _CONSTANTS: Final[Mapping[str, ex.Expression]] = {
     **{name: ex.Number(value) for name, value in CONSTANTS.items()},
     "pi": ex.Number(math.pi),

@@ -438,7 +438,7 @@ class TpWriter(TpMoves):
             name=routine.name if self.own else routine.name.upper(),
             kind=self.details.get("/PROG", ""),
             owner=get("OWNER", "MNEDITOR"),
-            comment=f'"{routine.comment or self._origin()}"',
+            comment=f'"{self._header_comment(routine)}"',
             created=get("CREATE", made),
             modified=get("MODIFIED", made),
             file_name=get("FILE_NAME", ""),
@@ -458,6 +458,10 @@ class TpWriter(TpMoves):
             instructions=as_text(instructions),
             positions=as_text(positions),
         )
+
+    def _header_comment(self, routine: st.Routine) -> str:
+        comment = routine.comment or self._origin()
+        return comment if self.own else comment[:NAME_LENGTH].rstrip()
 
     def _origin(self) -> str:
         """What the program was called that a translation was made from, where its routine has no comment."""
