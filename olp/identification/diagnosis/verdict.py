@@ -24,7 +24,7 @@ AGREES = 2.0  # times the noise floor: what is off by more is no agreement
 EXPLAINED = 1.5  # times the noise floor that names leave at most
 FEWEST = 4  # moves; fewer are no comparison
 _HALVED = 4.0  # times the mean square: an explanation takes away half of the error, at least
-_MORE = 2.0  # times the mean square: names that explain more of it than they leave
+_MORE = 2.0  # times the mean square: names that explain more of it than they leave as scatter
 _GROWS = 0.01  # [s/s] of the moves' times: makers say of their own simulations that they are off by no more
 _FAR = 6.0  # times the middle's scatter: what is farther off counts as that, no single long move decides
 
@@ -77,7 +77,8 @@ def taken_away(named: NamingResult) -> float:
     explanation; 0 where it hardly differs.
 
     Asked is half of the error beyond the noise. Where nothing but what the names leave tells the noise, none is beyond
-    it: half of the error of the moves in which they act, or more of all moves' mean square than they leave.
+    it: half of the error of the moves in which they act, or, if they leave scatter, more of all moves' mean square than
+    they leave.
     """
     if not named.fit.model.parts:
         return math.inf
@@ -87,7 +88,9 @@ def taken_away(named: NamingResult) -> float:
         return evidence.clipped_cut(raw, unseen, floor.value) / _HALVED
     acts = np.abs(raw - unseen) > evidence.ACTS * floor.value
     there = evidence.clipped_cut(raw[acts], unseen[acts], 0.0) if acts.sum() >= FEWEST else 0.0
-    return max(there / _HALVED, evidence.clipped_cut(raw, unseen, 0.0) / _MORE)
+    scatter = rms(unseen) <= EXPLAINED * floor.value
+    whole = evidence.clipped_cut(raw, unseen, 0.0) if scatter else 0.0
+    return max(there / _HALVED, whole / _MORE)
 
 
 def heavy_tails(named: NamingResult) -> float:
