@@ -180,7 +180,7 @@ def test_lines_that_a_program_comes_by_again_are_followed_once(tmp_path, monkeyp
 
 
 def test_runs_that_go_the_same_way_follow_it_once(tmp_path, monkeypatch):
-    from olp.core.memory_limit import TextCache, remembering
+    from olp.core.result_cache import TextCache, remembering
 
     ways = []
     follow = PlannedArm._follow

@@ -46,8 +46,8 @@ FAULTS: Final = (
     ),
     Fault(
         "blends.py",
-        "return value**2 * self._braking(s, row)",
-        "return value * self._braking(s, row)",
+        "return value**2 * self._braking(row)",
+        "return value * self._braking(row)",
         "CNT proportional to the distance",
     ),
     Fault(
@@ -257,8 +257,8 @@ FAULTS: Final = (
     ),
     Fault(
         "arrays.py",
-        "if len(e.indices) == rows.get(e.base.name.casefold()) and",
-        "if not rows and",
+        "row is not None and len(e.indices) == row.indices and",
+        "row is None and",
         "a character of a text taken for the text",
     ),
     Fault(
