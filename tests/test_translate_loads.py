@@ -149,4 +149,6 @@ def test_a_wait_without_a_limit_is_a_constant_of_rapid():
 
 def test_the_comment_of_a_header_has_no_more_characters_than_tp_takes():
     text = krl("WAIT SEC 1").replace("DEF", "&COMMENT Mastering Reference Main Task\r\nDEF", 1)
-    assert 'COMMENT\t\t= "Mastering Refere";' in translated(text, "krl", "tp")
+    listing = translated(text, "krl", "tp")
+    assert 'COMMENT\t\t= "Mastering Refere";' in listing
+    assert "1:  !Mastering Reference Main Task ;" in listing

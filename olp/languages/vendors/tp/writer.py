@@ -425,6 +425,8 @@ class TpWriter(TpMoves):
         self.names, self.points = self.details, routine.points
         self.labels = Labels(routine, self.own)
         self.begin()
+        if not self.own and len(routine.comment) > NAME_LENGTH:  # the header holds its beginning
+            self.put(_comment_lines(routine.comment))
         self.body(routine.body)
         instructions, count = _numbered_lines(self.rows)
         positions: list[str] = []
