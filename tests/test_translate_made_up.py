@@ -95,6 +95,25 @@ def test_a_fault_that_zeros_hide_is_found_with_what_shows_it(source, target, swa
     assert thing in found[0].says, found[0].says
 
 
+# What it takes before it asks for two more things, and what the receipt tells of these.
+TOGETHER = [
+    (0, "with other values of R001, R002 together (no single one of them makes it differ)"),
+    (
+        8,
+        "with other values of R011, R012, R013, R014 and 6 more together (which of them makes it differ is not known)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("others", "says"), TOGETHER)
+def test_values_that_differ_together_are_not_named_as_the_cause_one_by_one(others, says):
+    rows = [f"R[{n + 30}]=R[{n + 10}]" for n in range(1, others + 1)]
+    rows += ["IF R[1]>2 AND R[2]>2,DO[1]=ON", "WAIT 1(sec)"]
+    found = differences(receipt(tp(*rows), "rapid", ("R1>2 AND R2>2", "R1>2 AND R2>2 AND FALSE")))
+    assert found, "the runs agree"
+    assert found[0].says.partition(": ")[2].startswith(says), found[0].says
+
+
 def test_each_thing_has_a_value_of_its_own_which_is_the_same_in_both_programs():
     one = MadeUp(1)
     other = MadeUp(1, {UnknownThing("variable", "count"): UnknownThing("variable", (Store.REAL, 5))})

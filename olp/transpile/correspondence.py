@@ -416,15 +416,29 @@ def _whole(e: ex.Expression) -> int | None:
 
 
 def blamed(run: MadeUpRun, differs: Callable[[MadeUpRun], bool]) -> str:
-    """The thing whose value alone makes both runs differ, as a person would say it."""
-    for thing in run.asked[:_MOST_BLAMED]:
+    """What both runs differ with, as a person would say it: the value that makes it alone, or that none of them does.
+
+    Where things are many, the first ones are tried; what is not tried is not said to make nothing.
+    """
+    tried = run.asked[:_MOST_BLAMED]
+    decided = True
+    for thing in tried:
         try:
             if differs(run.alone(thing)):
-                return said(thing)
+                return f"with another value of {said(thing)}"
         except OlpError:
-            continue
+            decided = False
     more = len(run.asked) - _MOST_NAMED
-    return ", ".join(map(said, run.asked[:_MOST_NAMED])) + (f" and {more} more" if more > 0 else "")
+    named = ", ".join(map(said, run.asked[:_MOST_NAMED])) + (f" and {more} more" if more > 0 else "")
+    if len(run.asked) == 1:
+        return f"with another value of {named}"
+    none_alone = decided and len(tried) == len(run.asked)
+    why = (
+        "no single one of them makes it differ"
+        if none_alone
+        else "which of them makes it differ is not known"
+    )
+    return f"with other values of {named} together ({why})"
 
 
 def said(thing: UnknownThing) -> str:

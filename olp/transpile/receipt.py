@@ -339,7 +339,7 @@ def _with_made_up(
             return any((row.line, row.part) == first for row in alone.found)
 
         says = blamed(run, differs)
-        new = [row._replace(text=f"with another value of {says}: {row.text}") for row in new]
+        new = [row._replace(text=f"{says}: {row.text}") for row in new]
     found.found = new
     return found
 
