@@ -6,7 +6,17 @@ from dataclasses import replace
 
 import pytest
 from cpu_time import cpu_time_below
-from translated_texts import converted, inform, krl, module, read, run_elsewhere, tp, translated
+from translated_texts import (
+    assert_proven,
+    converted,
+    inform,
+    krl,
+    module,
+    read,
+    run_elsewhere,
+    tp,
+    translated,
+)
 
 from olp.ir.expressions import Store
 from olp.robots.robot import load_robot
@@ -68,7 +78,8 @@ def source():
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_translation_that_does_the_same_with_whatever_values_has_no_difference(source, target):
     found = receipt(source, target)
-    assert differences(found) == []
+    # The plain run has no value for PR[5]; a JOB cannot ask whether a wait has timed out.
+    assert_proven(found, "uncompared", *(["left-out"] if target == "inform" else []))
     assert len(found.made_up) >= 4
     assert sum(one.steps for one in found.made_up) >= 12
     assert "with other values for what no file tells" in as_text(found)
@@ -182,7 +193,7 @@ def test_a_move_without_any_speed_is_as_fast_in_its_translation_as_in_its_run():
 def test_a_whole_number_of_the_source_is_whole_in_a_register_that_could_hold_fractions():
     rows = ("DOUT OG#(26) B009", "SET I001 B009", "DOUT OG#(27) I001")
     found = receipt(inform(*rows), "tp", vendor="inform")
-    assert differences(found) == []
+    assert_proven(found)
     assert sum(one.steps for one in found.made_up) >= 8
 
 
@@ -194,7 +205,7 @@ _TAKES = ("UTOOL_NUM=1", "IF AR[1]>3,DO[7]=(ON)", "IF AR[2]=4,JMP LBL[1]", "WAIT
 @pytest.mark.parametrize("target", ["krl", "rapid", "urscript"])
 def test_arguments_that_nobody_passes_are_made_up_in_both_programs(target):
     found = receipt(tp(*_TAKES), target)
-    assert found.verdict.agrees, found.verdict.objections
+    assert_proven(found)
     assert sum(one.steps for one in found.made_up) >= 3
     assert "there was nothing to compare" not in as_text(found)
 
@@ -215,7 +226,7 @@ def test_steps_of_further_runs_are_paired_by_their_lines(tmp_path):
     """Each run reads the translation from a folder of its own: messages that follow one another slipped there."""
     rows = ["WAIT DI[5]=ON TIMEOUT,LBL[1]", "END", "LBL[1]", "MESSAGE[A]", "MESSAGE[B]", "MESSAGE[C]"]
     found = receipt(tp(*rows), "rapid")
-    assert found.verdict.agrees, found.verdict.objections
+    assert_proven(found)
     assert sum(one.steps for one in found.made_up) >= 10
 
 
@@ -233,7 +244,7 @@ def test_names_that_nothing_declares_are_made_up_however_they_are_spelt(target):
         "LIN XHOME",
     ]
     found = receipt(krl("$VEL.CP=0.3", "$BASE=$NULLFRAME", "$TOOL=$NULLFRAME", *rows), target, vendor="krl")
-    assert differences(found) == []
+    assert_proven(found, "uncompared")
     assert sum(one.steps for one in found.made_up) >= 8
 
 
@@ -247,14 +258,14 @@ def test_names_that_became_registers_by_way_of_a_shorter_name_have_the_same_valu
         "ENDIF",
     ]
     found = receipt(krl(*rows), "tp", vendor="krl")
-    assert differences(found) == []
+    assert_proven(found, "uncompared")
     assert sum(one.steps for one in found.made_up) >= 3
 
 
 def test_registers_whose_comments_became_legal_names_and_registers_again_have_the_same_values():
     rows = ["J P[1] 50% FINE", "L P[2] R[6:feed rate]mm/sec FINE Offset,PR[7:above it]"]
     found = receipt(tp(*rows, positions=POINTS), "inform")
-    assert differences(found) == []
+    assert_proven(found, "uncompared")
     assert sum(one.steps for one in found.made_up) >= 6
 
 
@@ -262,8 +273,7 @@ def test_registers_whose_comments_became_legal_names_and_registers_again_have_th
 def test_the_speed_that_the_welding_equipment_sets_is_the_same_in_both_runs(target):
     rows = ["J P[1] 50% FINE", "L P[2] WELD_SPEED CNT100", "L P[1] WELD_SPEED FINE"]
     found = receipt(tp(*rows, positions=POINTS), target)
-    assert found.verdict.agrees
-    assert not any(one.found for one in found.made_up)
+    assert_proven(found)
     assert sum(one.steps for one in found.made_up) >= 6
 
 
@@ -272,7 +282,7 @@ def test_a_tool_whose_name_is_no_word_of_the_target_is_the_same_thing_in_both_ru
     text = module("MoveL [[600,0,600],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v500,fine,popup;")
     assert "set_tcp(popup_1)" in translated(text, "rapid", "urscript")
     found = receipt(text, "urscript", vendor="rapid")
-    assert differences(found) == []
+    assert_proven(found)
     assert sum(one.steps for one in found.made_up) >= 4
 
 
@@ -280,7 +290,7 @@ def test_both_programs_start_at_the_same_routine():
     """Of a module without main the reader takes a procedure without parameters."""
     text = "DEF PART (n :IN)\nDECL INT n\nWAIT SEC n+1\nREST ( )\nEND\nDEF REST ( )\nWAIT SEC 9\nEND\n"
     found = receipt(text, "rapid", vendor="krl")
-    assert found.verdict.agrees, found.verdict.objections
+    assert_proven(found)
     assert found.comparison.steps == 2
 
 
@@ -288,7 +298,7 @@ def test_a_first_move_to_where_the_arm_stands_and_long_messages_are_no_differenc
     rows = ["PTP $AXIS_ACT", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 20,A6 0}"]
     rows += ['$LOOP_MSG[]="a text that needs two lines on the pendant"', '$LOOP_MSG[]="b"', "WAIT SEC 1"]
     found = receipt(krl("$BASE=$NULLFRAME", "$TOOL=$NULLFRAME", *rows), "tp", vendor="krl")
-    assert differences(found) == []
+    assert_proven(found)
 
 
 def test_what_goes_wrong_for_an_argument_that_nobody_passes_is_a_warning():
@@ -305,7 +315,7 @@ STATES = ["IF $T1 OR NOT $IN_HOME THEN", "WAIT SEC 1", "ELSE", "WAIT SEC 3", "EN
 @pytest.mark.parametrize("target", ["inform", "urscript"])
 def test_variables_that_tell_of_the_controller_are_what_the_source_asked_of_it(target):
     found = receipt(krl(*STATES), target, vendor="krl")
-    assert found.verdict.agrees, found.verdict.objections
+    assert_proven(found)
     assert len(found.made_up) >= 4
 
 
@@ -322,7 +332,7 @@ def test_a_wait_for_what_the_controller_tells_by_a_signal_is_the_same(target):
     made, linked = converted(text, "krl", target), link(read(text, "krl"))
     runs = runs_of(linked.program, made, target, (ROBOT, None))
     found = receipt_of(linked, made.translated, target, tuple(made.files), runs, (ROBOT, None))
-    assert not [one for one in found.verdict.objections if one.kind == "difference"]
+    assert_proven(found)
 
 
 def test_a_loop_over_two_groups_takes_as_many_passes_where_one_of_them_is_copied_first():

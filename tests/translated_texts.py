@@ -6,6 +6,7 @@ from olp.robots.robot import load_robot
 from olp.transpile import Context
 from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
+from olp.transpile.receipt_text import as_text
 
 ROBOT = load_robot("yaskawa/gp25")
 NAMES = {
@@ -38,6 +39,20 @@ def translated(text, vendor, target):
 def run_elsewhere(text, vendor, target):
     """The plan of the translation, read again."""
     return run_converted(converted(text, vendor, target), target, ROBOT, read(text, vendor))
+
+
+def assert_proven(receipt, *but):
+    """As the receipt tells it: no run has a difference, not one that it names either, and nothing else stands against
+    it but objections of the kinds `but`, each of which it has. What a plain run leaves out for values that no file
+    tells ("uncompared") has to be compared in the runs with made-up ones, to their end.
+    """
+    assert {one.kind for one in receipt.verdict.objections} == set(but), as_text(receipt)
+    plain = () if receipt.comparison is None else (receipt.comparison,)
+    for one in (*plain, *receipt.again, *receipt.starts.values(), *receipt.made_up):
+        assert not one.found, as_text(receipt)
+    for one in receipt.made_up:
+        assert not one.until, as_text(receipt)
+        assert not one.unknown, as_text(receipt)
 
 
 def module(*rows, data=()):
