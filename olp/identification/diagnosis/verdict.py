@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,6 @@ from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.naming import NamingResult
 from olp.identification.diagnosis.scatter import REMAINS, Scatter, beyond_digits, digits_of, scatter_of
 from olp.identification.diagnosis.waits import tails_of
-
-if TYPE_CHECKING:
-    pass
-
 
 Floats = NDArray[np.float64]
 
