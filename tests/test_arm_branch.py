@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,12 @@ from eaik.IK_HP import HPRobot
 
 from olp.fluent import read
 from olp.ir.program import Path
+from olp.robots.geometry import Pose, quaternion_from_rotation
 from olp.robots.kinematics import configuration_of, forward, nearest
 from olp.robots.kinematics.configuration import wrap
 from olp.robots.robot import load_robot
 from olp.runtime.arm_branch import PlannedArm
-from olp.runtime.plan import PATHS
+from olp.runtime.plan import PATHS, Positions
 from olp.timing.timing import time_plan
 from olp.timing.track import states
 
@@ -232,7 +234,16 @@ def test_lines_behind_an_unsure_one_are_not_all_solved_again_and_again(tmp_path,
         asked.append(len(targets))
         return really(self, targets, start, first)
 
+    solved = []
+    inverse = importlib.import_module("olp.robots.kinematics.inverse")
+    solve = inverse.inverse
+
+    def solving(robot, positions, *more):
+        solved.append(len(positions))
+        return solve(robot, positions, *more)
+
     monkeypatch.setattr(PlannedArm, "_on_branch", counted)
+    monkeypatch.setattr(inverse, "inverse", solving)
     generator = np.random.default_rng(11)
     start = np.array([0.4, -0.5, 0.6, 0.7, 0.0, 0.3])
     ends = [near(GP25, start, 0.03, generator) for _ in range(120)]
@@ -241,6 +252,26 @@ def test_lines_behind_an_unsure_one_are_not_all_solved_again_and_again(tmp_path,
     axes_of(script(tmp_path, GP25, start, [("movel", end) for end in ends]), GP25)
     assert len(asked) > 60  # at many of them the run begins anew
     assert sum(asked) < 12 * len(ends)
+    assert sum(solved) < 5 * len(ends)  # for either side of the wrist, and not once more for each new run
+
+
+def test_a_position_in_two_runs_of_lines_is_solved_for_the_flags_of_each():
+    joints = np.array([[0.4, -0.5, 0.6, 0.7, 0.5, 0.3], [0.5, -0.4, 0.6, 0.6, 0.7, 0.2]])
+    position, rotation = forward(GP25, joints)
+    positions = Positions(position, quaternion_from_rotation(rotation), joints)
+    cell = SimpleNamespace(tool_pose=lambda number: Pose(np.zeros(3), np.eye(3)))
+    flags = np.array([[0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]])
+    targets = np.array([0, 1, 0, 1], dtype=np.int32)
+
+    def arm():
+        return PlannedArm(GP25, cell, positions, np.zeros(2, dtype=np.int32))
+
+    at_once, again = arm(), arm()
+    one_by_one = [arm()._with_flags(targets[[i]], flags[[i]])[0][0] for i in range(4)]
+    np.testing.assert_array_equal(at_once._with_flags(targets, flags)[0], one_by_one)
+    for i in (0, 2, 0, 1, 3):
+        np.testing.assert_array_equal(again._with_flags(targets[[i]], flags[[i]])[0][0], one_by_one[i])
+    assert np.abs(np.subtract(one_by_one[0], one_by_one[2])).max() > 1.0
 
 
 def test_a_loop_over_lines_that_an_arm_without_a_closed_form_cannot_reach_is_followed_once(

@@ -178,6 +178,18 @@ class PlannedArm:
     tools: NDArray[np.int32]
     _known: dict[tuple[str | bytes, ...], Floats] = field(default_factory=dict)
     _lost: set[bytes] = field(default_factory=set)  # positions that cannot be reached from any start
+    # Of each position, what does not depend on the way there, once it was asked for: after a line that has to be
+    # followed, the lines behind it are decided again. Whether the flange is known (p,), its place (p, 3) [m] and
+    # rotation (p, 3, 3); for each of the eight branches whether it is solved (8, p), the axes (8, p, k) [rad] and
+    # whether the wrist is straight there (8, p).
+    _flanges: tuple[NDArray[np.bool_], Floats, Floats] = field(init=False)
+    _solved: tuple[NDArray[np.bool_], Floats, NDArray[np.bool_]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        count = len(self.positions)
+        self._flanges = np.zeros(count, dtype=bool), np.empty((count, 3)), np.empty((count, 3, 3))
+        branches = np.zeros((2, 8, count), dtype=bool)
+        self._solved = branches[0], np.empty((8, count, len(self.robot.axes))), branches[1]
 
     def follow(
         self, start: int, targets: NDArray[np.int32], joint: NDArray[np.bool_], says: NDArray[np.int8]
@@ -286,6 +298,14 @@ class PlannedArm:
 
     def _flange(self, targets: NDArray[np.int32]) -> tuple[Floats, Floats]:
         """Flange poses (n, 3) [m], (n, 3, 3) of positions."""
+        known, place, turn = self._flanges
+        new = targets[~known[targets]]
+        if len(new):
+            place[new], turn[new] = self._flange_of(new)
+            known[new] = True
+        return place[targets], turn[targets]
+
+    def _flange_of(self, targets: NDArray[np.int32]) -> tuple[Floats, Floats]:
         position = self.positions.position[targets]
         rotation = rotation_from_quaternion(self.positions.quaternion[targets])
         for number in np.unique(self.tools[targets]).tolist():
@@ -337,7 +357,7 @@ class PlannedArm:
         if not closed_form:
             return self._remembered(targets[:_FEWEST], here, self._step_by_step)
         first = np.arange(len(targets)) == 0
-        joints, unsure = self._on_branch(targets, np.broadcast_to(here, (len(targets), len(here))), first)
+        joints, unsure = self._on_branch(targets, here[None], first)
         sure = int(unsure.argmax()) if unsure.any() else len(targets)
         return joints[:sure] if sure else self._again(targets[:1], here, self._followed)
 
@@ -346,22 +366,37 @@ class PlannedArm:
     ) -> tuple[Floats, NDArray[np.bool_]]:
         """Axes (m, k) at `targets` along lines, and for which of them (m,) they are uncertain.
 
-        `start` (m, k): axes at the start of the run of lines that a target is in; `first` (m,): the first targets of
-        runs.
+        `start` (m, k) or (1, k): axes at the start of the run of lines that a target is in; `first` (m,): the first
+        targets of runs.
         """
-        from olp.robots.kinematics.configuration import clearance, configuration_of
-        from olp.robots.kinematics.inverse import inverse
+        from olp.robots.kinematics.configuration import configuration_of
 
-        flags = configuration_of(self.robot, start)
-        flags[:, 3:] = 0
-        joints, _ = inverse(self.robot, *self._flange(targets), flags)
+        joints, straight = self._with_flags(targets, configuration_of(self.robot, start)[:, :3])
         steps = joints - np.where(first[:, None], start, np.roll(joints, 1, axis=0))
         turns = np.nan_to_num(np.rint(steps / _TURN))
-        straight = np.abs(clearance(self.robot, joints).wrist) < 1e-6
         unsure = straight | ~(np.abs(steps - _TURN * turns) < _SUDDEN).all(axis=1)
         total = np.cumsum(turns, axis=0)
         begin = np.maximum.accumulate(np.where(first, np.arange(len(first)), 0))
         return joints - _TURN * (total - (total - turns)[begin]), unsure
+
+    def _with_flags(
+        self, targets: NDArray[np.int32], flags: NDArray[np.int64]
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        """Axes (m, k) at `targets` with `flags` (m, 3) or (1, 3) and no turns, and where (m,) the wrist is straight."""
+        from olp.robots.kinematics.configuration import clearance
+        from olp.robots.kinematics.inverse import inverse
+
+        solved, joints, straight = self._solved
+        branch = np.broadcast_to(flags @ (4, 2, 1), len(targets))
+        new = np.flatnonzero(~solved[branch, targets])
+        if len(new):
+            at = branch[new], targets[new]
+            joints[at], _ = inverse(
+                self.robot, *self._flange(at[1]), np.broadcast_to(flags, (len(targets), 3))[new]
+            )
+            straight[at] = np.abs(clearance(self.robot, joints[at]).wrist) < 1e-6
+            solved[at] = True
+        return joints[branch, targets], straight[branch, targets]
 
     def _remembered(
         self, targets: NDArray[np.int32], here: Floats, work: Callable[[NDArray[np.int32], Floats], Floats]
