@@ -28,7 +28,7 @@ from olp.identification.diagnosis.intervals import parameters_with_intervals
 from olp.identification.diagnosis.model import Condition, DurationModel, Statement
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of, swaps
-from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined
+from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined, verdict_of
 from olp.identification.diagnosis.waits import late_moves, spread, tails_of, threshold, told_by_unseen_moves
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -616,6 +616,19 @@ def test_a_difference_that_grows_with_the_durations_is_no_scatter(per_second, pe
     real = real + rng.normal(size=COUNT) * (per_second * real + per_move)
     told = diagnose_recording(record(tmp_path / "r", real, 5)).diagnosis
     assert (told.verdict, told.findings) == (verdict, ())
+
+
+@pytest.mark.parametrize(("together", "verdict"), [(0.41, "no-mismatch"), (0.65, "unexplained")])
+def test_a_correlation_that_chance_makes_once_in_a_hundred_recordings_is_no_difference(
+    together, verdict, tmp_path
+):
+    """Nothing but such a correlation would tell that there is one."""
+    off, other = np.random.default_rng(3).normal(size=(2, COUNT))
+    column = together * off + np.sqrt(1.0 - together**2) * other
+    recording = record(tmp_path / "r", plain(3) + 0.004 * off, 3, more={"oil_c": column})
+    named = diagnose_recording(recording).named
+    assert [c.column for c in named.remains.correlates] == ["oil_c"]
+    assert (verdict_of(named), named.fit.names) == (verdict, ())
 
 
 def test_far_out_moves_of_one_kind_are_no_scatter(tmp_path):

@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 LEVEL = 0.01
+_SURE = 0.001  # that chance makes what a verdict alone rests on
 _FEWEST = 8
 _LAGS = 5
 _GROUPS = {"start": "start point", "repeat": "programmed move", "speed": "each speed"}
@@ -32,10 +33,16 @@ class Remains(NamedTuple):
 
     correlates: tuple[Correlate, ...]  # the significant ones, the surest first
     order: float  # [1] correlation of a residual with the one before it; 0 when it is not significant
+    chance: float = 1.0  # that one of all looks is as sure as the surest
 
     @property
     def structured(self) -> bool:
         return bool(self.correlates)
+
+    @property
+    def surely_structured(self) -> bool:
+        """Of a thousand clean recordings one is: where no name holds, nothing else tells that a difference is real."""
+        return self.chance <= _SURE
 
 
 def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels]) -> Remains:
@@ -48,15 +55,16 @@ def remains_of(residual: Floats, case: MeasuredMoves, groups: dict[str, Labels])
         *_by_groups(clipped, {**groups, "repeat": case.repeats}),
     ]
     looks = len(found)
-    kept = list[Correlate]()
-    for rank, look in enumerate(sorted(found, key=lambda c: c.p_value)):
+    kept, found = list[Correlate](), sorted(found, key=lambda c: c.p_value)
+    for rank, look in enumerate(found):
         if look.p_value * (looks - rank) > LEVEL:
             break
         kept.append(look)
     order = next((c.statistic for c in kept if c.column == "previous move"), 0.0)
     if any(c.column == "speed_mm_s" for c in kept):
         kept = [c for c in kept if c.column != _GROUPS["speed"]]  # the same, seen as groups
-    return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)))
+    chance = min(found[0].p_value * looks, 1.0) if found else 1.0
+    return Remains(tuple(kept), float(np.clip(order, -0.95, 0.95)), chance)
 
 
 def of_axes(residual: Floats, case: MeasuredMoves) -> tuple[Correlate, ...]:

@@ -53,8 +53,10 @@ def verdict_of(named: NamingResult) -> str:
     sigma, tails = floor_of(named).value, heavy_tails(named)
     off = left_over(named)[in_time(named)]
     left, raw = _beside(off, tails), rms(named.clean.residual)
-    pattern = named.remains.structured and beyond_digits(off, named.clean, named.noise.order)
-    if not named.fit.model.parts and not named.late.any():
+    nameless = not named.fit.model.parts and not named.late.any()
+    pattern = named.remains.surely_structured if nameless else named.remains.structured
+    pattern = pattern and beyond_digits(off, named.clean, named.noise.order)
+    if nameless:
         grows = _growth(off, named.clean.simulated[in_time(named)]) > _GROWS
         return "unexplained" if pattern or grows or left > AGREES * sigma else "no-mismatch"
     unseen = (named.clean.measured - named.selection.predicted)[in_time(named)]  # by the whole search
