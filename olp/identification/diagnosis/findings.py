@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,10 @@ from olp.identification.diagnosis.result import (
     FittedParameter,
 )
 from olp.identification.diagnosis.search import PRICE, additions, move_terms, swaps
+from olp.identification.diagnosis.verdict import unseen_errors
 from olp.identification.diagnosis.waits import spread
 from olp.timing.physics import TermParameter, load_term
 from olp.timing.physics._case import MeasuredMoves
-
-if TYPE_CHECKING:
-    pass
-
-
-from olp.identification.diagnosis.verdict import unseen_errors
 
 Floats = NDArray[np.float64]
 
