@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Final, TypeVar
 
 from olp.core.units import deg, mm
 from olp.ir import expressions as ex
@@ -25,6 +25,7 @@ _STEADY: Final = (
 _SAME: Final = 1e-9  # [rad]
 _PLACE: Final = ("x", "y", "z")
 _ANGLES: Final = ("rx", "ry", "rz")
+_S = TypeVar("_S", bound=st.Statement)
 _NOWHERE: Final = ex.PositionLiteral("pose", (0.0,) * 6)
 _COMPUTED: Final = {"pose-angles": "pose", "joints": "joint"}  # functions of six components
 _READ: Final = {"pose": ("position", "current-pose"), "joint": ("joints", "current-joints")}
@@ -404,9 +405,11 @@ def _with_turns(program: st.Program, work: TranslationContext) -> st.Program:
     if not turned:
         return program
 
-    def row(s: Any) -> Any:
-        bare = type(s) is st.Declare and s.value is None and not s.sizes and s.type == "position"
-        return replace(s, value=_NOWHERE) if bare and s.name in turned else s
+    def row(s: _S) -> _S:
+        if not isinstance(s, st.Declare) or s.name not in turned:
+            return s
+        bare = s.value is None and not s.sizes and s.type == "position"
+        return replace(s, value=_NOWHERE) if bare else s
 
     routines = tuple(
         replace(r, body=tuple(map(row, r.body)), data=tuple(map(row, r.data))) for r in program.routines
