@@ -36,12 +36,12 @@ def table(*rows: dict[str, str], names: tuple[str, ...] = ()) -> str:
 
 
 def moves(count: int, **cells: str) -> list[dict[str, str]]:
-    """Plain moves 1 to `count` with tool points and a speed."""
+    """Plain moves 1 to `count` with tool points, 5 mm apart, and a speed."""
     names = dict.fromkeys(POINTS, "")
     rows = []
     for i in range(1, count + 1):
         place = {name: f"{100 * i + k}.5" for k, name in enumerate(POINTS[2:])}
-        rows.append(names | {"move": str(i), "duration_s": f"{i}.25", **place, "speed_mm_s": "250", **cells})
+        rows.append(names | {"move": str(i), "duration_s": f"{i}.25", **place, "speed_mm_s": "5", **cells})
     return rows
 
 

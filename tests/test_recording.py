@@ -606,3 +606,58 @@ def test_separators_at_the_end_of_lines_are_no_column(tmp_path, text):
     assert read_recording(tmp_path).moves.duration.tolist() == [2.5, 3.0]
     (tmp_path / "moves.csv").write_text("move,duration_s,\n1,2.5,7\n")
     assert [found.code for found in refused(tmp_path)] == ["D013"]
+
+
+# --- units: what no motion agrees with ---
+
+# A cell of 20 straight moves as it should be: 300 mm to 680 mm at 250 mm/s, and what a mistaken unit makes of it.
+_MISTAKEN = {
+    "sim_s in ms": ({"sim_s": 1000.0}, "error", "D027", "sim_s", "1,000 times duration_s"),
+    "duration_s in min": ({"duration_s": 1 / 60}, "error", "D027", "sim_s", "60 times duration_s"),
+    "both in ms": ({"sim_s": 1000.0, "duration_s": 1000.0}, "warning", "D057", "duration_s", "as long as"),
+    "points in m": ({"x": 0.001}, "warning", "D057", "x_start_mm", "as long as"),
+    "speeds in m/s": ({"speed_mm_s": 0.001}, "warning", "D057", "speed_mm_s", "need"),
+    "speeds in m/min": ({"speed_mm_s": 0.06}, "warning", "D057", "speed_mm_s", "need"),
+    "points in m, speeds in m/s": ({"x": 0.001, "speed_mm_s": 0.001}, "warning", "D057", "x_start_mm", "metres?"),
+    "accelerations in m/s²": ({"accel_mm_s2": 0.001}, "warning", "D057", "accel_mm_s2", "m/s²?"),
+    "joints in rad": ({"q": np.pi / 180}, "warning", "D057", "q1_start_deg", "radians?"),
+}  # fmt: skip
+
+
+def _straight_cell(factors: dict[str, float]) -> str:
+    rows = []
+    for i in range(20):
+        way = 300.0 + 20.0 * i
+        numbers = {"move": i + 1, "duration_s": way / 250.0 + 0.1, "sim_s": way / 250.0 + 0.1}
+        numbers |= {"speed_mm_s": 250.0, "accel_mm_s2": 2500.0}
+        numbers |= {f"{axis}_start_mm": 400.0 * factors.get("x", 1.0) for axis in "xyz"}
+        numbers |= {f"{axis}_end_mm": 400.0 * factors.get("x", 1.0) for axis in "yz"}
+        numbers["x_end_mm"] = (400.0 + way) * factors.get("x", 1.0)
+        joints = {f"q{a}_{end}_deg": 30.0 * a + i for a in range(1, 5) for end in ("start", "end")}
+        numbers |= {name: value * factors.get("q", 1.0) for name, value in joints.items()}
+        rows.append({name: repr(value * factors.get(name, 1.0)) for name, value in numbers.items()})
+        rows[-1]["move"] = str(i + 1)
+    return table(*rows)
+
+
+@pytest.mark.parametrize("mistake", _MISTAKEN)
+def test_a_column_in_another_unit_is_told(mistake, tmp_path):
+    factors, severity, code, name, says = _MISTAKEN[mistake]
+    text = _straight_cell(factors)
+    folder = write(tmp_path, text)
+    found = refused(folder) if severity == "error" else read_recording(folder).diagnostics
+    [told] = [d for d in found if d.code in ("D027", "D057")]
+    assert (told.code, told.severity.name.lower(), told.line) == (code, severity, 1)
+    assert says in told.message
+    header = text.splitlines()[0]
+    assert header[told.column - 1 :].startswith(name + ",") or header.endswith(name)
+
+
+def test_units_of_slow_fast_and_short_moves_are_not_doubted(tmp_path):
+    """5 mm at 250 mm/s in 0.1 s, and at an override of 2 %."""
+    rows = moves(20, duration_s="0.1", speed_mm_s="250", override_pct="150")
+    slow = moves(20, duration_s="3.2", speed_mm_s="250", override_pct="2")
+    for number, those in enumerate((rows, slow)):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        assert not read(folder, table(*those)).diagnostics

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, OlpError, error, warning
 from olp.core.units import deg, mm
-from olp.identification.recording.columns import NUMBER
+from olp.identification.recording.columns import NUMBER, like_radians
 from olp.identification.recording.table import RecordingTable, TableColumn
 
 if TYPE_CHECKING:
@@ -198,11 +198,8 @@ def _unit_of(column: str, usual: str, possible: Sequence[str]) -> str:
 def doubtful_units(log: Log) -> list[Diagnostic]:
     """Numbers that another unit would explain better (D057): angles that are radians, times that are milliseconds."""
     told = []
-    turning = log.q[:, ~np.array(log.slides, dtype=bool)]
-    spread = np.ptp(turning, axis=0).max(initial=0.0) if len(log) else 0.0
-    # As degrees less than 7 everywhere, and an arm that goes no farther than 7 degrees: a whole turn of radians.
-    if turning.shape[1] >= 4 and spread > 0 and np.abs(turning).max() < 7 * deg:
-        says = f"no axis is farther than {np.abs(turning).max() / deg:.3g} deg from 0: are these radians?"
+    if like_radians(log.q, log.slides):
+        says = "no axis is farther than 7 deg from 0: are these radians?"
         told.append(warning("D057", says, file=log.file, help="--column q1_rad=NAME, one for each axis"))
     if len(log) > 2 and log.period > 0.9:
         says = f"samples are {log.period:.4g} s apart: is the time in milliseconds?"

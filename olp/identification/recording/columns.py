@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.core.diagnostic import Diagnostic, Severity, Span
-from olp.core.units import mm, percent
+from olp.core.units import deg, mm, percent
 from olp.identification.recording.table import SHOWN, Floats, RecordingTable, TableColumn
 
 # What no robot's recording holds, in any column's unit: products of such numbers are no numbers any more.
@@ -128,6 +128,17 @@ def log_names(axes: int = 6) -> list[str]:
     units = ("q{}_deg", "q{}_cmd_deg", "qd{}_deg_s", "tau{}_nm", "i{}_a")
     joints = [unit.format(i) for i in range(1, axes + 1) for unit in units]
     return ["t_s", "move", *LOG_POINT, *LOG_TURN, *joints]
+
+
+def like_radians(joints: Floats, slides: tuple[bool, ...]) -> bool:
+    """Whether joint values (n, k) [rad | m], read as degrees, look like radians: four axes or more that turn, and
+    none farther than 7 degrees from 0. A whole turn is 6.3 radians; an arm that goes no farther than 7 degrees does
+    no work.
+    """
+    turning = joints[:, ~np.array(slides, dtype=bool)]
+    if turning.shape[1] < 4 or not len(turning):
+        return False
+    return bool(np.ptp(turning, axis=0).max() > 0.0) and bool(np.abs(turning).max() < 7 * deg)
 
 
 def nearest(name: str, known: Iterable[str], taken: Collection[str] = ()) -> str:

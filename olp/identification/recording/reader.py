@@ -33,7 +33,7 @@ from olp.identification.recording.columns import (
     texts,
     unit_of,
 )
-from olp.identification.recording.fit import fit_together, logs_fit
+from olp.identification.recording.fit import fit_together, logs_fit, units_fit
 from olp.identification.recording.log import Log
 from olp.identification.recording.log_reader import read_log
 from olp.identification.recording.moves import CIRCULAR, JOINT, KINDS, LINEAR, WAIT, RecordedMoves, no_moves
@@ -88,6 +88,7 @@ def read_recording(path: str | os.PathLike[str], *, logs_alone: bool = False) ->
                 _digest_cells(digest, role, cells.cells)
     if moves is not None and table is not None and not any(d.is_error for d in found):
         found += fit_together(table, moves, logs, robot)
+        found += units_fit(table, moves)
     if "moves" not in files:
         moves = no_moves()
         found += _alone(Path(path), files["log"], logs, robot)
