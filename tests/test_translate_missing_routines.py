@@ -67,7 +67,7 @@ def test_what_a_routine_elsewhere_is_handed_may_change(tmp_path, call, storage):
 
 def test_a_first_value_that_is_asked_for_is_left_out_not_nearly_right():
     losses = converted(
-        script("t = socket_read_string()", "textmsg(t)"), "urscript", "rapid"
+        script("t = is_steady()", "if t:", "  sleep(1)", "end"), "urscript", "rapid"
     ).translated.losses
     assert {loss.fate for loss in losses if "first value" in loss.says} == {Fate.COMMENTED}
 
@@ -201,3 +201,37 @@ def test_the_position_that_a_routine_elsewhere_returns_is_a_position_register():
     assert [
         loss.says for loss in losses if loss.leaves_out
     ]  # no call of FANUC's hands over where the arm stands
+
+
+UR_SOCKET = script(
+    'if (not socket_open("10.0.0.2", 30000, "cell")):',
+    '  popup("no cell", "cell", error=True)',
+    "end",
+    'socket_send_string("go", "cell")',
+    "write_output_integer_register(3, 7)",
+    "n = read_input_integer_register(2)",
+    "sleep(n)",
+)
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_functions_of_urscript_that_reach_outside_the_arm_are_calls(target):
+    made = converted(UR_SOCKET, "urscript", target)
+    told = [one for one in made.translated.losses if "routine of its own" in one.says]
+    assert {one.fate for one in told} == {Fate.APPROXIMATED}
+    assert len({one.line for one in told}) == 4
+    assert not [one for one in made.translated.losses if one.fate is Fate.COMMENTED]
+
+
+def test_arguments_and_results_of_such_a_function_keep_their_place_and_kind():
+    made = translated(UR_SOCKET, "urscript", "krl")
+    assert 'IF NOT socket_open("10.0.0.2",30000,"cell") THEN' in made
+    assert "write_output_integer_reg (3,7)" in made  # 24 characters
+    assert "DECL INT n" in made
+
+
+def test_a_list_that_a_function_of_urscript_gives_back_is_no_number():
+    losses = converted(
+        script('got = socket_read_ascii_float(1, "cell")', "sleep(got[1])"), "urscript", "rapid"
+    ).translated.losses
+    assert [one.fate for one in losses if "socket_read_ascii_float" in one.says] == [Fate.COMMENTED]

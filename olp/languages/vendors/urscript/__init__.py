@@ -9,6 +9,12 @@ from olp.core.source import Source
 from olp.ir.program import Program
 from olp.languages.vendor import Conventions, CornerSpelling, MoveOptions, Vendor, statements
 from olp.languages.vendors.urscript.builtins import NO_TIME
+from olp.languages.vendors.urscript.known_routines import (
+    REPLACEABLE,
+    RESULT_TYPES,
+    SETTINGS,
+    with_outside_calls,
+)
 
 _DEFINITION = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\([^)]*\)\s*:")
 _MOVE = re.compile(r"\s*(?:move[jlpc]|set_tcp|set_payload|set_(?:standard_)?digital_out)\s*\(")
@@ -28,6 +34,8 @@ _SETTINGS = (
     "set_tool_communication",
     "set_tool_digital_output_mode",
     "set_tool_output_mode",
+    "set_tool_voltage",
+    *sorted(SETTINGS),
 )
 
 
@@ -58,6 +66,8 @@ class UrScript(Vendor):
         window_process="popup",
         manner_processes={"sync": "how long a step of the controller is"},
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
+        replaceable_routines=REPLACEABLE,
+        result_types=RESULT_TYPES,
     )
     joint_moves = (  # at the speed and acceleration that movej has by itself
         (r"^(\s*)movel\((.*?),\s*a\s*=\s*[\d.]+\s*,\s*v\s*=\s*[\d.]+", r"\1movej(\2, a=1.4, v=1.05"),
@@ -75,6 +85,9 @@ class UrScript(Vendor):
         defines = any(_DEFINITION.match(line) for line in lines)
         ends = any(line.strip() == "end" for line in lines)
         return (defines and ends) or any(_MOVE.match(line) for line in lines)
+
+    def as_called(self, program: Program) -> Program:
+        return with_outside_calls(program)
 
     def read(self, source: Source) -> Program:
         from olp.languages.vendors.urscript.reader import read_program

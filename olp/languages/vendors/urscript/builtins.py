@@ -116,6 +116,15 @@ RESULTS: Final = {
         ("to_str", "str_cat", "str_sub", "str_at", "socket_read_string", "socket_read_line"), "string"
     ),
     **dict.fromkeys(("socket_open", "get_inverse_kin_has_solution", "is_steady", "str_empty"), "boolean"),
+    **dict.fromkeys(
+        ("socket_send_byte", "socket_send_int", "socket_send_line", "socket_send_string"), "boolean"
+    ),
+    **dict.fromkeys(
+        ("read_input_boolean_register", "read_output_boolean_register", "read_port_bit"), "boolean"
+    ),
+    **dict.fromkeys(("read_input_integer_register", "read_output_integer_register"), "integer"),
+    **dict.fromkeys(("read_port_register", "socket_get_var"), "integer"),
+    **dict.fromkeys(("read_input_float_register", "read_output_float_register"), "real"),
     **{word: "real" if "analog" in word else "boolean" for word in INPUTS},
 }
 
