@@ -204,3 +204,15 @@ def test_two_readings_of_one_move_count_by_their_mean_time():
     apart = replace(moves, duration=moves.duration + np.repeat([-0.01, 0.01], 3))
     factor, _ = says(apart)
     assert factor == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("share, able", [(0.4, False), (0.6, True)])
+def test_moves_in_no_plane_are_none_that_tables_are_learnt_from(share, able):
+    """Tables hold level and upright moves alone: where most are neither, they know nothing of most."""
+    rng = np.random.default_rng(20)
+    starts = rng.uniform([0.5, -0.5, 0.2], [1.1, 0.5, 0.9], (50, 3))
+    ways = rng.uniform(-0.4, 0.4, (50, 3))
+    ways[: round(50 * share), 2] = 0.0
+    needs = load_estimator("factors").needs(synthetic(starts, starts + ways), None)
+    assert (needs == "") is able
+    assert able or needs.startswith("20 of 50 moves lie in a level or upright plane")

@@ -30,6 +30,7 @@ Floats = NDArray[np.float64]
 PLANES = ("horizontal", "vertical")
 # [1] A move belongs to a plane when less than this share of it leaves the plane.
 _LEVEL = 1e-3
+_IN_PLANES = 0.5  # of the moves: from fewer, tables say nothing of most moves that they were learnt from
 _BIT = 1e-6  # [rad] that angles lose on their way through a file
 # [m/s²] where a recording names no simulation: the factors are then relative to this.
 NOMINAL = 1.0
@@ -53,8 +54,10 @@ class Factors(Estimator):
     summary = "Apostolovic's factor tables, a_y² counted once in inclined planes"
 
     def needs(self, moves: MoveSet, robot: Robot | None) -> str:
-        if not any(flat.any() for flat in _planes(moves).values()):
-            return "no move lies in a level or upright plane"
+        planes = _planes(moves)
+        within = int((planes["horizontal"] | planes["vertical"]).sum())
+        if within < _IN_PLANES * len(moves):
+            return f"{within} of {len(moves)} moves lie in a level or upright plane: tables for the others would be a guess"
         return ""
 
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
