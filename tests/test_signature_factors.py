@@ -206,7 +206,7 @@ def test_two_readings_of_one_move_count_by_their_mean_time():
     assert factor == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("share, able", [(0.4, False), (0.6, True)])
+@pytest.mark.parametrize(("share", "able"), [(0.4, False), (0.6, True)])
 def test_moves_in_no_plane_are_none_that_tables_are_learnt_from(share, able):
     """Tables hold level and upright moves alone: where most are neither, they know nothing of most."""
     rng = np.random.default_rng(20)

@@ -57,7 +57,7 @@ class Factors(Estimator):
         planes = _planes(moves)
         within = int((planes["horizontal"] | planes["vertical"]).sum())
         if within < _IN_PLANES * len(moves):
-            return f"{within} of {len(moves)} moves lie in a level or upright plane: tables for the others would be a guess"
+            return f"{within} of {len(moves)} moves lie in a level or upright plane"
         return ""
 
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
