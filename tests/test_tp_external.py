@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 from test_arm_branch import GP25
 from tp_listings import listing, read
 
-from olp.core.diagnostic import OlpError
 from olp.ir.expressions import PositionLiteral
 from olp.transpile import Context
-from olp.transpile.convert import convert, run_converted
+from olp.transpile.convert import convert, run_converted, runs_of
+from olp.transpile.link import link
+from olp.transpile.receipt import receipt_of
 
 JOINTS = "\tJ1= {0:.4f} deg,\tJ2= {1:.4f} deg,\tJ3= {2:.4f} deg,\n\tJ4= {3:.4f} deg,\tJ5= {4:.4f} deg,\tJ6= {5:.4f} deg"
 POSE = "\tX = {0:.4f}  mm,\tY = {1:.4f}  mm,\tZ = {2:.4f}  mm,\n\tW = {3:.4f} deg,\tP = {4:.4f} deg,\tR = {5:.4f} deg"
@@ -85,14 +87,25 @@ def test_they_are_carried_as_written_to_languages_that_have_them(target):
 
 
 @pytest.mark.parametrize("target", ["inform", "urscript"])
-def test_elsewhere_they_are_left_out_at_zero_and_else_refused_at_each_move(target):
-    with pytest.raises(OlpError) as refused:
-        convert(program(), target, Context(robot=GP25))
-    lines = [found.line for found in refused.value.diagnostics]
-    assert {found.code for found in refused.value.diagnostics} == {"X011"}
-    assert sorted(lines) == [8, 9, 10, 11]
+def test_elsewhere_they_are_left_out_and_each_move_tells_where_they_go(target):
+    source = program()
+    made = convert(source, target, Context(robot=GP25))
+    told = [loss for loss in made.translated.losses if loss.part == "beside"]
+    assert [loss.line for loss in told] == [8, 9, 10, 11]
+    runs = runs_of(source, made, target, (GP25, GP25))
+    found = receipt_of(link(source), made.translated, target, tuple(made.files), runs, (GP25, GP25))
+    left = [one.line for one in found.verdict.objections if one.kind == "left-out"]
+    assert left == [8, 9, 10, 11]
+    assert found.comparison is not None
+    assert found.comparison.differences == []
+    text = made.files[made.main].decode("cp1252")
+    found = re.findall(r"external axis (\d): (\S+)", text)
+    assert [float(value) for _, value in found] == [value for row in BESIDE for value in row]
+    assert [number for number, _ in found] == ["1", "2", "3"] * 4
+    back = convert(program([[0.0, 0.0, 0.0], *BESIDE[1:]]), target, Context(robot=GP25))
+    assert [loss.line for loss in back.translated.losses if loss.part == "beside"] == [8, 9, 10, 11]
     made = convert(program([[0.0, 0.0, 0.0]] * 4), target, Context(robot=GP25))
-    assert not [loss for loss in made.translated.losses if loss.part == "external"]
+    assert not [loss for loss in made.translated.losses if loss.part == "beside"]
 
 
 def test_one_that_is_left_out_keeps_the_place_of_the_next():

@@ -20,8 +20,9 @@ from olp.runtime.plan import Plan
 from olp.transpile import Context
 from olp.transpile.compare import compare_plans
 from olp.transpile.context import Fate
-from olp.transpile.convert import convert, run_converted
+from olp.transpile.convert import convert, run_converted, runs_of
 from olp.transpile.link import link
+from olp.transpile.receipt import receipt_of
 
 ARMS = [
     "14000,-21000,3100,1200,-52000,700",
@@ -164,10 +165,22 @@ def test_what_external_axes_cannot_say_is_left_out_and_told(rows: list[str], say
     assert says in found[0].says
 
 
-def test_an_arm_without_external_axes_refuses_the_move() -> None:
+def test_an_arm_without_external_axes_moves_alone_and_tells_where_they_go(tmp_path: Path) -> None:
     rows = [f"MOVJ C0000{n} BC0000{n} VJ=25.00 PL=0 +MOVJ EC0000{n} VJ=25.00" for n in range(3)]
-    losses = converted(job(*rows), "inform", "urscript").translated.losses
-    assert [loss.says for loss in losses if loss.leaves_out] == ["external axes: UR arms have none"] * 3
+    source = olp.read(written(tmp_path, job(*rows)))
+    made = convert(link(source).program, "urscript", Context(ROBOT))
+    told = [loss.line for loss in made.translated.losses if loss.part == "beside"]
+    text = made.files[made.main].decode()
+    found = [float(v) for v in re.findall(r"external axis \d: (\S+) (?:mm|deg)", text)]
+    rows_of = [
+        (pulses / 85.5, one / 1994.5, two / 1376.25) for pulses, (one, two) in zip(TRACK, TABLE, strict=True)
+    ]
+    assert found == pytest.approx([value for row in rows_of for value in row])
+    runs = runs_of(source, made, "urscript", (ROBOT, ROBOT))
+    receipt = receipt_of(link(source), made.translated, "urscript", tuple(made.files), runs, (ROBOT, ROBOT))
+    assert [one.line for one in receipt.verdict.objections if one.kind == "left-out"] == told
+    assert len(told) == 3
+    assert not [one for one in receipt.verdict.objections if one.kind == "difference"]
 
 
 def test_a_station_that_stands_still_is_left_out_though_its_points_name_not_all_axes() -> None:

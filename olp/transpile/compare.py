@@ -159,7 +159,8 @@ def compare_plans(
 
     `without`: lines of `one` that are known to have no counterpart. `comments`: those where a statement that does
     nothing became a comment; anything else of them has its counterpart. `loose`: "speed", "blend", "order" and
-    "wait", the lines of `one` where they are known to differ. `origins`: the line of `one` that each line of
+    "wait", the lines of `one` where they are known to differ; "beside", those whose external axes are left out, as
+    positions of `other` have none. `origins`: the line of `one` that each line of
     `other` was made from; without it steps are paired in their order. `renamed`: an event of `one` with the signals
     of `other`. `states`: the signals by which the controller of `other` tells what `one` asks it without a signal.
     `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are not as long as
@@ -493,8 +494,9 @@ def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: 
     if turned > tolerances.angle:
         result.differ(a, b, "orientation", f"turned by {turned / deg:.6f} deg")
     _compare_tools(a, b, result, rules)
+    alone = not a.beside or rules.loose.get("beside")  # where the target has no external axes, each is told
     for number, (x, y) in enumerate(zip_longest(a.beside, b.beside, fillvalue=math.nan), 1):
-        if a.beside and (abs(x - y) > _SAME_AXIS or (y != y and x == x)):
+        if not alone and (abs(x - y) > _SAME_AXIS or (y != y and x == x)):
             there = "nowhere" if y != y else f"{y:.6g}"
             result.differ(a, b, "external", f"external axis {number} at {x:.6g} and {there}")
     if b.shifts and not a.beside:

@@ -40,6 +40,9 @@ Planned: TypeAlias = "Callable[[bool], Plan | None]"
 PROCESS: Final = (
     "process"  # part of a loss: what a move does besides moving, without which the work is not done
 )
+BESIDE: Final = (
+    "beside"  # part of a loss: where axes beside the arm go, in a language whose positions have none
+)
 SET_BACK: Final = (
     "set these back before each start, as they keep their values from run to run"  # to be asked for
 )

@@ -386,8 +386,6 @@ def _beside(points: Points, routine: Routine, s: Move, value: Value) -> tuple[fl
         return "the program does not say where the target is for an arm whose base is on a track"
     if s.coordinated and ex.Store.STATION in moving:
         return "a path over the work on a station that turns at the same time"
-    if moving and not points.work.limits.external_axes:
-        return points.work.limits.no_external_axes or "external axes: positions have none there"
     if len(parts) < len(s.parts):
         points.work.lose(s, Fate.APPROXIMATED, PROCESS, _SECOND_ARM)
     if ex.Store.BASE in moving and s.path is not Path.JOINT:
@@ -566,7 +564,7 @@ class Points:
         self.units[target.store] = world.cell.units(at, len(row))
         units = [self.units.get(store, ("",) * self.width(store)) for store in _STANDING if self.width(store)]
         self.work.external_units = tuple((f"E{n}", unit) for n, unit in enumerate(chain(*units), 1))
-        for number, _ in enumerate(row, first + 1):
+        for number, _ in enumerate(row if self.work.limits.external_axes else (), first + 1):
             self.work.ask(_SET_UP, f"{number} ({name})")
         return row
 

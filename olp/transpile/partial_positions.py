@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, TypeVar
 
@@ -12,7 +12,7 @@ from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
-from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.context import BESIDE, Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
 from olp.transpile.symbols import Symbols
 
@@ -262,11 +262,14 @@ _TURN: Final = 360.0  # [deg]
 _UNITS_ARE_ASKED: Final = (
     "see which external axes slide and which turn: the units are taken from their values"
 )
+_ARM_ALONE: Final = (
+    "make something else move the external axes in the comments; where one carries the arm, teach anew"
+)
 _UNITS_ARE_OPEN: Final = "the program does not say which external axes slide [mm] and which turn [deg]"
 
 
 def externals(program: st.Program, work: TranslationContext) -> st.Program:
-    """Drops external axes that are zero in all positions; others stay, or are refused where the target has none.
+    """Drops external axes that are zero in all positions; others stay, or become a comment where the target has none.
 
     Where the target has external axes and their unit has to be known, the values decide whether it is mm or deg.
     """
@@ -281,17 +284,44 @@ def externals(program: st.Program, work: TranslationContext) -> st.Program:
         return _everywhere(program, lambda e: _without(e, count))
     if work.limits.external_units:
         return _with_units(program, work)
+    return _arm_alone(program, work, says)
+
+
+def _arm_alone(program: st.Program, work: TranslationContext, says: str) -> st.Program:
+    """The arm's own moves, with comments that say where axes beside it go: a person makes something else move them."""
+    count = _moving(_farthest(work.literals(program)))
     symbols = work.symbols(program)
     routines = []
-    for routine in program.routines:
+    for routine in program.routines if count else ():
         rows: list[st.Statement] = []
         for s in routine.body:
-            if any(_stands(e, symbols, routine.name) for e in _positions(s)):
-                work.lose(s, Fate.REFUSED, "external", says)
-            rows.append(mapped(s, _without))
-        data = tuple(mapped(d, _without) for d in routine.data)
-        routines.append(replace(routine, body=tuple(rows), data=data))
-    return replace(program, data=tuple(mapped(d, _without) for d in program.data), routines=tuple(routines))
+            places = [
+                place for e in _positions(s) if (place := _place_beside(e, symbols, routine.name, count))
+            ]
+            if places:
+                work.lose(s, Fate.APPROXIMATED, BESIDE, f"{says}: the arm's part alone is written")
+                work.ask(_ARM_ALONE, routine.name)
+            if places and isinstance(s, st.Move):
+                end = _place_beside(s.targets[0], symbols, routine.name, count) or places[0]
+                rows += [st.Comment(s.line, text) for text in _named_axes(end, work)]
+            rows.append(s)
+        routines.append(replace(routine, body=tuple(rows)))
+    return _everywhere(replace(program, routines=tuple(routines)) if count else program, _without)
+
+
+def _place_beside(e: ex.Expression, symbols: Symbols, routine: str, count: int) -> tuple[float, ...]:
+    """[mm or deg] where the first `count` external axes of a position stand, nan where it says nothing; else ()."""
+    value = symbols.fixed_value(routine, e)
+    found = value.external[:count] if type(value) is ex.PositionLiteral else ()
+    return found if any(v == v for v in found) else ()
+
+
+def _named_axes(place: tuple[float, ...], work: TranslationContext) -> Iterator[str]:
+    """Where each external axis stands, in words that are short enough for the comments of each language."""
+    units = dict(work.external_units)
+    for n, value in enumerate(place, 1):
+        if value == value:
+            yield f"external axis {n}: {value:.8g} {units.get(f'E{n}', '')}".rstrip()
 
 
 def _with_units(program: st.Program, work: TranslationContext) -> st.Program:

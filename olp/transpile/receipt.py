@@ -20,7 +20,7 @@ from olp.ir.terminology import kind_of
 from olp.runtime.interpreter import LIMIT
 from olp.runtime.plan import ASSUMABLE, Plan
 from olp.transpile.compare import WRITTEN, Comparison, PlanDifference, Tolerances, compare_plans
-from olp.transpile.context import PROCESS, Fate, Loss, Translated, partly_left_out
+from olp.transpile.context import BESIDE, PROCESS, Fate, Loss, Translated, partly_left_out
 from olp.transpile.correspondence import MadeUpRun, blamed, renamer, states_told
 from olp.transpile.dead_code import holds_data_only
 from olp.transpile.link import Linked
@@ -134,7 +134,7 @@ def _follows(one: PlanDifference, before: int, turned: set[int]) -> bool:
 def _left_out(losses: Sequence[Loss]) -> Iterator[Objection]:
     told: set[int] = set()
     for loss in losses:
-        gone = loss.fate in (Fate.COMMENTED, Fate.REFUSED) or loss.part == PROCESS
+        gone = loss.fate in (Fate.COMMENTED, Fate.REFUSED) or loss.part in (PROCESS, BESIDE)
         if gone and loss.line not in told:
             told.add(loss.line)
             yield Objection("left-out", loss.line, loss.says)
@@ -248,7 +248,8 @@ def receipt_of(
         renamed=renamer(translated.mapping),
         states=states_told(target),
         loose={
-            part: {loss.line for loss in translated.losses if loss.part == part} for part in ("wait", "order")
+            part: {loss.line for loss in translated.losses if loss.part == part}
+            for part in ("wait", "order", BESIDE)
         },
     )
     comparison, again, starts = _compared_runs(runs, compared)
