@@ -10,6 +10,7 @@ import pytest
 from test_arm_branch import GP25
 from tp_listings import listing, read
 
+from olp.core.diagnostic import OlpError
 from olp.ir.expressions import PositionLiteral
 from olp.transpile import Context
 from olp.transpile.convert import convert, run_converted, runs_of
@@ -89,7 +90,11 @@ def test_they_are_carried_as_written_to_languages_that_have_them(target):
 @pytest.mark.parametrize("target", ["inform", "urscript"])
 def test_elsewhere_they_are_left_out_and_each_move_tells_where_they_go(target):
     source = program()
-    made = convert(source, target, Context(robot=GP25))
+    with pytest.raises(OlpError) as refused:
+        convert(source, target, Context(robot=GP25))
+    assert {found.code for found in refused.value.diagnostics} == {"X011"}
+    assert sorted(found.line for found in refused.value.diagnostics) == [8, 9, 10, 11]
+    made = convert(source, target, Context(robot=GP25, on_loss="comment"))
     told = [loss for loss in made.translated.losses if loss.part == "beside"]
     assert [loss.line for loss in told] == [8, 9, 10, 11]
     runs = runs_of(source, made, target, (GP25, GP25))
@@ -102,7 +107,8 @@ def test_elsewhere_they_are_left_out_and_each_move_tells_where_they_go(target):
     found = re.findall(r"external axis (\d): (\S+)", text)
     assert [float(value) for _, value in found] == [value for row in BESIDE for value in row]
     assert [number for number, _ in found] == ["1", "2", "3"] * 4
-    back = convert(program([[0.0, 0.0, 0.0], *BESIDE[1:]]), target, Context(robot=GP25))
+    returning = program([[0.0, 0.0, 0.0], *BESIDE[1:]])
+    back = convert(returning, target, Context(robot=GP25, on_loss="comment"))
     assert [loss.line for loss in back.translated.losses if loss.part == "beside"] == [8, 9, 10, 11]
     made = convert(program([[0.0, 0.0, 0.0]] * 4), target, Context(robot=GP25))
     assert not [loss for loss in made.translated.losses if loss.part == "beside"]

@@ -168,7 +168,7 @@ def test_what_external_axes_cannot_say_is_left_out_and_told(rows: list[str], say
 def test_an_arm_without_external_axes_moves_alone_and_tells_where_they_go(tmp_path: Path) -> None:
     rows = [f"MOVJ C0000{n} BC0000{n} VJ=25.00 PL=0 +MOVJ EC0000{n} VJ=25.00" for n in range(3)]
     source = olp.read(written(tmp_path, job(*rows)))
-    made = convert(link(source).program, "urscript", Context(ROBOT))
+    made = convert(link(source).program, "urscript", Context(ROBOT, on_loss="comment"))
     told = [loss.line for loss in made.translated.losses if loss.part == "beside"]
     text = made.files[made.main].decode()
     found = [float(v) for v in re.findall(r"external axis \d: (\S+) (?:mm|deg)", text)]

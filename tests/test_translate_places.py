@@ -252,8 +252,9 @@ def test_external_axes_are_no_part_of_the_arm_elsewhere_and_never_dropped(target
     with pytest.raises(OlpError, match="external axes"):
         converted(slid, "krl", target, on_loss="error")
     (loss,) = converted(slid, "krl", target).translated.losses
-    assert (loss.line, loss.fate.value) == (4, "commented")
+    assert (loss.line, loss.fate.value, loss.part) == (4, "approximated", "beside")
     assert "external axes" in loss.says
+    assert "external axis 1: 250" in translated(slid, "krl", target)
 
 
 @pytest.mark.parametrize("second", ["100,200", "101,200"])

@@ -269,7 +269,7 @@ _UNITS_ARE_OPEN: Final = "the program does not say which external axes slide [mm
 
 
 def externals(program: st.Program, work: TranslationContext) -> st.Program:
-    """Drops external axes that are zero in all positions; others stay, or become a comment where the target has none.
+    """Drops external axes that are zero in all positions; others stay, or become comments where the target has none.
 
     Where the target has external axes and their unit has to be known, the values decide whether it is mm or deg.
     """
@@ -288,7 +288,10 @@ def externals(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 def _arm_alone(program: st.Program, work: TranslationContext, says: str) -> st.Program:
-    """The arm's own moves, with comments that say where axes beside it go: a person makes something else move them."""
+    """The arm's own moves, with comments that say where axes beside it go: a person makes something else move them.
+
+    Refused where no comment may stand for what is lost.
+    """
     count = _moving(_farthest(work.literals(program)))
     symbols = work.symbols(program)
     routines = []
@@ -298,7 +301,9 @@ def _arm_alone(program: st.Program, work: TranslationContext, says: str) -> st.P
             places = [
                 place for e in _positions(s) if (place := _place_beside(e, symbols, routine.name, count))
             ]
-            if places:
+            if places and work.context.on_loss != "comment":
+                work.lose(s, Fate.REFUSED, "external", says)
+            elif places:
                 work.lose(s, Fate.APPROXIMATED, BESIDE, f"{says}: the arm's part alone is written")
                 work.ask(_ARM_ALONE, routine.name)
             if places and isinstance(s, st.Move):
