@@ -12,7 +12,7 @@ from olp.contracts.terms import CYCLE, rich_case
 from olp.core import compiled_loops
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import Condition, DurationModel, ModelPart, Statement
-from olp.timing.physics import MoveTerm, _ramps, joint_speed_limit, load_term, term_names
+from olp.timing.physics import MoveTerm, _motion, _ramps, joint_speed_limit, load_term, term_names
 
 CONTRACT = term_names()
 
@@ -275,10 +275,36 @@ def test_compiled_loops_along_limits_say_the_same_to_the_last_bit(monkeypatch):
     np.testing.assert_array_equal(*said)
 
 
+@pytest.mark.parametrize("law", [law for law in _motion.LAWS if law in _motion._IN_LOOPS])
+def test_compiled_loops_of_overlapping_ramps_say_the_same_to_the_last_bit(law, monkeypatch):
+    rng, count = np.random.default_rng(8), 90
+    motion = CASE.base.take(np.arange(count) % len(CASE)).with_(law=f"{law}{_motion.SHORTER}")
+    columns = {name: rng.uniform(0.1, 2.0, count) for name in _motion._TRAVEL if name != "jerk"}
+    corners = _motion.MoveCorners(*rng.uniform(0.1, 2.0, (11, count)).round(1))
+    rounds = {f"round_{end}": rng.uniform(-0.2, 0.4, count).clip(0.0) for end in ("start", "end")}
+    motion = motion.with_(**columns, **rounds, corners=corners, jerk=np.full(count, np.inf))
+    motion.way[:9], motion.round_end[9], motion.speed[10] = 0.0, np.nan, np.nan
+    for split, portion in ((1.0, 0.0), (0.5, 0.0), (0.3, 0.8)):
+        said = []
+        for worth in (False, True):
+            monkeypatch.setattr(compiled_loops.Loops, "worth", lambda *_, worth=worth: worth)
+            said.append(motion.with_(split=split, portion=portion, overlap=0.7).duration())
+        assert (said[0] < motion.with_(law="stop").duration()).any()
+        np.testing.assert_array_equal(*said)
+
+
 def test_compiled_loops_are_loaded_once_they_would_have_saved_what_that_costs():
     loops = compiled_loops.Loops(1e-6)
     calls = next(k for k in range(10**6) if loops.worth(1000))
     assert compiled_loops.LOAD_TIME <= 1e-6 * 1000 * (calls + 1) <= compiled_loops.IMPORT_TIME + 1e-3
+
+
+def test_loops_pay_together_for_what_all_of_them_need():
+    one, other = compiled_loops.Loops(1e-6), compiled_loops.Loops(1e-6)
+    rows = int(1.1e6 * compiled_loops.LOAD_TIME)
+    one.worth(int(1.1e6 * compiled_loops.IMPORT_TIME))
+    assert other.worth(rows)
+    assert not compiled_loops.Loops(1e-6).worth(rows // 2)
 
 
 def test_the_cycle_of_the_recording_is_found():

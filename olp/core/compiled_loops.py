@@ -64,16 +64,20 @@ def use(compiled: bool | None, seconds: float) -> bool:
 
 class Loops:
     """Whether to do in compiled loops what is asked for again and again: from when they would have saved what it costs
-    to load them. `saving` [s] per row."""
+    to load them. `saving` [s] per row. What all loops have in common is paid by what they would have saved together.
+    """
+
+    _together = 0.0  # [s] that all of them would have saved
 
     def __init__(self, saving: float) -> None:
         self._saving = saving
-        self._rows = 0
+        self._saved = 0.0
 
     def worth(self, rows: int) -> bool:
         """Whether to do so for these rows, too."""
-        self._rows += rows
-        return use(None, self._saving * self._rows)
+        self._saved += self._saving * rows
+        Loops._together += self._saving * rows
+        return self._saved > LOAD_TIME and use(None, Loops._together)
 
 
 def _compile(function: Callable[P, R], helpers: tuple[FunctionType, ...]) -> Callable[P, R]:

@@ -69,8 +69,8 @@ class _Said(NamedTuple):
             return -math.inf, Condition(())
         masks = self.masks[:, at]
         worth = masks.T @ (better[:, None] * masks) - 2.0 * cost
-        worth[np.diag_indices(len(at))] += cost
-        worth[~self.fair[np.ix_(at, at)]] = -np.inf
+        worth.flat[:: len(at) + 1] += cost
+        worth = np.where(self.fair[at][:, at], worth, -np.inf)
         of_known = {statement.column for statement in known.statements} if known is not None else set[str]()
         like = np.array([self.statements[k].column in of_known for k in at])
         alike = as_large(worth.ravel()).reshape(worth.shape)

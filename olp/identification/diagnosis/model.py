@@ -239,8 +239,8 @@ def _per_turn(motion: Motion, others: Motion, rivals: Rivals) -> Floats:
 
 def _least(mine: Floats, others: Floats, per_turn: Floats, rivals: Rivals) -> Floats:
     """(n,) the least of what the leading axes and their rivals allow."""
-    at_most, (first, rows) = mine.copy(), rivals.together
-    at_most[rows] = np.minimum(at_most[rows], np.minimum.reduceat(others * per_turn, first))
+    at_most, (places, rows) = mine.copy(), rivals.together
+    at_most[rows] = np.minimum(at_most[rows], (others * per_turn)[places].min(axis=0))
     return at_most
 
 

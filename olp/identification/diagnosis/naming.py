@@ -70,14 +70,14 @@ class NamingResult(NamedTuple):
 
 def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labels]) -> NamingResult:
     """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
-    known = _everywhere(case, noise, shelf_of(case, move_terms()))
+    whole = shelf_of(case, move_terms())
+    known = _everywhere(case, noise, whole)
     late = _waits(known, case, noise)
     if not at_a_line(late, case.measured - known.model.seconds(case), case):
         # A term under the condition of a line would make up for some of what waits there; others wait for no term.
         late = np.zeros(len(case), dtype=bool)
     for last in (False,) * (_ROUNDS - 1) + (True,):
-        clean = case.take(np.nonzero(~late)[0].astype(np.int64))
-        shelf = shelf_of(clean, move_terms())
+        clean, shelf = _without(late, case, whole)
         best = _found(clean, noise, shelf, None if late.any() else known)
         noise = noise._replace(order=_order(best, clean))
         if noise.order:
@@ -93,8 +93,7 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     if not np.array_equal(again := _waits(best, case, noise), late):
         # Beside the names that hold, some are late no longer; or some are, and a name that fell had them.
         late, clean_folds = again, Folds(folds.by, folds.labels[~again])
-        clean = case.take(np.nonzero(~late)[0].astype(np.int64))
-        shelf = shelf_of(clean, move_terms())
+        clean, shelf = _without(late, case, whole)
         best = _found(clean, noise, shelf) if late.any() else best
         best, gains, fell = confirmed(
             fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
@@ -114,6 +113,14 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     return NamingResult(
         best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups, fell
     )
+
+
+def _without(late: Mask, case: MeasuredMoves, whole: PartShelf) -> tuple[MeasuredMoves, PartShelf]:
+    """The moves that are not `late` (n,) and what parts do to them; of all moves that is `whole`."""
+    if not late.any():
+        return case, whole
+    clean = case.take(np.nonzero(~late)[0].astype(np.int64))
+    return clean, shelf_of(clean, move_terms())
 
 
 def instead(named: NamingResult, model: DurationModel) -> NamingResult:

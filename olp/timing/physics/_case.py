@@ -60,13 +60,15 @@ class Rivals(NamedTuple):
     of: NDArray[np.intp]  # (r,) rows of the moves, ascending
     together: tuple[
         NDArray[np.intp], ...
-    ]  # (g,) the first rival of each move that has some; (g,) that move's row
+    ]  # (m, g) the rivals of each move that has some, the last of fewer than m again; (g,) that move's row
 
     @classmethod
     def of_moves(cls, moves: MeasuredMoves, of: NDArray[np.intp]) -> Rivals:
         """Those that are rivals in the rows `of` (r,), ascending."""
         first = np.flatnonzero(np.diff(of, prepend=-1))
-        return cls(moves, of, (first, of[first]))
+        count = np.diff(first, append=len(of))
+        places = first + np.minimum(np.arange(count.max(initial=0))[:, None], count - 1)
+        return cls(moves, of, (places, of[first]))
 
     def take(self, rows: NDArray[np.int64]) -> Rivals | None:
         """Those of these moves; None where these have none."""
@@ -436,11 +438,12 @@ def _repeated(value: Any, count: int, rows: int) -> Any:
     if isinstance(value, tuple) and type(value) is tuple:
         return value * count
     if isinstance(value, Rivals):
-        steps, (first, of) = np.arange(count)[:, None], value.together
+        steps, (places, of) = np.arange(count)[:, None], value.together
+        each = (places[:, None] + len(value.of) * steps).reshape(len(places), -1)
         return Rivals(
             value.moves.repeated(count),
             (value.of + rows * steps).ravel(),
-            ((first + len(value.of) * steps).ravel(), (of + rows * steps).ravel()),
+            (each, (of + rows * steps).ravel()),
         )
     if isinstance(value, Rates):
         return _RepeatedRates(value, count, rows)
