@@ -3121,3 +3121,86 @@ def test_a_move_to_where_the_arm_is_with_the_tool_of_the_move_before_is_refused(
         assert any("where the arm is" in says for says in refused(other, "rapid", target).values())
         same = module("MoveL p1,v100,fine,tG;", f"MoveL {here},v100,fine,tG;", data=data)
         assert not [loss for loss in losses(same, "rapid", target) if loss.leaves_out]
+
+
+# --- digital signals, numbers in RAPID, that are computed with ---
+
+
+@pytest.mark.parametrize(
+    ("target", "computed", "asked", "inverted"),
+    [
+        (
+            "krl",
+            r"x\w*=number_of_state\(\$IN\[1\]\)\+2\*number_of_state\(\$IN\[2\]\)",
+            r"IF number_of_state\(\$IN\[1\]\)\+number_of_state\(\$IN\[2\]\)==2 THEN",
+            r"\$OUT\[3\]=NOT \$OUT\[3\]",
+        ),
+        (
+            "urscript",
+            r"x = number_of_state\(get_standard_digital_in\(1\)\) \+ 2 \* number_of_state",
+            r"if \(number_of_state\(\S+\)\) \+ number_of_state\(\S+\)\) == 2\)",
+            r"set_standard_digital_out\(3, not \(get_standard_digital_out\(3\)\)\)",
+        ),
+        (
+            "tp",
+            r"R\[(\d+):\S+\]=DI\[1\] ;\s+\d+:  R\[(\d+):\S+\]=DI\[2\] ;\s+\d+:  R\[\S+\]=\(R\[\1:\S+\]\+2\*R\[\2",
+            r"IF \(R\[\S+\]\+R\[\S+\]=2\) THEN",
+            r"DO\[3\]=\(!DO\[3\]\)",
+        ),
+        (
+            "inform",
+            r"DIN B000 IN#\(1\)\s+DIN B001 IN#\(2\)\s+SET R\d+  EXPRESS B000 \+ 2 \* B001",
+            r"SET (R\d+)  EXPRESS B000 \+ B001\s+IFTHEN \1=2",
+            r"IFTHEN OT#\(3\)=OFF\s+DOUT OT#\(3\) ON",
+        ),
+    ],
+)
+def test_digital_signals_that_are_computed_with_are_numbers(target, computed, asked, inverted):
+    """They stood in the arithmetic of languages in which they are states, and a sum was compared with ON."""
+    rows = ("x:=di1+2*di2;", "IF di1+di2=2 THEN", "x:=5;", "ENDIF", "SetDO do3,1-do3;")
+    text = translated(module(*rows, data=TARGETS), "rapid", target)
+    for shape in (computed, asked, inverted):
+        assert re.search(shape, text), text
+
+
+@pytest.mark.parametrize(
+    ("target", "shape"), [("krl", r"number_of_state\(\$IN\[1\]\)>0"), ("inform", "IFTHEN B000>0")]
+)
+def test_a_digital_signal_that_is_more_than_0_is_a_number(target, shape):
+    assert re.search(shape, translated(module("IF di1>0 x:=1;", data=TARGETS), "rapid", target))
+
+
+def test_a_digital_output_that_is_set_to_a_number_is_on_where_that_is_not_0():
+    """DOUT of an OT# takes ON, OFF or a byte."""
+    text = translated(module("x:=gi1;", "SetDO do3,x;", data=TARGETS), "rapid", "inform")
+    assert re.search(r"IFTHEN (\w\d+)<>0\s+DOUT OT#\(3\) ON\s+ELSE\s+DOUT OT#\(3\) OFF", text), text
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_a_pose_of_a_table_that_gets_another_turn_stays_at_its_place(target):
+    """In TP the element was zeroed, and its place then added to itself."""
+    data = (
+        "VAR robtarget c{2,2}:=[[[[900,1,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],"
+        "[[900,2,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]],"
+        "[[[900,3,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],"
+        "[[900,4,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]]];",
+        "VAR num a;",
+    )
+    rows = (
+        "FOR i FROM 1 TO 2 DO", "FOR j FROM 1 TO 2 DO", "c{i,j}.rot:=OrientZYX(10*i,0,180);",
+        "MoveL c{i,j},v100,fine,tool0;", "c{i,j}.trans:=[800,10*j,350];", "MoveL c{i,j},v100,fine,tool0;",
+        "ENDFOR", "ENDFOR",
+    )  # fmt: skip
+    text = module(*rows, data=data)
+    plan = read(text, "rapid")
+    there = run_elsewhere(text, "rapid", target)
+    found = compare_plans(run(plan, robot=ROBOT), there)
+    assert not found.found
+
+
+def test_a_turn_that_is_computed_from_the_pose_itself_is_computed_whole():
+    rows = ("p.rot:=OrientZYX(EulerZYX(\\X,p.rot),0,EulerZYX(\\Z,p.rot));", "MoveL p,v100,fine,tool0;")
+    data = ("VAR robtarget p:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",)
+    text = module("p.rot:=OrientZYX(10,0,180);", *rows, data=data)
+    there = run_elsewhere(text, "rapid", "krl")
+    assert not compare_plans(run(read(text, "rapid"), robot=ROBOT), there).found

@@ -17,10 +17,13 @@ from olp.transpile.occurrences import changed_rare
 _BITS: Final = ("and", "or", "xor")
 _BYTE: Final = 255
 _WHOLE: Final = ("floor", "ceil", "trunc")
+_STATE: Final = "number-of-state"
+_ORDERS: Final = ("<", ">", "<=", ">=")
 
 
 def helper_routines(program: st.Program, work: TranslationContext) -> st.Program:
-    """Powers, whole numbers, the larger of two numbers and bits, computed by routines where the target has none."""
+    """Powers, whole numbers, the larger of two numbers, bits and the numbers of states, computed by routines where the
+    target has none."""
     if not work.limits.lacks:
         return program
     own = _Helpers(work)
@@ -40,6 +43,8 @@ class _Helpers:
     made: dict[str, st.Routine] = field(default_factory=dict)  # by the function's name
 
     def asks(self, e: ex.Expression) -> bool:
+        if computes_with_state(e):
+            return True
         name = e.operator if isinstance(e, ex.Binary) else e.name if isinstance(e, ex.Function) else ""
         return name in self.work.limits.lacks
 
@@ -48,6 +53,8 @@ class _Helpers:
         return type(s) is st.Update and (s.operator == "not" or s.operator in self.work.limits.lacks)
 
     def statement(self, s: st.Statement) -> st.Statement:
+        if type(s) is st.SetOutput and _is_state(s.signal) and _inverts(s.value):
+            return replace(s, value=ex.Unary("not", s.value.right))
         if not self.is_bitwise(s):
             return mapped(s, lambda e: self._change(e, s))
         operand = s.target if s.operand is None else s.operand
@@ -59,6 +66,8 @@ class _Helpers:
         return st.Assign(s.line, s.target, value, s.comment)
 
     def _change(self, e: ex.Expression, s: st.Statement) -> ex.Expression:
+        if _STATE in self.work.limits.lacks and computes_with_state(e):
+            e = with_states(e, lambda signal: self._called(_STATE, (signal,)))
         language = language_of(self.work.target)
         if isinstance(e, ex.Binary) and e.operator in _BITS:
             if e.operator in self.work.limits.lacks:
@@ -77,9 +86,48 @@ class _Helpers:
             return ex.Binary(name, *given) if name in _BITS else ex.Function(name, given)
         if name not in self.made:
             words = (f"{name}_of", "first", "second", "result", "count")
+            if name == _STATE:
+                words = ("number_of_state", "state", *words[2:])
             routine, *others = map(self.work.helper, words)
             self.made[name] = COMPUTED[name](_HelperNames(routine, *map(ex.Named, others)), name)
         return ex.CallValue(self.made[name].name, given)
+
+
+def _is_state(e: ex.Expression) -> bool:
+    """Whether it is a digital signal, which is a number in RAPID and a state elsewhere."""
+    return type(e) is ex.Signal and not any(word in e.bus for word in ("group", "analog", "register"))
+
+
+def _inverts(e: ex.Expression) -> TypeGuard[ex.Binary]:
+    """Whether it is `1 - di1`: the other state."""
+    return type(e) is ex.Binary and e.operator == "-" and e.left == ex.Number(1) and _is_state(e.right)
+
+
+def computes_with_state(e: ex.Expression) -> bool:
+    """Whether a digital signal takes part in arithmetic, or is asked whether it is more or less than a number."""
+    match e:
+        case ex.Binary(_, left, right):
+            return _is_state(left) or _is_state(right)
+        case ex.Compare(operator, left, right):
+            return operator in _ORDERS and (_is_state(left) or _is_state(right))
+        case ex.Unary("-", operand):
+            return _is_state(operand)
+        case _:
+            return False
+
+
+def with_states(e: ex.Expression, number: Callable[[ex.Expression], ex.Expression]) -> ex.Expression:
+    """With `number` of each digital signal in the place of it, and 1 and 0 in the place of ON and OFF."""
+
+    def one(side: ex.Expression) -> ex.Expression:
+        if isinstance(side, ex.SignalState):
+            return ex.Number(int(side.on))
+        return number(side) if _is_state(side) else side
+
+    if isinstance(e, ex.Unary):
+        return replace(e, operand=one(e.operand))
+    assert isinstance(e, (ex.Binary, ex.Compare))
+    return replace(e, left=one(e.left), right=one(e.right))
 
 
 def _is_byte(e: ex.Expression) -> bool:
@@ -191,10 +239,26 @@ def _bits(names: _HelperNames, operator: str) -> st.Routine:
     return _routine(names, ("integer", "integer", "integer"), rows)
 
 
+def _number_of_state(names: _HelperNames, _: str) -> st.Routine:
+    state = names.a
+    on = ex.Compare("=", state, ex.SignalState(True))
+    rows = (
+        st.Begin(0),
+        st.If(0, on),
+        st.Return(0, ex.Number(1)),
+        st.EndIf(0),
+        st.Return(0, ex.Number(0)),
+        st.End(0),
+    )
+    given = (st.Parameter(state.name, "boolean"),)
+    return st.Routine(names.routine, 0, rows, PointTable(), parameters=given, returns="integer")
+
+
 COMPUTED: Final[dict[str, Callable[[_HelperNames, str], st.Routine]]] = {
     "power": _power,
     "max": _larger,
     "min": _larger,
     **dict.fromkeys(_WHOLE, _whole),
     **dict.fromkeys(_BITS, _bits),
+    _STATE: _number_of_state,
 }

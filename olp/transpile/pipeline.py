@@ -86,7 +86,7 @@ from olp.transpile.name_types import references
 from olp.transpile.occurrences import with_same_parts
 from olp.transpile.partial_positions import combined_turns, computed_axes, externals, partial_targets
 from olp.transpile.postures import configurations, joint_targets_as_poses, postures
-from olp.transpile.quaternions import own_components, quaternions
+from olp.transpile.quaternions import own_components, own_parts, quaternions
 from olp.transpile.records import records
 from olp.transpile.register_allocation import allocate_registers
 from olp.transpile.shared_variables import share_variables
@@ -339,6 +339,7 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
     long_waits,
     records,
     quaternions,
+    own_parts,
     vectors,
     named_data,
     relative_tools,

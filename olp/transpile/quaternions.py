@@ -59,6 +59,49 @@ def system_or_position(base: ex.Expression, symbols: Symbols, routine: str) -> s
     return symbol.type if symbol is not None and symbol.type in _POSITIONS | _SYSTEMS else ""
 
 
+_PLACE: Final = ("x", "y", "z")
+_TURN: Final = ("rx", "ry", "rz")
+
+
+def own_parts(program: Program, work: TranslationContext) -> Program:
+    """A pose that is set to its own place with another turn, or to its own turn at another place: each component of the
+    other part is set, and what stays is not touched.
+
+    Not for a target whose poses are lists: the elements of those are no angles.
+    """
+    if work.target_conventions.pose_lists:
+        return program
+    symbols = work.symbols(program)
+    routines = []
+    for routine in program.routines:
+        rows = [row for s in routine.body for row in _parts(s, symbols, routine.name)]
+        routines.append(with_rows(routine, rows) if len(rows) != len(routine.body) else routine)
+    return replace(program, routines=tuple(routines))
+
+
+def _parts(s: Statement, symbols: Symbols, routine: str) -> list[Statement]:
+    """The statement, or those that set the components that it changes, if none is computed from another."""
+    if type(s) is not Assign or type(s.value) is not ex.Function or s.value.name != "pose-angles":
+        return [s]
+    if system_or_position(s.target, symbols, routine) != "position" or len(s.value.arguments) != 6:
+        return [s]
+    own = tuple(ex.Member(s.target, name) for name in (*_PLACE, *_TURN))
+    for kept, names, values in (
+        (slice(0, 3), _TURN, s.value.arguments[3:]),
+        (slice(3, 6), _PLACE, s.value.arguments[:3]),
+    ):
+        asked = [e for value in values for e in expressions_of(value)]
+        if s.value.arguments[kept] == own[kept] and not any(
+            e == s.target or type(e) is ex.CallValue for e in asked
+        ):
+            comments = (s.comment, "", "")
+            return [
+                Assign(s.line, ex.Member(s.target, name), value, comment)
+                for name, value, comment in zip(names, values, comments, strict=True)
+            ]
+    return [s]
+
+
 _NUMBERS: Final = ("q1", "q2", "q3", "q4")
 _READ: Final = "computed from the angles: the four numbers may have the other sign, which is the same turn"
 _WRITTEN: Final = "the angles are computed from the quaternion, within 0.02 deg where ry is near 90 deg"

@@ -18,6 +18,7 @@ from olp.ir.transformer import calls_nothing, expressions_of, mapped, note_names
 from olp.languages.vendor import language_of
 from olp.runtime.evaluate import COMPARED
 from olp.transpile.context import Fate, TranslationContext
+from olp.transpile.helper_routines import computes_with_state, with_states
 from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
 # --- Temporary values ---
@@ -108,6 +109,8 @@ class Values:
         if _asks_reading(e):
             e = self._read(e, before)
         e = self._in_order(e, before)
+        if computes_with_state(e):
+            e = with_states(e, lambda signal: self._bit(signal, before))
         match e:
             case ex.Number() | ex.Text() | ex.SignalState() | ex.Named():
                 return e
@@ -163,6 +166,16 @@ class Values:
                 return e
         kind = kind_of_value(self.symbols, self.routine, e)
         return self._kept(new, "integer" if kind == "integer" or whole else "real", before) if alone else new
+
+    def _bit(self, e: ex.Expression, before: list[st.Statement]) -> ex.Named:
+        """A digital signal as a number, in a variable."""
+        assert isinstance(e, ex.Signal)
+        signal = self._signal(e, before)
+        if self.work.limits.signal_variables:
+            target = self.temporary("byte")
+            before.append(st.ReadInput(self.line, target, signal))
+            return target
+        return self._kept(signal, "integer", before)
 
     def _signal_read(self, e: ex.Signal, before: list[st.Statement]) -> ex.Named:
         """The variable that a signal's number is read into."""
@@ -442,9 +455,14 @@ class Values:
                 return self._called(x, before)
             if _asks_reading(x):
                 return self._read(x, before)
+            if computes_with_state(x):
+                return with_states(x, lambda signal: self._bit(signal, before))
             return self.value(x, before, alone=True) if self._is_lone(x) else x
 
-        if any(type(x) is ex.CallValue or _asks_reading(x) or self._is_lone(x) for x in expressions_of(e)):
+        if any(
+            type(x) is ex.CallValue or _asks_reading(x) or computes_with_state(x) or self._is_lone(x)
+            for x in expressions_of(e)
+        ):
             return mapped(e, change)
         return e
 
@@ -501,6 +519,10 @@ class Values:
         if is_condition(left) and not isinstance(left, (ex.Signal, ex.Named)):
             left = self._flag_variable(left, before)
             right = self._flag_variable(right, before) if is_condition(right) else right
+        if computes_with_state(order := ex.Compare(operator, left, right)):
+            order = with_states(order, lambda signal: self._bit(signal, before))
+            assert isinstance(order, ex.Compare)
+            left, right = order.left, order.right
         if isinstance(right, ex.Signal) and right.bus in self.work.limits.signal_variables:
             # Jobs seen have signals left of the operator alone.
             if not isinstance(left, ex.Signal):
@@ -897,6 +919,8 @@ class _Hoist(Values):
 
     def _output(self, s: st.SetOutput) -> list[Node]:
         before: list[st.Statement] = []
+        if self.simple and not is_number(s.signal.bus) and self._is_counted(s.value):
+            s = replace(s, value=ex.Compare("<>", s.value, ex.Number(0)))
         if (
             is_condition(s.value)
             and not isinstance(s.value, (ex.SignalState, ex.Named))
@@ -922,6 +946,9 @@ class _Hoist(Values):
             before.append(st.Assign(s.line, target, value))
             value = target
         return [*before, replace(s, value=value)]
+
+    def _is_counted(self, e: ex.Expression) -> bool:
+        return kind_of_value(self.symbols, self.routine, e) in ("integer", "real", "byte")
 
     def _has_type(self, e: ex.Expression, type_: str) -> bool:
         return isinstance(e, ex.Named) and kind_of_value(self.symbols, self.routine, e) == type_

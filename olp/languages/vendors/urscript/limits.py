@@ -65,7 +65,7 @@ LIMITS: Final = Limits(
     has_power=True,
     shares_programs=False,
     program_end="halt",
-    lacks=frozenset({"and", "or", "xor"}),
+    lacks=frozenset({"and", "or", "xor", "number-of-state"}),
     pulse_note="a thread of the program makes the pulse, and ends with it: keep the program going as long; "
     "a second pulse of the output before the first has ended ends with the first",
     text_quote='"',
