@@ -345,3 +345,11 @@ def test_a_loop_over_two_groups_takes_as_many_passes_where_one_of_them_is_copied
         assert both.source is not None
         assert both.target is not None
         assert len(steps_of(both.source)) == len(steps_of(both.target))
+
+
+def test_a_name_of_an_inline_form_has_the_values_that_are_made_up_for_its_point():
+    """XHOME_POS is HOME_POS: both runs were told to differ wherever no file has the position."""
+    rows = ("UFRAME_NUM=1", "UTOOL_NUM=1", "J PR[3:HOME POS] 30% FINE", "L PR[4] 100mm/sec FINE")
+    made_up = receipt(tp(*rows), "krl").made_up
+    assert made_up
+    assert all(not one.found for one in made_up)

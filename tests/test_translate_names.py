@@ -1,6 +1,7 @@
 """Names that no file at hand declares: every written program declares what it uses, and the receipt tells each."""
 
 import json
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -655,3 +656,16 @@ def test_no_signal_has_a_number_below_zero():
     made = converted(krl("  DECL CONST INT N=33", "  $OUT[N]=TRUE", "  $OUT[-N]=TRUE"), "krl", "tp")
     says = "a signal with the number -33"
     assert [(loss.line, loss.says) for loss in made.translated.losses if loss.leaves_out] == [(4, says)]
+
+
+def test_names_of_registers_that_become_a_table_are_comments():
+    """An element of a table has no name: the name that the pendant shows beside its number was lost."""
+    rows = (
+        "PR[5,4:CORNER]=0", "PR[5,5:CORNER]=0", "PR[5,6:CORNER]=90", "J PR[3:HOME POS] 30% FINE",
+        "J PR[R[2:slot]] 30% FINE", "R[7:count]=1",
+    )  # fmt: skip
+    text = translated(tp(*rows), "tp", "rapid")
+    assert re.search(r"MoveJ PV\{3\},.*; !HOME POS", text), text
+    assert re.search(r"PV\{5\}\.rot:=OrientZYX\(90,0,0\); !CORNER\r?\n", text), text
+    assert "!slot" not in text  # a variable of its own has the name itself
+    assert "!count" not in text

@@ -254,6 +254,7 @@ class Limits:
     fixed_messages: bool = False  # a message shows no value of a variable
     has_exclusive_or: bool = True  # of conditions
     has_power: bool = False  # a function raises a number to a power
+    form_points: str = ""  # what a pendant's form puts before the name of the point that it moves to
     lacks: frozenset[str] = frozenset()  # functions and operators that a routine of the translation computes
     has_integers: bool = False  # numbers that are whole by their type
     divides_whole: bool = False  # division with a remainder takes whole numbers alone

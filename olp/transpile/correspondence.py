@@ -268,8 +268,8 @@ class SharedUnknowns:
     def _origins(self, here: MadeUp) -> Iterator[tuple[UnknownThing, UnknownThing]]:
         """A thing of the translation, and what it is in the source."""
         for d in self.translated.program.data:  # what is called as it was; one language may fold its letters
-            place = UnknownThing("variable", self._folded(d.name, self.vendor))
-            yield place, UnknownThing("variable", self._folded(d.name, self.program.vendor))
+            for name in self._there_named(d.name):
+                yield name, UnknownThing("variable", self._folded(d.name, self.program.vendor))
         mapping = self.translated.mapping
         # A register that got its comment's name, which was made legal, and then became a register: three steps.
         step = {to: name for (kind, name), to in mapping.items() if (kind, to) in mapping}
@@ -305,11 +305,18 @@ class SharedUnknowns:
             return
         old = self._variable_here(name, here)
         if registers is None:
-            yield UnknownThing("variable", self._folded(to, self.vendor)), old
+            for there in self._there_named(to):
+                yield there, old
         elif (shown := _SHOWN.match(to)) is not None:
             store = next((s for s, letter in registers.letters.items() if letter == shown[1]), None)
             if store is not None:
                 yield UnknownThing("variable", (store, int(shown[2]))), old
+
+    def _there_named(self, name: str) -> list[UnknownThing]:
+        """A name of the translation as it is read again: a pendant's form has a sign before that of its point."""
+        before = limits_of(self.vendor).form_points
+        names = (name, f"{before}{name}") if before else (name,)
+        return [UnknownThing("variable", self._folded(one, self.vendor)) for one in names]
 
     def _variable_here(self, name: str, here: MadeUp) -> UnknownThing:
         label = _LABEL.fullmatch(name)

@@ -474,7 +474,7 @@ def _together(body: Sequence[st.Statement]) -> list[st.Statement]:
     for s in body:
         if group and isinstance(s, st.Comment):
             between.append(s)
-        elif type(s) is st.Assign and _angle_of(s) and not s.comment:
+        elif type(s) is st.Assign and _angle_of(s):
             if group and not _joins(s, group):
                 close()
             group.append(s)
@@ -511,4 +511,6 @@ def _at_once(group: Sequence[st.Assign]) -> st.Assign:
     given = {_angle_of(s): s.value for s in group}
     place = tuple(ex.Member(base, name) for name in _PLACE)
     turn = tuple(given.get(name, ex.Member(base, name)) for name in _ANGLES)
-    return replace(group[-1], target=base, value=ex.Function("pose-angles", (*place, *turn)))
+    comment = ", ".join(dict.fromkeys(s.comment.strip() for s in group if s.comment))
+    value = ex.Function("pose-angles", (*place, *turn))
+    return replace(group[-1], target=base, value=value, comment=comment)

@@ -84,27 +84,47 @@ def signals(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 def signal_names(program: st.Program, work: TranslationContext) -> st.Program:
-    """Names that the source gives numbered signals and clocks become comments of the statements that use them."""
-    named = {r.name for r in program.routines if any(map(_name_in, work.look(r).expressions))}
+    """Names that the source gives numbered signals and clocks become comments of the statements that use them.
+
+    So do those of numbered variables of a kind that becomes an array, for its elements have no names: what computes
+    the number of one makes all of them elements.
+    """
+    looks = [work.look(r).expressions for r in program.routines]
+    arrays = frozenset(
+        e.store for found in looks for e in found if type(e) is ex.Variable and type(e.index) is not ex.Number
+    )
+    named = {
+        r.name
+        for r, found in zip(program.routines, looks, strict=True)
+        if any(_name_in(e, arrays) for e in found) or (arrays and any(_has_name(s, arrays) for s in r.body))
+    }
     if not named:
         return program
     routines = [
-        with_rows(r, [_with_names(s) for s in r.body]) if r.name in named else r for r in program.routines
+        with_rows(r, [_with_names(s, arrays) for s in r.body]) if r.name in named else r
+        for r in program.routines
     ]
     return replace(program, routines=tuple(routines))
 
 
-def _with_names(s: st.Statement) -> st.Statement:
-    if calls_nothing(s) or sets_numbers(s) or getattr(s, "comment", True):
+def _has_name(s: st.Statement, arrays: frozenset[ex.Store]) -> bool:
+    """Whether a move's target has one, which is not among a routine's expressions."""
+    return calls_nothing(s) and any(_name_in(e, arrays) for e in expressions_of(s))
+
+
+def _with_names(s: st.Statement, arrays: frozenset[ex.Store]) -> st.Statement:
+    if getattr(s, "comment", True) or sets_numbers(s) or (calls_nothing(s) and not arrays):
         return s
-    found = filter(None, map(_name_in, expressions_of(s)))
+    found = filter(None, (_name_in(e, arrays) for e in expressions_of(s)))
     named: Any = s
     comment = ", ".join(dict.fromkeys(found))
     return replace(named, comment=comment) if comment else s
 
 
-def _name_in(e: ex.Expression) -> str:
-    """What the source calls a signal or a clock."""
+def _name_in(e: ex.Expression, arrays: frozenset[ex.Store]) -> str:
+    """What the source calls a signal, a clock or a variable whose number alone the translation has."""
+    if type(e) is ex.Variable:
+        return e.name if e.store in arrays else ""
     return e.name if type(e) is ex.Signal else e.comment if type(e) is ex.SystemValue else ""
 
 

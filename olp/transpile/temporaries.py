@@ -49,6 +49,7 @@ class Values:
         default_factory=dict
     )  # temporaries by scope and type, used anew by each statement
     used: dict[str, int] = field(default_factory=dict)
+    reads: dict[ex.Signal, ex.Named] = field(default_factory=dict)  # signals that the statement has read
     line: int = 0  # of the statement under way
     changes: Mapping[str, frozenset[str]] = field(
         default_factory=dict
@@ -171,18 +172,21 @@ class Values:
         """A digital signal as a number, in a variable."""
         assert isinstance(e, ex.Signal)
         signal = self._signal(e, before)
-        if self.work.limits.signal_variables:
-            target = self.temporary("byte")
-            before.append(st.ReadInput(self.line, target, signal))
-            return target
-        return self._kept(signal, "integer", before)
+        if signal not in self.reads:
+            if self.work.limits.signal_variables:
+                self.reads[signal] = self.temporary("byte")
+                before.append(st.ReadInput(self.line, self.reads[signal], signal))
+            else:
+                self.reads[signal] = self._kept(signal, "integer", before)
+        return self.reads[signal]
 
     def _signal_read(self, e: ex.Signal, before: list[st.Statement]) -> ex.Named:
         """The variable that a signal's number is read into."""
         signal = self._signal(e, before)
-        target = self.temporary(self.work.limits.signal_variables[e.bus])
-        before.append(st.ReadInput(self.line, target, signal))
-        return target
+        if signal not in self.reads:
+            self.reads[signal] = self.temporary(self.work.limits.signal_variables[e.bus])
+            before.append(st.ReadInput(self.line, self.reads[signal], signal))
+        return self.reads[signal]
 
     def _read(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """An element of where the arm stands: of a position that is read before."""
@@ -343,6 +347,7 @@ class Values:
         target = self.temporary(kind or wanted)
         arguments = tuple(self.value(a, before) for a in self._each_in_order(e.arguments, before))
         before.append(st.Call(0, e.routine, arguments, result=target))
+        self.reads.clear()  # what the routine does takes time
         return target
 
     # --- order of evaluation ----------------------------------------------------------------------------
@@ -723,6 +728,7 @@ class _Hoist(Values):
     def _begin(self, node: Node) -> None:
         """The temporaries of a statement are free for the next one."""
         self.used.clear()
+        self.reads.clear()
         self.scope = self.routine if _calls(node) else ""
 
     def nodes(self, nodes: list[Node]) -> list[Node]:
@@ -887,6 +893,7 @@ class _Hoist(Values):
         """A wait whose condition has to be computed anew each time."""
         before: list[st.Statement] = []
         self.used.clear()
+        self.reads.clear()
         condition = self.condition(s.condition, before)
         leave = Block([(st.If(s.line, condition), [st.Break(s.line)])], st.EndIf(s.line))
         head = st.While(s.line, ex.SignalState(True), s.comment)

@@ -99,6 +99,7 @@ LIMITS: Final = Limits(
     clock_form="$TIMER[{}]",
     clock_unit=0.001,
     zeroing_stops=False,
+    form_points="X",
     lacks=frozenset({"power", "max", "min", "floor", "ceil", "number-of-state"}),
     text_quote='"',
     refuses=frozenset(
