@@ -661,7 +661,7 @@ def test_no_signal_has_a_number_below_zero():
 def test_names_of_registers_that_become_a_table_are_comments():
     """An element of a table has no name: the name that the pendant shows beside its number was lost."""
     rows = (
-        "PR[5,4:CORNER]=0", "PR[5,5:CORNER]=0", "PR[5,6:CORNER]=90", "J PR[3:HOME POS] 30% FINE",
+        "R[2:slot]=GI[1]", "PR[5,4:CORNER]=0", "PR[5,5:CORNER]=0", "PR[5,6:CORNER]=90", "J PR[3:HOME POS] 30% FINE",
         "J PR[R[2:slot]] 30% FINE", "R[7:count]=1",
     )  # fmt: skip
     text = translated(tp(*rows), "tp", "rapid")

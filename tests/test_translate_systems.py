@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from translated_texts import ROBOT, krl, module, script, translated
+from translated_texts import ROBOT, converted, krl, module, read, script, translated
 
 import olp
 from olp.core.diagnostic import OlpError
@@ -448,3 +448,25 @@ def test_a_tool_that_is_chosen_by_a_computed_number_is_told_as_that(tmp_path):
     ]
     assert says[0] == "TOOL_DATA: which element it takes is computed while the program runs"
     assert len(says) == 2  # and the move that needs it
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_axis_values_are_told_where_no_robot_is_named_for_the_translation(target):
+    """They were called exact, and make another pose of another maker's arm."""
+    rows = ("MoveAbsJ home,v100,fine,tool0;", "MoveJ p1,v100,fine,tool0;")
+    data = (
+        "CONST jointtarget home:=[[0,0,0,0,90,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+        "CONST robtarget p1:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+    )
+    text = module(*rows, data=data)
+    linked, one = link(read(text, "rapid")), converted(text, "rapid", target)
+    says = "see that the arm counts its axes as the source's does"
+    asked = [
+        one for one in before_it_runs(linked, one.translated, target, None, True) if one.startswith(says)
+    ]
+    assert len(asked) == 1
+    assert asked[0].endswith(":5")
+    assert not any(
+        one.startswith(says)
+        for one in before_it_runs(linked, one.translated, target, None, True, arm_named=True)
+    )

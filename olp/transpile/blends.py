@@ -146,6 +146,8 @@ class _Blends:
         if size is None:
             says = "its size depends on a move that this run does not show: the smallest zone is used"
             self.work.lose(s, Fate.APPROXIMATED, "blend", says)
+            if BlendKind.LEVEL in allowed:
+                return Blend(BlendKind.LEVEL, Quantity(Number(1), 1.0))
             size = self._zones()[0]
         blend, off = self._of_size(s, size, allowed)
         if blend is None:

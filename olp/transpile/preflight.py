@@ -8,9 +8,20 @@ from typing import Final
 
 import numpy as np
 
-from olp.ir.expressions import Expression, FrameRef, Function, Named, Number, Signal, Taught, Text, Variable
+from olp.ir.expressions import (
+    Expression,
+    FrameRef,
+    Function,
+    Named,
+    Number,
+    PositionLiteral,
+    Signal,
+    Taught,
+    Text,
+    Variable,
+)
 from olp.ir.points import PointKind
-from olp.ir.program import Assign, DefineFrame, Move, Program, SetFrame, SetTool, StartTask
+from olp.ir.program import Assign, DefineFrame, Move, Program, Routine, SetFrame, SetTool, StartTask
 from olp.ir.program import Path as MovePath
 from olp.ir.transformer import expressions_of
 from olp.languages.vendor import conventions_of
@@ -28,9 +39,16 @@ System = tuple[str, int]  # "tool" or "user", its number
 
 
 def before_it_runs(
-    linked: Linked, translated: Translated, target: str, plan: Plan | None, compared: bool
+    linked: Linked,
+    translated: Translated,
+    target: str,
+    plan: Plan | None,
+    compared: bool,
+    arm_named: bool = False,
 ) -> tuple[str, ...]:
     """Short sentences, the most dangerous first. `plan`: the translation's.
+
+    `arm_named`: axis values were made for the arm that runs the translation.
 
     `compared`: both programs could be run, or hold nothing that runs.
     """
@@ -38,6 +56,7 @@ def before_it_runs(
         *_commented(linked, translated),
         *(() if plan is None else _beyond(plan)),
         *(f"{says}: {some(things)}" for says, things in translated.asks.items()),
+        *(() if arm_named else _axes(linked, translated.program)),
         *_borrowed(linked),
         *_tool_zero(linked.program, target),
         *_systems(translated),
@@ -88,6 +107,30 @@ def _commented(linked: Linked, translated: Translated) -> Iterator[str]:
     lines = {x.line for x in translated.losses if x.leaves_out and x.fate is not Fate.EXACT}
     if lines:
         yield f"rewrite what is only a comment now: {_lines(linked, lines)}"
+
+
+def _axes(linked: Linked, program: Program) -> Iterator[str]:
+    """Moves to axis values, which another maker's arm counts from another pose and in other directions."""
+    declared = (*program.data, *(d for r in program.routines for d in r.data))
+    held = {d.name for d in declared if d.type == "joints"}
+    lines = {
+        s.line
+        for r in program.routines
+        for s in r.body
+        if type(s) is Move and any(_is_joints(t, held, r) for t in s.targets)
+    }
+    if lines - {0}:
+        says = "see that the arm counts its axes as the source's does, or say both with --robot and --target-robot"
+        yield f"{says}: {_lines(linked, lines - {0})}"
+
+
+def _is_joints(target: Expression, held: set[str], routine: Routine) -> bool:
+    if isinstance(target, PositionLiteral):
+        return target.kind == "joint"
+    if isinstance(target, Taught):
+        point = routine.points.find(target.store, True, target.number)
+        return point is not None and point.state.kind is not PointKind.POSE
+    return isinstance(target, Named) and target.name in held
 
 
 def _borrowed(linked: Linked) -> Iterator[str]:

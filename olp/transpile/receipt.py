@@ -290,7 +290,7 @@ def receipt_of(
         {line: linked.place(line) for line in lines},
         comparison,
         times,
-        before_it_runs(linked, translated, target, runs.target[0], checked),
+        before_it_runs(linked, translated, target, runs.target[0], checked, robots[1] is not None),
         remarks,
         "" if comparison is None else places(map(linked.place, comparison.unknown)),
         data_only,

@@ -44,6 +44,7 @@ _BEFORE: Final = {
     "q4": "rot",
 }
 _XYZ: Final = ("x", "y", "z")
+_AT_ZERO: Final = "[[0,0,0],"
 _ZEROS: Final = (ex.Number(0), ex.Number(0), ex.Number(0))
 
 Arguments = tuple[ex.Expression, ...]  # what a function is given
@@ -431,7 +432,11 @@ class RapidValues(Generator):
         return f"[{name}.trans,{name}.rot,{NO_CONFIGURATION},{NO_AXES}]"
 
     def function_pose_offset(self, given: Arguments, kind: str = "") -> str:
-        return f"Offs({self.as_robtarget(given[0])},{','.join(map(self.value, given[1:4]))})"
+        base = self.as_robtarget(given[0])
+        if isinstance(given[0], ex.PositionLiteral) and base.startswith(_AT_ZERO):
+            # A turn at a place that is computed: nobody writes an offset from zero.
+            return f"[{self.place_text(given[1:4])},{base.removeprefix(_AT_ZERO)}"
+        return f"Offs({base},{','.join(map(self.value, given[1:4]))})"
 
     def function_pose_relative_tool(self, given: Arguments, kind: str = "") -> str:
         angles = "".join(
