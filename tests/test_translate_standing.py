@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from translated_texts import krl, translated
 
 from olp.core.source import decode
 from olp.fluent import read_source
@@ -59,3 +60,37 @@ def test_where_the_way_there_is_open_the_receipt_asks_to_see_to_it():
 
 def test_what_a_program_begins_with_needs_no_stop():
     assert not [line for line, part in converted(FIRST, "rapid")[1] if part == "position"]
+
+
+@pytest.mark.parametrize(
+    ("target", "word"), [("rapid", "WaitRob"), ("tp", "WAIT 0(sec)"), ("urscript", "sleep(0)")]
+)
+def test_the_arm_is_waited_for_only_where_it_may_still_move(target, word):
+    """A statement that only waits for the arm stood behind exact stops, too."""
+    line = "LIN {X %d,Y 0,Z 400,A 0,B 90,C 0}"
+    stopped = (
+        "$VEL.CP=0.2",
+        line % 900,
+        "WAIT SEC 0",
+        "PART2()",
+        "WAIT SEC 0",
+        "IF $IN[1] THEN",
+        line % 910,
+        "ENDIF",
+    )
+    called = "DEF PART2()\r\nWAIT SEC 0\r\nEND\r\n"
+    assert word not in translated(krl(*stopped, "WAIT SEC 0") + called, "krl", target)
+    rounded = ("$APO.CDIS=5", *stopped[:-2], f"{line % 910} C_DIS", "ENDIF", "X=1", "WAIT SEC 0")
+    text = "DEF PART ( )\r\nDECL INT X\r\n" + "\r\n".join(rounded) + "\r\nEND\r\n" + called
+    assert translated(text, "krl", target).count(word) == 1
+
+
+def test_a_routine_that_an_interrupt_calls_waits_for_the_arm():
+    """It begins while the arm moves: no move stands before it in the text."""
+    rows = (
+        "INTERRUPT DECL 4 WHEN $IN[5]==TRUE DO HALTED()", "INTERRUPT ON 4", "$VEL.CP=0.2",
+        "$APO.CDIS=5",
+        "LIN {X 900,Y 0,Z 400,A 0,B 90,C 0} C_DIS", "LIN {X 950,Y 0,Z 400,A 0,B 90,C 0}",
+    )  # fmt: skip
+    text = krl(*rows) + "DEF HALTED()\r\nWAIT SEC 0\r\n$OUT[1]=TRUE\r\nEND\r\n"
+    assert "WaitRob" in translated(text, "krl", "rapid")

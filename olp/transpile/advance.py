@@ -25,7 +25,7 @@ from olp.runtime.signals import PERIPHERY
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.current_position import reads_place
 from olp.transpile.occurrences import with_routines, with_rows
-from olp.transpile.reaching_definitions import Key, reaching
+from olp.transpile.reaching_definitions import UNSET, Key, reaching
 
 _STOP: Final = st.Blend(st.BlendKind.RADIUS, Quantity(Number(0), mm))
 _WAITING: Final = (st.PulseOutput, st.Wait, st.Dwell, st.Pause)
@@ -121,6 +121,50 @@ def continue_statements(program: st.Program, work: TranslationContext) -> st.Pro
     for n in sorted(read):
         work.lose(moves[n - 1], Fate.APPROXIMATED, "blend", _READ)
     return with_routines(program, routines)
+
+
+def needless_stands(program: st.Program, work: TranslationContext) -> st.Program:
+    """Without the statements that only wait until the arm stands, where it stands on every way that leads there.
+
+    Those of KRL stop the advance run, too, and stay. A routine that nothing calls may begin at any time, as that of an
+    interrupt does.
+    """
+    if work.source.vendor == work.target or find_vendor(work.target).advance_stops:
+        return program
+    stand = work.limits.stand
+    first = program.main or (program.routines[0].name if program.routines else "")
+    moves = [s for s in program.statements() if isinstance(s, st.Move)]
+    passed = {
+        id(s): n for n, s in enumerate(moves, 1) if s.no_wait or s.blend is None or not _is_exact(s.blend)
+    }
+    if not any(_only_stands(s, stand) for r in program.routines for _, s in work.look(r).rare):
+        return program
+    kinds = frozenset({st.Move, st.Pause, st.Process if stand else st.Dwell})
+
+    def last(s: st.Statement) -> Mapping[Key, int]:
+        if type(s) is st.Process and s.name != stand:
+            return {}
+        return {_LAST: passed.get(id(s), 0)} if type(s) in kinds else {}  # 0: the arm stands
+
+    ways = reaching(program, last, kinds)
+    routines = []
+    for routine in program.routines:
+        standing = {0, UNSET} if routine.name == first else {0}
+        rows: list[st.Statement] = []
+        for index, s in enumerate(routine.body):
+            if not (_only_stands(s, stand) and ways.at(routine.name, index, _LAST) <= standing):
+                rows.append(s)
+            elif comment := getattr(s, "comment", ""):
+                rows.append(st.Comment(s.line, comment))
+        routines.append(with_rows(routine, rows) if len(rows) != len(routine.body) else routine)
+    return with_routines(program, routines)
+
+
+def _only_stands(s: st.Statement, stand: str) -> bool:
+    """Whether a statement does nothing but wait for the arm. `stand`: the target's word for that."""
+    if type(s) is st.Process:
+        return bool(stand) and s.name == stand
+    return type(s) is st.Dwell and s.duration.literal == 0.0
 
 
 def _is_standing(s: st.Statement, names: Set[str]) -> bool:

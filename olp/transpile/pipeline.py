@@ -40,7 +40,7 @@ from olp.runtime.assumptions import (
 from olp.runtime.interpreter import run
 from olp.runtime.made_up import MadeUp
 from olp.runtime.plan import Plan
-from olp.transpile.advance import continue_statements, stopped_advance
+from olp.transpile.advance import continue_statements, needless_stands, stopped_advance
 from olp.transpile.arcs import arcs
 from olp.transpile.arm_flags import with_flags
 from olp.transpile.arrays import (
@@ -372,6 +372,7 @@ _TO_MOVES: Final[tuple[Pass, ...]] = (
     with_flags,
     speeds,
     blends,
+    needless_stands,
     accelerations,
     drop_unused_records,
     own_components,
