@@ -31,7 +31,7 @@ from olp.robots.model import Robot
 from olp.robots.robot import load_robot
 from olp.robots.times_to_speed import reach_of
 from olp.timing.arm import ArmTiming, gradient, solve
-from olp.timing.arm_moves import JointMoves, joint_moves, taken_of_drives
+from olp.timing.arm_moves import JointMoves, joint_moves, rated_inertia, taken_of_drives
 from olp.timing.arm_prior import arm_prior, fastest_speed, known_lines, line_acceleration, line_class
 from olp.timing.joint_times import ramp_doubt
 
@@ -512,6 +512,30 @@ def test_the_program_override_of_a_row_counts(tmp_path: Path) -> None:
     recording = read_recording(folder)
     found, _ = recorded_joint_moves(recording.moves, recording.robot, None, 6)
     assert found.motions.override == pytest.approx(np.full(12, 0.5))
+
+
+def test_no_load_that_an_arm_is_told_to_carry_is_beyond_its_rated_one(tmp_path: Path) -> None:
+    """A controller or a simulation that is told more than usual says what the rated load is; programs know it."""
+    folder, _ = joints_alone(tmp_path, ROBOT)
+    table = (folder / "moves.csv").read_text(encoding="utf-8").splitlines()
+    arm = load_robot(ROBOT)
+    usual = rated_inertia(arm)
+    for simulated, unmeasured, rated in ((2.5, 9.0, 2.5 * usual), (0.5, 9.0, None)):
+        each = (f"{usual * 0.1},{usual * (unmeasured if i % 2 else simulated)}" for i in range(60))
+        head = table[0] + ",payload_inertia_kg_m2,sim_payload_inertia_kg_m2"
+        rows = [head, *(f"{line},{more}" for line, more in zip(table[1:], each, strict=True))]
+        (folder / "moves.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+        recording = read_recording(folder)
+        signature, told = calibrate(recording)
+        assert signature.arm is not None
+        assert signature.arm.timing.load_inertia == (rated and pytest.approx(rated))
+        assert any("rated load" in found.message for found in told) == (rated is not None)
+        write_signature(signature, tmp_path / "signature.json")
+        again = read_signature(tmp_path / "signature.json")
+        assert again.version == (7 if rated is None else 8)
+        moves, _ = recorded_joint_moves(recording.moves, arm, None, 6, rated)
+        expected = signature.arm.predict(moves).duration
+        assert predict_recording(again, recording)[0].predicted == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(

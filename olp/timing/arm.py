@@ -91,7 +91,7 @@ class ArmTiming:
     """Parameters of the law, each with a spread and a source: prior knowledge, or fitted to recorded moves.
 
     `mean` (p,) in the order of `names_of`, `covariance` (p, p). `scatter` [1]: relative standard deviation of
-    repeated moves.
+    repeated moves. `load_inertia` [kg m²] of the rated load about its centre; None: a usual one.
     """
 
     axes: tuple[str, ...]
@@ -99,6 +99,7 @@ class ArmTiming:
     covariance: Floats
     sources: tuple[str, ...]  # (p,)
     scatter: float
+    load_inertia: float | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

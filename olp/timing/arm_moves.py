@@ -55,21 +55,23 @@ def joint_moves(
     override: Floats,
     payload: Floats | None = None,
     inertia: Floats | None = None,
+    rated: float | None = None,
 ) -> JointMoves:
     """Joint moves from the joints at both ends (n, k) [rad | m].
 
-    `fraction`, `acceleration`, `override` (n,) [1]; `payload` (n,) [kg] and its `inertia` (n,) [kg m²].
+    `fraction`, `acceleration`, `override` (n,) [1]; `payload` (n,) [kg] and its `inertia` (n,) [kg m²]. `rated`: the
+    rated load's, None for a usual one.
     """
     turned = np.abs(end - start)
     taken = Taken(*np.repeat(turned[None, :, :, None], 2, axis=0))
     if robot is not None:
-        taken = taken_of_drives(robot, np.nan_to_num(start), np.nan_to_num(end), payload, inertia)
+        taken = taken_of_drives(robot, np.nan_to_num(start), np.nan_to_num(end), payload, inertia, rated)
     motions = JointMotions(
         turned,
         posture_functions((start + end) / 2),
         taken.arm,
         taken.load,
-        np.zeros(start.shape) if robot is None else np.broadcast_to(load_balance(robot), start.shape),
+        np.zeros(start.shape) if robot is None else np.broadcast_to(load_balance(robot, rated), start.shape),
         fraction,
         acceleration,
         override,
@@ -153,11 +155,22 @@ class Taken(NamedTuple):
     load: Floats
 
 
+def rated_inertia(robot: Robot) -> float:
+    """[kg m²] that a usual load of the rated mass has about its centre."""
+    reach = 0.0 if robot.geometry is None else reach_of(robot.geometry)
+    return (robot.payload or _USUAL_PAYLOAD) * (_GYRATION * reach) ** 2
+
+
 def taken_of_drives(
-    robot: Robot, start: Floats, end: Floats, payload: Floats | None = None, inertia: Floats | None = None
+    robot: Robot,
+    start: Floats,
+    end: Floats,
+    payload: Floats | None = None,
+    inertia: Floats | None = None,
+    most_inertia: float | None = None,
 ) -> Taken:
     """Drive use of moves from `start` to `end` (n, k) [rad | m]; `payload` (n,) [kg] and its own `inertia` (n,) [kg
-    m²].
+    m²]; `most_inertia` [kg m²] of the rated load, None for a usual one.
 
     A payload of None or nan stands for half of the rated one.
     """
@@ -169,7 +182,7 @@ def taken_of_drives(
         alike = np.repeat(np.abs(turn)[:, :, None], 2, axis=2)
         return Taken(alike, _known(share)[:, None, None] * alike)
     rated = robot.payload or _USUAL_PAYLOAD
-    gyration = rated * (_GYRATION * reach_of(robot.geometry)) ** 2
+    gyration = rated_inertia(robot) if most_inertia is None else most_inertia
     mass = _known(np.full(count, np.nan) if payload is None else payload / rated)
     own = mass if inertia is None else np.where(np.isnan(inertia), mass, inertia / gyration)
     most = _most(robot)
@@ -187,14 +200,15 @@ def _told(inertia: Floats) -> Mask:
 
 
 @lru_cache(maxsize=64)
-def load_balance(robot: Robot) -> Floats:
+def load_balance(robot: Robot, inertia: float | None = None) -> Floats:
     """Logarithm of the rated load's inertia at full reach over that of the stretched arm (k,); the usual value of a
-    wrist where the arm's inertia is unknown.
+    wrist where the arm's inertia is unknown. `inertia` [kg m²] of that load about its centre, None for a usual one.
     """
     if robot.geometry is None:
         return np.zeros(len(robot.axes))
     most = _most(robot)
-    load = (robot.payload or _USUAL_PAYLOAD) * (most.lever + (_GYRATION * reach_of(robot.geometry)) ** 2)
+    own = rated_inertia(robot) if inertia is None else inertia
+    load = (robot.payload or _USUAL_PAYLOAD) * most.lever + own
     told = _told(most.arm)
     return np.where(told, np.log(load / np.where(told, most.arm, 1.0)), _WRIST_BALANCE)
 

@@ -59,7 +59,7 @@ def time_joints(
     rows = np.flatnonzero(mine)
     if not len(rows):
         return _none(law)
-    joints = _moves(plan, robot, rows, overrides[rows], payload)
+    joints = _moves(plan, robot, rows, overrides[rows], payload, law.timing.load_inertia)
     times = law.predict(joints)
     good = np.isfinite(times.duration) & (times.duration > 0)
     rows, joints = rows[good], joints.take(good)
@@ -76,7 +76,10 @@ def _none(law: JointLaw) -> TimedJoints:
     return TimedJoints(np.zeros(0, dtype=np.intp), moves, JointTimes(nothing, nothing, nothing), nothing, law)
 
 
-def _moves(plan: Plan, robot: Robot, rows: Rows, override: Floats, payload: float | None) -> JointMoves:
+def _moves(
+    plan: Plan, robot: Robot, rows: Rows, override: Floats, payload: float | None, rated: float | None
+) -> JointMoves:
+    """`payload` [kg]: as in `time_joints`; `rated` [kg m²]: as in `joint_moves`."""
     moves, axes = plan.moves, plan.positions.axes[:, : len(robot.axes)]
     start, end = axes[moves.start[rows]], axes[moves.target[rows]]
     fraction = fractions(moves, rows, np.abs(end - start), robot)
@@ -86,7 +89,7 @@ def _moves(plan: Plan, robot: Robot, rows: Rows, override: Floats, payload: floa
     if plan.conditions is not None:
         told, inertia = plan.conditions.payload[rows], plan.conditions.inertia[rows]
         load = np.where(np.isnan(told), load, told)
-    return joint_moves(robot, start, end, fraction, acceleration, override, load, inertia)
+    return joint_moves(robot, start, end, fraction, acceleration, override, load, inertia, rated)
 
 
 def _demand(wanted: Demand, rows: Rows, seconds: Floats) -> None:

@@ -399,8 +399,9 @@ def paths_note(learnt: LearntPaths, file: str) -> Diagnostic:
 
 SCHEMA = "olp-signature"
 # 2 holds `parts`, 3 the law of joint moves, which an older olp would leave out in silence: what is not there lowers the
-# version that is written.
-VERSION = 7
+# version that is written. 8 holds the inertia of the rated load.
+VERSION = 8
+_LAWS_AS_NOW = 7
 
 
 class Learnt(NamedTuple):
@@ -449,6 +450,8 @@ class Signature:
     @property
     def version(self) -> int:
         """The version of the file: the oldest one that can hold all of the content."""
-        if self.arm is not None or self.paths is not None:
+        if self.arm is not None and self.arm.timing.load_inertia is not None:
             return VERSION
+        if self.arm is not None or self.paths is not None:
+            return _LAWS_AS_NOW
         return 2 if self.parts else 1

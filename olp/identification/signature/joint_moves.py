@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import Diagnostic, info, warning
 from olp.identification.signature.boosted_trees import BoostedTrees, fit_trees
 from olp.timing.arm import ArmTiming, JointMotions, gradient, solve
-from olp.timing.arm_moves import JointMoves, JointTimes, joint_moves
+from olp.timing.arm_moves import JointMoves, JointTimes, joint_moves, rated_inertia
 from olp.timing.arm_prior import fastest_speed
 
 if TYPE_CHECKING:
@@ -342,6 +342,7 @@ class LearntArm:
             },
             "covariance": [row[: i + 1] for i, row in enumerate(timing.covariance.tolist())],
             "scatter": timing.scatter,
+            "load_inertia_kg_m2": timing.load_inertia,
             "regions": [list(region) for region in self.regions],
             "trees": None if self.trees is None else self.trees.to_json(),
             "quantile_95": self.quantile,
@@ -364,8 +365,16 @@ class LearntArm:
             np.isfinite(mean).all() and np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all()
         ):
             raise ValueError("numbers of the arm's law")
+        inertia = content.get("load_inertia_kg_m2")
+        if inertia is not None and not 0 < float(inertia) < np.inf:
+            raise ValueError(f"load_inertia_kg_m2 {inertia}")
         timing = ArmTiming(
-            axes, mean, covariance, tuple(str(given[n]["source"]) for n in names), float(content["scatter"])
+            axes,
+            mean,
+            covariance,
+            tuple(str(given[n]["source"]) for n in names),
+            float(content["scatter"]),
+            None if inertia is None else float(inertia),
         )
         trees = content["trees"]
         return LearntArm(
@@ -380,11 +389,12 @@ class LearntArm:
 
 
 def recorded_joint_moves(
-    moves: RecordedMoves, robot: Robot | None, tool: Pose | None, axes: int
+    moves: RecordedMoves, robot: Robot | None, tool: Pose | None, axes: int, rated: float | None = None
 ) -> tuple[JointMoves, Rows]:
     """Joint rows whose joints are known at both ends, and which rows of the recording they are.
 
-    A row without a share of the speed runs at the rated speeds, unless a speed of the tool is written.
+    A row without a share of the speed runs at the rated speeds, unless a speed of the tool is written. `rated` [kg m²]
+    of the rated load, None for a usual one.
     """
     from olp.identification.recording.moves import JOINT
     from olp.identification.signature.moveset import joint_ends
@@ -401,8 +411,21 @@ def recorded_joint_moves(
         _share(v[rows]) for v in (moves.speed_fraction, moves.acceleration_fraction, moves.override)
     )
     load, inertia = moves.payload[rows], moves.payload_inertia[rows]
-    found = joint_moves(robot, start[rows], end[rows], speed, acceleration, played, load, inertia)
+    found = joint_moves(robot, start[rows], end[rows], speed, acceleration, played, load, inertia, rated)
     return found, rows
+
+
+def told_inertia(moves: RecordedMoves, robot: Robot | None) -> float | None:
+    """[kg m²] of the rated load, where measured rows tell more than a usual one has: nobody tells a controller, or a
+    simulation of it, a load that the arm may not carry. None where they do not."""
+    if robot is None:
+        return None
+    measured = np.nan_to_num(moves.duration) > 0
+    most = max(
+        float(np.nan_to_num(column[measured]).max(initial=0.0))
+        for column in (moves.payload_inertia, moves.sim_payload_inertia)
+    )
+    return most if most > rated_inertia(robot) else None
 
 
 def _nothing(axes: int) -> JointMoves:
@@ -674,6 +697,8 @@ def learnt_note(learnt: LearntArm, rolling: int, file: str) -> Diagnostic:
     says = f"{learnt.rows} joint moves: {held_out_words(learnt.held_out)}"
     if rolling:
         says += f"; {rolling} of them run into others, with what olp's law says of their corners"
+    if learnt.timing.load_inertia is not None:
+        says += f"; the rated load is taken to have {learnt.timing.load_inertia:g} kg m², the most that is told here"
     if min(learnt.held_out.values()) == learnt.held_out[_NOTHING.name]:
         says += "; these few moves show no gain"
     if learnt.untold:

@@ -57,6 +57,7 @@ from olp.identification.signature.joint_moves import (
     learn_arm,
     learnt_note,
     recorded_joint_moves,
+    told_inertia,
     too_fast_notes,
     unsaid_speed_notes,
 )
@@ -464,7 +465,8 @@ def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnost
     """
     moves, robot = recording.moves, recording.robot
     axes = len(robot.axes) if robot is not None else moves.joints_start.shape[1]
-    joints, rows = recorded_joint_moves(moves, robot, recording.tool, axes)
+    rated = told_inertia(moves, robot)
+    joints, rows = recorded_joint_moves(moves, robot, recording.tool, axes, rated)
     stretches = stretches_of(moves)
     rolling = stretches.begins_rolling | stretches.ends_rolling | stretches.open
     use = np.nan_to_num(moves.duration[rows]) > 0
@@ -490,6 +492,7 @@ def _learn_joints(recording: Recording) -> tuple[LearntArm | None, list[Diagnost
     )
     controller = recording.settings.controller
     prior = arm_prior(robot, generations_in(controller or ""), [f"q{i + 1}" for i in range(axes)])
+    prior = replace(prior, load_inertia=rated)
     if robot is not None:
         unsaid = np.isnan(moves.speed_fraction[rows])
         told += unsaid_speed_notes(joints, measured, prior, unsaid, recording.path)

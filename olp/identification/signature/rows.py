@@ -409,7 +409,7 @@ def _joint_rows(
     """`payload` [kg] of rows that do not say theirs."""
     if payload is not None:
         moves = replace(moves, payload=np.where(np.isnan(moves.payload), payload, moves.payload))
-    joints, rows = recorded_joint_moves(moves, robot, tool, len(arm.timing.axes))
+    joints, rows = recorded_joint_moves(moves, robot, tool, len(arm.timing.axes), arm.timing.load_inertia)
     floor = np.max(solve(arm.timing.mean, joints.motions).cruise, axis=1, initial=0.0)
     return JointRows(rows, arm.predict(joints), floor, arm.timing.stop)
 
