@@ -353,6 +353,13 @@ def test_what_is_no_table_is_refused(text, code, tmp_path):
     assert code in [d.code for d in refused(tmp_path)]
 
 
+def test_a_table_that_begins_with_its_numbers_is_told_once(tmp_path):
+    (tmp_path / "moves.csv").write_bytes(b"1,0.5,-0.0000,0.0000,0.0000\n2,0.5,0.1,0.0000,0.0000\n")
+    (found,) = refused(tmp_path)
+    assert (found.code, found.line) == ("D002", 1)
+    assert "no names of columns" in found.message
+
+
 def test_a_broken_gzip_and_a_broken_parquet_are_refused(tmp_path):
     packed = gzip.compress(table(*moves(50)).encode())
     (tmp_path / "moves.csv.gz").write_bytes(packed[: len(packed) // 2])

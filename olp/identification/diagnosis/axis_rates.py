@@ -124,7 +124,10 @@ def _means(
     known = np.isfinite(turned).all(axis=1) & (moves.kind[rows] != WAIT) & np.isfinite(way) & (way > 0)
     if not turned.shape[1] or not known.any():
         says = "axis rates are not known, so these terms cannot be identified"
-        return None, (f"{what} and there are no joint points: {says}: {_TELLS}",)
+        more = (
+            "a robot model would also tell where elbow and wrist are, which gravity and reach-inertia go by"
+        )
+        return None, (f"{what} and there are no joint points: {says}: {_TELLS}; {more}",)
     mean = np.zeros_like(turned)
     mean[known] = turned[known] / way[known, None]
     path = np.repeat(mean[:, None, :], PLACES, axis=1)

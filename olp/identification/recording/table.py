@@ -351,6 +351,12 @@ def _wrong_width(file: str, lines: Sequence[str], line: int, found: int, width: 
     )
 
 
+def _is_number(text: str) -> bool:
+    with contextlib.suppress(ValueError):
+        return bool(np.isfinite(float(text)))
+    return False
+
+
 def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]:
     """The names of the columns. Raises OlpError: D002 no table, D003 too wide, D011 no name or one name twice."""
     names = tuple(from_cell(name.strip()) for name in header)
@@ -360,6 +366,10 @@ def check_header(header: Sequence[str], file: str, line: str) -> tuple[str, ...]
     if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
         says = "the columns are not separated by commas"
         help = "save it as CSV with commas and decimal points, or with semicolons and decimal commas"
+        raise OlpError(error("D002", says, Span(1), file=file, source_line=line, help=help))
+    if all(map(_is_number, names)):
+        says = "the first row has numbers alone, no names of columns"
+        help = "write the names of the columns above it"
         raise OlpError(error("D002", says, Span(1), file=file, source_line=line, help=help))
     if len(names) > MOST_COLUMNS:
         raise OlpError(error("D003", f"more than {MOST_COLUMNS:,} columns", file=file))
