@@ -788,3 +788,18 @@ def test_no_point_of_an_arc_is_computed_from_a_position_that_is_taught_later(tar
     made = converted(inform("MOVL C00000 V=50.0 PL=0", *chain, points=_ROUND), "inform", target)
     assert [loss.says for loss in made.translated.losses if "taught on the controller" in loss.says]
     assert b"arc_point" not in b"".join(made.files.values())
+
+
+@pytest.mark.parametrize("target", ["rapid", "urscript"])
+def test_a_turning_speed_says_nothing_of_a_move_that_does_not_turn(target):
+    """The way by a turn of a millionth of a degree was the fastest move of all."""
+    points = ["///TOOL 0", "///POSTYPE BASE", "///RECTAN"]
+    points += [
+        f"C{n:05d}={900 + 50 * n}.000,0.000,500.000,178.5000,3.2500,{-21.5 + 3e-6 * n:.6f}" for n in range(2)
+    ]
+    text = inform("MOVL C00000 V=100.0 PL=0", "MOVL C00001 VR=30.0 PL=0", points=points)
+    told = [one for one in converted(text, "inform", target).translated.losses if "does not turn" in one.says]
+    assert len(told) == 1
+    made = translated(text, "inform", target)
+    numbers = [float(number) for number in re.findall(r"(?:v=|v)([\d.]+)", made)]
+    assert max(numbers, default=0) < 5000

@@ -230,8 +230,48 @@ def test_arguments_and_results_of_such_a_function_keep_their_place_and_kind():
     assert "DECL INT n" in made
 
 
-def test_a_list_that_a_function_of_urscript_gives_back_is_no_number():
-    losses = converted(
-        script('got = socket_read_ascii_float(1, "cell")', "sleep(got[1])"), "urscript", "rapid"
-    ).translated.losses
-    assert [one.fate for one in losses if "socket_read_ascii_float" in one.says] == [Fate.COMMENTED]
+UR_LIST = script(
+    'first = socket_read_ascii_float(2, "cell")',
+    "sleep(first[1])",
+    "while get_digital_in(0):",
+    '  got = socket_read_ascii_float(3, "cell")',
+    "  if got[0] >= 3:",
+    "    sleep(got[3])",
+    "  end",
+    "end",
+)
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_a_list_that_such_a_function_gives_is_filled_by_a_routine(target):
+    """The number of values comes first, then the values."""
+    losses = converted(UR_LIST, "urscript", target).translated.losses
+    assert not [one for one in losses if one.fate is Fate.COMMENTED]
+    told = [one for one in losses if one.part == "call"]
+    assert [one.line for one in told] == [2, 5]
+    # No routine of INFORM and TP can change what it is handed.
+    assert all(("cannot change" in one.says) == (target in ("inform", "tp")) for one in told)
+    made = translated(UR_LIST, "urscript", target)
+    expected = {"krl": "DECL REAL got[4]", "rapid": "VAR num got{4}"}
+    assert expected.get(target, "") in made
+    assert {"rapid": 'socket_read_ascii_float 3,"cell",got;'}.get(target, "") in made
+
+
+def test_what_such_a_routine_fills_is_no_constant():
+    text = script("got = [1.0, 2.0]", 'got = socket_read_ascii_float(1, "cell")', "sleep(got[1])")
+    made = translated(text, "urscript", "rapid")
+    assert "WaitTime 2" not in made
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ('got = socket_read_ascii_float(n, "cell")', "sleep(got[1])"),  # nobody knows of how many
+        ("got = [1.0]", 'got = socket_read_ascii_float(3, "cell")', "sleep(got[0])"),  # there is no room
+    ],
+)
+def test_a_list_without_room_for_what_is_read_is_left_out(rows):
+    text = script("n = 2", "sync()", "n = 3", *rows)
+    line = next(n for n, row in enumerate(text.splitlines(), 1) if "socket" in row)
+    losses = converted(text, "urscript", "rapid").translated.losses
+    assert line in {one.line for one in losses if one.fate is Fate.COMMENTED}

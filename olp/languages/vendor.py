@@ -247,6 +247,9 @@ class Conventions:
     replaceable_routines: frozenset[str] = (
         frozenset()
     )  # of the controller's own, case folded: they move nothing, and another controller can be taught them
+    filling_routines: frozenset[str] = (
+        frozenset()
+    )  # of these, case folded: they put values into the list that is their last argument
     result_types: Mapping[str, str] = field(
         default_factory=dict
     )  # function of the controller's own, case folded -> type of its value, as `Declare.type` says it

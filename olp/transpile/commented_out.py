@@ -524,9 +524,16 @@ def _sets_all(s: st.Statement) -> bool:
 def _set_by_lost(s: st.Statement, vendor: str) -> dict[str, bool]:
     """What a statement that goes would have set, case folded, and whether it surely does."""
     found: dict[str, bool] = {}
-    if not conventions_of(vendor).arguments_are_values:
-        calls = [s, *expressions_of(s)]
-        for one in [a for c in calls if isinstance(c, (st.Call, ex.CallValue)) for a in c.arguments]:
+    known = conventions_of(vendor)
+    if known.filling_routines or not known.arguments_are_values:
+        calls = [c for c in (s, *expressions_of(s)) if isinstance(c, (st.Call, ex.CallValue))]
+        if known.arguments_are_values:
+            calls = [
+                replace(c, arguments=c.arguments[-1:])
+                for c in calls
+                if c.routine.casefold() in known.filling_routines
+            ]
+        for one in [a for c in calls for a in c.arguments]:
             name = _key(one.value if isinstance(one, ex.NamedArgument) else one)
             if name is not None:
                 found[name] = False

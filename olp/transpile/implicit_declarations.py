@@ -324,7 +324,10 @@ def _told_of(s: st.Statement, name: str, work: TranslationContext) -> str:
 
 def _kept(calls: list[st.Call | ex.CallValue], work: TranslationContext) -> str:
     named = any(base_of(one) is not None for call in calls for one in call.arguments)
-    if not named or work.conventions.arguments_are_values or not work.target_conventions.arguments_are_values:
+    if not named or not work.target_conventions.arguments_are_values:
+        return ""
+    fills = any(call.routine.casefold() in work.conventions.filling_routines for call in calls)
+    if work.conventions.arguments_are_values and not fills:
         return ""
     return ", which cannot change its arguments"
 

@@ -49,6 +49,9 @@ _USUAL: Final = (
 )
 _USUAL_SPEED: Final = Quantity(Number(1000.0), mm)
 _HARDLY: Final = 1.0 * mm  # [m/s] no move is that slow that goes anywhere
+_NO_TURN: Final = (
+    1e-4 * deg
+)  # [rad] as finely as controllers hold angles: no speed of a turn has a meaning below
 _HARDLY_TURNS: Final = 1.0 * deg  # [rad/s]
 _LEAST, _MOST = 0.01, 1.0
 _KEEP_BELOW: Final = "keep the speeds in these variables within what the controller takes"
@@ -223,7 +226,7 @@ class _Speeds:
         if unit is st.SpeedUnit.TRAVEL:
             return row.length / value if row.length == row.length else None
         if unit is st.SpeedUnit.TURN:
-            return row.angle / value
+            return row.angle / value if row.angle > _NO_TURN else 0.0
         robot = self.work.robot
         axes = row.axes[: len(robot.axes)] if robot is not None else row.axes[:6]
         if any(a != a for a in axes):
@@ -267,7 +270,10 @@ class _Speeds:
             guess = min(max(guess, _LEAST), _MOST)
         executed = self.rows.of(s)
         stays = bool(executed) and not any(map(moves_at_all, executed))
-        where = "the move goes nowhere in this run" if stays else "this run does not show its path"
+        straight = executed and speed.unit is st.SpeedUnit.TURN
+        where = "this run does not show its path"
+        where = "the tool does not turn on its way" if straight else where
+        where = "the move goes nowhere in this run" if stays else where
         if stays and speed.unit is st.SpeedUnit.TIME:
             says = f"{where}, and takes {value:g} s for it: here it takes no time"
             self.work.lose(s, Fate.APPROXIMATED, "speed", says, value, "s")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -46,6 +46,7 @@ class Symbols:
         default_factory=dict
     )  # of the whole program; not asked for so far
     values_alone: bool = False  # no routine can change what it is handed
+    filling: Set[str] = frozenset()  # see Conventions.filling_routines
     results: Mapping[str, str] = field(default_factory=dict)  # see Conventions.result_types
 
     def find(self, routine: str, name: str) -> Symbol | None:
@@ -116,6 +117,7 @@ def symbols_of(program: st.Program) -> Symbols:
     found = Symbols({}, {routine.name: routine for routine in program.routines})
     known = conventions_of(program.vendor)
     found.values_alone, found.results = known.arguments_are_values, known.result_types
+    found.filling = known.filling_routines
     declared = {declare.name: declare for declare in program.data}
     if len(declared) == len(program.data):
         found.declared = declared
@@ -181,7 +183,7 @@ def _note_changes(found: Symbols, routine: st.Routine, s: st.Statement) -> None:
             value = getattr(s, "value", None)
             _changed(found, routine, target, value)
             if type(value) is ex.CallValue and value.routine not in found.routines:
-                _note_unknown(found, routine, value.arguments)
+                _note_unknown(found, routine, value.routine, value.arguments)
         case st.For(variable=variable):
             _changed(found, routine, variable, ex.Number(0))
         case st.Call():
@@ -201,7 +203,7 @@ def _note_arguments(
 ) -> None:
     called = found.routines.get(name)
     if called is None:
-        _note_unknown(found, caller, arguments)
+        _note_unknown(found, caller, name, arguments)
         return
     by_name = {p.name: p for p in called.parameters}
     positional = iter([p for p in called.parameters if not p.optional and not p.switch])
@@ -214,9 +216,12 @@ def _note_arguments(
             _changed(found, caller, value, None)
 
 
-def _note_unknown(found: Symbols, caller: st.Routine, arguments: tuple[ex.Expression, ...]) -> None:
+def _note_unknown(
+    found: Symbols, caller: st.Routine, called: str, arguments: tuple[ex.Expression, ...]
+) -> None:
     """What a routine that is not at hand may change, where its language lets it."""
-    for argument in () if found.values_alone else arguments:
+    fills = called.casefold() in found.filling
+    for argument in arguments[-1:] if fills else () if found.values_alone else arguments:
         name = base_of(argument.value if isinstance(argument, ex.NamedArgument) else argument)
         symbol = found.find(caller.name, name.name) if name is not None else None
         if symbol is not None and symbol.storage != "constant":

@@ -10,6 +10,7 @@ from olp.ir.program import Program
 from olp.languages.vendor import Conventions, CornerSpelling, MoveOptions, Vendor, statements
 from olp.languages.vendors.urscript.builtins import NO_TIME
 from olp.languages.vendors.urscript.known_routines import (
+    FILLING,
     REPLACEABLE,
     RESULT_TYPES,
     SETTINGS,
@@ -67,6 +68,7 @@ class UrScript(Vendor):
         manner_processes={"sync": "how long a step of the controller is"},
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
         replaceable_routines=REPLACEABLE,
+        filling_routines=FILLING,
         result_types=RESULT_TYPES,
     )
     joint_moves = (  # at the speed and acceleration that movej has by itself

@@ -125,6 +125,8 @@ RESULTS: Final = {
     **dict.fromkeys(("read_input_integer_register", "read_output_integer_register"), "integer"),
     **dict.fromkeys(("read_port_register", "socket_get_var"), "integer"),
     **dict.fromkeys(("read_input_float_register", "read_output_float_register"), "real"),
+    **dict.fromkeys(("socket_read_ascii_float", "wrench_trans"), "list:real"),
+    **dict.fromkeys(("socket_read_binary_integer", "socket_read_byte_list"), "list:integer"),
     **{word: "real" if "analog" in word else "boolean" for word in INPUTS},
 }
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
-from olp.ir.expressions import CallValue, Expression, Function, NamedArgument
-from olp.ir.program import Call, Process, Program, Statement
+from olp.ir.expressions import CallValue, Expression, Function, Named, NamedArgument, Number
+from olp.ir.program import Assign, Call, Declare, Process, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped
 from olp.languages.vendors.urscript.builtins import OTHERS, RESULTS
 
@@ -23,30 +23,91 @@ REPLACEABLE: Final = frozenset(
     }
 )
 KNOWN_ROUTINES: Final[Mapping[str, str]] = dict.fromkeys(sorted(REPLACEABLE), "a function of URScript")
-RESULT_TYPES: Final[Mapping[str, str]] = {
-    name: RESULTS[name] for name in sorted(REPLACEABLE & RESULTS.keys())
+# What they give is a list, of how many values they got and of these: elsewhere a routine puts them into an argument.
+_LISTS: Final = {
+    name: RESULTS[name].removeprefix("list:")
+    for name in sorted(REPLACEABLE)
+    if RESULTS.get(name, "").startswith("list:")
 }
-# What they give is a list, which no routine of another language gives back.
-_LISTS: Final = frozenset({"socket_read_ascii_float", "socket_read_binary_integer", "socket_read_byte_list"})
+FILLING: Final = frozenset(_LISTS)
+RESULT_TYPES: Final[Mapping[str, str]] = {
+    name: RESULTS[name] for name in sorted((REPLACEABLE & RESULTS.keys()) - _LISTS.keys())
+}
 
 
 def with_outside_calls(program: Program) -> Program:
     """The program with calls in the place of functions that reach outside the arm, arguments in the order written."""
-    routines = [replace(r, body=tuple([_as_call(s) for s in r.body])) for r in program.routines]
-    data = tuple([mapped(d, _call_value) for d in program.data])
-    return replace(program, routines=tuple(routines), data=data)
+    filled = [one for r in program.routines for s in r.body if (one := _filled(s)) is not None]
+    data = tuple([_sized(mapped(d, _call_value), filled) for d in program.data])
+    shared = {d.name: _room(d) for d in data}
+    return replace(program, routines=tuple([_with_calls(r, shared) for r in program.routines]), data=data)
 
 
-def _as_call(s: Statement) -> Statement:
+class _Filled(NamedTuple):
+    """A list that a statement fills: its name, the type of its elements, and how many there may be."""
+
+    name: str
+    kind: str
+    size: int
+
+
+def _filled(s: Statement) -> _Filled | None:
+    """The list that a statement fills by such a function, None for another one or where no size is written."""
+    name = s.target.name if isinstance(s, Assign) and type(s.target) is Named else ""
+    name = s.name if isinstance(s, Declare) else name
+    value = s.value if isinstance(s, (Assign, Declare)) else None
+    if not name or type(value) is not Function or value.name not in FILLING or not value.arguments:
+        return None
+    count = value.arguments[0]
+    return _Filled(name, _LISTS[value.name], 1 + int(count.value)) if type(count) is Number else None
+
+
+def _sized(d: Declare, filled: Iterable[_Filled]) -> Declare:
+    """The declaration with room for what such functions put into it, where nothing else says how much there is."""
+    here = [one for one in filled if one.name == d.name]
+    if not here or d.sizes or (d.value is not None and _filled(d) is None):
+        return d
+    return replace(d, type=here[0].kind, value=None, sizes=(Number(max(one.size for one in here)),))
+
+
+def _room(d: Declare) -> int:
+    (size,) = d.sizes if len(d.sizes) == 1 else (None,)
+    return int(size.value) if type(size) is Number else 0
+
+
+def _with_calls(routine: Routine, shared: Mapping[str, int]) -> Routine:
+    filled = [one for s in routine.body if (one := _filled(s)) is not None]
+    room = {**shared, **{p.name: 0 for p in routine.parameters}}
+    rows: list[Statement] = []
+    for s in routine.body:
+        if isinstance(s, Declare):
+            declared = _sized(mapped(s, _call_value), filled)
+            room[s.name] = _room(declared)
+            rows.append(declared)
+            if declared.value is not None or _filled(s) is None:
+                continue
+        rows.append(_as_call(s, room))
+    return replace(routine, body=tuple(rows))
+
+
+def _as_call(s: Statement, room: Mapping[str, int]) -> Statement:
     if not calls_nothing(s):
         s = mapped(s, _call_value)
     if isinstance(s, Process) and s.name in REPLACEABLE:
         return Call(s.line, s.name, tuple(value for _, value in s.arguments), comment=s.comment)
-    return s
+    found = _filled(s)
+    if found is None or room.get(found.name, 0) < found.size:
+        return s
+    assert isinstance(s, (Assign, Declare))
+    assert isinstance(s.value, Function)
+    return Call(s.line, s.value.name, (*_in_order(s.value.arguments), Named(found.name)), comment=s.comment)
 
 
 def _call_value(e: Expression) -> Expression:
-    if type(e) is not Function or e.name not in REPLACEABLE - _LISTS:
+    if type(e) is not Function or e.name not in REPLACEABLE or e.name in _LISTS:
         return e
-    given = tuple((a.value or a) if isinstance(a, NamedArgument) else a for a in e.arguments)
-    return CallValue(e.name, given)
+    return CallValue(e.name, _in_order(e.arguments))
+
+
+def _in_order(given: tuple[Expression, ...]) -> tuple[Expression, ...]:
+    return tuple((a.value or a) if isinstance(a, NamedArgument) else a for a in given)
