@@ -361,10 +361,18 @@ def together(turned, share, speeds, ramps):
     return np.where(top**2 <= slow, 1.0 / top + top / slow, 2.0 / np.sqrt(slow))
 
 
-def of_four_axes(folder, turned, share, speeds, ramps, scatter=0.0, **more):
+def slowest(turned, share, speeds, ramps):
+    """(n,) [s] likewise, where each axis alone would have its own ramps: the slowest one tells how long it takes."""
+    each = [
+        together(turned[:, [k]], share, speeds[..., [k]], ramps[..., [k]]) for k in range(turned.shape[1])
+    ]
+    return np.max(each, axis=0)
+
+
+def of_four_axes(folder, turned, share, speeds, ramps, scatter=0.0, law=together, rated=RAMPS, **more):
     """The moves of a recording whose axes have other `speeds` and `ramps` than simulated; `more` columns."""
     noise = np.random.default_rng(5).normal(0.0, scatter, len(turned))
-    took, sim = together(turned, share, speeds, ramps) + noise, together(turned, share, SPEEDS, RAMPS)
+    took, sim = law(turned, share, speeds, ramps) + noise, law(turned, share, SPEEDS, rated)
     names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 5)]
     table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names, *more])]
     for k, way in enumerate(np.degrees(turned)):
@@ -401,6 +409,34 @@ def test_another_axis_leads_where_the_first_one_is_slower_or_quicker_than_simula
     np.testing.assert_allclose(model.seconds(moves.take(some)), model.seconds(moves)[some], atol=1e-12)
     (many,) = model.smooth_with([(0, model.parts[0])], moves)
     np.testing.assert_allclose(many, model.seconds(moves), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "count", "seed", "names"),
+    [
+        (together, 90, 31, {"limit_axis 1": 3.6, "limit_axis 2": 4.2}),
+        (slowest, 90, 31, {"scale_axis_1": 0.6, "scale_axis_2": 0.6}),
+        (slowest, 60, 32, {"scale": 0.6}),  # where axis number < 3
+    ],
+)
+def test_axes_that_take_over_are_those_that_the_simulation_would_have(tmp_path, law, count, seed, names):
+    """Both axes of the arm have 0.6 of their accelerations, those of the wrist all. By one law a slow ramp is that of
+    every move, by the other of those whose slowest axis it then makes."""
+    rng = np.random.default_rng(seed)
+    turned = rng.uniform(0.1, 2.0, (count, 4)) * np.where(rng.random((count, 4)) < 0.3, 0.1, 1.0)
+    rated = RAMPS * [0.5, 0.7, 1.5, 1.2]
+    slow = rated * [0.6, 0.6, 1.0, 1.0]
+    share = rng.choice([0.3, 0.6, 1.0], count)
+    moves = of_four_axes(tmp_path, turned, share, SPEEDS, slow, 0.003, law, rated)
+    assert moves.slowest is (law is slowest)
+    slower = (law(turned, share, SPEEDS, slow) > law(turned, share, SPEEDS, rated) + 0.005)[moves.place]
+    assert (slower & ~(moves.led(0) | moves.led(1))).sum() >= 3
+    found = diagnose_recording(read_recording(tmp_path)).diagnosis
+    [of] = found.findings
+    assert found.verdict == "explained"
+    assert found.heldout_after.rmse < 0.0032
+    assert {name: number.value for name, number in of.parameters.items()} == pytest.approx(names, rel=0.02)
+    assert (of.condition == "axis number < 3") is (len(names) == 1)
 
 
 @pytest.mark.parametrize("simulated", [None, 0.0, 0.5])

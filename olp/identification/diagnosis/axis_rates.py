@@ -700,6 +700,7 @@ class AxisLimits(NamedTuple):
     acceleration: Floats  # (n,) [rad/s²] of the leading axis
     confirmed: Mask  # (n,) the times of other moves show the same speed and acceleration
     off: Floats  # (n,) [1] the time by these limits over the simulated one, less one
+    together: bool = True  # all limits hold at once; False: the slowest axis takes its own time
 
     @property
     def unknown(self) -> Mask:
@@ -709,6 +710,7 @@ class AxisLimits(NamedTuple):
 
 _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
 _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves
+_NEARER = 0.5  # [1] of a law's misfit that the other one must leave: axes with limits in proportion obey both
 _LIMIT_ROUNDS = 60
 _ITS_OWN = 0.9  # [1] of its own time, by which a move tells its limits alone
 _NO_LIMIT, _NEEDED = (
@@ -774,7 +776,8 @@ def _limits_told_by(
             found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], together)
             off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], together)[0]))
             misfit = float(np.quantile(off, _OF_ALL))
-            if best is None or misfit < best[0]:
+            as_near = 1.0 if best is None or best[2] == together else _NEARER
+            if best is None or misfit < as_near * best[0]:
                 best = misfit, found, together
     if best is None or best[0] > _OFF:
         return None
@@ -797,7 +800,7 @@ def _limits_told_by(
     for row, limits, active in ((0, speeds, fastest), (1, accelerations, strongest)):
         sets = np.unique(active[sure])
         whole[row, turns[sets]] = limits[sets]
-    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure, off)
+    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure, off, together)
 
 
 def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Mask:

@@ -156,6 +156,9 @@ def _case(
         stretch=stretch,
         began=float(np.nanmin(moves.t_start[rows])) if np.isfinite(moves.t_start[rows]).any() else math.nan,
     )
+    if pace.axes is not None and rates is not None:
+        leader = np.where(case.joint, pace.axes.leading[rows], case.leads)
+        case = replace(case, leader=leader, slowest=not pace.axes.together)
     return with_rivals(case, _whole(moves.acceleration_fraction)[rows])
 
 
@@ -456,13 +459,14 @@ def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
     """The case with the rivals of its leading axes; `ramps` (n,) [1]: of the axes' accelerations.
 
     Speeds are in proportion to the rated ones; an axis has the acceleration that the simulation shows where that axis
-    leads. No rival allows less than the leading axis: the simulation's durations stay what they are.
+    leads. No rival is slower than the leading axis: the simulation's durations stay what they are. Where all limits
+    hold at once, none allows less speed or less acceleration.
     """
     rates, base = case.rates, case.base
     if rates is None or rates.rated is None:
         return replace(case, rivals=None)
     turned = np.abs(rates.path[:, 0])
-    at, lead = np.arange(len(case)), np.argmax(turned / rates.rated, axis=1)
+    at, lead = np.arange(len(case)), case.leads
     mine = case.joint & case.moving & rates.known & (base.way > 0)
     strongest = np.full(len(rates.names), np.inf)
     for axis in range(len(strongest)):
@@ -478,7 +482,12 @@ def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
     of, leader = np.nonzero(rival)
     if not len(of):
         return replace(case, rivals=None)
-    faster, stronger = (np.clip(more[of, leader], 1.0, _IDLE) for more in (faster, stronger))
+    faster, stronger = (np.minimum(more[of, leader], _IDLE) for more in (faster, stronger))
+    if case.slowest:
+        later = np.maximum(1.0, _over_the_leading(base, of, faster, stronger))
+        faster, stronger = faster * later, stronger * later**2
+    else:
+        faster, stronger = np.maximum(faster, 1.0), np.maximum(stronger, 1.0)
     turns = turned[of, leader] / turned[of, lead[of]]  # of the rival axis per turn of the leading one
     moves = replace(case, rivals=None).take(of)
     assert moves.rates is not None
@@ -493,6 +502,13 @@ def with_rivals(case: MeasuredMoves, ramps: Floats) -> MeasuredMoves:
         leader=leader.astype(np.int64),
     )
     return replace(case, rivals=Rivals.of_moves(own, of))
+
+
+def _over_the_leading(base: Motion, of: NDArray[np.intp], faster: Floats, stronger: Floats) -> Floats:
+    """(r,) [1] The time of an axis that allows `faster` and `stronger` times what the leading one of move `of` does,
+    over the time of that one."""
+    way, speed, ramp = base.way[of], base.speed[of], base.accelerate[of]
+    return trapezoid(way, speed * faster, ramp * stronger) / trapezoid(way, speed, ramp)
 
 
 # --- circumstances ----------------------------------------------------------------------------------------------------

@@ -38,6 +38,8 @@ class Statement(NamedTuple):
             return f"{self.column} {self.word}"
         unit, factor = _UNITS.get(self.column, ("", 1.0))
         sign, bound = (">", self.above) if math.isfinite(self.above) else ("<", self.below)
+        if self.column == _PLACE:  # between two axes: the last one without, or the first one
+            bound = math.floor(bound) if sign == ">" else math.ceil(bound)
         return f"{self.column} {sign} {bound * factor:.4g}{' ' + unit if unit else ''}"
 
 
@@ -53,6 +55,11 @@ class Condition(NamedTuple):
             held &= statement.mask(case)
         return held
 
+    @property
+    def by_axis(self) -> bool:
+        """Whether it is about the leading axis: an axis that takes over brings its own answer."""
+        return any(statement.column in ("axis", _PLACE) for statement in self.statements)
+
     def __str__(self) -> str:
         return " and ".join(map(str, self.statements))
 
@@ -65,6 +72,7 @@ _UNITS = {
 }
 
 
+_PLACE = "axis number"
 FEATURES = (
     *(
         "x",
@@ -83,7 +91,7 @@ FEATURES = (
         "payload",
         "time",
     ),
-    *("axis", "job", "line"),
+    *("axis", _PLACE, "job", "line"),
 )
 
 
@@ -92,7 +100,7 @@ def feature(case: MeasuredMoves, name: str) -> Floats | tuple[str, ...]:
 
     x, y, z: of the end of a move; middle: halfway from start to end of a straight move, as no joint
     move passes there; incline: the sine of its direction, up is
-    positive; axis: the one that turns most.
+    positive; axis: the one that leads; axis number: its place from the base, 1 for the first.
     """
     if name in _NUMBERS:
         return case.once(f"feature {name}", lambda: _NUMBERS[name](case))
@@ -121,7 +129,15 @@ _NUMBERS: dict[str, Callable[[MeasuredMoves], Floats]] = {
     "turn": lambda case: case.turn,
     "payload": lambda case: case.payload,
     "time": lambda case: case.t_start - case.began,
+    _PLACE: lambda case: _places(case),
 }
+
+
+def _places(case: MeasuredMoves) -> Floats:
+    """(n,) Of the leading axis from the base, 1 for the first; nan where it is not known. The axes of the arm and those
+    of the wrist have drives of their own kinds: what goes for one goes for its neighbours."""
+    names = () if case.rates is None else case.rates.names
+    return np.array([names.index(name) + 1.0 if name else math.nan for name in case.leading])
 
 
 _LATELY = 64  # motions that a case keeps
@@ -198,7 +214,7 @@ class _Led(NamedTuple):
         motion, rivals = part.act(self.motion, case), self.rivals
         if rivals is None or case.rivals is None:
             return _Led(motion, None)
-        if part.term.by_axis(part.form):
+        if part.term.by_axis(part.form) or (part.condition is not None and part.condition.by_axis):
             return _Led(motion, part.act(rivals, case.rivals.moves))
         more = {
             name: getattr(rivals, name) * (after / before)[case.rivals.of]
@@ -208,9 +224,12 @@ class _Led(NamedTuple):
         return _Led(motion, rivals.with_(**more) if more else rivals)
 
     def together(self, case: MeasuredMoves) -> Motion:
-        """All axes start and end together: whichever allows the least speed or acceleration sets it for all."""
+        """All axes start and end together: whichever allows the least speed or acceleration sets it for all, or the
+        slowest one takes its own time."""
         if self.rivals is None or case.rivals is None:
             return self.motion
+        if case.slowest:
+            return _slowest(self.motion, self.rivals, case.rivals)
         simulated = all(
             one.way is whole.way
             for one, whole in ((self.motion, case.base), (self.rivals, case.rivals.moves.base))
@@ -230,6 +249,28 @@ class _Led(NamedTuple):
             else:
                 least[name] = work_out()
         return self.motion.with_(**least)
+
+
+def _slowest(motion: Motion, others: Motion, rivals: Rivals) -> Motion:
+    """The motion of the leading axes, with the limits of a rival where that takes longer alone."""
+    places, rows = rivals.together
+    alone, turn = _between_stops(others), _per_turn(motion, others, rivals)
+    slowest = places[np.argmax(alone[places], axis=0), np.arange(len(rows))]
+    over = alone[slowest] > _between_stops(motion)[rows]
+    slowest, rows = slowest[over], rows[over]
+    changed = dict[str, Floats]()
+    for name in _SET_BY_AXES:
+        changed[name] = getattr(motion, name).copy()
+        changed[name][rows] = getattr(others, name)[slowest] * turn[slowest]
+    return motion.with_(**changed)
+
+
+def _between_stops(motion: Motion) -> Floats:
+    """(n,) [s] from rest to rest with constant accelerations."""
+    ramps = 0.5 / motion.accelerate + 0.5 / motion.decelerate
+    reached = motion.way >= motion.speed**2 * ramps
+    cruising = motion.way / motion.speed + motion.speed * ramps
+    return np.asarray(np.where(reached, cruising, 2.0 * np.sqrt(motion.way * ramps)))
 
 
 def _per_turn(motion: Motion, others: Motion, rivals: Rivals) -> Floats:

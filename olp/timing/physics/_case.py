@@ -143,8 +143,11 @@ class MeasuredMoves:
     began: float = float("nan")  # [s] when the recording did, on the clock of `t_start`
     leader: NDArray[np.int64] = field(
         default_factory=lambda: np.zeros(0, np.int64)
-    )  # (n,) axes that lead the moves, from 0, where `rates` do not tell
+    )  # (n,) axes that lead the moves, from 0, where rated speeds alone do not tell
     rivals: Rivals | None = None  # None: no axis takes over
+    slowest: bool = (
+        False  # joint moves take as long as their slowest axis would alone; else all limits hold at once
+    )
     derived: dict[str, Floats] = field(default_factory=dict)  # what terms work out once per case
     numbers: Mapping[str, float] = field(
         default_factory=dict
@@ -184,14 +187,19 @@ class MeasuredMoves:
         rates = self.rates
         if rates is None:
             return ("",) * len(self)
-        if len(self.leader) == len(self):
-            most = self.leader.tolist()
-        else:
-            turned = np.abs(rates.path).mean(axis=1) / (1.0 if rates.rated is None else rates.rated)
-            most = np.argmax(turned, axis=1).tolist()
+        most = self.leads.tolist()
         return tuple(
             rates.names[k] if known else "" for k, known in zip(most, rates.known.tolist(), strict=True)
         )
+
+    @property
+    def leads(self) -> NDArray[np.int64]:
+        """Number (n,) of the leading axis of each move, from 0; of any axis where `rates` do not know the axes."""
+        rates = self.rates
+        if len(self.leader) == len(self) or rates is None:
+            return self.leader
+        turned = np.abs(rates.path).mean(axis=1) / (1.0 if rates.rated is None else rates.rated)
+        return np.asarray(np.argmax(turned, axis=1), dtype=np.int64)
 
     def led(self, axis: int) -> Mask:
         """Moves (n,) whose `leading` axis is number `axis` (from 0); none where axes are unknown."""

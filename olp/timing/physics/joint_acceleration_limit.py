@@ -8,7 +8,7 @@ from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
 from olp.timing.physics._ramps import slower, where_passed
-from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter, spoken_axis
 
 ALL = -1  # axes together, by their rated accelerations
 
@@ -44,7 +44,7 @@ class JointAccelerationLimit(MoveTerm):
             high, low = float(asked.max()), float(np.quantile(asked[asked > 0], 0.05))
             if high <= 1.02 * low:
                 continue
-            says = f"that axis {name} can give"
+            says = f"that {spoken_axis(name)} can give"
             limit = TermParameter(f"limit_{name.lower()}", "rad/s^2", 0.2 * low, high, np.inf, True, says)
             forms.append(Form(name, (limit,), r"a \le A_j / |q_j'|", axis))
         return tuple(forms)
@@ -66,7 +66,7 @@ class JointAccelerationLimit(MoveTerm):
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.axis == ALL:
             return f"no axis accelerates at more than {values[0]:.1%} of what it is rated for"
-        return f"axis {form.key} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
+        return f"{spoken_axis(form.key)} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
 
 
 def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:

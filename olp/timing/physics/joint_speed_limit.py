@@ -11,7 +11,7 @@ from olp.core import compiled_loops
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._limits import limits_reached
 from olp.timing.physics._motion import Motion
-from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
+from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter, spoken_axis
 
 _AT_ONCE = " at once"  # behind the key of a form
 ALL = -1  # axes together, by their rated speeds
@@ -41,7 +41,9 @@ class JointSpeedLimit(MoveTerm):
         for axis, name in enumerate(case.rates.names):
             own = np.inf if rated is None else float(rated[axis])
             least = _SLOWEST * own if np.isfinite(own) else 0.0
-            forms += _form(case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of axis {name}")
+            forms += _form(
+                case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of {spoken_axis(name)}"
+            )
         return tuple(forms)
 
     def lacks(self, case: MeasuredMoves) -> str:
@@ -72,9 +74,8 @@ class JointSpeedLimit(MoveTerm):
             return f"no axis turns faster than {np.degrees(values[0]):.1f} deg/s"
         if form.axis == ALL:
             return f"no axis turns faster than {values[0]:.1%} of its rated speed"
-        return (
-            f"axis {form.key.removesuffix(_AT_ONCE)} turns no faster than {np.degrees(values[0]):.1f} deg/s"
-        )
+        called = spoken_axis(form.key.removesuffix(_AT_ONCE))
+        return f"{called} turns no faster than {np.degrees(values[0]):.1f} deg/s"
 
 
 def _form(

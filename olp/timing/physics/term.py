@@ -56,6 +56,11 @@ class Form(NamedTuple):
     axis: int = -1  # of the robot, from 0, where a form belongs to one axis
 
 
+def spoken_axis(name: str) -> str:
+    """The name of an axis in a sentence: "axis A1", and "axis 1" where that is its name, as of an unknown robot."""
+    return name if name.startswith("axis ") else f"axis {name}"
+
+
 class Term(ABC):
     """One effect: its description, source, and the terms it may be confused with."""
 
