@@ -378,8 +378,9 @@ def test_the_arm_stands_while_a_program_waits_for_a_time(wait):
     moves = [line for line in lines if line.startswith("MoveL")]
     assert [line.split(",")[2] for line in moves] == ["fine", "z20"]
     lines, _ = as_lines(*head, "WHILE SIG(1001) DO", wait, "LMOVE p3", "END", target="rapid")
-    at = next(n for n, line in enumerate(lines) if line.startswith("WaitTime"))
-    assert lines[at - 1] == "WaitRob\\InPos;"
+    at = next(n for n, line in enumerate(lines) if line.startswith("WHILE"))
+    assert lines[at + 1] == "WaitRob\\InPos;"
+    assert lines[at + 2].startswith("WaitTime" if wait.startswith("TWAIT") else "MoveL")
 
 
 READING = ("MOVJ P001 VJ=20.00", "GETS PX003 $PX001", "MOVL P002 V=100.0")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from translate_programs import own_program
-from translated_texts import VENDORS
+from translated_texts import VENDORS, module, translated
 
 import olp
 from olp.ir.expressions import Expression, PositionLiteral
@@ -138,3 +139,40 @@ def test_speeds_that_nothing_names_are_not_looked_at(tmp_path: Path) -> None:
     assert [d.name for d in left.data] == ["v2", "held", "near"]  # the last of each type tells its members
     assert unnamed_speeds(left, work).data == left.data
     assert unnamed_speeds(program, work_for(program, "rapid", Context())) is program
+
+
+def test_elements_of_positions_are_compared_as_the_controller_counts_them():
+    """IFTHENEXP compares a value with a value: quotients stood on both sides."""
+    data = [
+        f"VAR robtarget {name}:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];" for name in "pq"
+    ]
+    rows = ("p.trans.z:=gi1;", "q.trans.z:=gi2;", "IF p.trans.z<q.trans.z x:=1;", "IF 100.5>p.trans.z x:=2;")
+    text = translated(module(*rows, data=[*data, "VAR num x;"]), "rapid", "inform")
+    assert re.search(r"GETE (D\d+) P000 \(3\)\s+GETE (D\d+) P001 \(3\)\s+IFTHEN \1<\2\s", text), text
+    assert re.search(r"GETE (D\d+) P000 \(3\)\s+IFTHEN \1<100500\s", text), text
+
+
+def test_lengths_of_poses_stay_in_metres_in_urscript():
+    data = ("VAR robtarget p:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "VAR num x;")
+    rows = ("p.trans.z:=p.trans.z+x-5;", "IF p.trans.x<p.trans.z+100 x:=1;", "IF p.trans.x<x x:=2;")
+    text = translated(module(*rows, data=data), "rapid", "urscript")
+    assert "[2] + x * 0.001 - 0.005" in text
+    assert re.search(r"if \((\w+)\[0\] < \1\[2\] \+ 0\.1\)", text), text
+    assert re.search(r"\[0\] \* 1000\.0 < x", text), text
+
+
+def test_what_holds_for_moves_holds_behind_a_call_that_neither_moves_nor_sets_it():
+    """$TOOL, $BASE and $VEL.CP stood again behind each call."""
+    data = (
+        "CONST robtarget p:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];",
+        "VAR num x;", "VAR num v:=100;",
+    )  # fmt: skip
+    rows = ("MoveL Offs(p,x,0,0),v100,fine,tool0;", "%s;", "MoveL Offs(p,x,0,0),v100,fine,tool0;")
+    routines = (
+        "PROC grip()", "SetDO do1,1;", "count;", "ENDPROC", "PROC count()", "x:=x+1;", "ENDPROC",
+        "PROC away()", "MoveL p,v500,fine,tool0;", "ENDPROC",
+    )  # fmt: skip
+    text = module(*rows, data=data).replace("ENDMODULE", "\r\n".join((*routines, "ENDMODULE")))
+    quiet, loud = (translated(text % name, "rapid", "krl") for name in ("grip", "away"))
+    assert quiet.split("DEF grip")[0].count("$VEL.CP=0.1") == 1
+    assert loud.split("DEF grip")[0].count("$VEL.CP=0.1") == 2

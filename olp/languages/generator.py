@@ -32,7 +32,7 @@ from olp.core.diagnostic import Diagnostic, Span, error
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
-from olp.ir.transformer import expressions_of
+from olp.ir.transformer import changed_by, expressions_of
 from olp.languages.vendor import ENDS_PROGRAM, Weld, language_of
 
 ATOM: Final = 99  # binds stronger than any operation: names, numbers, what has brackets of its own
@@ -212,6 +212,7 @@ class Generator(ABC):
         self.depth = 0
         self.holds: dict[str, object] = {}  # modal settings that are known to hold here
         self._texts: dict[int, tuple[object, str]] = {}
+        self._changed_by: dict[str, frozenset[str]] | None = None
 
     @property
     def source_language(self) -> str:
@@ -433,19 +434,46 @@ class Generator(ABC):
                 self.lose(problem, one.line)
             place += taken
             if kind in self.forgets:
-                self.forget()
+                self._forget_called(one) if kind is st.Call and not self.own else self.forget()
             elif kind in _SETS:
                 self._forget_set(one)
         return self.rows
+
+    def _forget_called(self, s: st.Statement) -> None:
+        """Behind a call: what was set from the variables that the routine changes, or all, where it may set more."""
+        assert isinstance(s, st.Call)
+        changed = self._changes(s.routine)
+        if changed is None or s.jump:
+            self.forget()
+            return
+        handed = {
+            e.name for one in (*s.arguments, s.result) for e in expressions_of(one) if type(e) is ex.Named
+        }
+        for name in sorted(changed | handed):
+            self.forget_from(self.value(ex.Named(name)))
+
+    def _changes(self, name: str) -> frozenset[str] | None:
+        """The variables that a routine of the program changes; None where it moves the arm or sets what moves need, as
+        routines that are in no file here may.
+        """
+        if self._changed_by is None:
+            self._changed_by = changes_of_quiet(self.program)
+        return self._changed_by.get(name.casefold())
 
     def _forget_set(self, s: st.Statement) -> None:
         """Behind an assignment: what was set from the variable, or all, where it calls a routine."""
         target, value = getattr(s, "target", None), getattr(s, "value", None)
         while isinstance(target, (ex.Item, ex.Member)):
             target = target.base
-        if any(type(e) is ex.CallValue for e in expressions_of(value)):
+        called = [e for e in expressions_of(value) if type(e) is ex.CallValue]
+        changed = [None if self.own else self._changes(e.routine) for e in called]
+        handed = {x.name for e in called for x in expressions_of(e.arguments) if type(x) is ex.Named}
+        if None in changed:
             self.forget()
-        elif isinstance(target, (ex.Named, ex.Variable)):
+            return
+        for name in sorted(handed.union(*filter(None, changed))):
+            self.forget_from(self.value(ex.Named(name)))
+        if isinstance(target, (ex.Named, ex.Variable)):
             try:
                 self.forget_from(self.value(target))
             except CannotSayError:
@@ -564,6 +592,45 @@ def _filled(kind: type, template: str, spelled_as: Mapping[str, str]) -> Callabl
         return text
 
     return write if template else lambda self, s: []
+
+
+_QUIET: Final = frozenset({
+    st.Comment, st.Declare, st.Begin, st.End, st.Assign, st.Update, st.Clear, st.ReadInput, st.SetOutput,
+    st.PulseOutput, st.Wait, st.Dwell, st.Message, st.Call, st.Return, st.Label, st.Jump, st.Break, st.If, st.ElseIf,
+    st.Else, st.EndIf, st.While, st.EndWhile, st.Repeat, st.Until, st.For, st.Next, st.Switch, st.Case, st.Default,
+    st.EndSwitch,
+})  # fmt: skip
+
+
+def changes_of_quiet(program: st.Program) -> dict[str, frozenset[str]]:
+    """The routines, case folded, that neither move the arm nor set what moves need, with the variables that they and
+    what they call change.
+    """
+    found: dict[str, frozenset[str]] = {}
+    calls: dict[str, set[str]] = {}
+    for r in program.routines:
+        if not all(type(s) in _QUIET and _sets_variables(s) for s in r.body):
+            continue
+        name = r.name.casefold()
+        found[name] = frozenset(one for s in r.body for one in changed_by(s))
+        calls[name] = {s.routine.casefold() for s in r.body if type(s) is st.Call}
+        calls[name] |= {
+            e.routine.casefold() for s in r.body for e in expressions_of(s) if type(e) is ex.CallValue
+        }
+    while True:
+        loud = {name for name in found if not calls[name] <= found.keys()}
+        more = {name: found[name].union(*(found[one] for one in calls[name])) for name in found.keys() - loud}
+        if more == found:
+            return found
+        found = more
+
+
+def _sets_variables(s: st.Statement) -> bool:
+    """Whether nothing but a variable is set: no speed, tool or frame of the controller's."""
+    target = getattr(s, "target", None)
+    while isinstance(target, (ex.Item, ex.Member)):
+        target = target.base
+    return target is None or isinstance(target, (ex.Named, ex.Variable))
 
 
 def _ends_program(s: st.Statement) -> bool:

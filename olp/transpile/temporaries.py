@@ -143,12 +143,9 @@ class Values:
                 )
             case ex.Item(indices=indices):
                 return replace(e, indices=tuple(self.value(i, before, alone=True) for i in indices))
-            case ex.Member(name=name) if self.simple:
-                # The controller counts elements in 0.001 mm and 0.0001 deg.
-                count = 1000 if name in "xyz" else 10_000
-                target = self.temporary("integer")
-                before.append(st.Assign(0, target, ex.Binary("*", e, ex.Number(count))))
-                return ex.Binary("/", target, ex.Number(float(count)))
+            case ex.Member() if self.simple:
+                made = ex.Binary("/", self._counted(e, before), ex.Number(float(_counts_of(e))))
+                return self._kept(made, "real", before) if alone else made
             case ex.Signal(bus) if bus in self.work.limits.signal_variables:
                 return self._signal_read(e, before)
             case ex.SystemValue() | ex.Signal() | ex.Member():
@@ -167,6 +164,27 @@ class Values:
                 return e
         kind = kind_of_value(self.symbols, self.routine, e)
         return self._kept(new, "integer" if kind == "integer" or whole else "real", before) if alone else new
+
+    def _counted(self, e: ex.Member, before: list[st.Statement]) -> ex.Named:
+        """An element of a position, in the counts of the controller."""
+        target = self.temporary("integer")
+        before.append(st.Assign(0, target, ex.Binary("*", e, ex.Number(_counts_of(e)))))
+        return target
+
+    def _in_counts(
+        self, operator: str, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
+    ) -> ex.Compare | None:
+        """An element of a position compared with another one, or with a number, as the controller counts them."""
+        if type(left) is not ex.Member:
+            if type(right) is not ex.Member:
+                return None
+            return self._in_counts(MIRRORED.get(operator, operator), right, left, before)
+        count = _counts_of(left)
+        if type(right) is ex.Member and _counts_of(right) == count:
+            return ex.Compare(operator, self._counted(left, before), self._counted(right, before))
+        if type(right) is ex.Number and float(right.value * count).is_integer():
+            return ex.Compare(operator, self._counted(left, before), ex.Number(int(right.value * count)))
+        return None
 
     def _bit(self, e: ex.Expression, before: list[st.Statement]) -> ex.Named:
         """A digital signal as a number, in a variable."""
@@ -524,6 +542,8 @@ class Values:
         if is_condition(left) and not isinstance(left, (ex.Signal, ex.Named)):
             left = self._flag_variable(left, before)
             right = self._flag_variable(right, before) if is_condition(right) else right
+        if self.simple and (counted := self._in_counts(operator, left, right, before)):
+            return counted
         if computes_with_state(order := ex.Compare(operator, left, right)):
             order = with_states(order, lambda signal: self._bit(signal, before))
             assert isinstance(order, ex.Compare)
@@ -569,6 +589,16 @@ class Values:
             if isinstance(inner, ex.Logic):
                 return ex.Logic(inner.first, (*inner.rest, (word, first)))
         return None
+
+
+def _whole(e: ex.Expression) -> ex.Expression:
+    """A whole number as loops count: 3, not 3.0."""
+    return ex.Number(int(e.value)) if type(e) is ex.Number and float(e.value).is_integer() else e
+
+
+def _counts_of(e: ex.Member) -> int:
+    """The controller counts elements in 0.001 mm and 0.0001 deg."""
+    return 1000 if e.name in "xyz" else 10_000
 
 
 def _known(e: ex.Expression) -> ex.Expression:
@@ -771,7 +801,7 @@ class _Hoist(Values):
             return [*before, Block([(replace(head, value=value), inside[0][1]), *inside[1:]], block.closer)]
         if isinstance(head, st.For):
             parts = (head.start, head.stop, *(() if head.step is None else (head.step,)))
-            values = [self.value(e, before, alone=True) for e in self._each_in_order(parts, before)]
+            values = [_whole(self.value(e, before, alone=True)) for e in self._each_in_order(parts, before)]
             # The controller looks at the bound again in each round, when the temporaries hold other values.
             values[1:] = [self._lasting(e, before) for e in values[1:]]
             head = replace(

@@ -231,6 +231,26 @@ class UrscriptValues(Generator):
             return f"r2d({self.value(operand)})"
         return None
 
+    def metres(self, e: ex.Expression) -> ex.Expression:
+        """A length [mm] in metres: elements of poses, which have them there, stay as they are."""
+        if type(e) is ex.Binary and e.operator in "+-" and any(map(self._has_length, (e.left, e.right))):
+            return ex.Binary(e.operator, self.metres(e.left), self.metres(e.right))
+        return scaled(e, mm)
+
+    def _has_length(self, e: ex.Expression) -> bool:
+        if type(e) is ex.Binary and e.operator in "+-":
+            return self._has_length(e.left) or self._has_length(e.right)
+        return isinstance(e, ex.Member) and self._is_length(e)
+
+    def spell_compare(self, e: ex.Compare) -> Spelled:
+        """Two lengths, or one and a number, are compared in metres."""
+        sides = (e.left, e.right)
+        if any(map(self._has_length, sides)) and all(
+            type(x) is ex.Number or self._has_length(x) for x in sides
+        ):
+            e = ex.Compare(e.operator, self.metres(e.left), self.metres(e.right))
+        return super().spell_compare(e)
+
     def _is_length(self, e: ex.Member) -> bool:
         return PLACES.get(e.name, 9) < 3 and self.kind(e.base) in ("", "position")
 

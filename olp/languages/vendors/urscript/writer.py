@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
-from olp.core.units import deg, mm
+from olp.core.units import deg
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
@@ -265,7 +265,7 @@ class UrscriptWriter(UrscriptMoves):
                 return f"{self.element(target)} = {self.value(value)}"
             case ex.Member(base, name) if name in PLACES and self.kind(base) in ("", "position"):
                 place = PLACES[name]
-                written = self.value(scaled(value, mm) if place < 3 else value)
+                written = self.value(self.metres(value) if place < 3 else value)
                 return f"{self.value(base)}[{place}] = {written}"
             case ex.Member(base, "rx" | "ry" | "rz" as name) if self.kind(base) in ("", "position"):
                 return self._angle_stored(base, name, value)
