@@ -7,7 +7,8 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.case_making import trapezoid, tuned
+from olp.identification.diagnosis.case_making import SimulatedRamps, ramps_of, trapezoid, tuned
+from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
 from olp.identification.diagnosis.folds import _dealt
 from olp.identification.diagnosis.intervals import distance, parameters_with_intervals, settled
@@ -138,6 +139,54 @@ def test_a_tuned_simulation_is_told_and_its_motion_is_the_one_that_terms_change(
     making = case_of(read_recording(folder))
     assert making.case.base.speed == pytest.approx(0.9 * made.speed, rel=1e-3)
     assert any("90.0" in note for note in making.notes)
+
+
+BESIDE = [
+    {"build": 0.08},
+    {"stop": 0.05},
+    {"filtered": 0.08},
+    {"build": 0.06, "stop": 0.04},
+]
+
+
+@pytest.mark.parametrize("written", [True, False])
+@pytest.mark.parametrize("law", BESIDE)
+def test_what_a_simulations_ramps_have_beside_constant_accelerations_is_read_off_its_times(law, written):
+    made = planted.program(np.random.default_rng(3), 60)
+    slow = np.full(60, 2.0)
+    sim = np.round(SimulatedRamps(**law).seconds(made.length, made.speed, slow), 3)
+    sim[::11] += 0.3  # some moves have a limit of their own
+    given = slow if written else np.full(60, np.nan)
+    found = ramps_of(made.length, made.speed, given, sim, np.ones(60, bool))
+    assert found.stronger == pytest.approx(1.0 if written else 2.0, rel=5e-3)
+    for name in ("build", "filtered", "stop"):
+        assert getattr(found, name) == pytest.approx(law.get(name, 0.0), abs=2e-3)
+
+
+def test_ramps_of_constant_acceleration_have_nothing_beside_and_scatter_has_no_law():
+    made = planted.program(np.random.default_rng(3), 60)
+    slow = np.full(60, 2.0)
+    sim = trapezoid(made.length, 0.9 * made.speed, slow)
+    assert ramps_of(made.length, made.speed, slow, np.round(sim, 3), np.ones(60, bool)) == SimulatedRamps()
+    scattered = sim + np.random.default_rng(4).uniform(0.0, 0.05, 60)
+    assert ramps_of(made.length, made.speed, slow, scattered, np.ones(60, bool)) is None
+
+
+@pytest.mark.parametrize(("simulated", "built"), [(0.08, 0.3), (0.3, 0.08)])
+def test_a_robot_that_builds_up_its_accelerations_otherwise_than_the_simulation_has_a_jerk_alone(
+    simulated, built, tmp_path
+):
+    rng = np.random.default_rng(6)
+    made = planted.program(rng, 80)
+    slow = np.full(80, planted.ACCELERATION)
+    sim, real = (
+        SimulatedRamps(build=t, stop=0.05).seconds(made.length, made.speed, slow) for t in (simulated, built)
+    )
+    folder = planted.write(tmp_path / "recording", made, real, np.round(sim, 4), NOISE, rng)
+    answer = diagnose_recording(read_recording(folder)).diagnosis
+    assert [finding.term for finding in answer.findings] == ["jerk"]
+    assert answer.verdict == "explained"
+    assert any(f"{1e3 * simulated:.1f} ms" in note and "50.0 ms" in note for note in answer.notes)
 
 
 def test_an_interval_holds_what_another_form_says_that_does_as_well(case):

@@ -24,6 +24,7 @@ from olp.robots.geometry import (
     slerp,
 )
 from olp.robots.kinematics import forward, inverse, track, with_tool, within_limits, without_tool
+from olp.robots.kinematics.configuration import readings_of_joints
 from olp.robots.robot import load_robot
 from olp.timing.physics import load_term
 
@@ -130,6 +131,17 @@ def test_the_tool_is_learnt_from_joint_and_tool_points_together(tmp_path):
     again, notes = rates_of(untold, np.arange(6), untold.moves.chord)
     assert np.allclose(rates.path, again.path, rtol=1e-5, atol=1e-5)
     assert not any("tool" in note for note in notes)
+
+
+def test_joint_points_that_are_elsewhere_than_the_tool_points_are_told_also_where_the_tool_is_given(tmp_path):
+    robot, generator = load_robot("fanuc/m-20ia"), np.random.default_rng(7)
+    lines = [line_of(robot, generator) for _ in range(4)]
+    shown = [readings_of_joints(robot, joints) for joints, _, _ in lines]
+    for joints, told in ((shown, True), ([joints for joints, _, _ in lines], False)):
+        rows = [row(i, joints=j, pose=p) for i, (j, (_, p, _)) in enumerate(zip(joints, lines, strict=True))]
+        recording = read(tmp_path, rows, robot.name, TOOL)
+        _, notes = rates_of(recording, np.arange(4), recording.moves.chord)
+        assert any("disagree" in note and "q3 + q2 is the joint's" in note for note in notes) is told
 
 
 def test_tool_points_alone_are_followed_in_front_elbow_up(tmp_path):
@@ -316,6 +328,40 @@ def test_the_limits_of_all_axes_are_read_off_simulated_joint_moves(together):
         limits_from_times(turned, share, np.ones(120), sim * rng.uniform(0.7, 1.3, 120), np.ones(120, bool))
         is None
     )
+
+
+def test_a_time_beside_the_ramps_hides_no_limits_and_is_told(tmp_path):
+    rng = np.random.default_rng(3)
+    turned, share = rng.uniform(0.05, 2.0, (120, 4)) * [1, 0.8, 1, 2], rng.choice([0.3, 0.6, 1.0], 120)
+    sim = joint_times(turned, share, True) + 0.05
+    found = limits_from_times(turned, share, np.ones(120), sim, np.ones(120, bool))
+    np.testing.assert_allclose(found.speeds, SPEEDS, rtol=1e-3)
+    np.testing.assert_allclose(found.accelerations, RAMPS, rtol=1e-3)
+    assert found.beside == pytest.approx(0.05, rel=1e-2)
+
+
+@pytest.mark.parametrize(("override", "beside"), [("100", 0.05), ("50", 0.0), ("50", 0.05)])
+def test_joint_moves_without_a_robot_are_those_of_the_simulation_whatever_its_override_and_stops(
+    override, beside, tmp_path
+):
+    rng = np.random.default_rng(8)
+    points, share = rng.uniform(-1.0, 1.0, (121, 4)) * [1, 0.8, 1, 3], rng.choice([0.3, 0.6, 1.0], 120)
+    sim = joint_times(np.abs(np.diff(points, axis=0)), share * float(override) / 100, True) + beside
+    cells = {"override_pct": override, "sim_override_pct": override}
+    rows = [
+        row(
+            i + 1,
+            "joint",
+            points[i : i + 2],
+            sim_s=repr(float(sim[i])),
+            speed_pct=repr(float(100 * share[i])),
+            **cells,
+        )
+        for i in range(120)
+    ]
+    moves = case_of(read(tmp_path, rows)).case
+    assert len(moves) > 110
+    np.testing.assert_allclose(moves.base.duration(), moves.simulated, atol=1e-3)
 
 
 def test_rounded_joint_moves_hide_no_limits(tmp_path):

@@ -76,6 +76,22 @@ def test_ramps_of_short_moves_cover_their_way_exactly(filtered):
     assert seconds[short] == pytest.approx(ramps[short], rel=1e-11)
 
 
+def test_an_acceleration_that_builds_up_in_a_time_has_the_jerk_that_gives_it():
+    motion = motions(seed=4, unequal=False)
+    built = motion.with_(build=motion.accelerate / motion.jerk, jerk=np.full(N, np.inf))
+    assert built.duration() == pytest.approx(motion.duration(), rel=1e-9)
+    unequal = motions(seed=6, unequal=True, n=400)
+    unequal = unequal.with_(build=np.full(400, 0.1), jerk=np.full(400, np.inf))
+    seconds, speed = unequal._travel()
+    ramps = np.zeros(400)
+    for most in (unequal.accelerate, unequal.decelerate):
+        ramps += np.where(speed >= 0.1 * most, speed / most + 0.1, 2.0 * np.sqrt(0.1 * speed / most))
+    short = speed < unequal.speed
+    assert 50 < short.sum() < 350
+    assert (0.5 * speed * ramps)[short] == pytest.approx(unequal.way[short], rel=1e-9)
+    assert seconds[short] == pytest.approx(ramps[short], rel=1e-9)
+
+
 def test_motions_that_stand_below_each_other_take_what_each_takes_alone():
     plain, other = motions(seed=7), motions(seed=8)
     rounded = np.where(np.arange(N) % 2, 0.01, 0.0)

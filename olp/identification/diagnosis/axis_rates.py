@@ -277,21 +277,22 @@ def _tool(task: _Task, at: NDArray[np.intp]) -> tuple[Floats, bool]:
     from olp.robots.kinematics.configuration import forward
 
     recording = task.recording
-    if recording.tool is not None:
-        return recording.tool.position, True
+    given = None if recording.tool is None else recording.tool.position
     both = at[task.posed[at] & recording.moves.has_points[task.rows[at]]]
     if not len(both):
-        return np.zeros(3), False
+        return (np.zeros(3), False) if given is None else (given, True)
     seen = []
     for joints, place in ((task.joints_start, recording.moves.start), (task.joints_end, recording.moves.end)):
         position, rotation = forward(task.robot, joints[both])
         seen.append(np.einsum("nji,nj->ni", rotation, place[task.rows[both]] - position))
     offsets = np.concatenate(seen)
-    tool = np.median(offsets, axis=0)
+    tool = np.median(offsets, axis=0) if given is None else given
     if np.percentile(np.abs(offsets - tool), 95) > _SAME_TOOL:
+        links = None if task.robot.geometry is None else task.robot.geometry.links
+        third = "; is q3 the angle to the horizontal that the pendant shows? q3 + q2 is the joint's"
         task.notes.append(
             f"joint points and tool points disagree on the tool of {task.robot.name}: the joint points "
-            "are used"
+            f"are used{third if links is not None and links.third_to_horizontal else ''}"
         )
     return np.asarray(tool), True
 
@@ -701,6 +702,7 @@ class AxisLimits(NamedTuple):
     confirmed: Mask  # (n,) the times of other moves show the same speed and acceleration
     off: Floats  # (n,) [1] the time by these limits over the simulated one, less one
     together: bool = True  # all limits hold at once; False: the slowest axis takes its own time
+    beside: float = 0.0  # [s] that every move between stops takes beside constant accelerations
 
     @property
     def unknown(self) -> Mask:
@@ -712,6 +714,8 @@ _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
 _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves
 _NEARER = 0.5  # [1] of a law's misfit that the other one must leave: axes with limits in proportion obey both
 _LIMIT_ROUNDS = 60
+_FAR = 40.0  # logarithm of a limit that is none, and whose square is still a number
+_BESIDE = 0.03  # [s] beside the ramps, to begin with
 _ITS_OWN = 0.9  # [1] of its own time, by which a move tells its limits alone
 _NO_LIMIT, _NEEDED = (
     20.0,
@@ -731,7 +735,8 @@ def limits_from_times(
     """The axes' limits that give joint moves their simulated times `sim` (n,) [s]; None where none do.
 
     `turned` (n, k) [rad] without sign; `share`, `ramps` (n,) [1] of the rated speeds and accelerations. In one law all
-    limits hold at once for the synchronous axes, in the other the slowest axis takes its own time. Moves between two
+    limits hold at once for the synchronous axes, in the other the slowest axis takes its own time. Where neither fits,
+    a time beside the ramps may be in all of them: accelerations that build up, or what a stop takes. Moves between two
     exact `stops` (n,) tell them: how long a rounded move takes hangs on its corners, too. All moves do only where the
     limits of those are not most moves'.
     """
@@ -770,22 +775,27 @@ def _limits_told_by(
     per_speed, per_ramp = per_speed[:, turns], per_ramp[:, turns]
     least = least.reshape(2, -1)[:, turns]
     best: tuple[float, Floats, bool] | None = None
-    for together in (True, False):
-        for start in _STARTS:
-            logs = np.log(least * np.array(start)[:, None]).ravel()
-            found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], together)
-            off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], together)[0]))
-            misfit = float(np.quantile(off, _OF_ALL))
-            as_near = 1.0 if best is None or best[2] == together else _NEARER
-            if best is None or misfit < as_near * best[0]:
-                best = misfit, found, together
-    if best is None or best[0] > _OFF:
+    for beside in ((), (np.log(_BESIDE),)):
+        best = None
+        for together in (True, False):
+            for start in _STARTS:
+                logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), beside)
+                found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], together)
+                off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], together)[0]))
+                misfit = float(np.quantile(off, _OF_ALL))
+                as_near = 1.0 if best is None or best[2] == together else _NEARER
+                if best is None or misfit < as_near * best[0]:
+                    best = misfit, found, together
+        if best is not None and best[0] <= _OFF:
+            break
+    else:
         return None
+    assert best is not None
     _, logs, together = best
     logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], together)
     off, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), together)
     off = np.where(moving, np.expm1(off), np.nan)
-    speeds, accelerations = np.exp(logs.reshape(2, -1))
+    speeds, accelerations, extra = _apart(logs)
     at = np.arange(len(sim))
     leading = turns[fastest]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -800,7 +810,14 @@ def _limits_told_by(
     for row, limits, active in ((0, speeds, fastest), (1, accelerations, strongest)):
         sets = np.unique(active[sure])
         whole[row, turns[sets]] = limits[sets]
-    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure, off, together)
+    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure, off, together, extra)
+
+
+def _apart(logs: Floats) -> tuple[Floats, Floats, float]:
+    """Speeds and accelerations (k,), and [s] beside the ramps, of their logarithms (2k,) or (2k + 1,)."""
+    width = len(logs) // 2
+    numbers = np.exp(np.clip(logs, -_FAR, _FAR))  # a step of the fit may lead to a limit that is none
+    return numbers[:width], numbers[width : 2 * width], float(numbers[2 * width :].sum())
 
 
 def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Mask:
@@ -812,13 +829,14 @@ def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, t
     columns = np.zeros((len(sim), len(logs)))
     columns[at, sets[0]] = slopes[0]
     columns[at, width + sets[1]] += slopes[1]
+    columns[:, 2 * width :] = slopes[2][:, None]
     agree = np.abs(np.expm1(off)) <= _OFF
     basis, size, _ = np.linalg.svd(columns * agree[:, None], full_matrices=False)
     return np.asarray(agree & ((basis[:, size > _OFF] ** 2).sum(axis=1) < _ITS_OWN))
 
 
 def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:
-    """(2k,) the limits, without those that the times do not need: a quick move would just allow them."""
+    """The limits, without those that the times do not need: a quick move would just allow them."""
 
     def off(tried: Floats) -> float:
         return float(np.abs(_over(tried, per_speed, per_ramp, sim, together)[0]).sum())
@@ -836,12 +854,11 @@ def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats
 
 def _over(
     logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool
-) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats]]:
+) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats, Floats]]:
     """(n,) logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
-    that logarithm changes with those of the two limits."""
-    with np.errstate(divide="ignore", over="ignore"):  # a step of the fit may lead to a limit that is none
-        speeds, accelerations = np.exp(logs.reshape(2, -1))
-        paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
+    that logarithm changes with those of the two limits and of the time beside them."""
+    speeds, accelerations, beside = _apart(logs)
+    paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
     at = np.arange(len(sim))
     if together:
         fastest, strongest = np.argmin(paces, axis=1), np.argmin(ramps, axis=1)
@@ -851,13 +868,18 @@ def _over(
     pace, ramp = paces[at, fastest], ramps[at, strongest]
     full = pace**2 <= ramp
     cruise, speeding = 1.0 / pace, pace / ramp
-    time = np.where(full, cruise + speeding, 2.0 / np.sqrt(ramp))
-    slopes = np.where(full, (speeding - cruise) / time, 0.0), np.where(full, -speeding / time, -0.5)
+    ramps_alone = 2.0 / np.sqrt(ramp)
+    time = np.where(full, cruise + speeding, ramps_alone) + beside
+    slopes = (
+        np.where(full, (speeding - cruise) / time, 0.0),
+        np.where(full, -speeding, -0.5 * ramps_alone) / time,
+        beside / time,
+    )
     return np.log(time / sim), (fastest, strongest), slopes
 
 
 def _limits_fitted(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:
-    """(2k,) logarithms of the limits near these, by Levenberg and Marquardt's steps; odd moves hardly count."""
+    """Logarithms of the limits near these, by Levenberg and Marquardt's steps; odd moves hardly count."""
     width, at, damping = len(logs) // 2, np.arange(len(sim)), 1e-2
     off, sets, slopes = _over(logs, per_speed, per_ramp, sim, together)
     for _ in range(_LIMIT_ROUNDS):
@@ -866,6 +888,7 @@ def _limits_fitted(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Float
         columns = np.zeros((len(sim), len(logs)))
         columns[at, sets[0]] = slopes[0]
         columns[at, width + sets[1]] += slopes[1]
+        columns[:, 2 * width :] = slopes[2][:, None]
         normal, pull = columns.T @ (weight[:, None] * columns), -columns.T @ (weight * off)
         loss = float(np.sum(np.log1p((off / (3.0 * scale)) ** 2)))
         for _ in range(6):

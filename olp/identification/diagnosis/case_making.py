@@ -192,11 +192,16 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
             rated = np.where(guessed & axes.unknown, np.nan, rated) if axes is not None else rated
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
-    override = _whole(moves.override) if own else _simulated_override(moves, way, speed, leading)
-    way = np.where(moves.kind == WAIT, 0.0, way)
-    return _Pace(
-        way, np.where(moves.kind == WAIT, 1.0, override * speed), acceleration, override, axes, guessed
+    # Speeds that simulated times tell are those under the simulation's override, whichever that is.
+    shown = joint & (robot is None or len(robot.axes) != moves.joints_start.shape[1])
+    override = (
+        _whole(moves.override)
+        if own
+        else _simulated_override(moves, np.where(shown, np.nan, way), speed, leading)
     )
+    speed = np.where(moves.kind == WAIT, 1.0, np.where(shown, 1.0, override) * speed)
+    way = np.where(moves.kind == WAIT, 0.0, way)
+    return _Pace(way, speed, acceleration, override, axes, guessed)
 
 
 def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Mask, str] | None:
@@ -234,9 +239,14 @@ def _beside(moves: RecordedMoves, joint: Mask) -> Mask:
 def _axes_simulated(recording: Recording, joint: Mask) -> AxisLimits | None:
     """The axes' limits behind the simulated times of joint moves, where no robot file tells them."""
     moves, robot = recording.moves, recording.robot
-    turned = np.abs(moves.joints_end - moves.joints_start)
-    if robot is not None and len(robot.axes) == turned.shape[1]:
+    if robot is not None and len(robot.axes) == moves.joints_start.shape[1]:
         return None
+    return _limits_told(moves, joint)
+
+
+def _limits_told(moves: RecordedMoves, joint: Mask) -> AxisLimits | None:
+    """The axes' limits behind the simulated times of the joint moves."""
+    turned = np.abs(moves.joints_end - moves.joints_start)
     ramps = _whole(moves.acceleration_fraction)
     unknown = np.full(len(moves), np.nan)
     start, end, _ = _ends(moves, unknown, unknown)
@@ -372,29 +382,68 @@ def _base(
     joint = moves.kind[rows] == JOINT
     plain = start & end & moving & ~joint
     faster, stronger = tuned(way, speed, slow, sim, plain)
-    if (faster, stronger) != (1.0, 1.0):
+    straight, turning = SimulatedRamps(), SimulatedRamps()  # laws of straight moves and of joint moves
+    if not judged.own:
+        # Where the simulation stops at every corner, all moves tell its law.
+        laws = (ramps_of(way, speed, slow, sim, asked) for asked in (moving & ~joint, plain))
+        straight = turning = next((law for law in laws if law is not None), SimulatedRamps())
+    if straight.told:
+        faster, stronger = 1.0, straight.stronger
+        slow = np.where(np.isfinite(slow) | joint, slow, 1.0)
+    elif (faster, stronger) != (1.0, 1.0):
         notes.append(
             f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
             "written accelerations: findings are relative to that"
         )
+    if not judged.own and (pace.axes is not None or plain.sum() < _FEWEST):
+        turning = _ramps_of_axes(moves, rows, pace, sim, joint & start & end)
+    if straight.told or turning.told:
+        notes.append(straight.says if straight.told else turning.says)
     speed = np.where(moving & ~joint, faster * speed, speed)
     slow = np.where(moving & ~joint, stronger * slow, slow)
     # Where a simulation is judged, its joint moves tell their own ramps; a robot file's need not be what it used.
     read = joint & (pace.axes is not None)
     missing = ~np.isfinite(slow) | (joint & ~read)
-    missing |= limited(way, speed, sim, slow, plain | (read & start & end))
-    for kind in (joint, ~joint):
-        here = missing & kind
+    stopped = np.where(moving & end, np.where(joint, turning.stop, straight.stop), 0.0)
+    sim = sim - stopped
+    for kind, law, asked in ((joint, turning, read & start & end), (~joint, straight, plain)):
+        here = kind & (missing | limited(way, speed, sim, slow, asked, law))
         if here.any():
-            slow[here] = inferred(way[here], speed[here], sim[here], (start & end)[here], resolution)
+            sure = (start & end)[here]
+            slow[here] = inferred(way[here], speed[here], sim[here], sure, resolution, law, slow[here])
     whole = _as_written(pace, rows, moving, stops, blends).with_(
-        speed=speed, accelerate=slow, decelerate=slow
+        speed=speed,
+        accelerate=slow,
+        decelerate=slow,
+        build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
+        filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
     corners = _corners(moves, pace, rows, before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
     found = cornered(whole.with_(corners=corners), sim)
-    return found.with_(added=added), 1.0 / faster if stretched else 1.0
+    return found.with_(added=added + stopped), 1.0 / faster if stretched else 1.0
+
+
+def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, plain: Mask) -> SimulatedRamps:
+    """What the simulated times of joint moves between stops, `plain` (n,), have beside the axes' constant
+    accelerations: of the laws with one such time the one that comes nearest."""
+    joint = moves.kind == JOINT
+    axes = pace.axes
+    if axes is None and plain.sum() >= _FEWEST:
+        axes = _limits_told(moves, joint)
+    if axes is None or axes.beside < _LEAST_BESIDE:
+        return SimulatedRamps()
+    good = plain & axes.confirmed[rows]
+    if not good.any():
+        return SimulatedRamps()
+    way = np.abs(moves.joints_end - moves.joints_start)[rows, axes.leading[rows]][good]
+    speed, slow = axes.speed[rows][good], axes.acceleration[rows][good]
+    laws = [SimulatedRamps(**{names[0]: axes.beside}) for names in _LAWS if len(names) == 1]
+    return min(
+        laws,
+        key=lambda law: float(np.quantile(np.abs(law.seconds(way, speed, slow) - sim[good]), _SHARES[0])),
+    )
 
 
 def _as_written(
@@ -691,36 +740,113 @@ _ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
 _SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
 _LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
 _MOST_ALIKE = 0.8  # of the moves have one of them
+_HALVINGS = 60  # of an interval of logarithms
 _FEW = 0.5  # of the moves: more of them are no exceptions, the simulation has another law
 
 
-def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask) -> Mask:
+class SimulatedRamps(NamedTuple):
+    """What the ramps of a simulation have beside constant accelerations."""
+
+    stronger: float = 1.0  # [1] share of the written accelerations; [m/s²] of all moves where none is written
+    build: float = 0.0  # [s] in which an acceleration builds up
+    filtered: float = 0.0  # [s] moving average that each ramp passes
+    stop: float = 0.0  # [s] beside the motion, at every exact stop
+
+    @property
+    def told(self) -> bool:
+        """Whether there is anything."""
+        return self != SimulatedRamps()
+
+    @property
+    def says(self) -> str:
+        """One sentence for the reader."""
+        does = [
+            f"{what} {1e3 * time:.1f} ms"
+            for what, time in (
+                ("builds up accelerations in", self.build),
+                ("smooths speeds over", self.filtered),
+                ("takes at each stop", self.stop),
+            )
+            if time
+        ]
+        return f"the simulation {' and '.join(does)}: findings are relative to that"
+
+    def seconds(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
+        """(n,) [s] between two stops."""
+        if not self.build:
+            beside = np.full(len(way), self.filtered)
+            full = way >= speed * (speed / slow + beside)
+            short = 2.0 * way / np.maximum(beside + np.sqrt(beside**2 + 4.0 * way / slow), 1e-12)
+            top = np.where(full, speed, short)
+            return np.asarray(way / top + top / slow + beside + self.stop)
+        none = np.zeros(len(way))
+        motion = Motion(
+            *(
+                way,
+                speed,
+                slow,
+                slow,
+                np.full(len(way), np.inf),
+                none,
+                none,
+                none,
+                none + self.stop,
+                none + 1.0,
+            ),
+            filtered=none + self.filtered,
+            build=none + self.build,
+        )
+        return motion.duration()
+
+    def slow(self, way: Floats, speed: Floats, sim: Floats) -> tuple[Floats, Floats]:
+        """(n,) [m/s²] with which moves between stops take the simulated time, without `stop`, nan where none does;
+        and (n,) [s] that their ramps add to the way at full speed."""
+        over = sim - way / speed - self.build - self.filtered
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if not (self.build or self.filtered):
+                return np.where(over <= way / speed, speed / over, 4.0 * way / sim**2), over
+            low, high = np.log(way / sim**2) - 1.0, np.log(speed / 1e-4) + np.zeros(len(way))
+        bare = self._replace(stop=0.0)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            longer = bare.seconds(way, speed, np.exp(middle)) > sim
+            low, high = np.where(longer, middle, low), np.where(longer, high, middle)
+        slow = np.exp(0.5 * (low + high))
+        fits = np.abs(bare.seconds(way, speed, slow) - sim) < _CONTROLLERS_CYCLE
+        return np.where(fits, slow, np.nan), np.where(fits, np.maximum(over, speed / slow), over)
+
+
+def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask, law: SimulatedRamps) -> Mask:
     """(n,) moves between stops that the simulation itself made slower than their acceleration says: an axis' limit."""
-    with np.errstate(invalid="ignore"):
-        ramp = speed / slow
-        said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        said = law._replace(stop=0.0).seconds(way, speed, slow)
         off = plain & (sim > said * (1.0 + _ALIKE))
     return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
 
 
-def inferred(way: Floats, speed: Floats, sim: Floats, stops: Mask, resolution: float) -> Floats:
-    """(n,) [m/s²] with which a trapezoid takes the simulated time; rows with rounded ends get the others' median."""
-    over = sim - way / speed
-    full = over <= way / speed
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slow = np.where(full, speed / over, 4.0 * way / sim**2)
+def inferred(
+    way: Floats,
+    speed: Floats,
+    sim: Floats,
+    stops: Mask,
+    resolution: float,
+    law: SimulatedRamps,
+    known: Floats,
+) -> Floats:
+    """(n,) [m/s²] with which ramps by the law take the simulated time, without what stops take; rows with rounded ends
+    get the others' median, or what is `known` of a robot where no row tells it."""
+    slow, over = law.slow(way, speed, sim)
     told = (over > _CONTROLLERS_CYCLE) & np.isfinite(slow)
     if stops.all() or _stops_everywhere(slow, over, told, stops):
         stops = np.ones_like(stops)
     good = stops & told
     if not good.any():
-        return np.full(len(way), 1e3 * float(np.median(speed)))
+        return np.where(np.isfinite(known), known, 1e3 * float(np.median(speed)))
     # Long ramps tell the acceleration best: the median weighted by their length.
     order = np.argsort(slow[good])
     weight = np.cumsum(over[good][order])
     one = float(slow[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
-    ramp = speed / one
-    said = np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / one))
+    said = law._replace(stop=0.0).seconds(way, speed, np.full(len(way), one))
     digits = max(np.nan_to_num(resolution), 1e-4)
     if np.mean(np.abs(said - sim)[stops] <= 1.01 * digits) >= 0.9:
         return np.full(len(way), one)
@@ -775,16 +901,121 @@ def tuned(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) ->
     (1, 1) where the written values do, or where no two shares do either. `plain`: straight moves between exact stops.
     """
     good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
-    if good.sum() < _FEWEST:
-        return 1.0, 1.0
-    way, speed, sim = way[good], speed[good], sim[good]
     written = bool(np.isfinite(slow[good]).all())
     slow = slow[good] if written else np.ones(int(good.sum()))
+    way, speed, sim = way[good], speed[good], sim[good]
+    if len(way) < _FEWEST:
+        return 1.0, 1.0
     for share in _SHARES:
         found = _tuned(way, speed, slow, sim, written, share)
         if found != (1.0, 1.0):
             return found
     return 1.0, 1.0
+
+
+# The ramps of a simulation may be no trapezoids: accelerations that build up, a smoothed speed, a time at each stop.
+
+_DIGIT = 0.51  # of a simulated time's last digit: a law that is nearer is the simulation's own
+_COARSEST = 2e-3  # [s] digits that tell such laws from each other
+_ROUNDS = 30  # of Gauss and Newton
+_STEP = 1e-4  # relative, of a slope
+_TOLD_BY = 5  # moves that differ, of a law with two numbers
+_LEAST_BESIDE = 2e-3  # [s] beside the ramps; less is digits
+_LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plainest first
+
+
+def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> SimulatedRamps | None:
+    """The law that comes as near to the simulated times as their digits allow, the plain one where a share of the
+    written speeds and accelerations does; None where no law does. The rest as in `tuned`."""
+    good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
+    written = bool(np.isfinite(slow[good]).all())
+    digit = _digit(sim[good])
+    if good.sum() < _FEWEST or digit > _COARSEST:
+        return None
+    faster, stronger = tuned(way, speed, slow, sim, plain)
+    way, speed, sim = way[good], speed[good], sim[good]
+    slow = slow[good] if written else np.ones(len(way))
+    near = max(_DIGIT * digit, _LEAST)
+
+    def off(law: SimulatedRamps, faster: float = 1.0) -> float:
+        return float(
+            np.quantile(np.abs(law.seconds(way, faster * speed, law.stronger * slow) - sim), _SHARES[0])
+        )
+
+    stronger = stronger if written else _stronger(way, faster * speed, slow, sim)
+    if off(SimulatedRamps(stronger), faster) <= near:
+        return SimulatedRamps()
+    if _kinds(way, speed, slow) < _TOLD_BY:
+        return None
+    for names in _LAWS:
+        law = _nearest_law(way, speed, slow, sim, names, digit)
+        if law is not None and off(law) <= near:
+            return law
+    return None
+
+
+def _kinds(*columns: Floats) -> int:
+    """How many moves there are that differ."""
+    return len(np.unique(np.round(np.log(np.stack(columns)), 4), axis=1).T)
+
+
+def _nearest_law(
+    way: Floats, speed: Floats, slow: Floats, sim: Floats, names: tuple[str, ...], digit: float
+) -> SimulatedRamps | None:
+    """The law with these times beside constant accelerations, by least squares in which what is far off counts less;
+    None where one of them would be none."""
+    ramp = speed / slow
+    weight = np.ones(len(way))
+    for _ in range(_ROUNDS):  # of moves that are long enough, the times are straight lines of the ramps
+        root = np.sqrt(weight)
+        columns = np.stack([ramp, np.ones(len(way))], axis=1)
+        (weaker, beside), *_ = np.linalg.lstsq(
+            root[:, None] * columns, root * (sim - way / speed), rcond=None
+        )
+        weight = _counts(sim - way / speed - weaker * ramp - beside, digit)
+    if weaker <= 0 or beside < _LEAST_BESIDE:
+        return None
+    values: Floats = np.array([-np.log(weaker), *(np.log(beside / len(names)) for _ in names)])
+
+    def law(values: Floats) -> SimulatedRamps:
+        numbers = np.exp(np.clip(values, -20.0, 20.0)).tolist()
+        return SimulatedRamps(numbers[0], **dict(zip(names, numbers[1:], strict=True)))
+
+    def left(values: Floats) -> Floats:
+        tried = law(values)
+        return sim - tried.seconds(way, speed, tried.stronger * slow)
+
+    now = left(values)
+    for _ in range(_ROUNDS):
+        weight = _counts(now, digit)
+        slopes = np.stack([(left(values + _STEP * one) - now) / _STEP for one in np.eye(len(values))], axis=1)
+        root = np.sqrt(weight)
+        step, *_ = np.linalg.lstsq(root[:, None] * slopes, -root * now, rcond=1e-9)
+        step = np.asarray(np.clip(step, -0.5, 0.5), dtype=np.float64)
+        for _half in range(_ROUNDS):
+            there = left(values + step)
+            if weight @ there**2 <= weight @ now**2:
+                break
+            step = 0.5 * step
+        values, now = np.asarray(values + step, dtype=np.float64), there
+        if np.abs(step).max() < 1e-7:
+            break
+    found = law(values)
+    return found if min(getattr(found, name) for name in names) >= _LEAST_BESIDE else None
+
+
+def _counts(off: Floats, digit: float) -> Floats:
+    """(n,) [1] weights of moves that are `off` (n,) [s]."""
+    scale = max(float(np.median(np.abs(off))), digit)
+    return np.asarray(1.0 / (1.0 + (off / (2.0 * scale)) ** 2))
+
+
+def _digit(seconds: Floats) -> float:
+    """[s] the last digit of simulated times."""
+    for digit in (1e-1, 1e-2, 1e-3):
+        if np.abs(seconds / digit - np.round(seconds / digit)).max(initial=0.0) < 1e-6:
+            return digit
+    return 0.0
 
 
 def _tuned(
@@ -804,8 +1035,9 @@ def _tuned(
     tried = list[tuple[float, float]]()
     if written:
         tried += [(1.0, stronger_of(1.0)), (_best(lambda f: misfit(f, 1.0)), 1.0)]
-    both = _best(lambda f: misfit(f, stronger_of(f)))
-    tried.append((both, stronger_of(both)))
+    if not tried or _kinds(way, speed, slow) >= _TOLD_BY:
+        both = _best(lambda f: misfit(f, stronger_of(f)))
+        tried.append((both, stronger_of(both)))
     exact = [t for t in tried if misfit(*t) <= _LEAST]
     faster, stronger = exact[0] if exact else min(tried, key=lambda t: misfit(*t))
     if misfit(faster, stronger) >= _TUNED_BETTER * plainly:

@@ -229,7 +229,7 @@ def _motion(
     base, count = case.base, len(way)
     middle = {
         name: np.full(count, np.median(getattr(base, name)[straight]))
-        for name in ("accelerate", "decelerate", "jerk", "rate")
+        for name in ("accelerate", "decelerate", "jerk", "rate", "filtered", "build")
     }
     return replace(
         _passing(base),

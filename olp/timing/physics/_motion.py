@@ -81,17 +81,21 @@ class Motion:
     filtered: Floats = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) [s] moving average that each ramp passes
+    build: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [s] an acceleration takes, whatever its size
 
     def __post_init__(self) -> None:
-        if len(self.filtered) != len(self.way):
-            object.__setattr__(self, "filtered", np.zeros(len(self.way)))
+        for name in ("filtered", "build"):
+            if len(getattr(self, name)) != len(self.way):
+                object.__setattr__(self, name, np.zeros(len(self.way)))
 
     def with_(self, **changes: Floats | float | str | MoveCorners | None) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
         copy = object.__new__(Motion)
         own = vars(copy)
         own.update(vars(self), **changes)
-        if "jerk" in changes:
+        if "jerk" in changes or "build" in changes:
             own.pop("_jerked", None)
         if "round_start" in changes or "round_end" in changes:
             own.pop("_rounded", None)
@@ -101,8 +105,8 @@ class Motion:
 
     @cached_property
     def _jerked(self) -> bool:
-        """Whether some moves have a finite jerk."""
-        return bool(np.isfinite(self.jerk).any())
+        """Whether the acceleration of some moves takes time to build up."""
+        return bool(np.isfinite(self.jerk).any() or self.build.any())
 
     @cached_property
     def _rounded(self) -> bool:
@@ -196,7 +200,7 @@ class Motion:
         fast, ramp = np.maximum(fast, 1e-9), fast / slow
         reach = rounding if law == "share" else self.overlap * rounding
         if law == "full":
-            saved = self.overlap * _ramp(fast, slow, self.jerk)
+            saved = self.overlap * _ramp(fast, slow, self._jerk_of(slow))
         elif law == "fixed":
             saved = np.full(len(fast), self.overlap)
         elif law in ("distance", "flight"):
@@ -227,7 +231,8 @@ class Motion:
         finite jerk.
         """
         if jerked:
-            both = _ramp(speed, self.accelerate, self.jerk) + _ramp(speed, self.decelerate, self.jerk)
+            up, down = self._jerks
+            both = _ramp(speed, self.accelerate, up) + _ramp(speed, self.decelerate, down)
         else:
             both = speed / self.accelerate + speed / self.decelerate
         return np.asarray(0.5 * both + self.filtered)
@@ -242,14 +247,15 @@ class Motion:
             return np.minimum(self.speed, 2.0 * self.way / (self.filtered + root))
         if self.filtered.any():
             return self._solved()
-        build = 0.5 * (self.accelerate + self.decelerate) / self.jerk
+        up, down = self._jerks
+        build = 0.5 * (self.accelerate / up + self.decelerate / down)
         root = np.sqrt(build**2 + 4.0 * np.maximum(slow, 1e-12) * self.way)
         reached = 2.0 * self.way / (build + root)
-        unreached = np.cbrt(self.jerk * (0.5 * self.way) ** 2)
-        most = np.maximum(self.accelerate, self.decelerate) ** 2
-        least = np.minimum(self.accelerate, self.decelerate) ** 2
-        peak = np.where(reached * self.jerk >= most, reached, unreached)
-        mixed = np.nonzero((reached * self.jerk < most) & (unreached * self.jerk > least))[0]
+        unreached = self._unreached()
+        full = (reached * up >= self.accelerate**2) & (reached * down >= self.decelerate**2)
+        peak = np.where(full, reached, unreached)
+        over = (unreached * up > self.accelerate**2) | (unreached * down > self.decelerate**2)
+        mixed = np.nonzero(~full & over)[0]
         if len(mixed):
             peak[mixed] = self._some(mixed, _TRAVEL)._solved()
         return np.minimum(peak, self.speed)
@@ -260,10 +266,11 @@ class Motion:
         Ramps that do not reach their acceleration are the shortest: their speed is one from above, and the way of the
         ramps is smooth and bends upwards there.
         """
-        peak = np.minimum(np.cbrt(self.jerk * (0.5 * self.way) ** 2), self.speed)
+        peak = np.minimum(self._unreached(), self.speed)
         for _ in range(_STEPS):
             ramps = self._ramps(peak, True)
-            slope = ramps + 0.5 * (self._growth(peak, self.accelerate) + self._growth(peak, self.decelerate))
+            growth = self._growth(peak, self.accelerate) + self._growth(peak, self.decelerate)
+            slope = ramps + 0.5 * growth
             step = ramps / slope * np.log(self.way / (peak * ramps))
             peak = np.minimum(peak * np.exp(step), self.speed)
             if np.abs(step).max() < _EXACT:
@@ -272,8 +279,27 @@ class Motion:
 
     def _growth(self, speed: Floats, acceleration: Floats) -> Floats:
         """(n,) [s] by which a ramp grows with the logarithm of its speed."""
-        reached = speed * self.jerk >= acceleration**2
-        return np.asarray(np.where(reached, speed / acceleration, np.sqrt(speed / self.jerk)))
+        jerk = self._jerk_of(acceleration)
+        reached = speed * jerk >= acceleration**2
+        return np.asarray(np.where(reached, speed / acceleration, np.sqrt(speed / jerk)))
+
+    @property
+    def _jerks(self) -> tuple[Floats, Floats]:
+        """(n,) [m/s³] of the ramps at the start and at the end."""
+        return self._jerk_of(self.accelerate), self._jerk_of(self.decelerate)
+
+    def _jerk_of(self, acceleration: Floats) -> Floats:
+        """(n,) [m/s³] with which an acceleration builds up: the own one, or one that grows with it."""
+        if not self.build.any():
+            return self.jerk
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.minimum(self.jerk, acceleration / self.build))
+
+    def _unreached(self) -> Floats:
+        """(n,) [m/s] peak of ramps that cover the path without reaching their accelerations."""
+        up, down = self._jerks
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.cbrt((self.way / (1.0 / np.sqrt(up) + 1.0 / np.sqrt(down))) ** 2))
 
     def top(self) -> Floats:
         """Highest speed without jerk (n,) [m/s]: the programmed speed, or less on short paths."""
@@ -306,7 +332,15 @@ class Motion:
 
 _IN_COMMON = ("cycle", "early", "law", "overlap", "split", "reach", "portion")  # of all moves
 _COLUMNS = tuple(column.name for column in fields(Motion) if column.name not in (*_IN_COMMON, "corners"))
-_TRAVEL = ("way", "speed", "accelerate", "decelerate", "jerk", "filtered")  # what the way alone hangs on
+_TRAVEL = (
+    "way",
+    "speed",
+    "accelerate",
+    "decelerate",
+    "jerk",
+    "filtered",
+    "build",
+)  # what the way alone hangs on
 
 
 _IN_LOOPS = {"full": 0, "share": 1, "braking": 2}  # laws of the shorter ramp

@@ -30,12 +30,13 @@ class Jerk(MoveTerm):
         one = TermParameter(
             "jerk", f"{case.unit}/s^3", pace * 0.7, pace * 2000.0, np.inf, True, "of every ramp"
         )
-        time = TermParameter(
-            "ramp_time", "s", 0.0, _LONGEST, 0.0, False, "time in which acceleration builds up"
-        )
+        means = "time in which acceleration builds up"
+        time = TermParameter("ramp_time", "s", 0.0, _LONGEST, _longest(case.base.filtered), False, means)
+        own_time = time._replace(null=_longest(case.base.build))
         each = case.base.accelerate[case.moving] / case.ratio[case.moving]
         differ = bool(case.joint.any()) and float(np.ptp(each)) > _ALIKE * float(each.max())
-        own = (Form(_OWN, (time,), r"T = L/v + v/a + \tau,\; j = a/\tau"),)
+        differ = differ or own_time.null > 0
+        own = (Form(_OWN, (own_time,), r"T = L/v + v/a + \tau,\; j = a/\tau"),)
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
@@ -44,12 +45,16 @@ class Jerk(MoveTerm):
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key in (_FILTERED, _OWN):
-            return np.array([[0.02], [0.1]])
+            at = form.parameters[0].null
+            return np.array([[0.02], [0.1]]) if at == 0 else at * np.array([[0.5], [2.0]])
         return np.array([[2.0], [6.0], [20.0], [70.0]]) * case.pace
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key == _FILTERED:
-            return motion.with_(filtered=motion.filtered + values[0])
+            # The real time in the place of the simulated one, which may be the longer.
+            return motion.with_(filtered=motion.filtered - case.base.filtered + values[0])
+        if form.key == _OWN and case.base.build.any():
+            return motion.with_(build=np.where(case.base.build > 0, values[0], motion.build))
         if form.key == _OWN:
             return motion.with_(
                 jerk=np.minimum(motion.jerk, case.base.accelerate / max(values[0], _SHORTEST))
@@ -60,6 +65,9 @@ class Jerk(MoveTerm):
         if form.key == _FILTERED:
             time = f"{values[0] * 1000:.0f} ms"
             return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer"
+        if form.key == _OWN and case.base.build.any():
+            simulated = f"{form.parameters[0].null * 1000:.0f} ms"
+            return f"acceleration builds up in {values[0] * 1000:.0f} ms, in the simulation in {simulated}"
         if form.key == _OWN:
             time = f"{values[0] * 1000:.0f} ms"
             return f"each axis builds up its acceleration at a jerk of its own, the simulated one in {time}"
@@ -68,3 +76,8 @@ class Jerk(MoveTerm):
             f"acceleration builds up at {values[0]:.4g} {unit}: a full ramp at the simulated acceleration takes "
             f"{ramp * 1000:.0f} ms longer"
         )
+
+
+def _longest(times: Floats) -> float:
+    """[s] of the simulation; a wait has none."""
+    return float(times.max(initial=0.0))
