@@ -29,7 +29,14 @@ from olp.identification.diagnosis.model import Condition, DurationModel, Stateme
 from olp.identification.diagnosis.report_text import text_report
 from olp.identification.diagnosis.search import additions, move_terms, price, shelf_of, swaps
 from olp.identification.diagnosis.verdict import AGREES, EXPLAINED, joined, verdict_of
-from olp.identification.diagnosis.waits import late_moves, spread, tails_of, threshold, told_by_unseen_moves
+from olp.identification.diagnosis.waits import (
+    far_on_one_side,
+    late_moves,
+    spread,
+    tails_of,
+    threshold,
+    told_by_unseen_moves,
+)
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics._case import Rates
@@ -592,6 +599,48 @@ def test_waits_are_told_from_the_tails_of_a_scatter_by_moves_that_were_not_fitte
     waits = 0.003 * rng.normal(size=COUNT)
     waits[rng.choice(COUNT, 8, replace=False)] += rng.uniform(0.05, 0.3, 8)
     assert told_by_unseen_moves(waits, 1e-4)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_few_moves_far_out_on_one_side_are_no_scatter(side):
+    rng = np.random.default_rng(4)
+    off = 0.002 * rng.normal(size=280)
+    off[[6, 67, 209]] = side * np.array([0.013, 0.023, 0.03])
+    rounded = np.round(off / 0.002) * 0.002
+    for values, sigma, digits in ((off, 0.002, 0.0), (rounded, 0.0021, 0.002)):
+        assert np.flatnonzero(far_on_one_side(values, sigma, digits)).tolist() == [6, 67, 209]
+        values[67] *= -1.0
+        assert not far_on_one_side(values, sigma, digits).any()
+
+
+@pytest.mark.parametrize(("tails", "digits"), [(1.5, 0.0), (2.5, 0.0), (2.5, 0.01), (30.0, 0.01)])
+@pytest.mark.parametrize("shared", [False, True])
+def test_no_scatter_has_moves_far_out_on_one_side(tails, digits, shared):
+    """At most one recording of a hundred is allowed; here are 96. Durations are rounded, or are those between
+    rounded stamps that neighbours share; others differ from the simulated ones by a bias."""
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        real = (
+            rng.uniform(0.3, 3.0, 200)
+            if not shared
+            else np.append(0.0, np.cumsum(rng.uniform(0.3, 3.0, 200)))
+        )
+        scatter = 0.003 * rng.standard_t(tails, len(real))
+        told = real + scatter
+        told = np.round(told / digits) * digits if digits else told
+        off = np.diff(told) - np.diff(real) if shared else told - np.round(real + 0.0002, 3)
+        middle = off[np.abs(off - np.median(off)) < 6.0 * spread(off, max(digits, 1e-4) / 2.0)]
+        assert not far_on_one_side(off, middle.std(), digits).any()
+
+
+@pytest.mark.parametrize(("other", "verdict"), [(-0.01, "unexplained"), (0.01, "no-mismatch")])
+def test_three_moves_far_out_on_one_side_are_a_difference(other, verdict, tmp_path):
+    """They leave less than twice the noise, and go together with nothing."""
+    real = plain(5) + 0.001 * np.random.default_rng(5).normal(size=COUNT)
+    real[[31, 60, 90]] -= (0.009, 0.01, -other)
+    told = diagnose_recording(record(tmp_path / "r", real, 5)).diagnosis
+    assert (told.verdict, told.findings) == (verdict, ())
+    assert any("moves (32, 61, 91) are early by" in note for note in told.notes) == (verdict == "unexplained")
 
 
 def late_in(off):

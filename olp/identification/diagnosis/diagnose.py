@@ -33,6 +33,7 @@ from olp.identification.diagnosis.search import additions, move_terms, nearest_s
 from olp.identification.diagnosis.verdict import (
     AGREES,
     FEWEST,
+    far_moves,
     floor_of,
     heavy_tails,
     in_time,
@@ -58,6 +59,7 @@ _MORE_LEFT = ("unexplained", "partly-explained")
 _NEAREST = 3  # terms that an experiment tells apart where none holds
 _SCALES = {"speed-scale": "scale", "clock": "rate"}  # terms that make all times longer, and their number
 _ROUGHLY = 0.1  # of a tuning: a scale so near to it is that
+_LISTED = 10  # moves that a note names
 _LEAST = 1e-5  # [s] no clock is finer than that
 _HEAVY = (
     "some moves are far out, as far early as late or too few to tell, and in no kind of moves more than in others: the "
@@ -133,7 +135,8 @@ def _answer(
     fallen = {term: why for term, why in fallen.items() if term not in {f.term for f in told.findings}}
     told, tuned = _without_tuning(told, case)
     less = taken_away(named)
-    doubted = told_by == REMAINS and 0.0 < less < 1.0  # a difference that unseen moves show is real
+    # That some moves wait is no doubt, and a difference that unseen moves show is real.
+    doubted = less < 1.0 and (named.late.any() or (told_by == REMAINS and less > 0.0))
     if less < 1.0:
         tuned = (*tuned, *(f"not named for want of evidence: {f.says}" for f in told.findings))
         told = ReportedFindings([], [], [])
@@ -142,10 +145,13 @@ def _answer(
             sigma, told_by = floor_of(named)
     verdict, tails = "unexplained" if doubted else verdict_of(named), heavy_tails(named)
     floor = math.hypot(sigma, math.sqrt(tails))
+    experiment = _experiment(told, named, verdict, case, sigma, recording)
     beside = _beside_the_judged(recording, case, floor) if verdict == "no-mismatch" else ()
     verdict = "unexplained" if beside else verdict
     axes = of_axes(left_over(named), named.clean) if verdict in _MORE_LEFT else ()
     hints = tuple(sorted((*named.remains.correlates, *axes), key=lambda hint: hint.p_value))
+    if verdict == "unexplained" and not told.findings:
+        notes = (*_far(named), *notes)
     notes = (*beside, *notes, *tuned, *((_HEAVY,) if tails > 0 else ()))
     model = named.fit.model if told.findings else DurationModel()
     predicted = model.seconds(case)
@@ -165,7 +171,7 @@ def _answer(
         mismatch=mismatch_of(case, sigma, model, named.waiting),
         findings=findings,
         indistinguishable=(*told.alike, *(log.indistinguishable if log is not None else ())),
-        next_experiment=_experiment(told, named, case, sigma, recording),
+        next_experiment=experiment,
         remainder=Remainder(rms(case.measured - predicted), hints),
         before=errors_of(case.residual, case.measured),
         heldout_before=errors_of(case.residual, case.measured),
@@ -189,6 +195,20 @@ def _beside_the_judged(recording: Recording, case: MeasuredMoves, floor: float) 
     return (
         f"the {len(case)} moves of known length and speed agree with the simulation; {others}: to say why, give their "
         "joints or points, and speeds",
+    )
+
+
+def _far(named: NamingResult) -> tuple[str, ...]:
+    """The moves that are far out on one side, where these alone may be the difference."""
+    far = far_moves(named)
+    if not far.any():
+        return ()
+    off, moves = left_over(named)[far], [str(move) for move in named.clean.move[far].tolist()]
+    told = ", ".join(moves if len(moves) <= _LISTED else [*moves[:_LISTED], "…"])
+    side, least, most = "late" if off[0] > 0 else "early", np.abs(off).min(), np.abs(off).max()
+    return (
+        f"some moves ({told}) are {side} by {phrasing.seconds(least)} to {phrasing.seconds(most)}, more and by more "
+        "than on the other side: a scatter has tails on both",
     )
 
 
@@ -262,7 +282,12 @@ def _together(findings: list[Finding], log: LogDiagnosis | None) -> tuple[Findin
 
 
 def _experiment(
-    told: ReportedFindings, named: NamingResult, case: MeasuredMoves, sigma: float, recording: Recording
+    told: ReportedFindings,
+    named: NamingResult,
+    verdict: str,
+    case: MeasuredMoves,
+    sigma: float,
+    recording: Recording,
 ) -> NextExperiment:
     """The moves that would tell the groups apart; where a difference has no name, those that tell apart what comes
     nearest to it."""
@@ -277,7 +302,6 @@ def _experiment(
             tuple(dict.fromkeys(move for one in each for move in one.moves)),
             tuple(dict.fromkeys(timer for one in each for timer in one.timers)),
         )
-    verdict = verdict_of(named)
     if verdict in ("no-mismatch", "not-judged", "explained") or (
         told.findings and not named.remains.structured
     ):

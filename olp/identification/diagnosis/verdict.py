@@ -11,7 +11,7 @@ from olp.identification.diagnosis import evidence
 from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.naming import NamingResult
 from olp.identification.diagnosis.scatter import REMAINS, Scatter, beyond_digits, digits_of, scatter_of
-from olp.identification.diagnosis.waits import tails_of
+from olp.identification.diagnosis.waits import far_on_one_side, tails_of
 
 Floats = NDArray[np.float64]
 
@@ -58,15 +58,22 @@ def verdict_of(named: NamingResult) -> str:
     pattern = pattern and beyond_digits(off, named.clean, named.noise.order)
     if nameless:
         grows = _growth(off, named.clean.simulated[in_time(named)]) > _GROWS
-        return "unexplained" if pattern or grows or left > AGREES * sigma else "no-mismatch"
+        differs = pattern or grows or left > AGREES * sigma or bool(far_moves(named).any())
+        return "unexplained" if differs else "no-mismatch"
     unseen = (named.clean.measured - named.selection.predicted)[in_time(named)]  # by the whole search
-    if taken_away(named) < 1.0:
-        return "unexplained"
     if max(left, _beside(unseen, tails)) <= EXPLAINED * sigma and not (
         pattern and left**2 > evidence.LITTLE * raw**2
     ):
         return "explained"
     return "partly-explained"
+
+
+def far_moves(named: NamingResult) -> NDArray[np.bool_]:
+    """(n,) of the moves that are not late, those that no scatter makes: far out, and on one side."""
+    here, sigma = in_time(named), floor_of(named).value
+    far = np.zeros(len(here), dtype=bool)
+    far[here] = far_on_one_side(left_over(named)[here], sigma, named.clean.resolution)
+    return far
 
 
 def taken_away(named: NamingResult) -> float:

@@ -37,6 +37,7 @@ _ROUNDS, _LEAST = (
 )  # of the fit of waits and scatter, and standard deviations of the shortest wait that tells
 _ONE_SIDED = 5  # times as many late moves as early ones
 _TAILS = (1.5, 2.5, 4.0, 8.0, 30.0)  # degrees of freedom of a scatter
+_DEALS = 8  # ways to hold moves out
 _CLEARLY = 4.0  # times the scatter: where waits are looked for at first
 _LEAST_WAITS = 1e-6  # less is none
 
@@ -71,13 +72,41 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
 def told_by_unseen_moves(residual: Floats, least: float) -> bool:
     """Whether moves that were not fitted are likelier, as all names have to make them, where some moves wait than where
     the scatter alone has tails, however heavy, on both sides. `residual` (n,) [s] of all moves."""
+    return _gained(residual - np.median(residual), least, 1) >= -math.log(FALSE_DISCOVERIES)
+
+
+def far_on_one_side(residual: Floats, sigma: float, resolution: float) -> Mask:
+    """(n,) three moves or more that are far out on one side, late or early, for another reason than a scatter, whose
+    tails, however heavy, are on both: in recordings of a scatter alone there are some in one of a hundred, at most.
+
+    The likelihood ratio of unseen moves is one on the mean without such a reason, and so is its mean over both sides
+    and over ways to deal the moves, of which the luckiest does not decide (A. Markov's inequality). `residual` (n,)
+    [s] scatters by `sigma` [s] beside the tails. Where it is rounded to `resolution` [s], each may be any value that is
+    rounded so: what is rounded alike is no scatter.
+    """
     off = residual - np.median(residual)
-    folds = np.random.default_rng(1).permutation(len(off)) % COUNT
+    reach = max(threshold(len(off)) * sigma, resolution)
+    late, early = off > reach, off < -reach
+    far, others = (late, early) if late.sum() > early.sum() else (early, late)
+    if far.sum() < max(_FEWEST, _ONE_SIDED * others.sum()):
+        return np.zeros_like(far)
+    told, least = np.zeros((_DEALS, 2)), max(resolution / math.sqrt(12.0), _LEAST_WAITS)
+    for deal in range(_DEALS):
+        between = np.random.default_rng(deal).uniform(-0.5, 0.5, len(off)) * resolution
+        told[deal] = [_gained(side * (off + between), least, deal) for side in (1.0, -1.0)]
+    most = float(told.max())
+    sure = most + math.log(float(np.mean(np.exp(told - most)))) >= -math.log(_LEVEL)
+    return np.asarray(far & sure)
+
+
+def _gained(off: Floats, least: float, deal: int) -> float:
+    """Log-likelihood ratio of moves that were not fitted, with waits over without; `deal`: how they are held out."""
+    folds = np.random.default_rng(deal).permutation(len(off)) % COUNT
     gain = 0.0
     for label in range(COUNT):
         seen, held = off[folds != label], off[folds == label]
         gain += float((_foretold(seen, held, least, True) - _foretold(seen, held, least, False)).sum())
-    return gain >= -math.log(FALSE_DISCOVERIES)
+    return gain
 
 
 def _foretold(seen: Floats, held: Floats, least: float, waits: bool) -> Floats:
