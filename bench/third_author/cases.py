@@ -56,6 +56,16 @@ class Hidden:
     where: list[np.ndarray]
     condition: str | None = None
 
+    def numbers(self) -> list[dict[str, float]]:
+        """Of each effect, in the drive that the effects before it leave: a share of the fastest is one of theirs."""
+        drive, found = self.world.drive, []
+        for name, strength, where in zip(self.names, self.strengths, self.where, strict=True):
+            after, _, numbers = (EVERYWHERE | OUTSIDE)[name](self.world, strength, drive)
+            if after is not drive:
+                drive = after if where.all() else after.only(where, drive)
+            found.append(numbers)
+        return found
+
     def total(self, replaced: dict[int, tuple[str, float] | None] | None = None) -> np.ndarray:
         """True durations [s], with some of the effects replaced (by None: left out)."""
         drive, extra = self.world.drive, 0.0
@@ -252,9 +262,8 @@ def write_case(
     text = f'controller = "third"\n{f"time_resolution_s = {resolution}" if resolution else ""}\n'
     (folder / "recording.toml").write_text(text)
     parts = []
-    for i, name in enumerate(hidden.names):
+    for i, (name, numbers) in enumerate(zip(hidden.names, hidden.numbers(), strict=True)):
         late = whole - hidden.total({i: None})
-        numbers = EVERYWHERE[name](world, hidden.strengths[i], world.drive)[2] if name in EVERYWHERE else {}
         parts.append({
             "term": name, "strength": hidden.strengths[i], "numbers": numbers,
             "rms_s": float(np.sqrt(np.mean(late**2))),
