@@ -1,5 +1,6 @@
 """Intervals, folds, and what a simulation was tuned by."""
 
+import csv
 import math
 from dataclasses import replace
 
@@ -199,3 +200,35 @@ def test_an_interval_holds_what_another_form_says_that_does_as_well(case):
     best = fit(DurationModel((slowed,)), there, Noise(1e-4), 30)
     told = parameters_with_intervals(best, there, Noise(1e-4))[0]["rate"]
     assert told.low < own.model.parts[0].values[0] < told.high
+
+
+@pytest.mark.parametrize("lengths", [6, 60])
+def test_moves_that_are_rounded_alike_are_no_evidence_of_their_own(case, lengths):
+    """They last equally long and their scatter is hidden in one digit: together they tell as much as one of them."""
+    part, held = part_of("dispatch", case, "", 0.02), 0
+    for seed in range(20):
+        sim = np.random.default_rng(seed).uniform(0.4, 2.0, lengths)[np.arange(60) % lengths]
+        measured = np.round(sim + 0.028, 2)
+        there = replace(case, simulated=sim, measured=measured, resolution=0.01, derived={})
+        best = fit(DurationModel((part,)), there, Noise(0.0029), 30)
+        told = parameters_with_intervals(best, there, Noise(0.0029))[0]["time"]
+        held += told.low < 0.028 < told.high
+    assert held >= 17
+
+
+def test_running_time_counts_from_the_first_move_also_where_it_is_not_judged(tmp_path):
+    rng = np.random.default_rng(5)
+    made = planted.program(rng, 60)
+    sim = trapezoid(made.length, made.speed, planted.ACCELERATION * np.ones(60))
+    folder = planted.write(tmp_path / "recording", made, sim, sim, NOISE, rng)
+    with open(folder / "moves.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows[:2]:
+        row["sim_s"] = ""
+    with open(folder / "moves.csv", "w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, rows[0])
+        table.writeheader()
+        table.writerows(rows)
+    told = case_of(read_recording(folder)).case
+    starts = [float(rows[k]["t_start_s"]) for k in (0, 2)]
+    assert [told.began, told.t_start[0]] == pytest.approx(starts)

@@ -24,6 +24,7 @@ from olp.identification.diagnosis.fitting import (
     parameters_of,
     penalty,
     place_of,
+    rounding_of,
     slopes_of,
     whiten,
 )
@@ -41,6 +42,8 @@ _LOOSE = 0.25  # of the span: a wider standard error says nothing
 _PIECES = 10.0  # observations that a wrong form counts as: its errors do not average out over moves alike
 _BEYOND = math.log(10.0)  # what a bound is passed by where the data never object
 _MORE = 0.3  # times the noise's variance: with more left, a form is not quite the body's
+_EQUALLY = 0.1  # of a clock's digit: durations that differ by less are rounded alike
+_FREE = 8  # degrees of freedom within groups: fewer do not tell what these have in common
 _HOLDS = 0.8  # of its own prediction that a group holds at most
 
 
@@ -189,9 +192,9 @@ def _widen(
 
 def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -> _Errors:
     """The larger of what scatter alone leaves and of what repeats of one move leave that have an error in common
-    (cluster-robust; K.-Y. Liang, S. Zeger, Biometrika 73, 1986; J. MacKinnon, H. White, J. Econometrics 29, 1985),
-    and what a form leaves that is not quite the body's
-    (a discrepancy, M. Kennedy, A. O'Hagan, J. Royal Statistical Society B 63, 2001)."""
+    (cluster-robust; K.-Y. Liang, S. Zeger, Biometrika 73, 1986; J. MacKinnon, H. White, J. Econometrics 29, 1985;
+    B. Moulton, J. Econometrics 32, 1986), and what a form leaves that is not quite the body's (a discrepancy,
+    M. Kennedy, A. O'Hagan, J. Royal Statistical Society B 63, 2001)."""
     slopes = slopes_of(fitted.model, case, noise)
     scale = (FREEDOM + 1.0) / (FREEDOM + 3.0) / fitted.scale**2
     information = slopes.T @ slopes * scale
@@ -200,22 +203,47 @@ def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -
     left = case.measured - fitted.model.seconds(case)
     residual = whiten(left, noise, case)
     pull = (FREEDOM + 1.0) / (FREEDOM + (residual / fitted.scale) ** 2) * residual / fitted.scale**2
-    labels = case.repeats if len(case.repeats) == len(case) else np.arange(len(case))
-    _, cluster = np.unique(labels, return_inverse=True)
-    scores = np.zeros((int(cluster.max()) + 1, slopes.shape[1]))
-    np.add.at(scores, cluster, pull[:, None] * slopes)
-    # Without a group the fit would have gone elsewhere by its score over what it does not hold itself (a jackknife).
-    leverage = np.bincount(cluster, ((slopes @ inverse) * slopes).sum(axis=1) * scale)
-    scores /= 1.0 - np.minimum(leverage, _HOLDS)[:, None]
-    robust = inverse @ (scores.T @ scores) @ inverse
+    held = ((slopes @ inverse) * slopes).sum(axis=1) * scale
+    robust = np.zeros(len(inverse))
+    for cluster in _in_common(fitted, case, noise):
+        scores = np.zeros((int(cluster.max()) + 1, slopes.shape[1]))
+        np.add.at(scores, cluster, pull[:, None] * slopes)
+        # Without a group the fit would have gone elsewhere by its score over what it does not hold itself: a jackknife.
+        scores /= 1.0 - np.minimum(np.bincount(cluster, held), _HOLDS)[:, None]
+        robust = np.maximum(robust, np.diag(inverse @ (scores.T @ scores) @ inverse))
+        # Few groups may agree by chance: then what moves of a group have in common in the mean of all groups tells.
+        share, sums = _alike(pull, cluster), np.zeros_like(scores)
+        np.add.at(sums, cluster, slopes)
+        mixed = (1.0 - share) * information + share * scale * (sums.T @ sums)
+        robust = np.maximum(robust, np.diag(inverse @ mixed @ inverse))
     plain = np.maximum(np.diag(inverse), 0.0)
     # By the scale, which a few moves far off do not move: these tell nothing of the form.
     excess = (fitted.scale / floor) ** 2 - 1.0 if math.isfinite(floor) else 0.0
     excess = excess if excess > _MORE else 0.0  # less is chance
     missed = plain * (floor / fitted.scale) ** 2 * excess * len(case) / _PIECES if excess else 0.0
     known = np.diag(information) > 0
-    whole = np.maximum(plain, np.diag(robust)) + missed
+    whole = np.maximum(plain, robust) + missed
     return _Errors(np.where(known, np.sqrt(plain), 0.0), np.where(known, np.sqrt(whole), 0.0))
+
+
+def _in_common(fitted: ModelFit, case: MeasuredMoves, noise: Noise) -> list[NDArray[np.int64]]:
+    """(n,) each: the same number for moves that may have an error in common. They were programmed alike, or, where each
+    duration was rounded by itself, last equally long and are rounded alike."""
+    labels = [case.repeats if len(case.repeats) == len(case) else np.arange(len(case))]
+    if (width := rounding_of(case, noise)) > 0:
+        labels.append(np.round(fitted.model.seconds(case) / (_EQUALLY * width)).astype(np.int64))
+    return [np.unique(one, return_inverse=True)[1] for one in labels]
+
+
+def _alike(values: Floats, cluster: NDArray[np.int64]) -> float:
+    """[1] share of the variance of `values` (n,) that the moves of a `cluster` (n,) have in common (the correlation
+    within classes of R. Fisher, 1925, by an analysis of variance)."""
+    count = np.bincount(cluster)
+    free = len(values) - len(count)
+    if free < _FREE:
+        return 0.0
+    within = float(((values - (np.bincount(cluster, values) / count)[cluster]) ** 2).sum()) / free
+    return max(1.0 - within / max(float(values.var(ddof=1)), 1e-300), 0.0)
 
 
 def _lattice_error(case: MeasuredMoves, cycle: float) -> float:
