@@ -278,6 +278,18 @@ def test_the_tuning_of_a_stretched_simulation_is_taken_back_and_is_no_cause(stre
     assert {"speed-scale", "clock"} >= {f.term for f in found.findings} > set()
 
 
+def test_a_drift_of_the_simulated_times_is_told_from_one_of_the_whole(tmp_path):
+    """Beside a time per move the share is another one; the form that is a little off left room for other names."""
+    rng, real = np.random.default_rng(9), plain(9)
+    late = 0.2 + 0.06 * real * np.exp(-np.arange(COUNT) / 40.0)
+    found = diagnose_recording(
+        record(tmp_path / "r", real + late + rng.normal(0.0, 0.001, COUNT), 9)
+    ).diagnosis
+    warm = next(f for f in found.findings if f.term == "warm-up")
+    assert "T_s" in warm.equation
+    assert len(found.findings) == 2
+
+
 def under(case, column, above):
     """A time per move of 60 ms where a column is `above` a bound."""
     shelf = shelf_of(case, move_terms())

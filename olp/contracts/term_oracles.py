@@ -550,11 +550,13 @@ def clock(case: MeasuredMoves, form: Form, values: Array) -> Columns:
 
 
 def warm_up(case: MeasuredMoves, form: Form, values: Array) -> Columns:
-    """A e^(-t/τ) of each duration or in seconds; cold as simulated: A (1 - e^(-t/τ))."""
+    """A e^(-t/τ) of each duration, of the simulated one, or in seconds; cold as simulated: A (1 - e^(-t/τ))."""
     began = case.began if np.isfinite(case.began) else case.t_start.min()
     cold = np.exp((began - case.t_start) / values[1])
     if form.key == "seconds":
         return {"added": case.base.added + np.where(case.moving, values[0] * cold, 0.0)}
+    if form.key == "share of the simulated":
+        return {"added": case.base.added + np.where(case.moving, values[0] * cold * case.simulated, 0.0)}
     share = 1.0 - cold if form.key.endswith("cold as simulated") else cold
     return {"rate": case.base.rate * np.where(case.moving, 1.0 + values[0] * share, 1.0)}
 

@@ -154,7 +154,7 @@ def _case(
         sim_payload_inertia=moves.sim_payload_inertia[rows],
         override=(_whole(moves.override) / pace.override)[rows],
         stretch=stretch,
-        began=float(np.nanmin(moves.t_start[rows])) if np.isfinite(moves.t_start[rows]).any() else math.nan,
+        began=float(np.nanmin(moves.t_start)) if np.isfinite(moves.t_start).any() else math.nan,
     )
     if pace.axes is not None and rates is not None:
         leader = np.where(case.joint, pace.axes.leading[rows], case.leads)

@@ -34,6 +34,7 @@ class WarmUp(MoveTerm):
             Form("share", (share, last), r"T = T_0 (1 + A e^{-t/\tau})"),
             Form("seconds", (fixed, last), r"T = T_0 + A e^{-t/\tau}"),
             Form("share, cold as simulated", (warm, last), r"T = T_0 (1 + A (1 - e^{-t/\tau}))"),
+            Form("share of the simulated", (share, last), r"T = T_0 + A T_s e^{-t/\tau}"),
         )
 
     def lacks(self, case: MeasuredMoves) -> str:
@@ -48,12 +49,15 @@ class WarmUp(MoveTerm):
         cold = np.exp(-_time(case) / values[1])
         if form.key == "seconds":
             return motion.with_(added=motion.added + values[0] * cold * case.moving)
+        if form.key == "share of the simulated":
+            return motion.with_(added=motion.added + values[0] * cold * case.moving * case.simulated)
         cold = 1.0 - cold if form.key != "share" else cold
         return motion.with_(rate=motion.rate * (1.0 + values[0] * cold * case.moving))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         size = f"{values[0] * 1000:+.1f} ms" if form.key == "seconds" else f"{values[0]:+.2%}"
-        when = "in the long run" if form.key.endswith("simulated") else "cold"
+        size += " of the simulated time" if form.key == "share of the simulated" else ""
+        when = "in the long run" if form.key == "share, cold as simulated" else "cold"
         return f"moves take {size} {when}, with a time constant of {values[1]:.0f} s"
 
 
