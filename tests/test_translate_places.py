@@ -255,6 +255,21 @@ def test_external_axes_are_no_part_of_the_arm_elsewhere_and_never_dropped(target
     assert (loss.line, loss.fate.value, loss.part) == (4, "approximated", "beside")
     assert "external axes" in loss.says
     assert "external axis 1: 250" in translated(slid, "krl", target)
+    rows = [f"P[{n}]={{{place},E1 {25 * n},E2 0}}" for n in (1, 2)]
+    computed = krl(
+        "DECL E6POS P[2]",
+        "DECL INT n",
+        "$VEL.CP=0.1",
+        *rows,
+        "n=2",
+        "IF $IN[1] THEN",
+        "n=1",
+        "ENDIF",
+        "LIN P[n]",
+    )
+    line = next(n for n, row in enumerate(computed.splitlines(), 1) if "LIN" in row)
+    losses = converted(computed, "krl", target).translated.losses
+    assert [one for one in losses if one.line == line and (one.leaves_out or one.part == "beside")]
 
 
 @pytest.mark.parametrize("second", ["100,200", "101,200"])

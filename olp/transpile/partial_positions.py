@@ -14,7 +14,7 @@ from olp.ir.transformer import calls_nothing, edited, expressions_of, mapped
 from olp.runtime.plan import Plan, StepKind
 from olp.transpile.context import BESIDE, Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
-from olp.transpile.symbols import Symbols
+from olp.transpile.symbols import Symbols, base_of
 
 _STEADY: Final = (
     st.Comment,
@@ -294,6 +294,7 @@ def _arm_alone(program: st.Program, work: TranslationContext, says: str) -> st.P
     """
     count = _moving(_farthest(work.literals(program)))
     symbols = work.symbols(program)
+    held = _holding_places(program, count) if count else set()
     routines = []
     for routine in program.routines if count else ():
         rows: list[st.Statement] = []
@@ -301,6 +302,8 @@ def _arm_alone(program: st.Program, work: TranslationContext, says: str) -> st.P
             places = [
                 place for e in _positions(s) if (place := _place_beside(e, symbols, routine.name, count))
             ]
+            if not places and isinstance(s, st.Move) and not held.isdisjoint(_bases(s)):
+                places = [()]  # which of them it is turns out while the program runs
             if places and work.context.on_loss != "comment":
                 work.lose(s, Fate.REFUSED, "external", says)
             elif places:
@@ -312,6 +315,32 @@ def _arm_alone(program: st.Program, work: TranslationContext, says: str) -> st.P
             rows.append(s)
         routines.append(replace(routine, body=tuple(rows)))
     return _everywhere(replace(program, routines=tuple(routines)) if count else program, _without)
+
+
+def _holding_places(program: st.Program, count: int) -> set[str]:
+    """Variables, case folded, that may hold positions with one of the first `count` external axes."""
+    declared = [d for r in program.routines for d in (*r.data, *r.body) if isinstance(d, st.Declare)]
+    given = [(d.name, d.value) for d in (*program.data, *declared) if d.value is not None]
+    for s in program.statements():
+        if isinstance(s, st.Assign) and (base := base_of(s.target)) is not None:
+            given.append((base.name, s.value))
+    held: set[str] = set()
+    size = -1
+    while size < len(held):
+        size = len(held)
+        for name, value in given:
+            literals = (e for e in expressions_of(value) if type(e) is ex.PositionLiteral)
+            if any(v == v for e in literals for v in e.external[:count]) or not held.isdisjoint(
+                _bases(value)
+            ):
+                held.add(name.casefold())
+    return held
+
+
+def _bases(s: st.Move | ex.Expression) -> set[str]:
+    """The names, case folded, by which a move or a value says a position."""
+    inside = (s.targets if s.via is None else (*s.targets, s.via)) if isinstance(s, st.Move) else (s,)
+    return {e.name.casefold() for one in inside for e in expressions_of(one) if type(e) is ex.Named}
 
 
 def _place_beside(e: ex.Expression, symbols: Symbols, routine: str, count: int) -> tuple[float, ...]:
