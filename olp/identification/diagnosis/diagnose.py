@@ -18,7 +18,7 @@ from olp.identification.diagnosis.folds import Folds, errors_of, folds_of, rms
 from olp.identification.diagnosis.intervals import settled
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.naming import NamingResult, instead, name, nameless
-from olp.identification.diagnosis.residuals import of_axes
+from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, of_axes
 from olp.identification.diagnosis.result import (
     Diagnosis,
     Errors,
@@ -412,7 +412,7 @@ def significant(residual: Floats, sigma: float) -> NDArray[np.bool_]:
     """(n,) beyond the noise, at most 5 % false ones (Y. Benjamini, Y. Hochberg, J. R. Statist. Soc. B 57, 1995)."""
     tail = np.array([math.erfc(abs(r) / sigma / math.sqrt(2.0)) for r in residual.tolist()])
     order = np.argsort(tail)
-    passed = tail[order] <= evidence.FALSE_DISCOVERIES * np.arange(1, len(tail) + 1) / len(tail)
+    passed = tail[order] <= FALSE_DISCOVERIES * np.arange(1, len(tail) + 1) / len(tail)
     count = int(np.nonzero(passed)[0].max()) + 1 if passed.any() else 0
     chosen = np.zeros(len(tail), dtype=bool)
     chosen[order[:count]] = True

@@ -32,14 +32,13 @@ from olp.identification.diagnosis.fitting import (
 from olp.identification.diagnosis.folds import EACH_FIFTH, HALF, Folds, interleaved, rms
 from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
-from olp.identification.diagnosis.residuals import remains_of
+from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, remains_of
 from olp.identification.diagnosis.scatter import digits_of, scatter_of
 from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, in_its_place, price, search
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
 
-FALSE_DISCOVERIES = 0.05  # of the names, and of the moves that are called significant
 SMALL = 0.01  # of the mean square that all names explain: what a name adds beyond what the others do is more
 LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
 _WITHIN = 1.5  # times the scatter: the root mean square of moves of which none is far off (Student's t: 1.2)

@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 LEVEL = 0.01
+FALSE_DISCOVERIES = 0.05  # of the names, and of the moves that are called significant
 _SURE = 0.001  # that chance makes what a verdict alone rests on
 _FEWEST = 8
 _LAGS = 5

@@ -7,11 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from olp.identification.diagnosis.evidence import FALSE_DISCOVERIES
 from olp.identification.diagnosis.fitting import ModelFit
 from olp.identification.diagnosis.folds import COUNT
 from olp.identification.diagnosis.model import DurationModel, ModelPart
-from olp.identification.diagnosis.residuals import LEVEL, rank_correlation, ranks
+from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, LEVEL, rank_correlation, ranks
 from olp.identification.diagnosis.scatter import far_out
 from olp.timing.physics._case import MeasuredMoves
 
