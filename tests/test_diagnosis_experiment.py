@@ -265,7 +265,7 @@ def test_the_job_runs_the_moves_that_were_designed(up20, tmp_path):
 
 
 def test_the_tool_does_not_turn_on_a_run_of_the_job(tmp_path):
-    rows = [cells | {"x_end_mm": "900", "sim_s": "9.0"} for cells in recordings.moves(14)]
+    rows = [cells | {"x_end_mm": "900", "sim_s": "9.0"} for cells in recordings.moves(14, speed_mm_s="250")]
     for i, cells in enumerate(rows):
         cells |= {"rx_start_deg": str(150 + 2 * i), "ry_start_deg": str(i), "rz_start_deg": "0"}
         cells |= {"rx_end_deg": str(150 - 2 * i), "ry_end_deg": "0", "rz_end_deg": str(i)}
@@ -286,7 +286,7 @@ def test_the_tool_does_not_turn_on_a_run_of_the_job(tmp_path):
 
 
 def test_a_recording_without_orientation_gets_no_job(tmp_path):
-    rows = [cells | {"x_end_mm": "900", "sim_s": "9.0"} for cells in recordings.moves(14)]
+    rows = [cells | {"x_end_mm": "900", "sim_s": "9.0"} for cells in recordings.moves(14, speed_mm_s="250")]
     recording = recordings.read(tmp_path, recordings.table(*rows))
     case = case_of(recording).case
     rivals = [model(case, ("settling", [0.5])), model(case, ("dispatch", [0.5]))]

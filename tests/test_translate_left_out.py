@@ -37,8 +37,8 @@ MODULE = f"""MODULE m
 ENDMODULE
 """
 SCRIPT = """def f():
-  server = rpc_factory("xmlrpc", "http://127.0.0.1:4242")
-  height = server.height()
+  steady = is_steady()
+  height = tool_contact()
   movel(p[0.9, 0.0, 0.5, 0, 3.14, 0], v=0.1)
   if height > 2:
     sleep(1)
@@ -72,7 +72,7 @@ def test_a_value_that_cannot_be_said_is_told_and_its_variable_stays(tmp_path, ta
     told = {loss.line for loss in losses if loss.fate is not Fate.EXACT}
     assert {2, 3} <= told
     assert len(plan.moves) == 1
-    assert "rpc_factory(" not in text.replace("not translated: server = rpc_factory(", "")
+    assert "is_steady(" not in text.replace("not translated: steady = is_steady(", "")
 
 
 def _with_many(data, rows):
@@ -315,8 +315,8 @@ def test_what_stands_before_the_first_case_is_a_comment_that_is_told(target):
 
 INSTALLED = """def unnamed():
   def ask(text, where="1"):
-    socket_send_string(text, where)
-    return socket_read_string(where)
+    zero_ftsensor()
+    return is_steady()
   end
   def state():
     return ask("STATE")
@@ -340,7 +340,7 @@ def test_functions_that_nothing_can_call_need_not_be_said(target, on_loss):
     assert {(loss.line, loss.fate) for loss in told} == {(n, Fate.EXACT) for n in (3, 4, 7)}
     assert not [loss for loss in made.translated.losses if loss.fate in (Fate.COMMENTED, Fate.REFUSED)]
     text = b"\n".join(made.files.values()).decode()
-    assert "socket" not in text
+    assert "steady" not in text
     assert len(run_converted(made, target, ROBOT, program).kind) == len(run(program, ROBOT).kind)
 
 

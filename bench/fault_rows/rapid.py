@@ -172,7 +172,7 @@ FAULTS: Final = (
         'zip(("Rz", "Ry", "Rx"), given[4:7]',
         "RelTool written with \\Rx and \\Rz swapped",
     ),
-    Fault("write_values.py", 'return f"Offs({self', 'return f"RelTool({self', "Offs written as RelTool"),
+    Fault("write_values.py", 'return f"Offs({base', 'return f"RelTool({base', "Offs written as RelTool"),
     Fault(
         "write_values.py",
         "','.join(map(self.as_pose, given))",

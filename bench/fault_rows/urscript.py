@@ -189,7 +189,7 @@ FAULTS: Final = (
     ),
     Fault(
         "writer.py",
-        "written = self.value(scaled(value, mm) if place < 3 else value)",
+        "written = self.value(self.metres(value) if place < 3 else value)",
         "written = self.value(value)",
         "a component stored in mm",
     ),

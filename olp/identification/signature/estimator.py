@@ -57,6 +57,10 @@ class Estimator(ABC):
         """Why this estimator cannot learn from these moves, "" when it can."""
         return ""
 
+    def suits(self, moves: MoveSet) -> bool:
+        """Whether it says something of most moves like these: one that does not is no choice by itself."""
+        return True
+
     @abstractmethod
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
         """Learns from measured moves; uses nothing else."""

@@ -142,7 +142,8 @@ def fit_moves(moves: MoveSet, robot: Robot | None, method: str = AUTO) -> Signat
     judged, trial = _sample(moves, _TO_JUDGE), None
     if method == AUTO:
         sample = judged if len(moves) <= _ALL else _sample(moves, _TO_CHOOSE)
-        names = [n for n in estimator_names() if not load_estimator(n).needs(sample, robot)]
+        able = {name: load_estimator(name) for name in estimator_names()}
+        names = [name for name, one in able.items() if not one.needs(sample, robot) and one.suits(sample)]
         trials = try_out(names, sample, robot)
         method = chosen(trials, sample)
         compared = {name: score_of(trials[name], sample) for name in names}

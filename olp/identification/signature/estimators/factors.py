@@ -54,11 +54,13 @@ class Factors(Estimator):
     summary = "Apostolovic's factor tables, a_y² counted once in inclined planes"
 
     def needs(self, moves: MoveSet, robot: Robot | None) -> str:
-        planes = _planes(moves)
-        within = int((planes["horizontal"] | planes["vertical"]).sum())
-        if within < _IN_PLANES * len(moves):
-            return f"{within} of {len(moves)} moves lie in a level or upright plane"
+        if not any(flat.any() for flat in _planes(moves).values()):
+            return "no move lies in a level or upright plane"
         return ""
+
+    def suits(self, moves: MoveSet) -> bool:
+        planes = _planes(moves)
+        return bool(np.mean(planes["horizontal"] | planes["vertical"]) >= _IN_PLANES)
 
     def fit(self, moves: MoveSet, robot: Robot | None) -> Parameters:
         nominal = float(np.nanmedian(moves.nominal)) if np.isfinite(moves.nominal).any() else NOMINAL
