@@ -49,6 +49,18 @@ def test_reach_slows_joint_moves_whichever_axis_leads_them(tmp_path):
     assert left["from a reach"] > 5.0 * left["any axis"]
 
 
+def test_beside_a_simulation_that_knows_of_no_reach_all_of_it_slows_joint_moves(tmp_path):
+    """An inertia that grows from the reach of some move on would need another acceleration beside it."""
+    moves, _ = made(tmp_path, "reach")
+    form = next(f for f in load_term("reach-inertia").forms(moves) if f.key == "any axis, all of it")
+    real = DurationModel((ModelPart(load_term("reach-inertia"), form, np.array([0.5])),)).seconds(moves)
+    scatter = 0.003 * np.random.default_rng(2).normal(size=len(moves))
+    left = best_forms("reach-inertia", replace(moves, measured=real + scatter, derived={}))
+    assert left[form.key].scale < 0.0035
+    assert left["any axis"].scale > 1.5 * left[form.key].scale
+    assert left[form.key].model.parts[0].values == pytest.approx([0.5], rel=0.02)
+
+
 def test_each_axis_builds_up_its_own_acceleration_in_the_same_time(tmp_path):
     moves, scatter = made(tmp_path, "jerk limit", 4)
     left = {key: found.scale for key, found in best_forms("jerk", moves).items()}

@@ -132,7 +132,7 @@ def may_act(term, form, values):
             return STRAIGHT & (np.abs(CASE.end - CASE.start)[:, 2] > 0)
         case "payload":
             return CASE.moving & (CASE.payload != values[1])
-        case "reach-inertia" if form.key in ("whole arm", "three bodies", "any axis"):
+        case "reach-inertia" if form.key in ("whole arm", "three bodies") or form.key.startswith("any a"):
             return CASE.moving & np.isfinite(CASE.length)
         case "reach-inertia":
             assert CASE.rates is not None

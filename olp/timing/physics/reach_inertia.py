@@ -21,6 +21,7 @@ _ARMS = (
     "any arm",
 )  # forms of where the arm is along the path, not only at its ends
 _ANY = "any axis"  # form of controllers that slow the whole arm, whichever axis leads a joint move
+_ALL = "any axis, all of it"  # the same beside a simulation that knows of no reach
 
 
 class ReachInertia(MoveTerm):
@@ -81,7 +82,10 @@ class ReachInertia(MoveTerm):
             arms = (Form(_ARMS[2], (one, higher, farther, place), law),)
         led: tuple[Form, ...] = ()
         if int((_known(case) & ~_swings(case)).sum()) >= _LED:
-            led = (Form(_ANY, (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),)
+            led = (
+                Form(_ANY, (one, simulated), r"a(r) = a / (1 + k (r^2 - r_0^2))"),
+                Form(_ALL, (one,), r"a(r) = a / (1 + k r^2)"),
+            )
         return (
             *(arms if _placed(case).sum() >= _LED else ()),
             *led,
@@ -115,7 +119,7 @@ class ReachInertia(MoveTerm):
         if len(values) > 1:
             start, end = (np.where(at > 0, at - values[1] ** 2, 0.0) for at in (start, end))
         start, end = (np.maximum(1.0 + values[0] * at, _LEAST) for at in (start, end))
-        if form.key != _ANY and _limited(case):
+        if form.key not in (_ANY, _ALL) and _limited(case):
             start, end = _of_first_axis(case, start), _of_first_axis(case, end)
         return motion.with_(accelerate=motion.accelerate / start, decelerate=motion.decelerate / end)
 
@@ -150,7 +154,7 @@ def _weight(case: MeasuredMoves, key: str, end: int) -> Floats:
     weight = reach if key == "linear" else reach**2
     if key == "across":
         weight = weight * _across(case, end) ** 2
-    swings = _known(case) if key == _ANY or _limited(case) else _swings(case)
+    swings = _known(case) if key in (_ANY, _ALL) or _limited(case) else _swings(case)
     return np.where(swings, np.nan_to_num(weight), 0.0)
 
 
