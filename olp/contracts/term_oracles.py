@@ -210,8 +210,9 @@ def reach_inertia(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     about = straight(case)
     if case.rates is not None:
         about = about | (case.moving & case.joint & leads(case, 0))
-    limited = form.key != "any axis" and case.rates is not None and case.rates.rated_acceleration is not None
-    if form.key == "any axis" or limited:
+    whichever = form.key.startswith("any axis")  # leads
+    limited = not whichever and case.rates is not None and case.rates.rated_acceleration is not None
+    if whichever or limited:
         about = case.moving & np.isfinite(case.start[:, :2] + case.end[:, :2]).all(axis=1)
     unit = case.end - case.start
     unit = unit / np.maximum(np.linalg.norm(unit, axis=1), 1e-9)[:, None]
