@@ -113,6 +113,11 @@ def test_a_track_and_a_station_become_external_axes_in_their_units(tmp_path: Pat
     assert [one.part for one in compare_plans(source, far).found] == ["external"]
     none = replace(other, beside={})
     assert {one.part for one in compare_plans(source, none).found} == {"external"}
+    lines = {one.line for one in compare_plans(source, none).found}
+    assert len(lines) > 1
+    told = [min(lines)]  # of one move alone that its axes are left out
+    left = compare_plans(source, none, loose={"beside": set(told)}).found
+    assert {one.line for one in left} == lines - set(told)
 
 
 @TARGETS

@@ -494,7 +494,7 @@ def _compare_moves(a: ComparedStep, b: ComparedStep, result: Comparison, rules: 
     if turned > tolerances.angle:
         result.differ(a, b, "orientation", f"turned by {turned / deg:.6f} deg")
     _compare_tools(a, b, result, rules)
-    alone = not a.beside or rules.loose.get("beside")  # where the target has no external axes, each is told
+    alone = not a.beside or a.line in rules.loose.get("beside", frozenset())
     for number, (x, y) in enumerate(zip_longest(a.beside, b.beside, fillvalue=math.nan), 1):
         if not alone and (abs(x - y) > _SAME_AXIS or (y != y and x == x)):
             there = "nowhere" if y != y else f"{y:.6g}"

@@ -13,6 +13,7 @@ from olp.ir.transformer import mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import changed_rare
+from olp.transpile.symbols import holds_number
 
 _BITS: Final = ("and", "or", "xor")
 _BYTE: Final = 255
@@ -95,7 +96,7 @@ class _Helpers:
 
 def _is_state(e: ex.Expression) -> bool:
     """Whether it is a digital signal, which is a number in RAPID and a state elsewhere."""
-    return type(e) is ex.Signal and not any(word in e.bus for word in ("group", "analog", "register"))
+    return type(e) is ex.Signal and not holds_number(e.bus)
 
 
 def _inverts(e: ex.Expression) -> TypeGuard[ex.Binary]:

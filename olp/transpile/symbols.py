@@ -266,7 +266,12 @@ STORED: Final = {
     ex.Store.STRING: "string",
     ex.Store.ROBOT: "position",
 }
-_FLAGS = ("group", "analog", "register")
+_OF_NUMBERS: Final = ("group", "analog", "register")
+
+
+def holds_number(bus: str) -> bool:
+    """Whether the signals of a bus are numbers; those of the others are on or off."""
+    return any(word in bus for word in _OF_NUMBERS)
 
 
 def kind_of_value(found: Symbols, routine: str, e: ex.Expression | None) -> str:
@@ -296,7 +301,7 @@ def kind_of_value(found: Symbols, routine: str, e: ex.Expression | None) -> str:
         case ex.SystemValue(name) if name in terminology.STATES:
             return "boolean"
         case ex.Signal(bus):
-            return ("real" if "analog" in bus else "integer") if any(w in bus for w in _FLAGS) else "boolean"
+            return ("real" if "analog" in bus else "integer") if holds_number(bus) else "boolean"
         case ex.PositionLiteral(kind):
             return "joints" if kind == "joint" else "position"
         case ex.Item(base, _) if isinstance(base, ex.Named):

@@ -19,7 +19,7 @@ from olp.languages.vendor import language_of
 from olp.runtime.evaluate import COMPARED
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.helper_routines import computes_with_state, with_states
-from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
+from olp.transpile.symbols import Symbol, Symbols, base_of, holds_number, kind_of_value, symbols_of
 
 # --- Temporary values ---
 # Values and conditions that languages with registers can write; what they cannot is computed into variables beforehand.
@@ -29,7 +29,6 @@ _READ: Final = {
     "current-joints": "joints",
 }  # of which an element may be asked for
 _PLAIN_INDEX: Final = (ex.Number, ex.Text, ex.Named, ex.Variable)
-_FLAG_WORDS: Final = ("group", "analog", "register")
 
 
 def _asks_reading(e: ex.Expression) -> bool:
@@ -636,16 +635,12 @@ def _grouped(e: ex.Logic) -> ex.Logic:
     return e
 
 
-def is_number(bus: str) -> bool:
-    return any(word in bus for word in _FLAG_WORDS)
-
-
 def is_condition(e: ex.Expression) -> bool:
     match e:
         case ex.SignalState() | ex.Compare() | ex.Logic() | ex.Unary("not", _):
             return True
         case ex.Signal(bus):
-            return not is_number(bus)
+            return not holds_number(bus)
         case _:
             return False
 
@@ -956,12 +951,12 @@ class _Hoist(Values):
 
     def _output(self, s: st.SetOutput) -> list[Node]:
         before: list[st.Statement] = []
-        if self.simple and not is_number(s.signal.bus) and self._is_counted(s.value):
+        if self.simple and not holds_number(s.signal.bus) and self._is_counted(s.value):
             s = replace(s, value=ex.Compare("<>", s.value, ex.Number(0)))
         if (
             is_condition(s.value)
             and not isinstance(s.value, (ex.SignalState, ex.Named))
-            and not is_number(s.signal.bus)
+            and not holds_number(s.signal.bus)
         ):
             if not self.simple:
                 if any(type(x) is ex.CallValue for x in expressions_of(s.value)):
