@@ -4,14 +4,17 @@ import json
 import resource
 import subprocess
 import sys
+from argparse import ArgumentParser, Namespace
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
 from bench.third_author.cases import write_case
+from olp.core.diagnostic import OlpError
 from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.recording import read_recording
 
@@ -21,10 +24,14 @@ SCATTER = {"turning-back", "taught-elsewhere"}  # outside effects that columns c
 
 
 def answer(case: Path, out: Path) -> dict:
-    """The answer that `olp diagnose --json` writes; kept, so that a second run only reads it."""
-    if not out.exists():
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(json.dumps(diagnose_recording(read_recording(case)).diagnosis.to_json()))
+    """The answer that `olp diagnose --json` writes, by the code as it is, also left in `out`; a recording that is
+    refused has an answer without names."""
+    try:
+        said = diagnose_recording(read_recording(case)).diagnosis.to_json()
+    except OlpError as refused:
+        said = {"findings": [], "verdict": "refused", "says": str(refused)}
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(said))
     return json.loads(out.read_text())
 
 
@@ -128,7 +135,7 @@ def _of(hits: list[bool]) -> str:
 
 
 def score(folder: Path, verbose: bool = True) -> str:
-    """Judges all cases of a folder; answers are kept in FOLDER/answers."""
+    """Diagnoses and judges all cases of a folder; FOLDER/answers holds the answers of the last time."""
     rows = []
     for path in sorted((folder / "truth").glob("*.json")):
         truth = json.loads(path.read_text())
@@ -146,6 +153,30 @@ def score(folder: Path, verbose: bool = True) -> str:
             )
     (folder / "rows.json").write_text(json.dumps(rows, indent=1))
     return table(rows)
+
+
+# --- The command line of an author's cases ---
+
+
+def commands(name: str, says: str | None, cases: int) -> tuple[ArgumentParser, Any]:
+    """The parser with `generate` and `score`, and what further commands are added to. `cases`: how many by default."""
+    parser = ArgumentParser(prog=name, description=says)
+    choices = parser.add_subparsers(dest="command", required=True)
+    making = choices.add_parser("generate", help="write recordings, and the truth beside them")
+    making.add_argument("folder", type=Path)
+    making.add_argument("--seed", type=int, required=True)
+    making.add_argument("--cases", type=int, default=cases)
+    judging = choices.add_parser("score", help="run olp diagnose on them and print what it got right")
+    judging.add_argument("folder", type=Path)
+    return parser, choices
+
+
+def run(args: Namespace, generate: Callable[[Path, int, int], object]) -> None:
+    """Does what `generate` or `score` asks."""
+    if args.command == "generate":
+        generate(args.folder, args.seed, args.cases)
+    else:
+        print(score(args.folder))
 
 
 # --- Speed ---
