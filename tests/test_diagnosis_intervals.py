@@ -8,13 +8,13 @@ import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis.case_making import SimulatedRamps, ramps_of, trapezoid, tuned
 from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.fitting import Noise, fit, moved, place_of
 from olp.identification.diagnosis.folds import _dealt
 from olp.identification.diagnosis.intervals import distance, parameters_with_intervals, settled
 from olp.identification.diagnosis.logs.series import Grid, Spectrum
 from olp.identification.diagnosis.model import DurationModel, ModelPart
+from olp.identification.diagnosis.simulation_laws import SimulatedRamps, ramps_of, trapezoid, tuned
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term

@@ -6,7 +6,6 @@ Code: N010 nothing to judge.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,11 +15,23 @@ from numpy.typing import NDArray
 from olp.core.diagnostic import OlpError, error
 from olp.identification.diagnosis import phrasing
 from olp.identification.diagnosis.axis_rates import AxisLimits, limits_from_times, rates_of
+from olp.identification.diagnosis.simulation_laws import (
+    FEWEST,
+    SOME_ROUNDING,
+    SimulatedRamps,
+    cornered,
+    inferred,
+    limited,
+    ramps_beside,
+    ramps_of,
+    trapezoid,
+    tuned,
+)
 from olp.identification.recording.moves import CIRCULAR, JOINT, LINEAR, WAIT, RecordedMoves
 from olp.runtime.folder import DEFAULT_ZONES
 from olp.timing.accelerations import MotionLimits, constant_axes
 from olp.timing.physics._case import MeasuredMoves, Rivals
-from olp.timing.physics._motion import EACH, Motion, MoveCorners
+from olp.timing.physics._motion import Motion, MoveCorners
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
@@ -36,6 +47,9 @@ _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of 
 _FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them with: fewer tell nothing
 _SHOWN = 8  # moves named in a note
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
+_FEW = (
+    0.5  # of the moves: fewer are left out or asked about, with more of them nothing is judged without them
+)
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
 
@@ -395,7 +409,7 @@ def _base(
             f"the simulation's straight moves run at {faster:.2%} of the written speeds and {stronger:.2%} of the "
             "written accelerations: findings are relative to that"
         )
-    if not judged.own and (pace.axes is not None or plain.sum() < _FEWEST):
+    if not judged.own and (pace.axes is not None or plain.sum() < FEWEST):
         turning = _ramps_of_axes(moves, rows, pace, sim, joint & start & end)
     if straight.told or turning.told:
         notes.append(straight.says if straight.told else turning.says)
@@ -430,20 +444,16 @@ def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, p
     accelerations: of the laws with one such time the one that comes nearest."""
     joint = moves.kind == JOINT
     axes = pace.axes
-    if axes is None and plain.sum() >= _FEWEST:
+    if axes is None and plain.sum() >= FEWEST:
         axes = _limits_told(moves, joint)
-    if axes is None or axes.beside < _LEAST_BESIDE:
+    if axes is None:
         return SimulatedRamps()
     good = plain & axes.confirmed[rows]
     if not good.any():
         return SimulatedRamps()
     way = np.abs(moves.joints_end - moves.joints_start)[rows, axes.leading[rows]][good]
     speed, slow = axes.speed[rows][good], axes.acceleration[rows][good]
-    laws = [SimulatedRamps(**{names[0]: axes.beside}) for names in _LAWS if len(names) == 1]
-    return min(
-        laws,
-        key=lambda law: float(np.quantile(np.abs(law.seconds(way, speed, slow) - sim[good]), _SHARES[0])),
-    )
+    return ramps_beside(way, speed, slow, sim[good], axes.beside)
 
 
 def _as_written(
@@ -667,409 +677,3 @@ def _corner(moves: RecordedMoves) -> Floats:
     angle = np.full(len(moves), np.nan)
     angle[:-1] = np.arccos(np.clip(np.einsum("ni,ni->n", unit[:-1], unit[1:]), -1.0, 1.0))
     return angle
-
-
-# --- Corner laws ---
-# How the judged simulation passes rounded corners: the law, and its numbers, that come nearest to its durations.
-#
-# Simulated durations have no scatter, so one law that is right fits all moves to the digits; where none does,
-# the nearest one only says how corners answer to other ramps.
-
-SOME_ROUNDING = 1e-6  # [m] where a rounding is told, but not its size
-_SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
-_SPLITS = (1.0, 0.5, 0.0)  # of what a corner saves, to the move before it
-_REACHES = (0.5, 0.45, 1 / 3, 0.25, 1.0)  # of the shorter move
-_OVERLAPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.25, 1.5, 2.0)
-_DIGITS = 2e-4  # [s] nearer than that, a simulation stops at every corner
-_BETTER = 0.9  # times what exact stops are off: less is no law of corners
-
-
-def cornered(motion: Motion, sim: Floats) -> Motion:
-    """`motion` with law, overlap, split and reach from the simulated durations `sim` (n,) [s]."""
-    rounded = (motion.round_start > 0) | (motion.round_end > 0)
-    if not rounded.any() or _off(motion, sim, rounded) < _DIGITS:
-        return motion.with_(law="stop")
-    best, least = motion.with_(law="stop"), _BETTER * _off(motion.with_(law="stop"), sim, rounded)
-    for tried in _families(motion):
-        overlap, off = _nearest(tried, sim, rounded)
-        if off < least:
-            best, least = tried.with_(overlap=overlap), off
-    return best
-
-
-def _families(motion: Motion) -> list[Motion]:
-    sized = bool(motion.round_end.max() > SOME_ROUNDING)
-    shared = [("full", 0.5), *((law, reach) for law in _SIZED for reach in _REACHES if sized)]
-    own = [
-        ("full", 0.5),
-        *((law, reach) for law in ("braking", "distance", "radius") for reach in _REACHES if sized),
-    ]
-    return [
-        *(motion.with_(law=law, split=split, reach=reach) for law, reach in shared for split in _SPLITS),
-        *(motion.with_(law=law + EACH, split=0.5, reach=reach) for law, reach in own),
-    ]
-
-
-def _nearest(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> tuple[float, float]:
-    """Overlap and how far [s] off it is: the best of a grid, then ever nearer around it."""
-    offs = [_off(motion.with_(overlap=overlap), sim, rounded) for overlap in _OVERLAPS]
-    at = int(np.argmin(offs))
-    place, best = _OVERLAPS[at], offs[at]
-    step = 0.5 * (_OVERLAPS[min(at + 1, len(_OVERLAPS) - 1)] - _OVERLAPS[max(at - 1, 0)])
-    while step > 1e-4:
-        for tried in (place - step, place + step):
-            off = _off(motion.with_(overlap=tried), sim, rounded) if tried > 0 else np.inf
-            if off < best:
-                place, best = tried, off
-                break
-        else:
-            step *= 0.5
-    return place, best
-
-
-def _off(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> float:
-    """[s] mean distance from the simulation at rounded corners."""
-    return float(np.mean(np.abs(motion.duration() - sim)[rounded]))
-
-
-# --- Accelerations ---
-# Accelerations of the judged simulation that nobody wrote down: read off its durations.
-
-_CONTROLLERS_CYCLE = 1e-6  # [s] less ramp than that is none
-_ALIKE = 2e-3  # [1] durations that differ by less are the same simulation
-_SIM_DIGITS = 2e-4  # [s] that simulated times may be rounded by
-_LEVELS, _MANY = 4, 0.1  # accelerations of one simulation, and the share of the moves that each has at least
-_MOST_ALIKE = 0.8  # of the moves have one of them
-_HALVINGS = 60  # of an interval of logarithms
-_FEW = 0.5  # of the moves: more of them are no exceptions, the simulation has another law
-
-
-class SimulatedRamps(NamedTuple):
-    """What the ramps of a simulation have beside constant accelerations."""
-
-    stronger: float = 1.0  # [1] share of the written accelerations; [m/s²] of all moves where none is written
-    build: float = 0.0  # [s] in which an acceleration builds up
-    filtered: float = 0.0  # [s] moving average that each ramp passes
-    stop: float = 0.0  # [s] beside the motion, at every exact stop
-
-    @property
-    def told(self) -> bool:
-        """Whether there is anything."""
-        return self != SimulatedRamps()
-
-    @property
-    def says(self) -> str:
-        """One sentence for the reader."""
-        does = [
-            f"{what} {1e3 * time:.1f} ms"
-            for what, time in (
-                ("builds up accelerations in", self.build),
-                ("smooths speeds over", self.filtered),
-                ("takes at each stop", self.stop),
-            )
-            if time
-        ]
-        return f"the simulation {' and '.join(does)}: findings are relative to that"
-
-    def seconds(self, way: Floats, speed: Floats, slow: Floats) -> Floats:
-        """(n,) [s] between two stops."""
-        if not self.build:
-            beside = np.full(len(way), self.filtered)
-            full = way >= speed * (speed / slow + beside)
-            short = 2.0 * way / np.maximum(beside + np.sqrt(beside**2 + 4.0 * way / slow), 1e-12)
-            top = np.where(full, speed, short)
-            return np.asarray(way / top + top / slow + beside + self.stop)
-        none = np.zeros(len(way))
-        motion = Motion(
-            *(
-                way,
-                speed,
-                slow,
-                slow,
-                np.full(len(way), np.inf),
-                none,
-                none,
-                none,
-                none + self.stop,
-                none + 1.0,
-            ),
-            filtered=none + self.filtered,
-            build=none + self.build,
-        )
-        return motion.duration()
-
-    def slow(self, way: Floats, speed: Floats, sim: Floats) -> tuple[Floats, Floats]:
-        """(n,) [m/s²] with which moves between stops take the simulated time, without `stop`, nan where none does;
-        and (n,) [s] that their ramps add to the way at full speed."""
-        over = sim - way / speed - self.build - self.filtered
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if not (self.build or self.filtered):
-                return np.where(over <= way / speed, speed / over, 4.0 * way / sim**2), over
-            low, high = np.log(way / sim**2) - 1.0, np.log(speed / 1e-4) + np.zeros(len(way))
-        bare = self._replace(stop=0.0)
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            longer = bare.seconds(way, speed, np.exp(middle)) > sim
-            low, high = np.where(longer, middle, low), np.where(longer, high, middle)
-        slow = np.exp(0.5 * (low + high))
-        fits = np.abs(bare.seconds(way, speed, slow) - sim) < _CONTROLLERS_CYCLE
-        return np.where(fits, slow, np.nan), np.where(fits, np.maximum(over, speed / slow), over)
-
-
-def limited(way: Floats, speed: Floats, sim: Floats, slow: Floats, plain: Mask, law: SimulatedRamps) -> Mask:
-    """(n,) moves between stops that the simulation itself made slower than their acceleration says: an axis' limit."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        said = law._replace(stop=0.0).seconds(way, speed, slow)
-        off = plain & (sim > said * (1.0 + _ALIKE))
-    return np.asarray(off & (off.sum() < _FEW * max(int(plain.sum()), 1)), dtype=bool)
-
-
-def inferred(
-    way: Floats,
-    speed: Floats,
-    sim: Floats,
-    stops: Mask,
-    resolution: float,
-    law: SimulatedRamps,
-    known: Floats,
-) -> Floats:
-    """(n,) [m/s²] with which ramps by the law take the simulated time, without what stops take; rows with rounded ends
-    get the others' median, or what is `known` of a robot where no row tells it."""
-    slow, over = law.slow(way, speed, sim)
-    told = (over > _CONTROLLERS_CYCLE) & np.isfinite(slow)
-    if stops.all() or _stops_everywhere(slow, over, told, stops):
-        stops = np.ones_like(stops)
-    good = stops & told
-    if not good.any():
-        return np.where(np.isfinite(known), known, 1e3 * float(np.median(speed)))
-    # Long ramps tell the acceleration best: the median weighted by their length.
-    order = np.argsort(slow[good])
-    weight = np.cumsum(over[good][order])
-    one = float(slow[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
-    said = law._replace(stop=0.0).seconds(way, speed, np.full(len(way), one))
-    digits = max(np.nan_to_num(resolution), 1e-4)
-    if np.mean(np.abs(said - sim)[stops] <= 1.01 * digits) >= 0.9:
-        return np.full(len(way), one)
-    return np.where(good, slow, one)
-
-
-def _stops_everywhere(slow: Floats, over: Floats, told: Mask, stops: Mask) -> bool:
-    """Whether moves with rounded ends, taken for moves between stops, have the same few accelerations `slow` as those
-    between stops have: then the simulation knows of no rounding."""
-    known, asked = told & stops, told & ~stops
-    if not asked.any():
-        return False
-    levels = _levels(slow[known] if known.any() else slow[asked], over[known] if known.any() else over[asked])
-    if not 0 < len(levels) <= _LEVELS:
-        return False
-    near = np.abs(slow[asked][:, None] / levels - 1.0) < _ALIKE + _SIM_DIGITS / over[asked][:, None]
-    return bool(near.any(axis=1).mean() >= _MOST_ALIKE)
-
-
-def _levels(slow: Floats, over: Floats) -> Floats:
-    """The accelerations that nearly all of `slow` are, within the digits of simulated times; none when many."""
-    left, found = np.ones(len(slow), dtype=bool), list[float]()
-    while left.mean() > 1.0 - _MOST_ALIKE and len(found) < _LEVELS:
-        near = np.abs(slow[:, None] / slow[left] - 1.0) < _ALIKE + _SIM_DIGITS / over[:, None]
-        counts = near[left].sum(axis=0)
-        if counts.max() < _MANY * len(slow):
-            return np.zeros(0)
-        best = slow[left][int(np.argmax(counts))]
-        found.append(float(best))
-        left &= np.abs(slow / best - 1.0) >= _ALIKE + _SIM_DIGITS / over
-    return np.array(found) if left.mean() <= 1.0 - _MOST_ALIKE else np.zeros(0)
-
-
-# --- Tuned ---
-# With which share of the written speeds and accelerations the judged simulation seems to have been run.
-#
-# Somebody may have tuned it: an override or another acceleration that makes totals agree is in its durations,
-# not in the program. Terms act on the motion that the simulation had, so that share has to be known.
-
-_FEWEST = 8  # plain moves
-_MOST = 4.0  # times faster or slower
-_GRID = 161
-_REFINED = 40  # halvings' worth of a golden section
-_SHARES = (0.8, 0.95)  # of the moves that have to agree; few may be long enough to reach their speed
-_TUNED_BETTER = 0.2  # of the written values' misfit: what tuning has to leave at most
-_LEAST = 2e-4  # [s] misfits below are digits
-
-
-def tuned(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> tuple[float, float]:
-    """Share of the speeds and of the accelerations `slow` (n,) [m/s²] (nan: not written) in the simulated times `sim`.
-
-    (1, 1) where the written values do, or where no two shares do either. `plain`: straight moves between exact stops.
-    """
-    good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
-    written = bool(np.isfinite(slow[good]).all())
-    slow = slow[good] if written else np.ones(int(good.sum()))
-    way, speed, sim = way[good], speed[good], sim[good]
-    if len(way) < _FEWEST:
-        return 1.0, 1.0
-    for share in _SHARES:
-        found = _tuned(way, speed, slow, sim, written, share)
-        if found != (1.0, 1.0):
-            return found
-    return 1.0, 1.0
-
-
-# The ramps of a simulation may be no trapezoids: accelerations that build up, a smoothed speed, a time at each stop.
-
-_DIGIT = 0.51  # of a simulated time's last digit: a law that is nearer is the simulation's own
-_COARSEST = 2e-3  # [s] digits that tell such laws from each other
-_ROUNDS = 30  # of Gauss and Newton
-_STEP = 1e-4  # relative, of a slope
-_TOLD_BY = 5  # moves that differ, of a law with two numbers
-_LEAST_BESIDE = 2e-3  # [s] beside the ramps; less is digits
-_LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plainest first
-
-
-def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> SimulatedRamps | None:
-    """The law that comes as near to the simulated times as their digits allow, the plain one where a share of the
-    written speeds and accelerations does; None where no law does. The rest as in `tuned`."""
-    good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
-    written = bool(np.isfinite(slow[good]).all())
-    digit = _digit(sim[good])
-    if good.sum() < _FEWEST or digit > _COARSEST:
-        return None
-    faster, stronger = tuned(way, speed, slow, sim, plain)
-    way, speed, sim = way[good], speed[good], sim[good]
-    slow = slow[good] if written else np.ones(len(way))
-    near = max(_DIGIT * digit, _LEAST)
-
-    def off(law: SimulatedRamps, faster: float = 1.0) -> float:
-        return float(
-            np.quantile(np.abs(law.seconds(way, faster * speed, law.stronger * slow) - sim), _SHARES[0])
-        )
-
-    stronger = stronger if written else _stronger(way, faster * speed, slow, sim)
-    if off(SimulatedRamps(stronger), faster) <= near:
-        return SimulatedRamps()
-    if _kinds(way, speed, slow) < _TOLD_BY:
-        return None
-    for names in _LAWS:
-        law = _nearest_law(way, speed, slow, sim, names, digit)
-        if law is not None and off(law) <= near:
-            return law
-    return None
-
-
-def _kinds(*columns: Floats) -> int:
-    """How many moves there are that differ."""
-    return len(np.unique(np.round(np.log(np.stack(columns)), 4), axis=1).T)
-
-
-def _nearest_law(
-    way: Floats, speed: Floats, slow: Floats, sim: Floats, names: tuple[str, ...], digit: float
-) -> SimulatedRamps | None:
-    """The law with these times beside constant accelerations, by least squares in which what is far off counts less;
-    None where one of them would be none."""
-    ramp = speed / slow
-    weight = np.ones(len(way))
-    for _ in range(_ROUNDS):  # of moves that are long enough, the times are straight lines of the ramps
-        root = np.sqrt(weight)
-        columns = np.stack([ramp, np.ones(len(way))], axis=1)
-        (weaker, beside), *_ = np.linalg.lstsq(
-            root[:, None] * columns, root * (sim - way / speed), rcond=None
-        )
-        weight = _counts(sim - way / speed - weaker * ramp - beside, digit)
-    if weaker <= 0 or beside < _LEAST_BESIDE:
-        return None
-    values: Floats = np.array([-np.log(weaker), *(np.log(beside / len(names)) for _ in names)])
-
-    def law(values: Floats) -> SimulatedRamps:
-        numbers = np.exp(np.clip(values, -20.0, 20.0)).tolist()
-        return SimulatedRamps(numbers[0], **dict(zip(names, numbers[1:], strict=True)))
-
-    def left(values: Floats) -> Floats:
-        tried = law(values)
-        return sim - tried.seconds(way, speed, tried.stronger * slow)
-
-    now = left(values)
-    for _ in range(_ROUNDS):
-        weight = _counts(now, digit)
-        slopes = np.stack([(left(values + _STEP * one) - now) / _STEP for one in np.eye(len(values))], axis=1)
-        root = np.sqrt(weight)
-        step, *_ = np.linalg.lstsq(root[:, None] * slopes, -root * now, rcond=1e-9)
-        step = np.asarray(np.clip(step, -0.5, 0.5), dtype=np.float64)
-        for _half in range(_ROUNDS):
-            there = left(values + step)
-            if weight @ there**2 <= weight @ now**2:
-                break
-            step = 0.5 * step
-        values, now = np.asarray(values + step, dtype=np.float64), there
-        if np.abs(step).max() < 1e-7:
-            break
-    found = law(values)
-    return found if min(getattr(found, name) for name in names) >= _LEAST_BESIDE else None
-
-
-def _counts(off: Floats, digit: float) -> Floats:
-    """(n,) [1] weights of moves that are `off` (n,) [s]."""
-    scale = max(float(np.median(np.abs(off))), digit)
-    return np.asarray(1.0 / (1.0 + (off / (2.0 * scale)) ** 2))
-
-
-def _digit(seconds: Floats) -> float:
-    """[s] the last digit of simulated times."""
-    for digit in (1e-1, 1e-2, 1e-3):
-        if np.abs(seconds / digit - np.round(seconds / digit)).max(initial=0.0) < 1e-6:
-            return digit
-    return 0.0
-
-
-def _tuned(
-    way: Floats, speed: Floats, slow: Floats, sim: Floats, written: bool, share: float
-) -> tuple[float, float]:
-    """So that a `share` of the moves agree."""
-
-    def misfit(faster: float, stronger: float) -> float:
-        return float(np.quantile(np.abs(trapezoid(way, faster * speed, stronger * slow) - sim), share))
-
-    def stronger_of(faster: float) -> float:
-        return _stronger(way, faster * speed, slow, sim)
-
-    plainly = misfit(1.0, 1.0 if written else stronger_of(1.0))
-    if plainly <= _LEAST:
-        return 1.0, 1.0
-    tried = list[tuple[float, float]]()
-    if written:
-        tried += [(1.0, stronger_of(1.0)), (_best(lambda f: misfit(f, 1.0)), 1.0)]
-    if not tried or _kinds(way, speed, slow) >= _TOLD_BY:
-        both = _best(lambda f: misfit(f, stronger_of(f)))
-        tried.append((both, stronger_of(both)))
-    exact = [t for t in tried if misfit(*t) <= _LEAST]
-    faster, stronger = exact[0] if exact else min(tried, key=lambda t: misfit(*t))
-    if misfit(faster, stronger) >= _TUNED_BETTER * plainly:
-        return 1.0, 1.0
-    return faster, stronger if written else 1.0
-
-
-def trapezoid(way: Floats, speed: Floats, slow: Floats) -> Floats:
-    """(n,) [s] between two stops at constant acceleration."""
-    ramp = speed / slow
-    return np.asarray(np.where(way >= speed * ramp, way / speed + ramp, 2.0 * np.sqrt(way / slow)))
-
-
-def _stronger(way: Floats, speed: Floats, slow: Floats, sim: Floats) -> float:
-    """The share of `slow` that the middle move says; long ramps tell it best."""
-    over = sim - way / speed
-    with np.errstate(divide="ignore", invalid="ignore"):
-        own = np.where(over <= way / speed, speed / over, 4.0 * way / sim**2) / slow
-    good = (over > 0) & np.isfinite(own)
-    if not good.any():
-        return 1.0
-    order = np.argsort(own[good])
-    weight = np.cumsum(over[good][order])
-    return float(own[good][order][np.searchsorted(weight, 0.5 * weight[-1])])
-
-
-def _best(misfit: Callable[[float], float]) -> float:
-    """By a grid and a golden section about its best place, in logarithms."""
-    grid = np.exp(np.linspace(-np.log(_MOST), np.log(_MOST), _GRID))
-    at = int(np.argmin([misfit(f) for f in grid.tolist()]))
-    low, high = grid[max(at - 1, 0)], grid[min(at + 1, _GRID - 1)]
-    for _ in range(_REFINED):
-        one, two = low + 0.382 * (high - low), high - 0.382 * (high - low)
-        low, high = (low, two) if misfit(float(one)) < misfit(float(two)) else (one, high)
-    return float(0.5 * (low + high))
