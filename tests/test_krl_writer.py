@@ -41,6 +41,7 @@ from olp.ir.program import (
     Dwell,
     Else,
     EndIf,
+    EndWhile,
     If,
     Label,
     Move,
@@ -52,6 +53,7 @@ from olp.ir.program import (
     SpeedUnit,
     Statement,
     Wait,
+    While,
 )
 from olp.ir.program import Path as Shape
 from olp.languages.templating import shipped
@@ -287,7 +289,9 @@ def test_speed_tool_frame_and_blend_are_assigned_where_they_change() -> None:
 
 
 def test_nothing_is_known_after_a_label_or_a_block() -> None:
-    found = lines_of(foreign(move(), Label(2, "again"), move(), If(3, SignalState(True)), EndIf(4), move()))
+    found = lines_of(
+        foreign(move(), Label(2, "again"), move(), While(3, SignalState(True)), EndWhile(4), move())
+    )
     assert found.count("$VEL.CP=0.25") == 3
 
 

@@ -176,3 +176,24 @@ def test_what_holds_for_moves_holds_behind_a_call_that_neither_moves_nor_sets_it
     quiet, loud = (translated(text % name, "rapid", "krl") for name in ("grip", "away"))
     assert quiet.split("DEF grip")[0].count("$VEL.CP=0.1") == 1
     assert loud.split("DEF grip")[0].count("$VEL.CP=0.1") == 2
+
+
+def test_what_holds_for_moves_is_followed_through_branches():
+    """$TOOL and set_tcp stood again in each branch, and behind it."""
+    data = (
+        "CONST robtarget p:=[[900,0,400],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "VAR num x;",
+        "PERS tooldata t1:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+        "PERS tooldata t2:=[TRUE,[[0,0,200],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+    )  # fmt: skip
+    there = "MoveL Offs(p,x,0,0),%s,fine,%s;"
+    rows = [
+        "IF di3=1 x:=1;", there % ("v100", "t1"), "IF di1=1 THEN", there % ("v100", "t1"), "ELSEIF di2=1 THEN",
+        there % ("v100", "%s"), "ELSE", there % ("v200", "t1"), "ENDIF", there % ("v100", "t1"),
+    ]  # fmt: skip
+    same, other = (module(*(row.replace("%s", tool) for row in rows), data=data) for tool in ("t1", "t2"))
+    for target, word in (("krl", "$TOOL="), ("urscript", "set_tcp(")):
+        assert translated(same, "rapid", target).count(word) == 1
+        assert translated(other, "rapid", target).count(word) == 3
+    assert (
+        translated(same, "rapid", "krl").count("$VEL.CP=0.1\r") == 2
+    )  # not known behind a branch with another one

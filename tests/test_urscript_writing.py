@@ -47,6 +47,7 @@ from olp.ir.program import (
     Comment,
     Declare,
     Dwell,
+    EndIf,
     If,
     Jump,
     Message,
@@ -266,7 +267,9 @@ def test_the_tool_is_set_where_it_changes_and_again_where_it_may_have() -> None:
     pose = PositionLiteral("pose", (0.4, 0.1, 0.2, 0.1, 0.2, 0.3))
     first, second = (line(pose, tool=Named(name)) for name in ("gripper", "probe"))
     tools = tuple(Declare(0, name, "tool", pose) for name in ("gripper", "probe"))
-    text = foreign(first, first, second, If(1, Named("x")), second, Call(1, "other"), second, data=tools)
+    text = foreign(
+        first, first, second, If(1, Named("x")), first, EndIf(1), second, Call(1, "other"), second, data=tools
+    )
     found = [one.strip() for one in text.splitlines() if "set_tcp" in one or "movel" in one]
     kinds = [one.split("(")[0] + (one[7:12] if "tcp" in one else "") for one in found]
     assert kinds == [
@@ -274,6 +277,8 @@ def test_the_tool_is_set_where_it_changes_and_again_where_it_may_have() -> None:
         "movel",
         "movel",
         "set_tcp(prob",
+        "movel",
+        "set_tcp(grip",
         "movel",
         "set_tcp(prob",
         "movel",

@@ -170,6 +170,9 @@ class Generator(ABC):
     comment_row: ClassVar[int] = -1
     forgets: ClassVar[frozenset[type]] = frozenset()
     joins: ClassVar[frozenset[type]] = frozenset()
+    follows_branches: ClassVar[bool] = (
+        False  # what holds is followed through branches, and not forgotten there
+    )
 
     _spellers: ClassVar[dict[type, Callable[[Any, Any], Spelled]]] = {}
     _writers: ClassVar[dict[type, Callable[[Any, Any], Lines]]] = {}
@@ -420,6 +423,7 @@ class Generator(ABC):
     def body(self, statements: Sequence[st.Statement]) -> list[str]:
         """Adds a routine's statements to `rows`, with indents and comments; what cannot be said is noted instead."""
         place, count = 0, len(statements)
+        branches: list[_OpenBranches] = []
         while place < count:
             one = statements[place]
             kind, taken = type(one), 1
@@ -433,11 +437,43 @@ class Generator(ABC):
             except CannotSayError as problem:
                 self.lose(problem, one.line)
             place += taken
-            if kind in self.forgets:
+            if kind in _BRANCHING and self.follows_branches and not self.own:
+                self._follow(one, branches)
+            elif kind in self.forgets:
                 self._forget_called(one) if kind is st.Call and not self.own else self.forget()
             elif kind in _SETS:
                 self._forget_set(one)
         return self.rows
+
+    def known(self) -> dict[str, object]:
+        """What is known to hold here."""
+        return dict(self.holds)
+
+    def know(self, known: Mapping[str, object]) -> None:
+        """From here on that is known to hold, and nothing else."""
+        self.forget()
+        self.holds.update(known)
+
+    def _follow(self, s: st.Statement, branches: list[_OpenBranches]) -> None:
+        """At the mark of a branch: each begins as the first one did, and behind them holds what all have left."""
+        called = any(
+            type(e) is ex.CallValue and self._changes(e.routine) != frozenset() for e in expressions_of(s)
+        )
+        if called or not (branches or isinstance(s, (st.If, st.Switch))):
+            self.forget()
+        if isinstance(s, (st.If, st.Switch)):
+            branches.append(_OpenBranches(self.known(), whole=False, ends=[]))
+        elif isinstance(s, (st.EndIf, st.EndSwitch)):
+            if branches:
+                at = branches.pop()
+                first, *more = (self.known(), *at.ends, *(() if at.whole else (at.before,)))
+                self.know({k: v for k, v in first.items() if all(k in one and one[k] == v for one in more)})
+        elif branches:
+            at = branches[-1]
+            at.ends.append(self.known())
+            whole = isinstance(s, (st.Else, st.Default))
+            branches[-1] = at._replace(before={} if called else at.before, whole=whole)
+            self.know(branches[-1].before)
 
     def _forget_called(self, s: st.Statement) -> None:
         """Behind a call: what was set from the variables that the routine changes, or all, where it may set more."""
@@ -600,6 +636,19 @@ _QUIET: Final = frozenset({
     st.Else, st.EndIf, st.While, st.EndWhile, st.Repeat, st.Until, st.For, st.Next, st.Switch, st.Case, st.Default,
     st.EndSwitch,
 })  # fmt: skip
+
+
+_BRANCHING: Final = frozenset(
+    {st.If, st.ElseIf, st.Else, st.EndIf, st.Switch, st.Case, st.Default, st.EndSwitch}
+)
+
+
+class _OpenBranches(NamedTuple):
+    """Open branches: what held `before` them, and at the `ends` of those so far. `whole`: one of them runs always."""
+
+    before: dict[str, object]
+    whole: bool
+    ends: list[dict[str, object]]
 
 
 def changes_of_quiet(program: st.Program) -> dict[str, frozenset[str]]:

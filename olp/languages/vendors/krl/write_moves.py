@@ -6,7 +6,7 @@ the wanted value differs from the one known to hold, and the move; after labels 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Final
 
@@ -79,6 +79,10 @@ class KrlMoves(KrlValues):
         if self.holds:
             super().forget()
             self._given.clear()
+
+    def know(self, known: Mapping[str, object]) -> None:
+        super().know(known)
+        self._given.clear()
 
     def forget_from(self, name: str) -> None:
         known = len(self.holds)

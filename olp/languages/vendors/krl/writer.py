@@ -174,6 +174,7 @@ class KrlWriter(KrlMoves):
     deepest = 20
     comment_form = " ;{}"
     joins = frozenset({*MODAL, st.Process})
+    follows_branches = True
     forgets = CLOSES | BRANCHES | {st.While, st.For, st.Repeat, st.Label, st.Call}
 
     def __init__(self, program: st.Program, pair: bool, forms: bool = False) -> None:

@@ -7,7 +7,7 @@ Codes: X002 what URScript cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -58,6 +58,14 @@ class UrscriptMoves(UrscriptValues):
     def forget(self) -> None:
         self._tool: str | None = None  # what set_tcp holds as far as the text tells, None: unknown
         self._given: ex.Expression | None = None  # the tool of the last move, which the next one shares
+
+    def known(self) -> dict[str, object]:
+        return {"tool": self._tool}
+
+    def know(self, known: Mapping[str, object]) -> None:
+        self.forget()
+        tool = known.get("tool")
+        self._tool = tool if isinstance(tool, str) else None
 
     def forget_from(self, name: str) -> None:
         if self._tool is not None and name in self._tool:
@@ -240,6 +248,7 @@ class UrscriptWriter(UrscriptMoves):
     least_depth = 1
     comment_form = "  # {}"
     comment_row = 0
+    follows_branches = True
     forgets = OPENS | BRANCHES | CLOSES | {st.Call}
     joins = frozenset({st.Process, st.Message})
 
