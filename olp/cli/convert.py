@@ -157,13 +157,15 @@ def _convert(
     part: Whole, context: Context, args: Namespace
 ) -> tuple[dict[str, bytes], Receipt, list[Diagnostic]]:
     """The files, the receipt, and what was wrong in routines that are not converted."""
+    from olp.core.garbage_collection import no_garbage_collection
     from olp.core.result_cache import TextCache, remembering
     from olp.transpile.commented_out import UNCONVERTED, with_texts
     from olp.transpile.convert import convert, runs_of
     from olp.transpile.link import link, with_starts
     from olp.transpile.receipt import receipt_of
 
-    with remembering(TextCache()):  # the translation and its proof run both programs several times
+    # The translation and its proof run both programs several times, and make many objects.
+    with remembering(TextCache()), no_garbage_collection():
         linked = link(part.program, args.to, part.others)
         if args.on_loss == "comment":
             linked = replace(linked, program=with_texts(linked.program, args.to))

@@ -240,7 +240,10 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
     elif kind is Move and is_usual(node):
         speed, blend = node.speed, node.blend
         for e in node.targets:
-            gather(e, found)
+            if type(e) in _LEAVES:
+                found.append(e)
+            else:
+                gather(e, found)
         if node.tool is not None:
             gather(node.tool, found)
         if node.frame is not None:
@@ -251,7 +254,10 @@ def gather(node: Any, found: list[ex.Expression]) -> None:
             gather(blend, found)
     elif kind is ex.Function:
         for e in node.arguments:
-            gather(e, found)
+            if type(e) in _LEAVES:
+                found.append(e)
+            else:
+                gather(e, found)
         found.append(node)
     elif kind is ex.RecordLiteral:
         for _, e in node.members:
