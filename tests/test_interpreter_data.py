@@ -24,6 +24,17 @@ def shown(body: str, variable: str = "D000") -> float:
     return round(waits(plan)[-1] * 100 - 1000, 6)
 
 
+def test_a_divisor_without_a_value_is_no_alarm_of_the_program() -> None:
+    """It is 0 here because no file says it: the line is left out, and the total says that something is unknown."""
+    plan = plan_of("SET D000 7\nDIV D000 D001\nSET D002  EXPRESS D000 / D003\nMOVL C00001 V=50.0")
+    found = [(d.code, d.message) for d in plan.diagnostics if d.code == "I203"]
+    assert [message.partition(",")[0] for _, message in found] == ["D001 has no value", "D003 has no value"]
+    assert not errors(plan)
+    assert visited(plan) == [1]
+    with_value = plan_of("SET D000 7\nSET D001 0\nDIV D000 D001\nMOVL C00001 V=50.0")
+    assert [code for code, _ in errors(with_value)] == ["I207"]
+
+
 @pytest.mark.parametrize(
     ("body", "code"),
     [

@@ -11,7 +11,7 @@ import olp
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
-from olp.ir.expressions import Number, Signal
+from olp.ir.expressions import Named, Number, Signal
 from olp.ir.program import Blend, BlendKind, Dwell, EndWhile, Move, Path, Program, SpeedUnit, While
 from olp.languages.vendor import recognise
 
@@ -218,3 +218,18 @@ def test_no_damage_makes_the_reader_raise_or_hang() -> None:
 def test_a_text_with_a_program_of_another_language_is_not_taken(text: str, name: str | None) -> None:
     found = recognise(decode(text.encode(), "unnamed"))
     assert (found and found.name) == name
+
+
+@pytest.mark.parametrize(
+    ("sets", "other"),
+    [
+        (("arm_number := 1",), ()),
+        (("arm_number := 1", "arm_number := 2"), (("arm", Named("arm_number")),)),
+        ((), (("arm", Named("arm_number")),)),
+    ],
+)
+def test_a_move_of_an_arm_by_name_is_plain_where_the_name_holds_1(
+    sets: tuple[str, ...], other: tuple[object, ...]
+) -> None:
+    found = program(*sets, "MOVE ARM[arm_number] TO {1,2,3,4,5,6}", data="arm_number : INTEGER")
+    assert moves(found)[0].other == other

@@ -17,6 +17,7 @@ from olp.robots.geometry import Pose, frame_from_points
 from olp.runtime.evaluate import (
     both,
     calculate,
+    check_divisor,
     evaluate,
     number,
     read_variable,
@@ -348,6 +349,7 @@ def binary(m: Machine, e: ex.Binary) -> Value:
     left, right = both(m, e.left, e.right)
     if isinstance(left, PositionValue) and isinstance(right, (int, float, PositionValue)):
         return combine(e.operator, left, right)
+    check_divisor(m, e.operator, e.right, right)
     return calculate(e.operator, left, right)
 
 
@@ -451,6 +453,7 @@ def update(m: Machine, s: st.Update) -> None:
         return
     left = evaluate(m, s.target)
     right = evaluate(m, s.operand)
+    check_divisor(m, s.operator, s.operand, right)
     if s.operator == "/" and isinstance(s.target, ex.Variable) and s.target.store in INTEGERS:
         store_value(m, s.target, _quotient(m, left, right))
     else:

@@ -77,6 +77,8 @@ def read_variable(m: Machine, store: ex.Store, index: int, local: bool) -> Value
     shown = '""' if store is ex.Store.STRING else "0"
     files = "VAR.DAT or olp.toml" if m.conventions.saved_variables else "olp.toml"
     where = "never set before it is read here" if local else f"not in {files}"
+    if not local:
+        m.memory.assumed.add(key)
     m.assume(f"{name} is taken as {shown}: {where}")
     return value
 
@@ -213,6 +215,19 @@ def calculate(sign: str, left: Value, right: Value) -> Value:
         raise StatementError("I216", f"the operator {sign} is not known to the interpreter")
     result: int | float = _ARITHMETIC[sign](left, right)
     return finite(result)
+
+
+def check_divisor(m: Machine, sign: str, divisor: ex.Expression, value: Value) -> None:
+    """Raises StatementError (I203) where a program divides by a variable that is 0 for want of a value."""
+    if value != 0 or sign not in ("/", "mod", "div") or not isinstance(divisor, ex.Variable):
+        return
+    if (divisor.store, whole(m, divisor.index)) in m.memory.assumed and not divisor.local:
+        name = f"{VARIABLE_LETTERS[divisor.store]}{whole(m, divisor.index):03d}"
+        raise StatementError(
+            "I203",
+            f"{name} has no value, and nothing can be divided by 0: the statement is left out",
+            f"say it in olp.toml: [variables] {name} = 1",
+        )
 
 
 def finite(value: int | float) -> int | float:

@@ -85,18 +85,22 @@ class Memory:
     """Global variables and signals. `stamp` counts changes.
 
     `changed`: (kind or bus, index) -> stamp of the last change by the program; a local variable n counts as -1 - n.
+    `assumed`: variables that are zero because nothing gave them a value.
     """
 
     values: dict[Key, Value] = field(default_factory=dict)
     signals: dict[SignalKey, int] = field(default_factory=dict)
     stamp: int = 0
     changed: dict[tuple[str, int | str], int] = field(default_factory=dict)
+    assumed: set[Key] = field(default_factory=set)
 
     def put(self, key: Key, value: Value) -> None:
         """Stores a global value."""
         if self.values.get(key) != value:
             self.stamp += 1
             self.changed[key] = self.stamp
+        if self.assumed:
+            self.assumed.discard(key)
         self.values[key] = value
 
 

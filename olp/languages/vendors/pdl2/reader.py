@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 from olp.core.diagnostic import Severity
 from olp.core.source import Source
 from olp.ir import program as st
-from olp.ir.expressions import Expression, Number, SignalState, Text, Unknown
+from olp.ir.expressions import Expression, Named, Number, SignalState, Text, Unknown
 from olp.ir.points import PointTable
 from olp.languages.findings import Findings
 from olp.languages.short_reader import (
@@ -134,6 +134,7 @@ class _Pdl2File:
         main = next((one.name for one in self.parts if one.returns == "PROGRAM"), "")
         data = tuple(d for one in self.parts if one.returns == "PROGRAM" for d in one.data)
         kinds = bytes(self.kinds)
+        routines = tuple(_of_first_arm(routines, data))
         return st.Program("pdl2", self.findings.source, routines, self.findings.result(), kinds, data, main)
 
     def _keep_comment(
@@ -325,6 +326,26 @@ class _Pdl2File:
             returns=returns,
             last_line=part.last,
         )
+
+
+def _of_first_arm(routines: tuple[st.Routine, ...], data: tuple[st.Declare, ...]) -> Iterator[st.Routine]:
+    """`MOVE ARM[n]` is a plain move where n is a name that holds 1 wherever the text gives it a value."""
+    values: dict[str, set[Expression | None]] = {}
+    for one in (*data, *(s for routine in routines for s in routine.body)):
+        if isinstance(one, st.Declare) and one.value is not None:
+            values.setdefault(one.name, set()).add(one.value)
+        elif isinstance(one, (st.Assign, st.ReadInput)) and isinstance(one.target, Named):
+            values.setdefault(one.target.name, set()).add(one.value if isinstance(one, st.Assign) else None)
+        elif isinstance(one, st.For) and isinstance(one.variable, Named):
+            values.setdefault(one.variable.name, set()).add(None)
+    plain = {("arm", Named(name)) for name, held in values.items() if held == {Number(1)}}
+    plain -= {("arm", Named(one.name)) for routine in routines for one in routine.parameters}
+    for routine in routines:
+        body = tuple(
+            replace(s, other=tuple(o for o in s.other if o not in plain)) if isinstance(s, st.Move) else s
+            for s in routine.body
+        )
+        yield replace(routine, body=body)
 
 
 def _goes_on(text: str, more: str) -> bool:
