@@ -291,3 +291,15 @@ def test_the_ends_of_loops_tell_how_large_an_array_is():
 )
 def test_a_loop_whose_end_nothing_tells_leaves_an_array_open(row, other):
     assert sizes_of_way(COUNTED.replace(row, other)) == [[100, 100]]
+
+
+def test_an_array_of_a_table_grows_where_the_program_sets_elements_beyond_it():
+    """It had the table's two elements, and what was set beyond was the next register of the target."""
+    rows = ["FOR i = 1 TO 9 STEP 2", "  a[i] = i", "END", "b[n] = 3"]
+    table = [".REALS", "a[1] = 2", "b[1] = 3", ".END"]
+    text = "\n".join([".PROGRAM main()", *rows, ".END", *table, ""])
+    found = read_source(decode(text.encode(), "part.as"), vendor="as")
+    sizes = {d.name: [size.value for size in d.sizes] for d in found.data}
+    assert sizes["a"] == [10]
+    assert sizes["b"] == [2]
+    assert ["P589", 5] in [[d.code, d.line] for d in found.diagnostics]

@@ -127,7 +127,9 @@ class _AsFile:
         routines = _SignalNumbers(self.findings, routines, self.data).known()
         self._declare_groups(routines)
         routines, self.logical = with_truths(routines, self.data)
-        sizes = _Sizes(routines, lines).known()
+        found = _Sizes(routines, lines)
+        sizes = found.known()
+        self._widen_arrays(sizes, found.set_at)
         routines = [self._with_arrays(one, sizes) for one in routines]
         main = _main(routines)
         if main:
@@ -213,6 +215,29 @@ class _AsFile:
             self.data[name.casefold()] = st.Declare(
                 0, name, type_, array(type_, kept, missing), sizes, shared=True
             )
+
+    def _widen_arrays(self, sizes: Mapping[str, tuple[ex.Number, ...]], set_at: Mapping[str, int]) -> None:
+        """Arrays of tables grow where the program sets elements beyond; `set_at`: the first line that sets one."""
+        for name, elements in self.elements.items():
+            key = name.casefold()
+            declared = self.data.get(key)
+            if declared is None or declared.name != name:
+                continue
+            now = tuple(one for one in declared.sizes if isinstance(one, ex.Number))
+            if key in set_at and key not in sizes:
+                self._tell_sizes(name, now, set_at[key])
+            wanted = sizes.get(key, ())
+            if len(wanted) != len(now):
+                continue
+            new = tuple(
+                ex.Number(max(one.value, other.value)) for one, other in zip(wanted, now, strict=True)
+            )
+            if new == now or not self._takes(new):
+                continue
+            kept = {index: value for index, value in elements.items() if len(index) == len(now)}
+            type_, missing = _gap(next(iter(kept.values())))
+            kept.setdefault(tuple(int(one.value) - 1 for one in new), missing)
+            self.data[key] = replace(declared, value=array(type_, kept, missing), sizes=new)
 
     def _takes(self, sizes: tuple[ex.Number, ...]) -> bool:
         """Whether there is room for one more array of these sizes."""
@@ -751,6 +776,7 @@ class _Sizes:
         self._takes = {r.name.casefold(): r.parameters for r in routines}
         self._found: dict[str, tuple[int, ...] | None] = {}
         self._same: dict[str, str] = {}  # an array -> one that is handed to it or that it is handed to
+        self.set_at: dict[str, int] = {}  # arrays of which elements are set -> the first line that sets one
         for r in routines:
             self._read(r)
 
@@ -763,6 +789,9 @@ class _Sizes:
                     at = [self._largest.of(r.name, index, inside) for index in e.indices]
                     told = tuple(int(one) for one in at if one is not None and one <= _MOST_ELEMENTS)
                     self._note(e.base.name.casefold(), told if len(told) == len(at) else None)
+            target = s.target if isinstance(s, st.Assign) else None
+            if isinstance(target, ex.Item) and isinstance(target.base, ex.Named):
+                self.set_at.setdefault(target.base.name.casefold(), s.line)
             if isinstance(s, st.For):
                 loops.append((s.variable.name.casefold() if isinstance(s.variable, ex.Named) else "", s))
             elif isinstance(s, st.Next) and loops:
