@@ -11,8 +11,20 @@ import olp
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
-from olp.ir.expressions import Named, Number, Signal
-from olp.ir.program import Blend, BlendKind, Dwell, EndWhile, Move, Path, Program, SpeedUnit, While
+from olp.ir.expressions import Binary, Function, Logic, Named, Number, Signal
+from olp.ir.program import (
+    Assign,
+    Blend,
+    BlendKind,
+    Declare,
+    Dwell,
+    EndWhile,
+    Move,
+    Path,
+    Program,
+    SpeedUnit,
+    While,
+)
 from olp.languages.vendor import recognise
 
 SAMPLE = SAMPLES / "pdl2" / "handling.pdl"
@@ -233,3 +245,20 @@ def test_a_move_of_an_arm_by_name_is_plain_where_the_name_holds_1(
 ) -> None:
     found = program(*sets, "MOVE ARM[arm_number] TO {1,2,3,4,5,6}", data="arm_number : INTEGER")
     assert moves(found)[0].other == other
+
+
+def test_and_or_xor_and_not_of_whole_numbers_compute_with_their_bits() -> None:
+    """They were conditions: 13 AND 6 was 1."""
+    data = "a, n : INTEGER\nb, c : BOOLEAN"
+    found = program("n := a AND 6", "n := NOT a", "n := 13 XOR a OR 1", "b := b AND NOT c", data=data)
+    values = [one.value for one in found.routines[0].body if isinstance(one, Assign)]
+    assert values[0] == Binary("and", Named("a"), Number(6))
+    assert values[1] == Function("bit-not", (Named("a"),))
+    assert values[2] == Binary("or", Binary("xor", Number(13), Named("a")), Number(1))
+    assert isinstance(values[3], Logic)
+
+
+def test_a_constant_has_the_type_of_its_value() -> None:
+    found = program("x := m", data="CONST\nm = 5\nr = 2.5\nt = 'a'\nf = TRUE\nVAR\nx : INTEGER")
+    types = {d.name: d.type for d in (*found.data, *found.routines[0].body) if isinstance(d, Declare)}
+    assert [types[name] for name in "mrtf"] == ["integer", "real", "string", "boolean"]

@@ -22,7 +22,7 @@ from olp.languages.short_reader import (
     with_comment,
     words,
 )
-from olp.languages.vendors.pdl2.rules import MoveType, Pdl2Rules, Untyped, overrides_set
+from olp.languages.vendors.pdl2.rules import MoveType, Pdl2Rules, Untyped, overrides_set, with_bits
 
 _CODES: Final = Codes("P590", "P591", "P592", "P593", "P594", "P595")
 _MARK = re.compile(r"^\s*PROGRAM\s+[A-Z_]\w*", re.IGNORECASE)
@@ -246,6 +246,10 @@ class _Pdl2File:
         if part.cycle:
             part.body.append(st.EndWhile(number))
         part.last = number
+        integers = {one.name.casefold() for one in part.parameters if one.type == "integer"}
+        for data in {id(self.program): self.program, id(part): part}.values():
+            integers |= {one.name.casefold() for one in (data.data if data else ()) if one.type == "integer"}
+        part.body = with_bits(part.body, integers)
         self.parts.append(part)
         if part is self.part:
             self.part = None
@@ -268,7 +272,7 @@ class _Pdl2File:
                 self.parser.opaque(text, number)
                 return
             name = self.rules.spelled(constant[1])
-            part.data.append(st.Declare(number, name, "", value, storage="constant"))
+            part.data.append(st.Declare(number, name, _type_of(value), value, storage="constant"))
             return
         assert match is not None
         native = match[2].strip()
@@ -379,6 +383,12 @@ def _literal(text: str) -> Expression | None:
     if _NUMBER.fullmatch(text) and len(text) < 40:
         return Number(int(text)) if text.lstrip("+-").isdigit() else Number(float(text))
     return None
+
+
+def _type_of(value: Expression) -> str:
+    if isinstance(value, Number):
+        return "integer" if isinstance(value.value, int) else "real"
+    return "string" if isinstance(value, Text) else "boolean"
 
 
 def _parameters(text: str, rules: Pdl2Rules) -> Iterator[st.Parameter]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from typing import Any, Final, NamedTuple, cast
 
@@ -12,6 +12,7 @@ from lark import Token
 from olp.core.units import mm, ms, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
+from olp.ir.transformer import mapped
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import NotModelledError, constants, zyz_pose
 from olp.languages.statement_rules import BlockRules
@@ -379,3 +380,33 @@ def _back(start: ex.Expression, distance: ex.Expression) -> ex.Expression:
         start = ex.Function("forward", (start,))
     zero = ex.Number(0)
     return ex.Function("pose-relative-tool", (start, zero, zero, back, zero, zero, zero))
+
+
+def with_bits(body: list[st.Statement], integers: Collection[str]) -> list[st.Statement]:
+    """AND, OR, XOR and NOT of whole numbers compute with their bits; `integers`: case folded names of such data."""
+
+    def whole(e: ex.Expression) -> bool:
+        if isinstance(e, (ex.Item, ex.Named)):
+            base = e.base if isinstance(e, ex.Item) else e
+            return isinstance(base, ex.Named) and base.name.casefold() in integers
+        if isinstance(e, ex.Binary):
+            return e.operator != "/" and whole(e.left) and whole(e.right)
+        if isinstance(e, ex.Unary):
+            return e.operator == "-" and whole(e.operand)
+        if isinstance(e, ex.Signal):
+            return e.bus.endswith("-group")
+        return (isinstance(e, ex.Number) and float(e.value).is_integer()) or (
+            isinstance(e, ex.Function) and e.name in ("bit-not", "trunc", "round")
+        )
+
+    def change(e: ex.Expression) -> ex.Expression:
+        if isinstance(e, ex.Unary) and e.operator == "not" and whole(e.operand):
+            return ex.Function("bit-not", (e.operand,))
+        if isinstance(e, ex.Logic) and whole(e.first) and all(whole(one) for _, one in e.rest):
+            value = e.first
+            for word, right in e.rest:
+                value = ex.Binary(word, value, right)
+            return value
+        return e
+
+    return [mapped(one, change) for one in body]
