@@ -13,8 +13,18 @@ import olp
 from olp.core.source import decode
 from olp.core.units import mm
 from olp.fluent import read_source
-from olp.ir.expressions import FrameRef, Named, PositionLiteral, Signal, SignalState, Text
-from olp.ir.program import Declare, Move, Program, SpeedUnit
+from olp.ir.expressions import (
+    FrameRef,
+    Item,
+    Named,
+    Number,
+    PositionLiteral,
+    Signal,
+    SignalState,
+    Text,
+    Unary,
+)
+from olp.ir.program import Assign, Declare, If, Move, Program, SetOutput, SpeedUnit, Wait
 
 FOLDER = SAMPLES / "val3"
 DATA = """<Database><Datas>
@@ -192,3 +202,23 @@ def test_characters_of_texts_are_counted_from_0() -> None:
     )
     steps = [step.duration for step in found.plan().steps()]
     assert steps == pytest.approx([ord("c"), ord("A")])
+
+
+def test_the_state_of_an_output_is_read_from_the_output(tmp_path: Path) -> None:
+    """It was read from an input of the same name, which the target then had as another signal."""
+    found = with_data(tmp_path, "out=!out", "if dioGet(out)", "endIf")
+    (write,) = [one for one in found.routines[0].body if isinstance(one, SetOutput)]
+    assert write.value == Unary("not", Signal("out", Text("out")))
+    (asked,) = [one for one in found.routines[0].body if isinstance(one, If)]
+    assert asked.condition == Signal("out", Text("out"))
+    (tmp_path / "data.dtx").write_text(DATA.replace('link="x"', 'link="BasicIO-1\\%Q3"'))
+    (tmp_path / "start.pgx").write_bytes(text("wait(out)"))
+    (wait,) = [one for one in olp.read(tmp_path / "start.pgx").routines[0].body if isinstance(one, Wait)]
+    assert wait.condition == Signal("out", Text("out"))
+
+
+def test_an_axis_of_joint_values_is_their_element(tmp_path: Path) -> None:
+    """KRL got `j.j6`, which no E6AXIS has."""
+    found = with_data(tmp_path, "j.j6=j.j6+90")
+    (one,) = [one for one in found.routines[0].body if isinstance(one, Assign)]
+    assert one.target == Item(Named("j"), (Number(6),))

@@ -46,11 +46,12 @@ class XmlTag(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Val3Declarations:
     """What a program must know of data: `types` of names, `arrays` with more than one element, `fathers`: the frame
-    of a point or of one element of it."""
+    of a point or of one element of it, `outputs`: signals that the program may set."""
 
     types: dict[str, str] = field(default_factory=dict)
     arrays: set[str] = field(default_factory=set)
     fathers: dict[str, str] = field(default_factory=dict)
+    outputs: set[str] = field(default_factory=set)
 
 
 def tags(source: Source) -> Iterator[XmlTag]:
@@ -194,6 +195,10 @@ def know(known: Val3Declarations, data: list[Datum]) -> None:
         known.types.setdefault(one.name, one.type)
         if one.size > 1:
             known.arrays.add(one.name)
+        if one.type in SIGNALS and any(
+            "%Q" in attributes.get("link", "") for attributes in one.values.values()
+        ):
+            known.outputs.add(one.name)
         if one.type.startswith("point"):
             known.fathers.setdefault(one.name, father_of(one))
             for key, attributes in one.values.items() if one.size > 1 else ():

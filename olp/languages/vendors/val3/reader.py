@@ -80,6 +80,8 @@ class _Val3File:
     def __init__(self, findings: Findings) -> None:
         self.findings, self.kinds = findings, findings.kinds
         self.known = beside(findings.source.path)
+        for line in findings.source.lines:
+            self.known.outputs.update(_SET_SIGNAL.findall(line))
         self.tags: dict[int, list[XmlTag]] = {}
         for tag in tags(findings.source):
             self.tags.setdefault(tag.line, []).append(tag)
@@ -106,7 +108,9 @@ class _Val3File:
 
     def _names(self, head: list[XmlTag]) -> Val3Declarations:
         """What holds in one program: its parameters and local variables hide the data of the same name."""
-        known = Val3Declarations(dict(self.known.types), set(self.known.arrays), dict(self.known.fathers))
+        known = Val3Declarations(
+            dict(self.known.types), set(self.known.arrays), dict(self.known.fathers), self.known.outputs
+        )
         for tag in _variables(head):
             name = tag.attributes["name"]
             known.types[name] = tag.attributes.get("type", "")
@@ -264,6 +268,7 @@ def _parted(text: str) -> tuple[str, str | None]:
 # --- One instruction: a short method per rule of grammars/val3.lark ---
 
 
+_SET_SIGNAL: Final = re.compile(r"(?:^\s*(?=\w+(?:\[0\])?\s*=(?!=))|\b[ad]ioSet\(\s*)(\w+)")
 _PATHS: Final = {"movej": st.Path.JOINT, "movel": st.Path.LINEAR, "movec": st.Path.CIRCULAR}
 _FUNCTIONS: Final = {
     "sqrt": "sqrt", "abs": "abs", "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos",
@@ -299,6 +304,7 @@ def _of_text(name: str, arguments: tuple[ex.Expression, ...]) -> ex.Expression |
 
 
 _ANGLES: Final = ("rx", "ry", "rz")
+_AXES: Final = tuple(f"j{n}" for n in range(1, 7))
 
 
 def _angle(pose: ex.Expression, name: str) -> ex.Unary:
@@ -368,12 +374,18 @@ class Val3Rules(BlockRules):
         return ex.Item(ex.Named(word), tuple(map(from_zero, indices)))
 
     def _signal(self, word: str) -> ex.Signal:
-        return ex.Signal("analog-in" if self.known.types[word] == "aio" else "in", ex.Text(word))
+        """An output where it is wired as one or set: its state is read by the same name."""
+        direction = "out" if word in self.known.outputs else "in"
+        return ex.Signal(
+            f"analog-{direction}" if self.known.types[word] == "aio" else direction, ex.Text(word)
+        )
 
     def member(self, children: list[Any]) -> ex.Expression:
         base, name = children[0], str(children[1])
         if name in _ANGLES:
             return _angle(base, name)
+        if name in _AXES and self._type(base) in JOINTS:
+            return ex.Item(base, (ex.Number(_AXES.index(name) + 1),))
         return base if name == "trsf" else ex.Member(base, name)
 
     def member_item(self, children: list[Any]) -> ex.Expression:
@@ -419,7 +431,9 @@ class Val3Rules(BlockRules):
     def function(self, children: list[Any]) -> Any:
         name, arguments = str(children[0]), tuple(children[1] or ())
         if name in ("dioGet", "aioGet") and len(arguments) == 1:
-            return self._port(name, arguments[0], "in")
+            return (
+                arguments[0] if isinstance(arguments[0], ex.Signal) else self._port(name, arguments[0], "in")
+            )
         if name == "appro" and len(arguments) == 2:
             return ex.Function("pose-product", arguments)
         if name == "here" and len(arguments) == 2:
