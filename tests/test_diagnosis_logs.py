@@ -272,6 +272,24 @@ def test_an_offset_of_the_recorder_is_a_clock() -> None:
     assert number(found, "clock", "log behind simulation")[0] == pytest.approx(0.0213, abs=2e-5)
 
 
+def test_a_recorder_that_starts_long_before_the_simulation_is_a_clock_and_no_lag() -> None:
+    log, sim = against_simulation(against_command(8))
+    found = diagnose_log(replace(log, time=log.time + 0.31), sim)
+    assert names(found) == {"clock"}
+    assert number(found, "clock", "log behind simulation")[0] == pytest.approx(0.31, abs=2e-5)
+
+
+def test_the_noise_of_an_axis_that_stands_still_does_not_hide_where_the_others_move_alike() -> None:
+    log, sim = against_simulation(against_command(8))
+    rest = np.zeros((len(sim), 1))
+    noise = 5e-5 * np.random.default_rng(3).normal(size=rest.shape)
+    slides = (*log.slides, False)
+    late = replace(log, time=log.time + 0.0213, q=np.hstack([log.q, rest + noise]), slides=slides)
+    found = diagnose_log(late, replace(sim, q=np.hstack([sim.q, rest]), slides=slides))
+    assert names(found) == {"clock"}
+    assert number(found, "clock", "log behind simulation")[0] == pytest.approx(0.0213, abs=2e-5)
+
+
 @pytest.mark.slow("1.00004")
 @pytest.mark.parametrize("rate", [1.0005, 0.99, 1.00004])
 def test_a_recorder_that_runs_at_another_rate_is_a_clock_and_nothing_else(rate: float) -> None:

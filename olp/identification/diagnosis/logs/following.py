@@ -37,6 +37,7 @@ _COST = {LAG: 1, COMPLIANCE: 3, BACKLASH: 1}
 _LOOK_ELSEWHERE = 4.0  # ln of independent frequencies that the scan looked at
 _STEP = 0.02  # [s] of the lateness at a time
 _EARLY = 0.02  # [s]
+_FAR = 0.1  # [s] a clock that is that far off is more steps away than there are
 NONE, CLOCK, BOTH = "none", "clock", "both"
 
 
@@ -70,9 +71,11 @@ def stories(followers: list[Follower], unfaulted: float | None) -> tuple[list[St
     if unfaulted is not None:
         axes = tuple(_axis(f, n, first, TERMS, s) for f, n, s in zip(followers, noises, fulls, strict=True))
         found.append(Story(NONE, first, 0.0, axes, sum(a.score for a in axes)))
-    clock = _with_clock(followers, noises, first, (COMPLIANCE, BACKLASH), CLOCK, None)
+    # The logs are paired as if all were the clock's: from there it has few steps to go.
+    clock = _with_clock(followers, noises, 0.0, (COMPLIANCE, BACKLASH), CLOCK, None)
     # From too early a clock the lags begin too long and find their way; from too late a one they would begin at 0.
-    early = first if unfaulted is not None else clock.late - _EARLY
+    near = unfaulted is not None and abs(unfaulted - clock.late) < _FAR
+    early = first if near else clock.late - _EARLY
     found += [clock, _with_clock(followers, noises, early, TERMS, BOTH, fulls)]
     return sorted(found, key=lambda s: s.score), noises
 

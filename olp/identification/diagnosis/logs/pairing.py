@@ -24,6 +24,7 @@ _BAD = 0.1  # of it that may be left before the window counts as not paired
 _REACH = 20.0  # [s] how far it is looked for
 _WINDOWS = 60
 _ROUNDS = 30
+_SLOWEST = 0.05  # of the quickest axis' usual speed: the noise of an axis that hardly moves is no motion
 _RETIMED = 0.08  # [s] scatter of windows: more is no lag of a servo
 _SURE = 4.0  # standard errors of a rate
 LEAST_RATE = 5e-6  # quartz clocks differ by more
@@ -78,7 +79,8 @@ def pair(log: Log, sim: Log, values: Floats, reference: Floats) -> Pairing | Non
     grid = even(sim.time, reference, sim.period)
     spectrum = Spectrum(grid)
     speed = np.stack([spectrum.derivative(1, j, sim.period) for j in range(reference.shape[1])], axis=1)
-    scale = np.maximum(np.sqrt((speed**2).mean(axis=0)), 1e-6)
+    usual = np.sqrt((speed**2).mean(axis=0))
+    scale = np.maximum(usual, max(_SLOWEST * float(usual.max()), 1e-6))
     curves = _Curves(grid, speed, _pace(grid.time, grid.values, scale), scale)
     first = _by_moves(log, sim) or _by_profile(log.time, values, curves)
     if first is None:
