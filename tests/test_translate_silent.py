@@ -3204,3 +3204,33 @@ def test_a_turn_that_is_computed_from_the_pose_itself_is_computed_whole():
     text = module("p.rot:=OrientZYX(10,0,180);", *rows, data=data)
     there = run_elsewhere(text, "rapid", "krl")
     assert not compare_plans(run(read(text, "rapid"), robot=ROBOT), there).found
+
+
+def test_the_opposite_of_an_exclusive_or_is_no_and_of_both_opposites():
+    """A loop that jumps out became `if (not a and not b)`, which both true do not leave."""
+    rows = ("WHILE a XOR b DO", "x:=x+1;", "IF x=3 GOTO out;", "a:=di1=1;", "ENDWHILE", "out:", "x:=9;")
+    data = (*TARGETS, "VAR bool a:=FALSE;", "VAR bool b:=FALSE;")
+    assert "if (not (a xor b)):" in translated(module(*rows, data=data), "rapid", "urscript")
+
+
+def test_no_condition_of_tp_is_inverted_twice():
+    text = translated(
+        module("IF NOT di1=1 AND x>2 XOR b Stop;", data=(*TARGETS, "VAR bool b;")), "rapid", "tp"
+    )
+    assert "!!" not in text
+    assert "OR DI[1]=ON AND" in text
+
+
+@pytest.mark.parametrize("target", ["rapid", "tp", "urscript", "inform"])
+def test_a_wait_of_less_than_no_time_is_one_of_none(target):
+    """KRL passes it; other controllers refuse to load or to run it, and INFORM waited for 0.01 s."""
+    none = krl(*HOME, "LIN {X 900,Y 0,Z 400,A 0,B 90,C 0}", "WAIT SEC 0")
+    assert translated(none.replace("SEC 0", "SEC -1"), "krl", target) == translated(none, "krl", target)
+
+
+def test_a_whole_division_of_what_may_be_a_fraction_is_told_where_the_target_rounds_it():
+    """3.5 DIV 2 is 1 in TP and DIV D000 2 of 4, which is 2, in INFORM."""
+    says = "what is divided may be a fraction, which is rounded: INFORM divides whole numbers"
+    text = tp("R[1]=7/2", "R[2]=R[1] DIV 2", "R[3]=7 DIV 2")
+    found = [loss.line for loss in converted(text, "tp", "inform").translated.losses if says in loss.says]
+    assert found == [7]

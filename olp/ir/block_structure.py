@@ -314,7 +314,7 @@ def negated(condition: Expression) -> Expression:
             return Compare(operator, left, SignalState(not on))
         case Compare(operator, left, right):
             return Compare(_NEGATED[operator], left, right)
-        case Logic(first, rest):
+        case Logic(first, rest) if all(word in ("and", "or") for word, _ in rest):
             turned = tuple(("or" if word == "and" else "and", negated(part)) for word, part in rest)
             return Logic(negated(first), turned)
         case _:

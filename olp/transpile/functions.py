@@ -16,6 +16,7 @@ import numpy as np
 
 from olp.core.units import deg
 from olp.ir import expressions as ex
+from olp.ir.block_structure import negated
 from olp.ir.program import Assign, Call, Declare, Move, Parameter, Path, Program, Return, Routine, Statement
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped
 from olp.languages.vendor import language_of
@@ -289,8 +290,8 @@ def _without_xor(e: ex.Logic) -> ex.Logic:
     found: ex.Expression = e.first
     for operator, right in e.rest:
         if operator == "xor":
-            left = ex.Logic(found, (("and", ex.Unary("not", right)),))
-            found = ex.Logic(left, (("or", ex.Logic(ex.Unary("not", found), (("and", right),))),))
+            left = ex.Logic(found, (("and", negated(right)),))
+            found = ex.Logic(left, (("or", ex.Logic(negated(found), (("and", right),))),))
         else:
             found = ex.Logic(found, ((operator, right),))
     assert isinstance(found, ex.Logic)

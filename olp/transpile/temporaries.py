@@ -248,12 +248,21 @@ class Values:
     def _divided(
         self, word: str, left: ex.Expression, right: ex.Expression, before: list[st.Statement]
     ) -> ex.Expression:
+        if any(self._may_be_fraction(e) for e in (left, right)):
+            language = language_of(self.work.target)
+            says = f"what is divided may be a fraction, which is rounded: {language} divides whole numbers"
+            self.work.lose(self.line, Fate.APPROXIMATED, "value", says)
         first, second = self.value(left, before, alone=True), self.value(right, before, alone=True)
         quotient = self.temporary("integer")
         before += [st.Assign(0, quotient, first), st.Update(0, "/", quotient, second)]
         if word == "div":
             return quotient
         return ex.Binary("-", first, ex.Binary("*", quotient, second))
+
+    def _may_be_fraction(self, e: ex.Expression) -> bool:
+        if isinstance(e, ex.Number):
+            return not float(e.value).is_integer()
+        return kind_of_value(self.symbols, self.routine, e) not in ("integer", "byte")
 
     # --- texts ------------------------------------------------------------------------------------------
 

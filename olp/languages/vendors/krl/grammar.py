@@ -105,7 +105,11 @@ class StatementRules(DeclarationRules, BlockWords):
         return st.Return(0, self.plain(children[0]) if children else None)
 
     def dwell(self, children: list[Any]) -> st.Dwell:
-        return st.Dwell(0, ex.Quantity(self.plain(children[0]), 1.0))
+        """Of less than no time is none at all; it keeps the advance run, as every WAIT SEC."""
+        time = self.plain(children[0])
+        if isinstance(time, ex.Number) and time.value < 0:
+            time = ex.Number(0)
+        return st.Dwell(0, ex.Quantity(time, 1.0))
 
 
 def clock_set(target: ex.Binary | ex.Unary, value: ex.Expression) -> st.Assign:
