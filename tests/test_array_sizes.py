@@ -97,3 +97,37 @@ def test_elements_without_a_first_value_are_zeros_and_a_call_that_leaves_one_out
     assert wanted in b"".join(made.files.values()).decode()
     assert [loss.line for loss in made.translated.losses if loss.leaves_out] == [3]
     assert any("no first value" in loss.says for loss in made.translated.losses)
+
+
+_COPIES = """MODULE M
+VAR num first{3}:=[1,2,3];
+VAR num second{3};
+VAR num table{2,2}:=[[1,2],[3,4]];
+VAR num other{2,2};
+PROC main()
+  VAR num third{3};
+  second:=first;
+  pass second,third;
+  WaitTime third{3}/10;
+  other:=table;
+  WaitTime other{2,1}/10;
+ENDPROC
+PROC pass(num values{*}, INOUT num into{*})
+  into:=values;
+ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_an_array_that_is_assigned_as_a_whole_has_all_elements(target: str) -> None:
+    losses = converted(_COPIES, "rapid", target).translated.losses
+    assert not [loss for loss in losses if loss.leaves_out]
+    assert waits_of(run_elsewhere(_COPIES, "rapid", target)) == [3, 3]
+
+
+def test_an_array_of_unknown_size_that_is_assigned_as_a_whole_is_left_out() -> None:
+    text = _COPIES.replace("pass second,third;", "pass second,third;\n  pass first,first;\n  pass more,more;")
+    text = text.replace("VAR num table", "VAR num more{4};\nVAR num table")
+    left = [loss for loss in converted(text, "rapid", "krl").translated.losses if loss.leaves_out]
+    assert "into gets all elements of values: nothing tells how many" in {loss.says for loss in left}

@@ -407,3 +407,17 @@ def test_a_loop_is_not_left_where_no_label_is():
     )
     assert "has no end" in plan.stop_reason
     assert waits(plan) == [0.1]
+
+
+def test_an_element_of_whole_numbers_rounds_as_a_variable_of_them_does():
+    plan = plan_of(
+        Assign(1, Item(Named("n"), (Number(1),)), Number(2.6)),
+        line(pose(0, 0, 0)),
+        Assign(1, Member(Named("q"), "x"), Item(Named("n"), (Number(1),))),
+        line(Named("q")),
+        data=[
+            Declare(0, "n", "integer", None, (Number(2),)),
+            Declare(0, "q", "position", pose(0, 0, 0)),
+        ],
+    )
+    assert where(plan)[1] == pytest.approx([3, 0, 0])

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from translated_texts import ROBOT, converted, krl, module, read, script, translated
+from translated_texts import ROBOT, converted, krl, module, read, run_elsewhere, script, translated
 
 import olp
 from olp.runtime.interpreter import run
+from olp.runtime.plan import StepKind
 from olp.transpile import Context
 from olp.transpile.context import Fate
 from olp.transpile.convert import convert
@@ -275,3 +276,77 @@ def test_a_list_without_room_for_what_is_read_is_left_out(rows):
     line = next(n for n, row in enumerate(text.splitlines(), 1) if "socket" in row)
     losses = converted(text, "urscript", "rapid").translated.losses
     assert line in {one.line for one in losses if one.fate is Fate.COMMENTED}
+
+
+GRIPPER = """def part():
+  global act = [-1, -1, 3, 0.5]
+  global previous = act
+  def is_ack(bytes):
+    if bytes[0] != 3:
+      return False
+    end
+    return bytes[1] == 97
+  end
+  def is_not_ack(bytes):
+    return not is_ack(bytes)
+  end
+  def sids(socket="1"):
+    found = [17, 9, 8]
+    return found
+  end
+  def set_var(name, socket="1"):
+    write_output_integer_register(3, 1)
+    return [3, 97, 99, 107]
+  end
+  def doubled(f):
+    local out = [0, 0]
+    out[0] = f[0] * 0.5
+    out[1] = f[1]
+    return out
+  end
+  sleep(previous[2])
+  previous[2] = 4
+  sleep(act[2])
+  sid = sids()
+  sleep(sid[1])
+  if is_ack(set_var("ACT")):
+    sleep(7)
+  end
+  set_var("GTO")
+  half = doubled([1, 5])
+  sleep(half[0])
+  sleep(half[1])
+end
+"""
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_lists_that_functions_take_and_give_back_are_arrays(target):
+    """As the functions of a gripper do that a PolyScope program holds."""
+    losses = converted(GRIPPER, "urscript", target).translated.losses
+    assert {one.line for one in losses if one.fate is Fate.COMMENTED} <= {11}  # what nothing calls
+    plan = run_elsewhere(GRIPPER, "urscript", target)
+    waits = [float(plan.durations[row]) for row in plan.row[plan.kind == StepKind.WAIT]]
+    assert waits == pytest.approx([3, 3, 9, 7, 0.5, 5])
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("  if cell and is_ack(ask()):", "    sleep(1)", "  end"),  # asked in half of the cases
+        ("  while is_ack(ask()):", "    sleep(1)", "  end"),  # asked again and again
+    ],
+)
+def test_a_list_that_is_not_made_before_the_statement_stays_where_it_is(rows):
+    head = (
+        "def part():",
+        "  global cell = False",
+        "  def is_ack(bytes):",
+        "    return bytes[0] == 3",
+        "  end",
+    )
+    asks = ("  def ask():", "    cell = True", "    return [3, 97]", "  end")
+    text = "\n".join((*head, *asks, *rows, "  sleep(2)", "end", ""))
+    made = converted(text, "urscript", "rapid")
+    losses = [one for one in made.translated.losses if one.fate is Fate.COMMENTED]
+    assert 10 in {one.line for one in losses}

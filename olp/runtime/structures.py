@@ -191,9 +191,11 @@ def pose_of_rotation_vector(x: float, y: float, z: float, vector: tuple[float, f
 
 def write_item(m: Machine, target: Item, value: Value) -> None:
     """Stores an element. Raises StatementError (I223) outside of the array."""
-    from olp.runtime.evaluate import copied, evaluate, find_slot
+    from olp.runtime.evaluate import copied, evaluate, find_slot, fitted
 
     base = target.base
+    if type(value) is float and isinstance(base, Named) and (slot := find_slot(m, base.name)) is not None:
+        value = fitted(slot.type, value)
     if isinstance(base, Named) and base.name.startswith("$") and find_slot(m, base.name) is None:
         m.assume(f"{base.name} is set: nothing that is timed depends on it")
         return

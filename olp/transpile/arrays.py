@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -202,27 +203,64 @@ def _shown(e: ex.Expression) -> str:
 # Arrays that are assigned as a whole, element by element where the target has no such value.
 
 
+_MOST_COPIED: Final = 256  # elements of an array that a statement copies, as statements of their own
+
+
 def array_values(program: st.Program, work: TranslationContext) -> st.Program:
-    """`a := [[1,2],[3,4]]` as four assignments."""
+    """`a := [[1,2],[3,4]]` as four assignments; `a := b` of two arrays as one for each element."""
     if work.limits.array_literals:
         return program
-    if not any(_sets_array(s) for r in program.routines for _, s in work.look(r).rare):
+    if not any(_may_set_array(s) for r in program.routines for _, s in work.look(r).rare):
         return program
+    rows = _WholeArrays(work, work.symbols(program))
     routines = tuple(
-        replace(r, body=tuple(row for s in r.body for row in _rows(s))) for r in program.routines
+        replace(r, body=tuple(row for s in r.body for row in rows.of(r.name, s))) for r in program.routines
     )
     return replace(program, routines=routines)
 
 
-def _sets_array(s: st.Statement) -> bool:
-    return type(s) is st.Assign and type(s.target) is ex.Named and _is_array(s.value)
+def _may_set_array(s: st.Statement) -> bool:
+    return (
+        type(s) is st.Assign
+        and type(s.target) is ex.Named
+        and (_is_array(s.value) or type(s.value) is ex.Named)
+    )
 
 
-def _rows(s: st.Statement) -> tuple[st.Statement, ...]:
-    if type(s) is not st.Assign or not _sets_array(s):
-        return (s,)
-    rows = [st.Assign(s.line, ex.Item(s.target, at), value) for at, value in _elements(s.value, ())]
-    return (replace(rows[0], comment=s.comment), *rows[1:]) if rows else (s,)
+class _WholeArrays(NamedTuple):
+    work: TranslationContext
+    symbols: Symbols
+
+    def of(self, routine: str, s: st.Statement) -> tuple[st.Statement, ...]:
+        if type(s) is not st.Assign or not _may_set_array(s):
+            return (s,)
+        if type(s.value) is ex.Named:
+            pairs = self._copied(routine, s, s.value)
+        else:
+            pairs = [(ex.Item(s.target, at), value) for at, value in _elements(s.value, ())]
+        rows = [st.Assign(s.line, target, value) for target, value in pairs]
+        return (replace(rows[0], comment=s.comment), *rows[1:]) if rows else (s,)
+
+    def _copied(
+        self, routine: str, s: st.Assign, value: ex.Named
+    ) -> list[tuple[ex.Expression, ex.Expression]]:
+        """Target and value of each element; none where the statement copies no array."""
+        if not isinstance(s.target, ex.Named):
+            return []
+        found = [self.symbols.find(routine, name) for name in (s.target.name, value.name)]
+        if not all(symbol is not None and symbol.sizes for symbol in found):
+            return []
+        known = {sizes_of(self.symbols, symbol) for symbol in found if symbol is not None}
+        sizes = next(iter(known)) if len(known) == 1 else None
+        if sizes is None or math.prod(sizes) > _MOST_COPIED:
+            says = f"{s.target.name} gets all elements of {value.name}: nothing tells how many"
+            if sizes is not None:
+                says = f"{s.target.name} gets all elements of {value.name}, more than {_MOST_COPIED}"
+            self.work.lose(s, Fate.REFUSED, "array", says)
+            return []
+        places = itertools.product(*(range(1, size + 1) for size in sizes))
+        indices = [tuple(ex.Number(at) for at in place) for place in places]
+        return [(ex.Item(s.target, at), ex.Item(value, at)) for at in indices]
 
 
 def _is_array(e: ex.Expression) -> bool:

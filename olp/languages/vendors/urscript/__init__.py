@@ -16,6 +16,7 @@ from olp.languages.vendors.urscript.known_routines import (
     SETTINGS,
     with_outside_calls,
 )
+from olp.languages.vendors.urscript.list_values import with_arrays
 
 _DEFINITION = re.compile(r"\s*(?:def|thread|sec)\s+\w+\s*\([^)]*\)\s*:")
 _MOVE = re.compile(r"\s*(?:move[jlpc]|set_tcp|set_payload|set_(?:standard_)?digital_out)\s*\(")
@@ -65,7 +66,11 @@ class UrScript(Vendor):
         opened_by=frozenset({"interpreter_mode"}),
         data_set_by_run=True,
         window_process="popup",
-        manner_processes={"sync": "how long a step of the controller is"},
+        manner_processes={
+            "sync": "how long a step of the controller is",
+            "enter_critical": "whether other threads run meanwhile",
+            "exit_critical": "whether other threads run meanwhile",
+        },
         idle_processes=dict.fromkeys(_SETTINGS, "a setting of the controller"),
         replaceable_routines=REPLACEABLE,
         filling_routines=FILLING,
@@ -89,7 +94,7 @@ class UrScript(Vendor):
         return (defines and ends) or any(_MOVE.match(line) for line in lines)
 
     def as_called(self, program: Program) -> Program:
-        return with_outside_calls(program)
+        return with_outside_calls(with_arrays(program))
 
     def read(self, source: Source) -> Program:
         from olp.languages.vendors.urscript.reader import read_program

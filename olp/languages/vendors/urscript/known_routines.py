@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from olp.ir.expressions import CallValue, Expression, Function, Named, NamedArgument, Number
-from olp.ir.program import Assign, Call, Declare, Process, Program, Routine, Statement
+from olp.ir.program import Assign, Call, Declare, Parameter, Process, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped
 from olp.languages.vendors.urscript.builtins import OTHERS, RESULTS
 
@@ -24,14 +24,14 @@ REPLACEABLE: Final = frozenset(
 )
 KNOWN_ROUTINES: Final[Mapping[str, str]] = dict.fromkeys(sorted(REPLACEABLE), "a function of URScript")
 # What they give is a list, of how many values they got and of these: elsewhere a routine puts them into an argument.
-_LISTS: Final = {
+FILLED: Final = {
     name: RESULTS[name].removeprefix("list:")
     for name in sorted(REPLACEABLE)
     if RESULTS.get(name, "").startswith("list:")
 }
-FILLING: Final = frozenset(_LISTS)
+FILLING: Final = frozenset(FILLED)
 RESULT_TYPES: Final[Mapping[str, str]] = {
-    name: RESULTS[name] for name in sorted((REPLACEABLE & RESULTS.keys()) - _LISTS.keys())
+    name: RESULTS[name] for name in sorted((REPLACEABLE & RESULTS.keys()) - FILLED.keys())
 }
 
 
@@ -59,7 +59,7 @@ def _filled(s: Statement) -> _Filled | None:
     if not name or type(value) is not Function or value.name not in FILLING or not value.arguments:
         return None
     count = value.arguments[0]
-    return _Filled(name, _LISTS[value.name], 1 + int(count.value)) if type(count) is Number else None
+    return _Filled(name, FILLED[value.name], 1 + int(count.value)) if type(count) is Number else None
 
 
 def _sized(d: Declare, filled: Iterable[_Filled]) -> Declare:
@@ -70,14 +70,14 @@ def _sized(d: Declare, filled: Iterable[_Filled]) -> Declare:
     return replace(d, type=here[0].kind, value=None, sizes=(Number(max(one.size for one in here)),))
 
 
-def _room(d: Declare) -> int:
+def _room(d: Declare | Parameter) -> int:
     (size,) = d.sizes if len(d.sizes) == 1 else (None,)
     return int(size.value) if type(size) is Number else 0
 
 
 def _with_calls(routine: Routine, shared: Mapping[str, int]) -> Routine:
     filled = [one for s in routine.body if (one := _filled(s)) is not None]
-    room = {**shared, **{p.name: 0 for p in routine.parameters}}
+    room = {**shared, **{p.name: _room(p) for p in routine.parameters}}
     rows: list[Statement] = []
     for s in routine.body:
         if isinstance(s, Declare):
@@ -104,7 +104,7 @@ def _as_call(s: Statement, room: Mapping[str, int]) -> Statement:
 
 
 def _call_value(e: Expression) -> Expression:
-    if type(e) is not Function or e.name not in REPLACEABLE or e.name in _LISTS:
+    if type(e) is not Function or e.name not in REPLACEABLE or e.name in FILLED:
         return e
     return CallValue(e.name, _in_order(e.arguments))
 

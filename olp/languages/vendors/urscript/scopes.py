@@ -263,6 +263,7 @@ class Facts:
     part: UrscriptPart
     used: set[str] = field(default_factory=set)
     given: list[tuple[str, Node]] = field(default_factory=list)
+    elements: list[tuple[str, Node]] = field(default_factory=list)  # the same of elements of a list
     first: dict[str, int] = field(default_factory=dict)  # name -> index in the part's lines
     local: set[str] = field(default_factory=set)
     shared: set[str] = field(default_factory=set)
@@ -389,6 +390,10 @@ class UrscriptNames:
                     continue
                 wanted, tables = self.holds_joints(part, name), self.holds_joint_lists(part, name)
                 changed |= _widen(types, name, self.infer(part, value, wanted, tables))
+            for name, value in facts.elements:
+                types = self.types if name in shared else facts.types
+                if types.get(name) == "list:integer" and self.infer(part, value) != "integer":
+                    changed |= _widen(types, name, "list:real")
             for name, default in part.parameters:
                 if default is not None:
                     changed |= _widen(facts.types, name, self.infer(part, default, name in facts.joints))
@@ -527,6 +532,8 @@ def _gather(part: UrscriptPart) -> Facts:
 
 
 def _assigned(facts: Facts, simple: Assignment, index: int) -> None:
+    if type(simple.target) is Subscript and type(simple.target.base) is UrscriptName:
+        facts.elements.append((simple.target.base.text, simple.value))
     if type(simple.target) is not UrscriptName:
         return
     name = simple.target.text
