@@ -148,6 +148,26 @@ def test_rapid_moves_that_go_alike_are_read_as_the_grammar_reads_each(texts: lis
         assert repr([plain.move(text, 0, "")]) == repr(clause_parser().clause(text, names))
 
 
+def test_rapid_moves_of_any_form_are_read_by_the_grammar_once_for_all_their_targets() -> None:
+    names = gather([])
+    plain = PlainClauses(names)
+    behind = (
+        "v100\\V:=weld,z10,tool0;",
+        "v100,z10\\Inpos:=inpos20,tool0;",
+        "[100,50,0,0],fine,tool0\\WObj:=wobj0;",
+    )
+    for rest in behind:
+        first = f"MoveL p1,{rest}"
+        assert plain.move(first, 0, "") is None
+        plain.learn(first, clause_parser().clause(first, names))
+        for text in (f"MoveL p2,{rest}", f"MoveL p3 ,{rest}"):
+            assert repr([plain.move(text, 0, "")]) == repr(clause_parser().clause(text, names))
+        for other in (f"MoveJ p2,{rest}", f"MoveL Offs(p2,1,2,3),{rest}", f"MoveL\\Conc,p2,{rest}"):
+            assert plain.move(other, 0, "") is None
+    plain.forget()
+    assert plain.move(f"MoveL p2,{behind[0]}", 0, "") is None
+
+
 @pytest.mark.parametrize(
     "numbers",
     ["1_000,0,0],[1,0,0,0", "nan,0,0],[1,0,0,0", "1,2,3],[1,0,0,inf", "1,2,3],[0,0,0,0", "1,2],[1,0,0,0"],

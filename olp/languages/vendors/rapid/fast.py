@@ -7,6 +7,7 @@ gives exactly what the grammar gives (a test compares the two); whatever else a 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Final
 
@@ -14,7 +15,8 @@ from olp.core import result_cache
 from olp.core.units import mm
 from olp.ir import expressions as ex
 from olp.ir.points import Sector
-from olp.ir.program import Blend, Declare, Move, Path, Speed
+from olp.ir.program import Blend, Declare, Move, Path, Speed, Statement
+from olp.ir.transformer import edited
 from olp.languages.vendors.rapid.literals import (
     UNIT_TOLERANCE,
     ShapeError,
@@ -38,6 +40,8 @@ MOVE: Final = re.compile(
 _TO_NAME: Final = re.compile(
     r"((?i:Move(?:[LJ]|AbsJ)))\s++(\w++)\s*+,\s*+(\w++)\s*+,\s*+(\w++)\s*+,([^][,;]*+;)"
 )
+# What the grammar read of such a move holds for all that differ in their targets alone.
+_BEFORE_ALL: Final = re.compile(r"((?i:Move(?:[LJ]|AbsJ)))\s++(\w++)\s*+,([^\n]*;)")
 _ROBTARGET: Final = re.compile(
     rf"(?:((?i:LOCAL|TASK))\s+)?((?i:CONST|PERS|VAR))\s+((?i:robtarget))\s+(\w+)\s*:=\s*{_LIST}\s*;"
 )
@@ -92,12 +96,15 @@ class PlainClauses:
         self._blends: dict[str, Blend | None] = {}
         self._named: dict[str, ex.Named | None] = {}
         self._systems: dict[str, _Systems] = {}
+        self._alike: dict[
+            tuple[str, str], Move
+        ] = {}  # word and what follows the target -> the grammar's move
         self._numbers: dict[str, tuple[float, ...] | None] = {}
         self._arms: dict[tuple[str, str], _Arm | None] = {}
 
     def forget(self) -> None:
         """Names mean something else: another routine begins."""
-        for cache in (self._speeds, self._blends, self._named, self._systems):
+        for cache in (self._speeds, self._blends, self._named, self._systems, self._alike):
             cache.clear()
 
     def move(self, text: str, line: int, comment: str) -> Move | None:
@@ -114,9 +121,31 @@ class PlainClauses:
                     return None
                 return _moved(line, word, target, speed, blend, systems, comment)
         found = self._examined(text, line, comment)
-        if found is not None and plain is not None and len(self._systems) < _MOST:
+        if found is None:
+            return self._as_another(text, line, comment) if self._alike else None
+        if plain is not None and len(self._systems) < _MOST:
             self._systems[plain[5]] = found.tool, found.frame
         return found
+
+    def learn(self, text: str, found: Sequence[Statement]) -> None:
+        """Remember what the grammar `found` in a clause, for moves that differ from it in the target alone."""
+        shape = _BEFORE_ALL.fullmatch(text)
+        if shape is None or len(found) != 1 or len(self._alike) >= _MOST:
+            return
+        one, (word, name, rest) = found[0], shape.groups()
+        if type(one) is Move and one.targets == (self._name(name),):
+            self._alike[word, rest] = one
+
+    def _as_another(self, text: str, line: int, comment: str) -> Move | None:
+        shape = _BEFORE_ALL.fullmatch(text)
+        if shape is None:
+            return None
+        word, name, rest = shape.groups()
+        known = self._alike.get((word, rest))
+        target = None if known is None else self._name(name)
+        if known is None or target is None:
+            return None
+        return edited(known, {"line": line, "targets": (target,), "comment": comment})
 
     def _examined(self, text: str, line: int, comment: str) -> Move | None:
         groups = None if self._moves is None else self._moves.get(text)

@@ -148,6 +148,8 @@ class ModuleReader:
             self._kind(clause, st.LineKind.RECORD)
             self._frame(found, clause)
         else:
+            if declared is None and rest is None and clause.word.startswith("MOVE"):
+                self._plain.learn(clause.text, found)
             self._statements(found, clause)
         if declared is None and rest is not None:
             self._clause(rest)
