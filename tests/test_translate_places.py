@@ -18,6 +18,7 @@ from translated_texts import (
 
 from olp.__main__ import main
 from olp.core.diagnostic import OlpError
+from olp.runtime.interpreter import run
 from olp.transpile.convert import run_converted
 
 # Turned by 30 deg about Z: cos 0.8660254, sin 0.5.
@@ -422,3 +423,35 @@ def test_a_position_that_its_program_changes_begins_anew_where_the_source_s_does
     held = first[1] if first else changed
     assert f"P00{held[1:]}=900.000,0.000,500.000," in made
     assert_places(run_elsewhere(text, "rapid", "inform"), (890.0, 0.0, 500.0))
+
+
+# The place of one pose in another's turn: what PolyScope programs compute way points with.
+POSE_SUMS = """def part():
+  global start = p[0.65, -0.3, 0.47, 2.2219, 2.22039, -0.00036]
+  global there = p[0.7, -0.25, 0.57, 0.1, 3.1, 0]
+  movel(there, a=1.2, v=0.25)
+  global now = pose_sub(get_actual_tcp_pose(), start)
+  global up = pose_sub(there, p[0, 0, -0.05, 0, 0, 0])
+  movel(up, a=1.2, v=0.25)
+  movel(pose_add(start, now), a=1.2, v=0.1)
+  local next = pose_trans(pose_sub(there, start), p[0, 0, 0.1, 0, 0, 0])
+  movel(pose_trans(start, next), a=1.2, v=0.25)
+end
+"""
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid"])
+def test_poses_that_are_added_and_subtracted_are_products_whose_places_are_set(target):
+    own, there = (plan_of_poses(one) for one in (None, target))
+    np.testing.assert_allclose(there[0], own[0], atol=1e-5)
+    turned = np.abs(np.sum(there[1] * own[1], axis=1))  # q and -q are one turn
+    np.testing.assert_allclose(turned, 1, atol=1e-8)
+    losses = converted(POSE_SUMS, "urscript", target).translated.losses
+    assert not [one for one in losses if one.leaves_out]
+
+
+def plan_of_poses(target):
+    """Places [m] and turns of all targets of lines; None: of the program itself."""
+    plan = run_elsewhere(POSE_SUMS, "urscript", target) if target else run(read(POSE_SUMS, "urscript"), ROBOT)
+    at = plan.moves.target
+    return plan.positions.position[at], plan.positions.quaternion[at]

@@ -632,6 +632,83 @@ def _parts(e: ex.Expression, kind: str) -> list[ex.Expression]:
     return [ex.Member(e, name) for name in _ELEMENTS]
 
 
+# --- Sums of poses ---
+# URScript adds and subtracts the places of two poses, and composes their turns.
+
+_COMPOSED: Final = {"pose-add": "+", "pose-subtract": "-"}
+_HOLDING: Final = (st.Assign, st.Declare, st.Move, st.Return)
+
+
+def composed_poses(program: st.Program, work: TranslationContext) -> st.Program:
+    """`pose_sub(a, b)` as a product of poses, which gives the turn, with elements that are set one by one."""
+    if work.source.vendor == work.target:
+        return program
+    if not any(_is_composed(e) for r in program.routines for e in work.look(r).expressions):
+        return program
+    own = _ComposedPoses(work)
+    routines = tuple([replace(r, body=tuple(own.body(r))) for r in program.routines])
+    return replace(program, routines=routines, data=(*program.data, *own.declared))
+
+
+def _is_composed(e: ex.Expression) -> bool:
+    return type(e) is ex.Function and e.name in _COMPOSED and len(e.arguments) == 2 and not _is_shift(e)
+
+
+def _is_shift(e: ex.Function) -> bool:
+    """Whether the second pose does not turn: the sum is an offset."""
+    second = e.arguments[1]
+    if type(second) is ex.Function and second.name == "pose-vector":
+        return all(one == ex.Number(0) for one in second.arguments[3:6])
+    return type(second) is ex.PositionLiteral and not any(second.values[3:6])
+
+
+@dataclass(slots=True)
+class _ComposedPoses:
+    work: TranslationContext
+    declared: list[st.Declare] = field(default_factory=list)
+
+    def body(self, routine: st.Routine) -> Iterator[st.Statement]:
+        for s in routine.body:
+            if not isinstance(s, _HOLDING) or not any(map(_is_composed, expressions_of(s))):
+                yield s
+                continue
+            rows: list[st.Statement] = []
+            changed = mapped(s, partial(self._change, s.line, rows))
+            if isinstance(changed, st.Declare):
+                yield replace(changed, value=None)
+                yield from rows
+                assert changed.value is not None
+                yield st.Assign(s.line, ex.Named(s.name), changed.value)
+            else:
+                yield from rows
+                yield changed
+
+    def _change(self, line: int, rows: list[st.Statement], e: ex.Expression) -> ex.Expression:
+        if type(e) is not ex.Function or not _is_composed(e):
+            return e
+        first, second = (self._held(line, rows, one) for one in e.arguments)
+        result = self._new()
+        sign = _COMPOSED[e.name]
+        turned = (first, second) if sign == "+" else (ex.Function("pose-inverse", (second,)), first)
+        rows.append(st.Assign(line, result, ex.Function("pose-product", turned)))
+        for axis in _AXES:
+            value = ex.Binary(sign, ex.Member(first, axis), ex.Member(second, axis))
+            rows.append(st.Assign(line, ex.Member(result, axis), value))
+        return result
+
+    def _held(self, line: int, rows: list[st.Statement], e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Named:
+            return e
+        name = self._new()
+        rows.append(st.Assign(line, name, e))
+        return name
+
+    def _new(self) -> ex.Named:
+        name = ex.Named(self.work.helper("position"))
+        self.declared.append(st.Declare(0, name.name, "position", _ZERO, shared=True))
+        return name
+
+
 # --- Texts ---
 # KRL's texts, which are arrays of characters, as the one value that they are elsewhere.
 

@@ -319,6 +319,8 @@ def _plain(e: ex.Expression) -> ex.Expression:
             return _apart(*arguments[:2])
         case "pose-add":
             return _sum(e)
+        case "pose-subtract":
+            return _difference(e)
         case "pose-product":
             inner = arguments[1]
             if (
@@ -360,6 +362,16 @@ def _sum(e: ex.Function) -> ex.Expression:
         return _offset(first, list(second.arguments[1:]))
     if isinstance(second, ex.PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
         return _offset(first, [ex.Number(float(f"{v * 1000:.9g}")) for v in second.values[:3]])
+    return e
+
+
+def _difference(e: ex.Function) -> ex.Expression:
+    """A second pose that does not turn is an offset the other way."""
+    first, second = e.arguments[:2]
+    if isinstance(second, ex.Function) and second.name == "pose-offset" and _is_identity(second.arguments[0]):
+        return _offset(first, [ex.Binary("*", one, ex.Number(-1)) for one in second.arguments[1:]])
+    if isinstance(second, ex.PositionLiteral) and second.kind == "pose" and not any(second.values[3:6]):
+        return _offset(first, [ex.Number(float(f"{-v * 1000:.9g}") + 0.0) for v in second.values[:3]])
     return e
 
 
