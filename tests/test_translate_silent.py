@@ -3234,3 +3234,42 @@ def test_a_whole_division_of_what_may_be_a_fraction_is_told_where_the_target_rou
     text = tp("R[1]=7/2", "R[2]=R[1] DIV 2", "R[3]=7 DIV 2")
     found = [loss.line for loss in converted(text, "tp", "inform").translated.losses if says in loss.says]
     assert found == [7]
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_signals_in_arithmetic_of_a_condition_before_a_statement_are_read_before(target):
+    """`PAUSE IFEXPRESS IN#(1) + IN#(2)=2` and `IF (DI[1]+DI[2]=2) THEN` do not load."""
+    rows = ("IF di1+di2=2 Stop;", "IF di1+di2=2 RETURN;", "IF di1*2=2 there;", "x:=1;")
+    text = module(*rows, data=TARGETS).replace("ENDMODULE", "PROC there()\r\nx:=2;\r\nENDPROC\r\nENDMODULE")
+    assert not re.search(r"(IN#\(\d\)|DI\[\d\]) ?[+*]", translated(text, "rapid", target))
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+def test_another_number_than_0_switches_a_digital_output_on(target):
+    rows = ("SetDO do1,2;", "x:=x+2;", "SetDO do2,x;", "SetDO do3,0;")
+    assert not objections(module(*rows, data=TARGETS), "rapid", target)
+
+
+@pytest.mark.parametrize("target", ["krl", "tp", "inform", "urscript"])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("WaitUntil di1+di2=1;",),
+        ("WHILE di1=0 DO", "ENDWHILE"),
+        ("WHILE di1=0 DO", "! nothing", "ENDWHILE"),
+        ("WHILE di1=0 DO", "WaitTime 0.05;", "ENDWHILE"),
+    ],
+)
+def test_a_loop_that_waits_for_a_signal_is_no_difference(rows, target):
+    """In URScript it pauses for a step, as the controller stops a loop that takes no time."""
+    text = module(*rows, "SetDO do3,1;", data=TARGETS)
+    assert not objections(text, "rapid", target)
+    if target == "urscript":
+        assert re.search(r"while .*\n +(sync|sleep)\(", translated(text, "rapid", target))
+
+
+def objections(text, vendor, target):
+    source, made = read(text, vendor), converted(text, vendor, target)
+    runs = runs_of(source, made, target, (ROBOT, ROBOT))
+    found = receipt_of(link(source), made.translated, target, tuple(made.files), runs, (ROBOT, ROBOT))
+    return found.verdict.objections

@@ -203,6 +203,8 @@ def switch(
 ) -> None:
     """Sets an output, so far behind where the step stands."""
     state = evaluate(m, value)
+    if isinstance(state, (int, float)) and signal.bus == "out":
+        state = state != 0  # any other number than 0 switches it on
     write_signal(m, signal, state)
     event = Event("set", (signal_name(key_of(m, signal)),), as_number(state), metres, seconds)
     m.recorder.signal(m.frame.job.source, line, event=event)

@@ -160,12 +160,13 @@ def compare_plans(
     `without`: lines of `one` that are known to have no counterpart. `comments`: those where a statement that does
     nothing became a comment; anything else of them has its counterpart. `loose`: "speed", "blend", "order" and
     "wait", the lines of `one` where they are known to differ; "beside", those whose external axes are left out, as
-    positions of `other` have none. `origins`: the line of `one` that each line of
-    `other` was made from; without it steps are paired in their order. `renamed`: an event of `one` with the signals
-    of `other`. `states`: the signals by which the controller of `other` tells what `one` asks it without a signal.
-    `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are not as long as
-    they were when speeds of joint moves and sizes of blends were converted, which are then not compared. Of two runs
-    that were stopped, the last move is not compared, as what follows it is not known, nor what one of them comes to.
+    positions of `other` have none; "loop", where loops begin, which may pause in `other`. `origins`: the line of
+    `one` that each line of `other` was made from; without it steps are paired in their order. `renamed`: an event
+    of `one` with the signals of `other`. `states`: the signals by which the controller of `other` tells what `one`
+    asks it without a signal. `seconds`: of the steps of both plans, as they were timed. `other_lengths`: moves are
+    not as long as they were when speeds of joint moves and sizes of blends were converted, which are then not
+    compared. Of two runs that were stopped, the last move is not compared, as what follows it is not known, nor
+    what one of them comes to.
     """
     cut_short = all(any(d.code in CUT_SHORT for d in p.diagnostics) for p in (one, other))
     rules = _Rules(
@@ -241,7 +242,7 @@ class _Rules(NamedTuple):
 
     def belong(self, a: ComparedStep, b: ComparedStep) -> bool:
         """Whether two steps may come from one statement."""
-        if a.kind is not b.kind:
+        if a.kind is not b.kind or _is_message(a) is not _is_message(b):
             return False
         origin = None if self.origins is None else self.origins.get((b.file, b.line))
         return origin is None or origin == a.line
@@ -264,6 +265,13 @@ class _Rules(NamedTuple):
         """Whether a wait is a loop in the other program, which finds at once what it asks for."""
         loop = a.line in self.loose.get("wait", frozenset())
         return loop and a.kind is StepKind.WAIT and not a.duration
+
+    def is_asked(self, b: ComparedStep) -> bool:
+        """Whether a wait may be the pause of a loop that asks, which is no wait in the first program."""
+        loops = self.loose.get("loop", frozenset())
+        origin = None if self.origins is None else self.origins.get((b.file, b.line))
+        pauses = _is_message(b) or (b.kind is StepKind.WAIT and not b.duration)
+        return pauses and (origin in loops or (bool(loops) and self.is_added(b)))
 
     def is_added(self, b: ComparedStep) -> bool:
         """Whether the step's statement is known to be added by the translation."""
@@ -419,6 +427,8 @@ def _compared(
             )
         )
         if b is None and a is not None and rules.asks(a):
+            continue
+        if a is None and b is not None and rules.is_asked(b):
             continue
         if a is None or b is None:
             which, step = ("the source", a) if b is None else ("the translation", b)

@@ -248,8 +248,11 @@ def receipt_of(
         renamed=renamer(translated.mapping),
         states=states_told(target),
         loose={
-            part: {loss.line for loss in translated.losses if loss.part == part}
-            for part in ("wait", "order", BESIDE)
+            "loop": {s.line for s in linked.program.statements() if isinstance(s, st.While)},
+            **{
+                part: {loss.line for loss in translated.losses if loss.part == part}
+                for part in ("wait", "order", BESIDE)
+            },
         },
     )
     comparison, again, starts = _compared_runs(runs, compared)

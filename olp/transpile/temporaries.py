@@ -859,13 +859,16 @@ class _Hoist(Values):
                 return [*before, *self._assign(s)]
             case st.SetOutput():
                 return self._output(s)
-            case st.Wait() | st.Jump() if s.condition is not None:
+            case st.Wait() if s.condition is not None:
                 asked = self._with_indices(s.condition, before)
                 needed: list[st.Statement] = []
                 condition = self.condition(asked, needed)
-                if needed and isinstance(s, st.Wait):
+                if needed:
                     return self._polled(s)
-                return [*before, *needed, replace(s, condition=condition)]
+                return [*before, replace(s, condition=condition)]
+            case st.Jump() | st.Pause() | st.Return(value=None) if s.condition is not None:
+                condition = self.condition(self._with_indices(s.condition, before), before)
+                return [*before, replace(s, condition=condition)]
             case st.Dwell() | st.Move():
                 new = self._quantities(s, before)
                 if isinstance(new, st.Move):
@@ -874,7 +877,9 @@ class _Hoist(Values):
             case st.Call():
                 given = self._each_in_order(s.arguments, before)
                 arguments = tuple(self.value(a, before, alone=True) for a in given)
-                return [*before, replace(s, arguments=arguments)]
+                if (asked := s.condition) is not None:
+                    asked = self.condition(self._with_indices(asked, before), before)
+                return [*before, replace(s, arguments=arguments, condition=asked)]
             case st.Update(operand=operand) if operand is not None and self._has_lone(operand):
                 value = self.value(operand, before, alone=True)
                 return [*before, replace(s, operand=value)]
@@ -925,6 +930,7 @@ class _Hoist(Values):
 
     def _polled(self, s: st.Wait) -> list[Node]:
         """A wait whose condition has to be computed anew each time."""
+        self.work.lose(s, Fate.EXACT, "wait", "a loop asks for what this waits for")
         before: list[st.Statement] = []
         self.used.clear()
         self.reads.clear()

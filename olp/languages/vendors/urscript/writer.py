@@ -7,7 +7,7 @@ Codes: X002 what URScript cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -16,6 +16,7 @@ from olp.core.units import deg
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir import terminology
+from olp.ir.transformer import expressions_of
 from olp.languages.generator import BRANCHES, CLOSES, OPENS, CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.calls import inverted
@@ -216,6 +217,34 @@ def write(program: st.Program, date: str) -> tuple[dict[str, object], list[Diagn
     return UrscriptWriter(program).written()
 
 
+_TAKES_NO_TIME: Final = (
+    BRANCHES
+    | {st.If, st.Switch, st.EndIf, st.EndSwitch, st.Break, st.Continue}
+    | {st.Assign, st.SetOutput, st.Comment, st.Disabled, st.Label, st.Declare, st.SetTool}
+)
+
+
+def _idle_loops(statements: Sequence[st.Statement]) -> Iterator[int]:
+    """The `id` of each loop that asks signals and in which nothing takes time."""
+    loops: list[list[st.Statement]] = []
+    for s in statements:
+        for held in loops:
+            held.append(s)
+        if isinstance(s, st.While):
+            loops.append([s])
+        elif isinstance(s, st.EndWhile) and loops:
+            head, *inside, _ = loops.pop()
+            asked = [e for one in (head, *inside) for e in _asked(one)]
+            timeless = all(type(one) in _TAKES_NO_TIME for one in inside)
+            calls = any(type(e) is ex.CallValue for e in asked)
+            if timeless and not calls and any(type(e) is ex.Signal for e in asked):
+                yield id(head)
+
+
+def _asked(s: st.Statement) -> list[ex.Expression]:
+    return [*expressions_of(getattr(s, "condition", None)), *expressions_of(getattr(s, "value", None))]
+
+
 class UrscriptWriter(UrscriptMoves):
     """Writes statements and functions."""
 
@@ -224,7 +253,6 @@ class UrscriptWriter(UrscriptMoves):
         st.ElseIf: "elif ({condition}):",
         st.Else: "else:",
         st.EndIf: "end",
-        st.While: "while ({condition}):",
         st.EndWhile: "end",
         st.Break: "break",
         st.Continue: "continue",
@@ -259,6 +287,7 @@ class UrscriptWriter(UrscriptMoves):
         self.pulses: dict[str, tuple[str, ...]] = {}  # thread -> its lines
         self.returns = {routine.name: routine.returns for routine in program.routines}
         self.started = set() if self.own else self._started()
+        self.idle: set[int] = set()  # loops that take no time
         self.late = {one.name for one in program.data if one.value is None} if self.own else set()
 
     # --- values -------------------------------------------------------------------------------------
@@ -299,6 +328,15 @@ class UrscriptWriter(UrscriptMoves):
         return [self.declared(s, "local ")]
 
     # --- blocks -------------------------------------------------------------------------------------
+
+    def body(self, statements: Sequence[st.Statement]) -> list[str]:
+        if not self.own:
+            self.idle.update(_idle_loops(statements))
+        return super().body(statements)
+
+    def write_while(self, s: st.While) -> Lines:
+        """A loop that asks signals and takes no time waits a step each time: the controller takes it for endless."""
+        return [f"while ({self.value(s.condition)}):", *(["  sync()"] if id(s) in self.idle else ())]
 
     def write_wait(self, s: st.Wait) -> Lines:
         condition = self.value(inverted(s.condition), 4)
