@@ -258,6 +258,12 @@ def test_a_list_that_such_a_function_gives_is_filled_by_a_routine(target):
     assert {"rapid": 'socket_read_ascii_float 3,"cell",got;'}.get(target, "") in made
 
 
+def test_how_much_is_read_may_be_a_sum():
+    """As ROS drivers write it."""
+    text = script("got = socket_read_binary_integer(1+6+1)", "sleep(got[8])")
+    assert "VAR num got{9}" in translated(text, "urscript", "rapid")
+
+
 def test_what_such_a_routine_fills_is_no_constant():
     text = script("got = [1.0, 2.0]", 'got = socket_read_ascii_float(1, "cell")', "sleep(got[1])")
     made = translated(text, "urscript", "rapid")

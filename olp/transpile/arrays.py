@@ -678,7 +678,7 @@ class _ComposedPoses:
                 yield replace(changed, value=None)
                 yield from rows
                 assert changed.value is not None
-                yield st.Assign(s.line, ex.Named(s.name), changed.value)
+                yield st.Assign(s.line, ex.Named(changed.name), changed.value)
             else:
                 yield from rows
                 yield changed

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from olp.ir.expressions import CallValue, Expression, Function, Named, NamedArgument, Number
+from olp.ir.expressions import Binary, CallValue, Expression, Function, Named, NamedArgument, Number
 from olp.ir.program import Assign, Call, Declare, Parameter, Process, Program, Routine, Statement
 from olp.ir.transformer import calls_nothing, mapped
 from olp.languages.vendors.urscript.builtins import OTHERS, RESULTS
@@ -58,8 +58,24 @@ def _filled(s: Statement) -> _Filled | None:
     value = s.value if isinstance(s, (Assign, Declare)) else None
     if not name or type(value) is not Function or value.name not in FILLING or not value.arguments:
         return None
-    count = value.arguments[0]
-    return _Filled(name, FILLED[value.name], 1 + int(count.value)) if type(count) is Number else None
+    size = room_for(value)
+    return None if size is None else _Filled(name, FILLED[value.name], size)
+
+
+def room_for(value: Function) -> int | None:
+    """How many elements the list of such a function has at most, None where no number is written."""
+    count = _added(value.arguments[0]) if value.arguments else None
+    return None if count is None else 1 + count
+
+
+def _added(e: Expression) -> int | None:
+    """A whole number, as it stands or as a sum: `1+6+1`."""
+    if type(e) is Number:
+        return int(e.value)
+    if type(e) is not Binary or e.operator != "+":
+        return None
+    left, right = _added(e.left), _added(e.right)
+    return None if left is None or right is None else left + right
 
 
 def _sized(d: Declare, filled: Iterable[_Filled]) -> Declare:
