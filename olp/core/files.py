@@ -134,6 +134,7 @@ def _replace(target: Path, data: bytes) -> None:
 
 _ADVICE: Mapping[type[OSError], str] = {
     FileNotFoundError: "create the folder first, or name another one",
+    FileExistsError: "a file is where a folder has to be: name another folder",
     IsADirectoryError: "name a file in this folder",
     PermissionError: "ask for the right to write there, or name another file with -o",
 }

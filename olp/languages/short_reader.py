@@ -338,7 +338,9 @@ def is_readable(findings: Findings, codes: Codes, mark: re.Pattern[str], what: s
         message = f"this is no {what} program"
     else:
         return True
-    findings.error(codes.unreadable, message, Span(0), "save the program as plain text")
+    findings.error(
+        codes.unreadable, message, Span(0), "save the program as plain text: Notepad calls it ANSI or UTF-8"
+    )
     for number, line in enumerate(source.lines):
         findings.kinds[number] = LineKind.ERROR if line.strip() else LineKind.BLANK
     return False

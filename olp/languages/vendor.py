@@ -521,6 +521,8 @@ def binary_kind(raw: bytes) -> str:
 def text_kind(raw: bytes) -> str:
     """What a file is that no language recognises, "" where it cannot be told."""
     head = raw[:_LOOKED_AT]
+    if head.startswith(b"\x1f\x8b"):
+        return "a GZIP archive"
     lines = [line for line in head.splitlines() if line.strip()]
     if len(lines) > 1 and sum(_STAMP.match(line) is not None for line in lines) >= _STAMPED * len(lines):
         return "a log: its lines begin with a time"
@@ -571,14 +573,10 @@ def _refuse_other_kinds(source: Source, vendor: str | None) -> None:
     kind = binary_kind(source.raw) or ("" if found and found.sniff(source) else text_kind(source.raw))
     if kind:
         known = f"a program of {found.title}" if found else "a robot program"
-        raise OlpError(
-            error(
-                "P044",
-                f"this is {kind}",
-                file=source.path,
-                help=f"give {known} as text, as the controller saves it",
-            )
-        )
+        help = f"give {known} as text, as the controller saves it"
+        if kind.endswith("archive"):
+            help = "unpack it, and give the folder or one of the programs in it"
+        raise OlpError(error("P044", f"this is {kind}", file=source.path, help=help))
 
 
 def check_encoding(encoding: str) -> None:

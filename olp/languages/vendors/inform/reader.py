@@ -94,7 +94,12 @@ def is_readable(findings: Findings) -> bool:
     """Whether the file is text with at least one record of a job; if not, one error says so."""
     source = findings.source
     if source.encoding.startswith("utf-16") or b"\0" in source.raw:
-        return _refuse(findings, "P001", "this is no job text but binary or UTF-16", "save it as plain text")
+        return _refuse(
+            findings,
+            "P001",
+            "this is no job text but binary or UTF-16",
+            "save it as plain text: Notepad calls it ANSI or UTF-8",
+        )
     if not any(line.lstrip().startswith(_RECORDS) for line in source.lines if "/" in line):
         what = "the file is empty" if not source.raw.strip() else "this is no job: it has no header"
         return _refuse(findings, "P006", what, "a job begins with /JOB, //NAME, //POS and //INST")

@@ -154,7 +154,11 @@ def is_readable(findings: Findings) -> bool:
     """Whether the file is text with at least one module; if not, one error says so."""
     source = findings.source
     if source.encoding.startswith("utf-16") or b"\0" in source.raw:
-        return _refuse(findings, "this is no module but binary or UTF-16", "save it as plain text")
+        return _refuse(
+            findings,
+            "this is no module but binary or UTF-16",
+            "save it as plain text: Notepad calls it ANSI or UTF-8",
+        )
     if not source.raw.strip():
         return _refuse(findings, "the file is empty", "a module begins with MODULE and its name")
     if not any("MODULE" in line.upper() or "PROC" in line.upper() for line in source.lines):

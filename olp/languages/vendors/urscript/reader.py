@@ -97,7 +97,12 @@ def _without(main: st.Routine, data: list[st.Declare]) -> st.Routine:
 def _is_readable(findings: Findings) -> bool:
     source = findings.source
     if source.encoding.startswith("utf-16") or any("\0" in line for line in source.lines):
-        findings.error("P001", "this is binary or UTF-16, not program text", Span(0), "save it as plain text")
+        findings.error(
+            "P001",
+            "this is binary or UTF-16, not program text",
+            Span(0),
+            "save it as plain text: Notepad calls it ANSI or UTF-8",
+        )
         return _refused(findings)
     if not any(line.strip() for line in source.lines):
         findings.error("P564", "the file is empty", Span(0), "")
