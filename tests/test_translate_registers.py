@@ -6,6 +6,8 @@ import re
 
 import numpy as np
 import pytest
+from translated_texts import converted as translation
+from translated_texts import tp
 
 import olp
 from olp.core.source import decode
@@ -157,3 +159,14 @@ def test_positions_built_by_component_have_registers_of_a_larger_controller_wher
     numbers = {int(n) for n in re.findall(r"PR\[(\d+)", job)}
     assert max(numbers) > 100
     assert "UTOOL[1]=PR[" in job
+
+
+def test_a_register_that_chooses_a_position_register_is_read_and_may_hold_any_number():
+    """It was taken for the 0 that nothing here changes: the line was left out, or R5 not asked for."""
+    text = tp("PR[R[5]]=LPOS", "L PR[R[7]] 100mm/sec FINE")
+    made = translation(text, "tp", "krl")
+    written = b"".join(made.files.values()).decode("cp1252")
+    assert "PV[R5]=$POS_ACT" in written
+    assert "LIN PV[R7]" in written
+    asked = {name for says, names in made.translated.asks.items() if "zeros now" in says for name in names}
+    assert {"R5", "R7"} <= asked

@@ -170,7 +170,9 @@ def _wrong(symbols: Symbols, routine: str, e: ex.Item, numbered: bool) -> str:
         return says
     if sizes == ():
         return ""
-    values = [symbols.fixed_value(routine, index) for index in e.indices]
+    values = [
+        None if _is_register(symbols, index) else symbols.fixed_value(routine, index) for index in e.indices
+    ]
     if sizes is None or not all(sizes):
         unknown = numbered and not all(isinstance(value, ex.Number) for value in values)
         return (
@@ -180,6 +182,12 @@ def _wrong(symbols: Symbols, routine: str, e: ex.Item, numbered: bool) -> str:
         if isinstance(value, ex.Number) and not 1 <= value.value <= size:
             return f"{symbol.name} has {size} elements, and the index is {_shown(value)}"
     return ""
+
+
+def _is_register(symbols: Symbols, e: ex.Expression) -> bool:
+    """Whether it is a variable that no line declares: the controller's own, which others set, too."""
+    declared = symbols.declared.get(e.name) if type(e) is ex.Named else None
+    return declared is not None and declared.shared and not declared.line
 
 
 def _counted_otherwise(symbols: Symbols, symbol: Symbol, e: ex.Item, sizes: tuple[int, ...] | None) -> str:

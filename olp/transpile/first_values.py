@@ -732,6 +732,20 @@ def _registers_set(s: st.Statement) -> dict[Key, int]:
     return dict.fromkeys(_parts_of(e), 1) if type(e.index) is ex.Number else {}
 
 
+def _found_by(target: ex.Expression) -> tuple[ex.Expression, ...]:
+    """The values by which a place is found: what is set itself is not read."""
+    match target:
+        case ex.Element(place, index):
+            return (*_found_by(place), index)
+        case ex.Item(place, indices):
+            return (*_found_by(place), *indices)
+        case ex.Member(place):
+            return _found_by(place)
+        case ex.Variable(index=index):
+            return (index,)
+    return ()
+
+
 def read_by(s: st.Statement) -> Iterator[ex.Variable]:
     """Variables whose values a statement takes: not what it sets, and of a move not where it goes."""
     skipped: list[ex.Expression | None] = []
@@ -741,7 +755,7 @@ def read_by(s: st.Statement) -> Iterator[ex.Variable]:
     elif isinstance(s, (st.Clear, st.ReadInput)):
         skipped = [s.target]
     elif isinstance(s, st.Assign):
-        read = s.value
+        read = (s.value, _found_by(s.target))
     elif isinstance(s, (st.For, st.Call)):
         skipped = [s.variable if isinstance(s, st.For) else s.result]
     for e in expressions_of(read):
