@@ -102,3 +102,26 @@ def test_a_routine_that_the_file_has_not_is_refused(
     assert main(["time", file, "--routine", "weld"]) == 2
     assert "it has half, main, pause, pick and 1 more" in capsys.readouterr().err
     assert read(file).main == "main"
+
+
+DATA = "MODULE Data(SYSMODULE)\n  PERS num n:=3;\nENDMODULE\n"
+RUNS = "MODULE Main\n  PROC main()\n    WaitTime n/10;\n  ENDPROC\nENDMODULE\n"
+
+
+def test_modules_that_hold_data_alone_are_no_programs_of_a_cell(tmp_path, capsys):
+    """As those of every RobotStudio backup: BASE.sys, USER.sys and the user's own."""
+    (tmp_path / "Data.sys").write_text(DATA)
+    (tmp_path / "Main.mod").write_text(RUNS)
+    assert main(["time", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert "0.300" in out
+    assert "Data.sys" not in out
+    assert "left out: 1 of the folder's files, which hold data alone" in err
+    assert main(["lint", str(tmp_path)]) == 0
+    assert "unknown" not in capsys.readouterr().out
+    assert main(["init", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert "1 programs" in out
+    assert "I101" not in err
+    assert main(["time", str(tmp_path / "Data.sys")]) == 2  # asked for it alone
+    assert "I101" in capsys.readouterr().err

@@ -50,6 +50,7 @@ def run(args: Namespace) -> int:
     robot = args.robot or (arms[0].name if len(arms) == 1 else "")
     job = Job(robot=robot or None)
     parts = time_files(paths, job)
+    parts = [part for part in parts if not part.lacks_start] or parts  # files of data alone
     starts = started(parts)
     mains = [parts[index].file for index in starts if not parts[index].failed]
     timings = [plan_and_time(path, job) for path in mains]

@@ -112,13 +112,14 @@ def run(args: Namespace) -> int:
     write_output(args.output, data, inputs=paths)
     print_diagnostics(shown(parts))
     if left_out:
-        says = f"left out: {left_out} of the folder's files, which have no routine {args.routine}"
+        which = "hold data alone" if args.routine is None else f"have no routine {args.routine}"
+        says = f"left out: {left_out} of the folder's files, which {which}"
         print(f"olp: {says}", file=sys.stderr)
     return 2 if any(part.failed for part in parts) else 0
 
 
 def _with_start(parts: list[ReportPart], given: Sequence[str]) -> tuple[list[ReportPart], int]:
-    """Without the files of a folder that lack the routine to start, where others have it; and how many those are."""
+    """Without the files of a folder that lack a routine to start, where others have one; and how many those are."""
     asked = {str(Path(path)) for path in given}
     kept = [part for part in parts if not part.lacks_start or part.file in asked]
     return (kept, len(parts) - len(kept)) if kept else (parts, 0)

@@ -36,7 +36,7 @@ class BranchChoice:
 
 
 class NoSuchRoutineError(OlpError):
-    """A file has no routine of the name that a run is to start at (I101)."""
+    """A file has no routine of the name that a run is to start at, or none at all: it holds data (I101)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from olp.runtime import data, flow, moves, poses
 from olp.runtime.assumptions import Assumptions, SignalKey, load_assumptions, nearest_assumptions, signal_name
 from olp.runtime.computing import call_function
 from olp.runtime.data import binary, frame_value, read_element
-from olp.runtime.dispatch import guessed
+from olp.runtime.dispatch import NoSuchRoutineError, guessed
 from olp.runtime.evaluate import (
     PLAIN,
     bind_uncalled,
@@ -546,7 +546,8 @@ def _machine(
         nothing = error(
             "I101", "the file holds no routine", file=program.path, help="give a file with a job in it"
         )
-        raise OlpError(*(errors(program.diagnostics) or (nothing,)))
+        found = errors(program.diagnostics)
+        raise OlpError(*found) if found else NoSuchRoutineError(nothing)
     world = build_world(robot, assumptions, place)
     recorder = Recorder(world.cell, tuple(jobs.sources))
     cycles, most = limits

@@ -111,6 +111,7 @@ class Linted:
 def lint(path: str, job: TimingJob, asked: RuleChoice | None = None) -> Linted:
     """All findings of one file. Never raises for a bad program: its problems are findings."""
     from olp.languages.vendor import read
+    from olp.runtime.dispatch import NoSuchRoutineError
 
     try:
         program = read(path, encoding=job.encoding)
@@ -121,7 +122,9 @@ def lint(path: str, job: TimingJob, asked: RuleChoice | None = None) -> Linted:
             return Linted(path, tuple(broken), unreadable=True)
         case = LintCase(program, time_program(program, job))
     except OlpError as problem:
-        return Linted(path, tuple(of_diagnostic(d, path) for d in problem.diagnostics), unreadable=True)
+        alone = isinstance(problem, NoSuchRoutineError) and not program.routines  # data: nothing runs
+        problems = () if alone else problem.diagnostics
+        return Linted(path, tuple(of_diagnostic(d, path) for d in problems), unreadable=not alone)
     found = sorted((f for rule in rules for f in rule.find(case)), key=lambda f: (f.line, f.code))
     kept = [f for f in found if not is_excused(case, f)]
     return Linted(path, (*broken, *kept), len(found) - len(kept))

@@ -61,7 +61,7 @@ class ReportPart:
     links: CellLinks = field(default_factory=lambda: _no_links())  # what it calls, and others may call in it
     cost: ProgramCost | None = None  # where its time goes, where that was asked for
     branches: tuple[BranchTime, ...] = ()  # of a main program that somebody else tells what to do
-    lacks_start: bool = False  # it has no routine of the name that was to be started
+    lacks_start: bool = False  # it has no routine, or none of the name that was to be started
 
     @property
     def failed(self) -> bool:
