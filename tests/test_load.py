@@ -195,6 +195,9 @@ def test_each_mistake_in_rapid_is_told(tmp_path: Path, old: str, new: str, code:
     ("old", "new", "code"),
     [
         ("COUNT = 3", "COUNTT = 3", "K101"),
+        ("COUNT = 3", "COUNT = $IN[1]*30", "K108"),
+        ("COUNT = 3", "COUNT = 30-2*(BUSY)", "K108"),
+        ("COUNT = 3", "COUNT = COUNT+$OUT[COUNT-1]", "K108"),
         ("PICK(COUNT, BUSY)", "PIKC(COUNT, BUSY)", "K101"),
         ("REAL HEIGHT", "REAL COUNT", "K102"),
         ("REAL HEIGHT", "REAL HEIGHT, HEIGHT_OF_THE_TABLE_ABOVE", "K103"),

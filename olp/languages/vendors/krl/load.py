@@ -738,6 +738,7 @@ def _types(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlSc
         if kind in ("number", "bool") or scope.kinds.get(tokens[1][1].casefold()) in _MOVE_DATA:
             found.tell("K108", f"{tokens[1][1]} is no place", _at(number, tokens[1]))
     _logic(found, number, tokens[sign + 1 if sign and head not in _WORDS else 1 : last], scope)
+    _sums(found, number, tokens, scope)
     for at in range(len(tokens) - 1):
         routine = scope.routines.get(tokens[at][1].casefold()) if tokens[at + 1][1] == "(" else None
         if routine is not None and (not at or tokens[at - 1][1] != "."):
@@ -771,6 +772,39 @@ def _logic(found: LoadFindings, number: int, given: list[_Token], scope: _KrlSco
             found.tell("K108", says, _at(number, operand[0]), "compare it with a value, or write B_AND, B_OR")
 
 
+def _sums(found: LoadFindings, number: int, tokens: list[_Token], scope: _KrlScope) -> None:
+    """Operands of + - * / that are BOOL, as digital signals are."""
+    for at, (_, sign, _) in enumerate(tokens):
+        if sign not in _SIGNS:
+            continue
+        for operand in (_before(tokens, at), _behind(tokens, at)):
+            if operand and _kind_of(operand, scope) == "bool":
+                text = "".join(t[1] for t in operand)
+                wanted = "set a number where it is TRUE, with IF"
+                found.tell("K108", f"{text} is BOOL, and no number", _at(number, operand[0]), wanted)
+
+
+def _behind(tokens: list[_Token], at: int) -> list[_Token]:
+    """The operand behind an operator: a name with its indices and components, or a bracket."""
+    end = at + 1
+    if end < len(tokens) and tokens[end][0] == "word":
+        end += 1
+    while 0 < end < len(tokens) and tokens[end][1] in ("[", "(", "."):
+        end = end + 2 if tokens[end][1] == "." else _closing(tokens, end) + 1
+    return tokens[at + 1 : max(end, at + 1)]
+
+
+def _before(tokens: list[_Token], at: int) -> list[_Token]:
+    """The operand before an operator; none before a sign."""
+    start = at
+    while start and tokens[start - 1][1] in ("]", ")"):
+        start = next(i for i in range(start - 1, -1, -1) if _closing(tokens, i) == start - 1)
+    if start and tokens[start - 1][0] == "word" and tokens[start - 1][1].casefold() not in _WORDS:
+        start -= 1
+    return tokens[start:at] if start < 2 or tokens[start - 1][1] != "." else []
+
+
+_SIGNS: Final = frozenset(("+", "-", "*", "/"))
 _MOVES: Final = frozenset(("ptp", "lin", "sptp", "slin"))
 _MOVE_ENDS: Final = frozenset(("c_ptp", "c_dis", "c_vel", "c_ori", "c_spl", "with"))
 _MOVE_DATA: Final = ("fdat", "ldat", "pdat")  # of inline forms, which stand beside their place
