@@ -164,6 +164,18 @@ def test_what_a_simulations_ramps_have_beside_constant_accelerations_is_read_off
         assert getattr(found, name) == pytest.approx(law.get(name, 0.0), abs=2e-3)
 
 
+@pytest.mark.parametrize("law", [{"stop": 0.05}, {"filtered": 0.08}])
+def test_a_simulation_that_moves_in_steps_has_the_law_that_it_is_a_step_off(law):
+    rng = np.random.default_rng(3)
+    made = planted.program(rng, 60)
+    slow = np.full(60, 2.0)
+    sim = SimulatedRamps(**law).seconds(made.length, made.speed, slow) + rng.uniform(0.0, 2e-3, 60)
+    found = ramps_of(made.length, made.speed, slow, sim, np.ones(60, bool))
+    assert found.stronger == pytest.approx(1.0, rel=1e-2)
+    assert found.filtered + found.stop == pytest.approx(sum(law.values()), abs=3e-3)
+    assert not found.build
+
+
 def test_ramps_of_constant_acceleration_have_nothing_beside_and_scatter_has_no_law():
     made = planted.program(np.random.default_rng(3), 60)
     slow = np.full(60, 2.0)

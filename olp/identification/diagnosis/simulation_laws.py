@@ -5,6 +5,7 @@ Simulated durations have no scatter: a law that is right fits them to their digi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -268,12 +269,17 @@ _ROUNDS = 30  # of Gauss and Newton
 _STEP = 1e-4  # relative, of a slope
 _TOLD_BY = 5  # moves that differ, of a law with two numbers
 _LEAST_BESIDE = 2e-3  # [s] beside the ramps; less is digits
+# A simulation that moves in steps ends each move within a step of its law, and brakes by as much sooner or later.
+_STEP_OF_TIME = 2e-3  # [s] off its law, at most
+_STEPPED = 0.1  # of what constant accelerations alone are off: more is another law
+_AS_NEAR = 1.5  # times what the nearest law is off: a plainer one will do
 _LAWS = (("stop",), ("build",), ("filtered",), ("build", "stop"))  # the plainest first
 
 
 def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask) -> SimulatedRamps | None:
     """The law that comes as near to the simulated times as their digits allow, the plain one where a share of the
-    written speeds and accelerations does; None where no law does. The rest as in `tuned`."""
+    written speeds and accelerations does; else one that does but for the steps of a simulation; None where no law does.
+    The rest as in `tuned`."""
     good = plain & np.isfinite(sim) & (way > 0) & (sim > 0) & np.isfinite(speed)
     written = bool(np.isfinite(slow[good]).all())
     digit = _digit(sim[good])
@@ -290,15 +296,23 @@ def ramps_of(way: Floats, speed: Floats, slow: Floats, sim: Floats, plain: Mask)
         )
 
     stronger = stronger if written else _stronger(way, faster * speed, slow, sim)
-    if off(SimulatedRamps(stronger), faster) <= near:
+    plainly = off(SimulatedRamps(stronger), faster)
+    if plainly <= near:
         return SimulatedRamps()
     if _kinds(way, speed, slow) < _TOLD_BY:
         return None
+    found = list[tuple[float, SimulatedRamps]]()
     for names in _LAWS:
         law = _nearest_law(way, speed, slow, sim, names, digit)
-        if law is not None and off(law) <= near:
+        if law is None:
+            continue
+        if (misfit := off(law)) <= near:
             return law
-    return None
+        found.append((misfit, law))
+    least = min((misfit for misfit, _ in found), default=math.inf)
+    if least > min(_STEP_OF_TIME, _STEPPED * plainly):
+        return None
+    return next(law for misfit, law in found if misfit <= _AS_NEAR * least)
 
 
 def ramps_beside(way: Floats, speed: Floats, slow: Floats, sim: Floats, beside: float) -> SimulatedRamps:
