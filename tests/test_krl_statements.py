@@ -176,6 +176,16 @@ def test_a_with_list_belongs_to_its_move() -> None:
     assert move.other == (("$ORI_TYPE", Text("#CONSTANT")),)
 
 
+def test_a_record_in_a_with_list_is_what_its_members_set() -> None:
+    """$VEL={CP …} was kept and not obeyed: the line ran at the speed of the one before."""
+    members = one("SLIN X1 WITH $VEL.CP=0.3, $VEL.ORI1=100, $ACC.CP=2, $ACC.ORI1=80, $APO.CDIS=5 C_SPL")
+    assert one("SLIN X1 WITH $VEL={CP 0.3,ORI1 100}, $ACC={CP 2,ORI1 80}, $APO={CDIS 5} C_SPL") == members
+    assert members.speed == Speed(SpeedUnit.TRAVEL, Quantity(Number(0.3), 1.0))
+    assert members.turn == Quantity(Number(100), DEG)
+    assert one("SLIN X1 WITH $VEL={CP 0.3,ORI1 100,ORI2 100}").other == ()
+    assert one("SLIN X1 WITH $VEL={CP 0.3,ORI1 100,ORI2 90}").other == (("$VEL.ORI2", Number(90)),)
+
+
 def test_moves_of_a_spline_block_pass_their_points_and_its_end_stops() -> None:
     found = body("SPLINE WITH $VEL.CP=0.3", "SPL X1", "SLIN X2", "SPL X3", "ENDSPLINE")
     moves = [s for s in found if isinstance(s, Move)]

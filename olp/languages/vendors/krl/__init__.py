@@ -110,7 +110,17 @@ class Krl(Vendor):
         off_pulse="FALSE",
         move_options=MoveOptions(
             manner=frozenset(
-                {"$acc", "$apo", "$circ_type", "$jerk", "$load", "$ori_type"}
+                {
+                    "$acc",
+                    "$acc.ori1",
+                    "$acc.ori2",
+                    "$apo",
+                    "$circ_type",
+                    "$jerk",
+                    "$load",
+                    "$ori_type",
+                    "$vel.ori2",
+                }
                 | {f"{name}[{axis}]" for name in _OF_EACH_AXIS for axis in range(1, 13)}
                 | {f"$vel_axis[{axis}]" for axis in range(2, 13)}
             ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Final, NamedTuple
 
 from lark import Token
@@ -43,6 +44,7 @@ _APPROXIMATION: Final = {
 }
 _MOST_BLENDS = 2
 # The function of a form, the member of its data that it takes, and what moves do where nothing else is said.
+_RECORDS: Final = ("$VEL", "$ACC", "$APO")
 _BY_FORM: Final = {
     "$IPO_MODE": ("SIPO_MODE", "IPO_FRAME", "#BASE"),
     "$ORI_TYPE": ("SORI_TYP", "ORI_TYP", "#VAR"),
@@ -151,8 +153,10 @@ class KrlMoveRules(KrlExpressionRules):
         other: list[tuple[str, ex.Expression]] = []
         data = MotionData(self.scope)
         first: dict[str, ex.Expression] = {}
-        for target, value in settings:
+        for target, value in _single(settings):
             axis = _axis_of(target)
+            if _is_second_turn(target, value, fields.get("turn")):
+                continue
             if axis > 1 and first.get(target.key) == value:
                 continue
             if axis == 1:
@@ -249,6 +253,22 @@ def _setting(data: MotionData, target: KrlReference, value: ex.Expression) -> di
     return None
 
 
+def _single(settings: list[Setting]) -> Iterator[Setting]:
+    """`$VEL={CP 0.3,ORI1 100}` as the settings of its members."""
+    for it in settings:
+        if it.target.key in _RECORDS and not it.target.parts and isinstance(it.value, ex.RecordLiteral):
+            for name, value in it.value.members:
+                yield Setting(it.target._replace(parts=((name.upper(), ()),)), value)
+        else:
+            yield it
+
+
+def _is_second_turn(target: KrlReference, value: ex.Expression, turn: ex.Quantity | None) -> bool:
+    """Whether `$VEL.ORI2` says again what `$VEL.ORI1` says: about its own axis the tool turns as fast."""
+    member = target.parts[0][0].upper() if target.parts else ""
+    return target.key == "$VEL" and member == "ORI2" and turn is not None and turn.written == value
+
+
 def _axis_of(target: KrlReference) -> int:
     """Which axis `$VEL_AXIS[n]` sets; 0 of other names."""
     if target.key not in ("$VEL_AXIS", "$ACC_AXIS") or not target.parts or not target.parts[0][1]:
@@ -286,17 +306,13 @@ def _path_speed(
 ) -> dict[str, Any] | None:
     if member == "CP":
         return {"speed": _speed(SpeedUnit.TRAVEL, value, 1.0)}
-    if member in ("ORI1", "ORI2"):
+    if member == "ORI1":
         return {"turn": ex.Quantity(value, deg)}
     if routine == "SVEL_CP" and arguments:
         given = arguments[0]
         if type(given) is ex.Unknown and len(arguments) > 2:
             given = data.member(_name(arguments[2]), "VEL")
         return {"speed": _speed(SpeedUnit.TRAVEL, given, 1.0)}
-    if isinstance(value, ex.RecordLiteral) and value.members[0][0].upper() == "CP":
-        return (
-            {"speed": _speed(SpeedUnit.TRAVEL, value.members[0][1], 1.0)} if len(value.members) == 1 else None
-        )
     return None
 
 
