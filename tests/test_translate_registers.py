@@ -45,7 +45,8 @@ def test_no_register_is_set_to_zero_that_the_program_does_not_set():
 @pytest.mark.parametrize("target", ["krl", "rapid"])
 def test_positions_among_those_chosen_by_number_are_asked_for(target):
     made, _ = converted(BY_NUMBER, target)
-    assert made.translated.asks["teach these positions, which are zeros now"] == ("PV[3]",)
+    (asked,) = made.translated.asks["teach these positions, which are zeros now"]
+    assert asked.partition(" (")[0] == "PV[3]"
     assert [(loss.line, loss.part) for loss in made.translated.losses if loss.part == "position"] == [
         (4, "position")
     ]
@@ -170,3 +171,12 @@ def test_a_register_that_chooses_a_position_register_is_read_and_may_hold_any_nu
     assert "LIN PV[R7]" in written
     asked = {name for says, names in made.translated.asks.items() if "zeros now" in says for name in names}
     assert {"R5", "R7"} <= asked
+
+
+def test_a_position_to_teach_names_the_tool_and_the_frame_of_its_moves():
+    text = tp(
+        "UFRAME_NUM=2", "UTOOL_NUM=3", "L PR[3] 100mm/sec FINE", "UFRAME_NUM=0", "L PR[4] 100mm/sec FINE"
+    )
+    asked = [name for names in translation(text, "tp", "inform").translated.asks.values() for name in names]
+    assert "PV3 (tool 3 in frame 2)" in asked
+    assert "PV4 (tool 3 in the base)" in asked

@@ -239,6 +239,7 @@ _MOST_ZEROS: Final = 1000  # elements of an array that are written out
 _MOST_LOCAL_ZEROS: Final = 100  # elements of a routine's own array that it sets one by one
 _MOST_SHARED_ZEROS: Final = 20  # elements of a program's array that its first routine sets one by one
 TEACH: Final = "teach these positions, which are zeros now"
+_TEACH_REGISTERS: Final = "teach these positions"
 UNDECLARED: Final = "not declared in the source"  # whose value nobody knows: the controller stops there
 
 
@@ -683,7 +684,7 @@ class Unset:
                 told.add(label)
                 says = f"{found[1]} this position, and no VAR.DAT or olp.toml holds it: {ends}"
                 self.work.lose(s, Fate.APPROXIMATED, "position", says)
-                self.work.ask("teach these positions" if numbers else TEACH, label)
+                self.work.ask(_TEACH_REGISTERS if numbers else TEACH, label)
 
 
 def _with_values(routine: st.Routine, work: TranslationContext) -> list[tuple[int, st.Statement]]:
@@ -761,3 +762,41 @@ def read_by(s: st.Statement) -> Iterator[ex.Variable]:
     for e in expressions_of(read):
         if isinstance(e, ex.Variable) and e not in skipped:
             yield e
+
+
+# --- Where positions are taught ---
+
+
+def taught_frames(program: st.Program, work: TranslationContext) -> st.Program:
+    """Says of positions that have to be taught with which tool and in which frame the moves take them."""
+    for says in (TEACH, _TEACH_REGISTERS):
+        labels = work.asks.get(says)
+        if labels is None:
+            continue
+        found: dict[str, set[str]] = {label: set() for label in labels}
+        for s in program.statements():
+            if isinstance(s, st.Move) and s.path is not st.Path.JOINT:
+                for e in s.targets:
+                    if isinstance(e, (ex.Named, ex.Item)) and label_of(e) in found:
+                        shown = _shown_frame(s.tool), _shown_frame(s.frame)
+                        found[label_of(e)] |= {" in ".join(shown)} if all(shown) else set()
+        work.asks[says] = {
+            f"{label} ({' or '.join(sorted(found[label]))})" if found[label] else label: None
+            for label in labels
+        }
+    return program
+
+
+def _shown_frame(e: ex.Expression | None) -> str:
+    match e:
+        case ex.Named(name):
+            return name
+        case ex.FrameRef("tool", ex.Number(0)):
+            return "the flange"
+        case ex.FrameRef("tool", ex.Number(number)):
+            return f"tool {number}"
+        case ex.FrameRef("user", ex.Number(number)):
+            return f"frame {number}"
+        case ex.FrameRef("base"):
+            return "the base"
+    return ""

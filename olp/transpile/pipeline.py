@@ -71,6 +71,7 @@ from olp.transpile.first_values import (
     persistent_variables,
     reset_own_variables,
     shared_default_values,
+    taught_frames,
     unset_data,
 )
 from olp.transpile.flat_records import flat_records
@@ -378,6 +379,7 @@ _TO_MOVES: Final[tuple[Pass, ...]] = (
     accelerations,
     drop_unused_records,
     own_components,
+    taught_frames,
 )
 
 
