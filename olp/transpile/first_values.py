@@ -777,9 +777,13 @@ def taught_frames(program: st.Program, work: TranslationContext) -> st.Program:
         for s in program.statements():
             if isinstance(s, st.Move) and s.path is not st.Path.JOINT:
                 for e in s.targets:
-                    if isinstance(e, (ex.Named, ex.Item)) and label_of(e) in found:
+                    if type(e) is ex.Item and not (
+                        type(e.base) is ex.Named and type(e.indices[0]) is ex.Number
+                    ):
+                        continue
+                    if isinstance(e, (ex.Named, ex.Item)) and (label := label_of(e)) in found:
                         shown = _shown_frame(s.tool), _shown_frame(s.frame)
-                        found[label_of(e)] |= {" in ".join(shown)} if all(shown) else set()
+                        found[label] |= {" in ".join(shown)} if all(shown) else set()
         work.asks[says] = {
             f"{label} ({' or '.join(sorted(found[label]))})" if found[label] else label: None
             for label in labels
