@@ -303,3 +303,24 @@ def test_an_array_of_a_table_grows_where_the_program_sets_elements_beyond_it():
     assert sizes["a"] == [10]
     assert sizes["b"] == [2]
     assert ["P589", 5] in [[d.code, d.line] for d in found.diagnostics]
+
+
+def test_one_axis_is_driven_by_degrees_with_a_share_of_its_speed():
+    found = program(
+        "JMOVE #[0,10,-80,0,-90,0]", "DRIVE 6, 45, 50", "SPEED 20", "DRIVE 1, -10", "DRIVE 7, 1", "DRIVE n, 1"
+    )
+    plan = found.plan(robot="kawasaki/rs007l")
+    axes = np.degrees(plan.positions.axes[plan.moves.target])[:, :6]
+    expected = [[0, 10, -80, 0, -90, 0], [0, 10, -80, 0, -90, 45], [-10, 10, -80, 0, -90, 45]]
+    np.testing.assert_allclose(axes, expected, atol=1e-9)
+    speeds = [s.speed.value.literal for s in found.statements() if isinstance(s, Move) and s.speed]
+    assert speeds[-2:] == pytest.approx([0.5, 0.2])
+    assert {"P580", "P585"} <= {d.code for d in found.diagnostics}
+
+
+def test_what_a_coordinate_or_a_parameter_is_assigned_to_is_a_number():
+    text = ".PROGRAM main()\nx = DX(a)\nCALL sub(x)\n.END\n.PROGRAM sub(.n)\n.m = .n\nTWAIT .m\n.END\n"
+    text += ".TRANS\na 400 0 300 0 180 0\n.END\n"
+    found = read_source(decode(text.encode(), "main.as"))
+    declared = {d.name: d.type for d in (*found.data, *found.statements()) if isinstance(d, Declare)}
+    assert (declared["x"], declared[".m"]) == ("real", "real")

@@ -282,6 +282,7 @@ class _AsFile:
         """Variables come into being when they are given a value: those of the program (.name) here, others for all."""
         own: dict[str, st.Declare] = {}
         given = {p.name.casefold() for p in routine.parameters}
+        types = {p.name.casefold(): p for p in routine.parameters}
         for one in routine.body:
             target = (
                 one.target
@@ -299,7 +300,7 @@ class _AsFile:
                 sizes = (ex.Number(1),) * count
             local = _is_own(base.name)
             place = own if local else self.data
-            type_ = self._type(one.value) if isinstance(one, st.Assign) else _counter(one)
+            type_ = self._type(one.value, {**types, **own}) if isinstance(one, st.Assign) else _counter(one)
             if base.name.startswith("$"):
                 type_ = "string"
             elif base.name.casefold() in self.logical:
@@ -317,12 +318,14 @@ class _AsFile:
         help = "write the indices out, or its values in a table"
         self.findings.once(Severity.INFO, "P589", name, message, self.findings.whole_line(line), help)
 
-    def _type(self, value: ex.Expression) -> str:
-        """Of a variable that gets this value."""
+    def _type(self, value: ex.Expression, own: Mapping[str, st.Declare | st.Parameter]) -> str:
+        """Of a variable that gets this value; `own`: what the program takes and has for itself."""
         base = value.base if isinstance(value, ex.Item) else value
         if isinstance(base, ex.Named):
-            known = self.data.get(base.name.casefold())
+            known = own.get(base.name.casefold()) or self.data.get(base.name.casefold())
             return known.type if known else "variable"
+        if isinstance(value, ex.Member):  # DX, DY, DZ
+            return "real"
         if isinstance(value, ex.PositionLiteral):
             return "position" if value.kind == "pose" else "joints"
         if isinstance(value, ex.Function) and value.name.startswith(("pose-", "forward")):

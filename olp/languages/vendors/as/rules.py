@@ -34,6 +34,7 @@ _FUNCTIONS: Final = {
 _COORDINATES: Final = {"DX": "x", "DY": "y", "DZ": "z"}
 _HERE: Final = ex.SystemValue("current-pose")
 HYBRID: Final = "HMOVE"  # the tool's point goes along a line, while the wrist turns axis by axis
+_AXES: Final = 6
 HOMES: Final = ("#HOME", "#HOME2")  # where HOME 1 and HOME 2 go
 
 
@@ -211,6 +212,22 @@ class AsRules(BlockRules):
                 0, st.Path.LINEAR, (ex.Function("pose-relative-tool", (_HERE, *values)),), blend=MODAL
             )
         return _from_before(st.Path.LINEAR, values, "tool" if along_tool else "own")
+
+    def drive(self, children: list[Any]) -> list[Any]:
+        """One axis by so many degrees, with a share of its speed or that of other moves."""
+        _, axis, by, share = children
+        numbers = constants([axis, by])
+        if numbers is None:
+            raise NotModelledError("the axis, or how far it turns, is computed")
+        if numbers[0] not in range(1, _AXES + 1):
+            raise BrokenLineError(f"there is no axis {numbers[0]:g}", wanted=f"1 to {_AXES}")
+        values = tuple(math.radians(numbers[1]) if n == numbers[0] else 0.0 for n in range(1, _AXES + 1))
+        target = ex.PositionLiteral("joint", values)
+        move = st.Move(0, st.Path.JOINT, (target,), blend=MODAL, relative=ex.FrameRef("own"))
+        if share is None:
+            return [move]
+        speeds = (st.Speed(st.SpeedUnit.FRACTION, ex.Quantity(share, percent)),)
+        return [NextMoveFields((("speeds", speeds),)), move]
 
     def home(self, children: list[Any]) -> st.Move:
         second = children[0] == ex.Number(2)
