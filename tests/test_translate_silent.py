@@ -3278,3 +3278,8 @@ def objections(text, vendor, target):
     runs = runs_of(source, made, target, (ROBOT, ROBOT))
     found = receipt_of(link(source), made.translated, target, tuple(made.files), runs, (ROBOT, ROBOT))
     return found.verdict.objections
+
+
+def test_a_job_of_no_file_gets_a_state_as_a_number():
+    """ARGFON is no argument."""
+    assert "CALL JOB:elsewhere ARGF1 ARGF0" in translated(module("elsewhere TRUE,FALSE;"), "rapid", "inform")

@@ -222,3 +222,12 @@ def test_an_axis_of_joint_values_is_their_element(tmp_path: Path) -> None:
     found = with_data(tmp_path, "j.j6=j.j6+90")
     (one,) = [one for one in found.routines[0].body if isinstance(one, Assign)]
     assert one.target == Item(Named("j"), (Number(6),))
+
+
+def test_a_parameter_of_a_type_of_the_project_keeps_its_type() -> None:
+    """It was taken for a number, of which the target got members."""
+    head = (
+        '<Parameters><Parameter name="x_c" type="Motion" /><Parameter name="x_n" type="num" /></Parameters>'
+    )
+    (routine,) = program("x_n=x_c.speed", head=head).routines
+    assert [one.type for one in routine.parameters] == ["Motion", "real"]

@@ -365,6 +365,8 @@ class InformWriter(InformMoves):
         else:
             text = f"{'JUMP' if s.jump else 'CALL'} JOB:{s.routine}"
         given = s.arguments if s.result is None else (*s.arguments, self.number_of(s.result))
+        if not self.own:  # a state is a number in a variable, which the job gets
+            given = [ex.Number(int(e.on)) if isinstance(e, ex.SignalState) else e for e in given]
         self.at_most_arguments(len(given), MOST_ARGUMENTS)
         arguments = "".join(f" ARGF{self.single(argument)}" for argument in given)
         return f"{text}{arguments}"

@@ -55,6 +55,9 @@ _KNOWN: Final = words(
     "IF ELSEIF ELSE ENDIF WHILE ENDWHILE FOR ENDFOR DO UNTIL SWITCH CASE DEFAULT ENDSWITCH BREAK MOVEJ MOVEL MOVEC CALL"
 )
 _MOVES: Final = words("MOVEJ MOVEL MOVEC MOVEJF ALTER ALTERMOVEJ ALTERMOVEL ALTERMOVEC")
+_BUILT_IN: Final = words(
+    "dio aio sio mdesc tool frame trsf config configRx configRs point pointRx pointRs joint jointRx jointRs screen"
+)
 _TYPES: Final = {"num": "real", "bool": "boolean", "string": "string"}
 
 
@@ -155,7 +158,10 @@ class _Val3File:
         for tag in _variables(head):
             if tag.name.lower() == "parameter":
                 by_reference = tag.attributes.get("use", "") == "reference"
-                type_ = _TYPES.get(tag.attributes.get("type", ""), "")
+                kind = tag.attributes.get("type", "")
+                type_ = _TYPES.get(
+                    kind, "" if kind in _BUILT_IN else kind
+                )  # what is left open, its use tells
                 parameters.append(st.Parameter(tag.attributes["name"], type_, by_reference=by_reference))
             else:
                 local.append(_declared(tag))
