@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from olp.identification.diagnosis.residuals import rank_correlation
 from olp.identification.diagnosis.scatter import (
     DIGITS,
     NEIGHBOURS,
@@ -104,6 +105,14 @@ def test_no_move_is_its_own_neighbour_nor_are_its_repeats():
     for near in neighbours(case).values():
         assert (near >= 0).all()
         assert (case.repeats[near] != case.repeats).all()
+
+
+def test_what_depends_on_where_moves_end_is_a_pattern():
+    case, rng = moves(130)
+    waves = 0.03 * np.sin(3 * np.arctan2(case.end[:, 1], case.end[:, 0]))
+    left = waves + SIGMA * rng.normal(size=len(case))
+    assert rank_correlation(left, left[neighbours(case)["end"]]) > 0.6
+    assert scatter_of(left, case, 1e-5, True).value < 0.7 * left.std()
 
 
 @pytest.mark.parametrize("structured", [False, True])

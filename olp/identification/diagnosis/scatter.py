@@ -170,6 +170,8 @@ def neighbours(case: MeasuredMoves) -> dict[str, NDArray[np.intp]]:
         "direction": direction,
         "length and speed": size,
         "place": 0.5 * (case.start + case.end),
+        "start": case.start,
+        "end": case.end,
     }
     return {name: _nearest(columns, labels, case.moving) for name, columns in sides.items()}
 
