@@ -97,6 +97,32 @@ def test_without_a_column_of_accelerations_an_exact_stop_at_a_rounded_end_is_sti
     assert [f.term for f in found.findings] == ["blending"]
 
 
+@pytest.mark.parametrize("time", [0.06, 0.1])
+def test_a_filter_delays_a_passing_arm_by_half_of_its_length_and_is_one_name(time):
+    made, rng = programmed()
+    sim = driven(made)
+    found = diagnosed(made, sim + np.where(made.stop, time, time / 2), sim, rng)
+    assert [f.term for f in found.findings] == ["jerk"]
+    assert found.verdict == "explained"
+    assert found.findings[0].parameters["ramp_time"].value == pytest.approx(time, abs=0.002)
+
+
+def test_of_two_corners_that_are_passed_again_and_again_the_form_with_few_numbers_is_told():
+    made, rng = programmed(moves=12)
+    made.stop[:] = True
+    made.stop[[3, 8]] = False
+    made.start[0], made.payload[:] = made.end[-1], 0.0
+    made.blend = np.where(made.stop, 0.0, 0.04)
+    again = planted.Program(
+        *(np.concatenate([one] * 10) for one in (made.start, made.end, made.speed)),
+        *(np.concatenate([one] * 10) for one in (made.stop, made.blend, made.payload)),
+    )
+    sim = driven(again)
+    real = sim - np.where(again.stop, 0.0, np.where(np.arange(120) % 12 == 3, 0.111, 0.125))
+    found = diagnosed(again, real, sim, rng)
+    assert found.findings[0].term == "blending"
+
+
 def quicker(made):
     """[s] that the ramps of both moves at a corner take for its rounding, at most half of each: the shorter time."""
 

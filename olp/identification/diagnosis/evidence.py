@@ -34,7 +34,15 @@ from olp.identification.diagnosis.intervals import ALIKE
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, remains_of
 from olp.identification.diagnosis.scatter import digits_of, scatter_of
-from olp.identification.diagnosis.search import NARROW, TELLING, PartShelf, in_its_place, price, search
+from olp.identification.diagnosis.search import (
+    NARROW,
+    TELLING,
+    PartShelf,
+    in_its_place,
+    price,
+    search,
+    with_fewer_numbers,
+)
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -284,6 +292,11 @@ def confirmed(
         if not found.weak:
             break
         worst = min(found.weak, key=lambda k: (found.gains[k].before, found.gains[k].loglik))
+        if found.weak[worst] == _TOO_FEW and _acts_in(best, worst, case) > 1:  # one move is as any form says
+            simpler = with_fewer_numbers(best, worst, shelf, case, noise)
+            if simpler is not None and price(simpler) < price(found.fewer[worst]) - TELLING:
+                best, gains = simpler, ()
+                continue
         if found.weak[worst] != _UNCONFIRMED:  # no larger set makes up for a drift that is left, or for steps
             larger = []
         elif found.stands:
@@ -429,7 +442,12 @@ def _is_form(best: ModelFit, index: int, fewer: ModelFit, case: MeasuredMoves, f
 
 def _has_a_number_for_each(best: ModelFit, index: int, case: MeasuredMoves) -> bool:
     """Whether part `index` acts in fewer programmed moves than it has numbers: that is no law, but a list of them."""
-    return len(np.unique(_programmed(case)[acts(best, (index,), case)])) < len(best.model.parts[index].values)
+    return _acts_in(best, index, case) < len(best.model.parts[index].values)
+
+
+def _acts_in(best: ModelFit, index: int, case: MeasuredMoves) -> int:
+    """Number of programmed moves in which part `index` acts."""
+    return len(np.unique(_programmed(case)[acts(best, (index,), case)]))
 
 
 def _programmed(case: MeasuredMoves) -> NDArray[np.int64]:

@@ -315,6 +315,23 @@ def in_its_place(
     return min((f for f in more if f.bic < bare.bic - TELLING), key=price, default=bare)
 
 
+def with_fewer_numbers(
+    best: ModelFit, index: int, shelf: PartShelf, case: MeasuredMoves, noise: Noise
+) -> ModelFit | None:
+    """The best fit with a form of fewer numbers in the place of part `index`; None where its term has none."""
+    parts, gone = best.model.parts, best.model.parts[index]
+    others = [
+        one._replace(condition=gone.condition)
+        for one in shelf.parts
+        if one.label == gone.label and len(one.values) < len(gone.values)
+    ]
+    tried = [
+        fit(DurationModel((*parts[:index], one, *parts[index + 1 :])), case, noise, _SETTLED)
+        for one in others
+    ]
+    return min(tried, key=price, default=None)
+
+
 def plainer(best: ModelFit, shelf: PartShelf, case: MeasuredMoves, noise: Noise) -> ModelFit:
     """The fit, with forms of fewer parameters in the place of its parts where these do as well: to first order a form
     with more of them promises more."""

@@ -9,6 +9,8 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FILTERED = "filtered"  # every ramp passes a moving average: one time for all, not one jerk
+# Behind the planner, which does not know of it: it delays a passing arm by half of its length, one that stops by all.
+_HALF = "filtered, half at corners"
 _LONGEST = 1.0  # [s] of such an average
 _OWN = "each axis"  # a jerk for each axis that leads a joint move: as much more as its acceleration is
 _SHORTEST = 1e-9  # [s] below which a ramp is built up at once
@@ -37,22 +39,28 @@ class Jerk(MoveTerm):
         differ = bool(case.joint.any()) and float(np.ptp(each)) > _ALIKE * float(each.max())
         differ = differ or own_time.null > 0
         own = (Form(_OWN, (own_time,), r"T = L/v + v/a + \tau,\; j = a/\tau"),)
+        rounded = case.base.round_end[case.moving] > 0
+        half = (Form(_HALF, (time,), r"T = T_0 + \tau,\; \text{to a rounded end}\; T_0 + \tau/2"),)
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
+            *(half if rounded.any() and not rounded.all() else ()),
             *(own if differ else ()),
         )
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
-        if form.key in (_FILTERED, _OWN):
+        if form.key in (_FILTERED, _HALF, _OWN):
             at = form.parameters[0].null
             return np.array([[0.02], [0.1]]) if at == 0 else at * np.array([[0.5], [2.0]])
         return np.array([[2.0], [6.0], [20.0], [70.0]]) * case.pace
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
+        # The real time in the place of the simulated one, which may be the longer.
         if form.key == _FILTERED:
-            # The real time in the place of the simulated one, which may be the longer.
             return motion.with_(filtered=motion.filtered - case.base.filtered + values[0])
+        if form.key == _HALF:
+            waits = np.where(case.base.round_end > 0, 0.5, 1.0) * case.moving
+            return motion.with_(added=motion.added + waits * (values[0] - case.base.filtered))
         if form.key == _OWN and case.base.build.any():
             return motion.with_(build=np.where(case.base.build > 0, values[0], motion.build))
         if form.key == _OWN:
@@ -62,9 +70,10 @@ class Jerk(MoveTerm):
         return motion.with_(jerk=np.minimum(motion.jerk, values[0] * case.ratio))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
-        if form.key == _FILTERED:
+        if form.key in (_FILTERED, _HALF):
             time = f"{values[0] * 1000:.0f} ms"
-            return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer"
+            to_corners = ", moves to rounded corners half of it" if form.key == _HALF else ""
+            return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer{to_corners}"
         if form.key == _OWN and case.base.build.any():
             simulated = f"{form.parameters[0].null * 1000:.0f} ms"
             return f"acceleration builds up in {values[0] * 1000:.0f} ms, in the simulation in {simulated}"
