@@ -259,3 +259,10 @@ def test_instructions_of_options_are_no_macros_and_pallet_moves_are_told_with_a_
     assert [one.severity.name for one in program.diagnostics if "PALLETIZING" in one.message].count(
         "WARNING"
     ) == 1
+
+
+def test_what_a_move_calls_on_its_way_is_told_once() -> None:
+    rows = "   1:L P[1] 100mm/sec FINE TB .10sec,CALL OPEN(1) ;\n   2:L P[1] 100mm/sec FINE TA .10sec,CALL OPEN(1) ;\n"
+    rows += "   3:L P[1] 100mm/sec FINE DB 10mm,DO[2]=PULSE,0.5sec ;\n   4:L P[1] 100mm/sec FINE TB .10sec,DO[1]=ON ;\n"
+    found = [d for d in read(HEAD + rows + GERMAN[GERMAN.index("/POS") :]).diagnostics if d.code == "P535"]
+    assert [d.message.partition(" runs")[0] for d in found] == ["OPEN(1)", "DO[2]=PULSE,0.5sec"]

@@ -651,15 +651,11 @@ def composed_poses(program: st.Program, work: TranslationContext) -> st.Program:
     """`pose_sub(a, b)` as a product of poses, which gives the turn, with elements that are set one by one."""
     if work.source.vendor == work.target:
         return program
-    if not any(_is_composed(e) for r in program.routines for e in work.look(r).expressions):
+    own = _ComposedPoses(work, frozenset(_COMPOSED) - {"pose-add" if work.limits.pose_sums else ""})
+    if not any(own.is_composed(e) for r in program.routines for e in work.look(r).expressions):
         return program
-    own = _ComposedPoses(work)
     routines = tuple([replace(r, body=tuple(own.body(r))) for r in program.routines])
     return replace(program, routines=routines, data=(*program.data, *own.declared))
-
-
-def _is_composed(e: ex.Expression) -> bool:
-    return type(e) is ex.Function and e.name in _COMPOSED and len(e.arguments) == 2 and not _is_shift(e)
 
 
 def _is_shift(e: ex.Function) -> bool:
@@ -673,11 +669,15 @@ def _is_shift(e: ex.Function) -> bool:
 @dataclass(slots=True)
 class _ComposedPoses:
     work: TranslationContext
+    names: frozenset[str]  # of the functions that the target does not have
     declared: list[st.Declare] = field(default_factory=list)
+
+    def is_composed(self, e: ex.Expression) -> bool:
+        return type(e) is ex.Function and e.name in self.names and len(e.arguments) == 2 and not _is_shift(e)
 
     def body(self, routine: st.Routine) -> Iterator[st.Statement]:
         for s in routine.body:
-            if not isinstance(s, _HOLDING) or not any(map(_is_composed, expressions_of(s))):
+            if not isinstance(s, _HOLDING) or not any(map(self.is_composed, expressions_of(s))):
                 yield s
                 continue
             rows: list[st.Statement] = []
@@ -692,7 +692,7 @@ class _ComposedPoses:
                 yield changed
 
     def _change(self, line: int, rows: list[st.Statement], e: ex.Expression) -> ex.Expression:
-        if type(e) is not ex.Function or not _is_composed(e):
+        if type(e) is not ex.Function or not self.is_composed(e):
             return e
         first, second = (self._held(line, rows, one) for one in e.arguments)
         result = self._new()

@@ -86,6 +86,7 @@ LIMITS = Limits(
     ordered_arguments=True,  # they may be left out, but have no defaults
     reference_parameters=True,  # moves take tools that are persistent only
     array_literals=True,
+    pose_sums=True,
     has_power=True,
     program_end="EXIT",
     stand="WaitRob",

@@ -13,7 +13,7 @@ from olp.core.garbage_collection import no_garbage_collection
 from olp.core.source import Source
 from olp.ir import program as st
 from olp.ir.block_structure import pair
-from olp.ir.expressions import Expression, FrameRef, Number, Store, Taught
+from olp.ir.expressions import Expression, FrameRef, Number, Store, Taught, Text
 from olp.ir.points import PointKind
 from olp.languages.findings import Findings
 from olp.languages.vendors.tp import values
@@ -153,6 +153,7 @@ def check_routine(
     _check_points(findings, routine, positions)
     _check_lengths(findings, routine)
     _tell_conventions(findings, routine)
+    _tell_calls(findings, routine)
 
 
 def _check_sections(findings: Findings, listing: TpSections) -> None:
@@ -246,6 +247,23 @@ def _check_lengths(findings: Findings, routine: st.Routine) -> None:
         elif type(one) is st.Label and not 1 <= int(one.name.split("/")[0]) <= LARGEST_LABEL:
             span = findings.whole_line(one.line)
             findings.warning("P529", f"no controller takes label {one.name}", span, f"1 .. {LARGEST_LABEL}")
+
+
+_ON_THE_WAY: Final = frozenset({"TB", "TA", "DB"})
+
+
+def _tell_calls(findings: Findings, routine: st.Routine) -> None:
+    """`TB .10sec,CALL OPEN`: the program runs beside the move, and a plan has one thing after the other."""
+    for one in routine.body:
+        if type(one) is not st.Move or not one.other:
+            continue
+        called = next((value for name, value in one.other if name in _ON_THE_WAY), None)
+        text = called.value.partition(",")[2] if isinstance(called, Text) else ""
+        if text and text != "P-SPS":  # its block is read behind the move
+            name = text.removeprefix("CALL ")
+            message = f"{name} runs beside the move: it is left out of the plan"
+            help = "where the program waits for it, add its time as a wait"
+            findings.once(Severity.INFO, "P535", name, message, findings.whole_line(one.line), help)
 
 
 def _tell_conventions(findings: Findings, routine: st.Routine) -> None:
