@@ -96,6 +96,18 @@ def plain(seed, count=COUNT):
     return travel(way, speed, ACCELERATION)
 
 
+@pytest.mark.parametrize("by", [1, 10])
+def test_moves_that_were_not_recorded_share_no_stamp_with_those_about_them(by, tmp_path):
+    record(tmp_path / "r", plain(5), 5)
+    lines = (tmp_path / "r" / "moves.csv").read_text().splitlines()
+    kept = [k for k in range(1, COUNT + 1) if k % 7]
+    rows = [",".join([str(by * k), *lines[k].split(",")[1:]]) for k in kept]
+    (tmp_path / "r" / "moves.csv").write_text("\n".join([lines[0], *rows]) + "\n")
+    follows = case_of(read_recording(str(tmp_path / "r"))).case.follows
+    counted = [by == 10 or (k - 1) % 7 > 0 for k in kept[1:]]  # in tens, numbers do not count moves
+    assert follows[1:].tolist() == counted
+
+
 @pytest.mark.slow("1-0.0001-False", "2-0.01-False")
 @pytest.mark.parametrize(("seed", "digits", "heavy"), [(1, 1e-4, False), (2, 0.01, False), (3, 1e-4, True)])
 def test_shared_stamps_alone_are_no_mismatch(seed, digits, heavy, tmp_path):

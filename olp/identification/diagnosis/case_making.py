@@ -50,6 +50,7 @@ _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goe
 _FEW = (
     0.5  # of the moves: fewer are left out or asked about, with more of them nothing is judged without them
 )
+_COUNTED = 0.5  # of the moves have the number after the last one's: numbers count moves
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
 
@@ -163,7 +164,7 @@ def _case(
         resolution=float(np.nan_to_num(resolution if resolution is not None else floor.resolution)),
         covariates={name: values[rows] for name, values in moves.covariates.items()},
         repeats=recording.repeats()[rows],
-        place=rows,
+        place=_executed(moves)[rows],
         sim_payload=moves.sim_payload[rows],
         sim_payload_inertia=moves.sim_payload_inertia[rows],
         override=(_whole(moves.override) / pace.override)[rows],
@@ -626,6 +627,14 @@ def _rounded_into_the_next(
     law = np.linalg.lstsq(other[known & ~asked], late[known & ~asked], rcond=None)[0]
     off = [np.median(np.abs(late - each @ law)[known & asked]) for each in (told(rounded), other)]
     return bool(off[0] < off[1])
+
+
+def _executed(moves: RecordedMoves) -> Rows:
+    """(n,) place of each move in the order of execution: a number that is left out is a move that nobody recorded,
+    where numbers count the moves."""
+    steps = np.diff(moves.move)
+    counted = len(steps) > 0 and bool((steps > 0).all()) and float(np.mean(steps == 1)) > _COUNTED
+    return np.asarray(moves.move - moves.move[0] if counted else np.arange(len(moves)), dtype=np.int64)
 
 
 def _is_told(moves: RecordedMoves) -> Mask:
