@@ -3283,3 +3283,14 @@ def objections(text, vendor, target):
 def test_a_job_of_no_file_gets_a_state_as_a_number():
     """ARGFON is no argument."""
     assert "CALL JOB:elsewhere ARGF1 ARGF0" in translated(module("elsewhere TRUE,FALSE;"), "rapid", "inform")
+
+
+def test_a_called_routine_changes_no_index_of_its_caller():
+    """`whole_index` was one variable of all routines: the function below changed it before the element was set."""
+    more = "FUNC num up(num x)\r\nRETURN Trunc(x)+1;\r\nENDFUNC\r\nENDMODULE"
+    data = ("VAR num m{9};", "VAR num n:=2;", "VAR num k;")
+    text = module("n:=n*1.5;", "m{n}:=up(7);", "SetAO ao1,m{3};", data=data).replace("ENDMODULE", more)
+    found = run_elsewhere(text, "rapid", "krl")
+    assert not any(d.is_error for d in found.diagnostics)
+    written = translated(text, "rapid", "krl")
+    assert written.count("DECL INT whole_index\r\n") == 2

@@ -258,16 +258,17 @@ def _rounded(program: st.Program, work: TranslationContext) -> st.Program:
     """An index that is no integer goes into one before the statement, which rounds it."""
     symbols = symbols_of(program)
     own = _Rounding(symbols, work)
-    routines = tuple(replace(r, body=tuple(own.rows(r))) for r in program.routines)
-    return replace(program, routines=routines, data=(*program.data, *own.declared, *own.declared_bounds))
+    return replace(program, routines=tuple(map(own.routine, program.routines)))
 
 
 @dataclass(slots=True)
 class _Rounding:
     symbols: Symbols
     work: TranslationContext
-    declared: list[st.Declare] = field(default_factory=list)
-    declared_bounds: list[st.Declare] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)  # of integers, which each routine has for itself
+    made: dict[str, None] = field(
+        default_factory=dict
+    )  # those of the routine under way, and of bounds of its loops
     used: int = 0  # integers of the statement under way
 
     @property
@@ -278,6 +279,14 @@ class _Rounding:
     def integers(self) -> str:
         """What the target calls its integers."""
         return self.work.limits.integer_type
+
+    def routine(self, r: st.Routine) -> st.Routine:
+        """A routine with integers of its own: one that it calls between two statements would change shared ones."""
+        self.made = {}
+        rows = self.rows(r)
+        declared = [st.Declare(r.line, name, "integer", None) for name in self.made]
+        head = 1 if rows and type(rows[0]) is st.Begin else 0
+        return replace(r, body=(*rows[:head], *declared, *rows[head:]))
 
     def rows(self, routine: st.Routine) -> list[st.Statement]:
         rows: list[st.Statement] = []
@@ -331,7 +340,7 @@ class _Rounding:
             if e is None or self._is_integer(routine, e):
                 continue
             name = ex.Named(self.work.helper("whole_bound"))
-            self.declared_bounds.append(st.Declare(0, name.name, "integer", None, shared=True))
+            self.made[name.name] = None
             before.append(st.Assign(s.line, name, e))
             bounds[part] = name
             says = f"a bound of a loop that may be a fraction is rounded: {self.language} has {self.integers}"
@@ -393,10 +402,10 @@ class _Rounding:
     ) -> ex.Named:
         """A variable that takes the value before the statement, rounded, which is told by `says`."""
         self.used += 1
-        if self.used > len(self.declared):
-            name = self.work.helper("whole_index")
-            self.declared.append(st.Declare(0, name, "integer", None, shared=True))
-        kept = ex.Named(self.declared[self.used - 1].name)
+        if self.used > len(self.names):
+            self.names.append(self.work.helper("whole_index"))
+        kept = ex.Named(self.names[self.used - 1])
+        self.made[kept.name] = None
         before.append(st.Assign(s.line, kept, e))
         if says:
             self.work.lose(s, Fate.APPROXIMATED, "index", says)
