@@ -336,6 +336,30 @@ def test_lists_that_functions_take_and_give_back_are_arrays(target):
     assert waits == pytest.approx([3, 3, 9, 7, 0.5, 5])
 
 
+OF_ITSELF = """def part():
+  global a = [1, 2]
+  def turned(f):
+    return [f[1], f[0]]
+  end
+  a = [a[1], a[0] + 5]
+  sleep(a[0])
+  sleep(a[1])
+  a = turned(a)
+  sleep(a[0])
+  sleep(a[1])
+end
+"""
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
+def test_a_list_that_is_computed_from_itself_is_computed_before_it_changes(target):
+    losses = converted(OF_ITSELF, "urscript", target).translated.losses
+    assert not [one for one in losses if one.leaves_out]
+    plan = run_elsewhere(OF_ITSELF, "urscript", target)
+    waits = [float(plan.durations[row]) for row in plan.row[plan.kind == StepKind.WAIT]]
+    assert waits == pytest.approx([2, 6, 6, 2])
+
+
 @pytest.mark.parametrize(
     "rows",
     [

@@ -220,11 +220,11 @@ def array_values(program: st.Program, work: TranslationContext) -> st.Program:
         return program
     if not any(_may_set_array(s) for r in program.routines for _, s in work.look(r).rare):
         return program
-    rows = _WholeArrays(work, work.symbols(program))
+    rows = _WholeArrays(work, work.symbols(program), [])
     routines = tuple(
-        replace(r, body=tuple(row for s in r.body for row in rows.of(r.name, s))) for r in program.routines
+        replace(r, body=tuple([row for s in r.body for row in rows.of(r.name, s)])) for r in program.routines
     )
-    return replace(program, routines=routines)
+    return replace(program, routines=routines, data=(*program.data, *rows.declared))
 
 
 def _may_set_array(s: st.Statement) -> bool:
@@ -238,16 +238,38 @@ def _may_set_array(s: st.Statement) -> bool:
 class _WholeArrays(NamedTuple):
     work: TranslationContext
     symbols: Symbols
+    declared: list[st.Declare]
 
     def of(self, routine: str, s: st.Statement) -> tuple[st.Statement, ...]:
         if type(s) is not st.Assign or not _may_set_array(s):
             return (s,)
+        pairs: list[tuple[ex.Expression, ex.Expression]]
         if type(s.value) is ex.Named:
             pairs = self._copied(routine, s, s.value)
         else:
             pairs = [(ex.Item(s.target, at), value) for at, value in _elements(s.value, ())]
+            pairs = self._apart(routine, s, pairs)
         rows = [st.Assign(s.line, target, value) for target, value in pairs]
         return (replace(rows[0], comment=s.comment), *rows[1:]) if rows else (s,)
+
+    def _apart(
+        self, routine: str, s: st.Assign, pairs: list[tuple[ex.Expression, ex.Expression]]
+    ) -> list[tuple[ex.Expression, ex.Expression]]:
+        """`a := [a{2},a{1}]` by way of an array of its own: the first element changes before the second is computed."""
+        names = {e.name for _, value in pairs for e in expressions_of(value) if type(e) is ex.Named}
+        if not isinstance(s.target, ex.Named) or s.target.name not in names:
+            return pairs
+        symbol = self.symbols.find(routine, s.target.name)
+        sizes = None if symbol is None else sizes_of(self.symbols, symbol)
+        if symbol is None or not sizes:
+            self.work.lose(s, Fate.REFUSED, "array", "an array that is computed from its own elements")
+            return []
+        name = ex.Named(self.work.helper("array"))
+        self.declared.append(
+            st.Declare(0, name.name, symbol.type, None, tuple(map(ex.Number, sizes)), shared=True)
+        )
+        first = [(replace(target, base=name), value) for target, value in pairs if type(target) is ex.Item]
+        return [*first, *((target, held) for (target, _), (held, _) in zip(pairs, first, strict=True))]
 
     def _copied(
         self, routine: str, s: st.Assign, value: ex.Named

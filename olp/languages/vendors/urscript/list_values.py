@@ -245,7 +245,7 @@ class _Lists:
             if s.value is not None and declared.value is None:
                 yield self._stored(s.line, s.name, s.value, s.comment)
         elif isinstance(s, st.Assign) and type(s.target) is ex.Named:
-            yield self._stored(s.line, s.target.name, s.value, s.comment, s)
+            yield from self._set_apart(s, made)
         elif isinstance(s, st.Call) and s.routine in self.given_back:
             target = s.result if type(s.result) is ex.Named else None
             name = (
@@ -258,6 +258,19 @@ class _Lists:
                 yield replace(s, value=None)
         else:
             yield s
+
+    def _set_apart(self, s: st.Assign, made: list[st.Statement]) -> Iterator[st.Statement]:
+        """What goes into a variable; a list that is computed from itself by way of another one."""
+        assert isinstance(s.target, ex.Named)
+        value = s.value
+        filled = type(value) is ex.CallValue and value.routine in self.given_back
+        if filled and s.target in expressions_of(value):
+            assert isinstance(value, ex.CallValue)
+            name = self._temporary(self.given_back[value.routine], s.line, made)
+            yield self._stored(s.line, name, value, s.comment)
+            yield st.Assign(s.line, s.target, ex.Named(name))
+        else:
+            yield self._stored(s.line, s.target.name, value, s.comment, s)
 
     def _stored(
         self, line: int, name: str, value: ex.Expression, comment: str, s: st.Assign | None = None
