@@ -1,11 +1,12 @@
 """What slows joint moves: recordings of `bench/joint_moves.py`, without the search."""
 
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
+from bench.fourth_author.robots import all_arms
 from bench.joint_moves import case, write
 from olp.identification.diagnosis.diagnose import diagnose_recording
 from olp.identification.diagnosis.evidence import CUT, clipped_cut, confirmed, cut, gain_of
@@ -16,6 +17,7 @@ from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.next_candidates import joined
 from olp.identification.diagnosis.result import Evidence, Finding, FittedParameter
 from olp.identification.diagnosis.search import in_its_place, move_terms, of_all_axes, shelf_of
+from olp.identification.diagnosis.simulation_laws import SimulatedRamps
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
 from olp.timing.physics import load_term
@@ -426,7 +428,7 @@ def test_another_axis_leads_where_the_first_one_is_slower_or_quicker_than_simula
 @pytest.mark.parametrize(
     ("law", "count", "seed", "names"),
     [
-        (together, 90, 31, {"limit_axis 1": 3.6, "limit_axis 2": 4.2}),
+        (together, 90, 31, {"limit_axis_1": 3.6, "limit_axis_2": 4.2}),
         (slowest, 90, 31, {"scale_axis_1": 0.6, "scale_axis_2": 0.6}),
         (slowest, 60, 32, {"scale": 0.6}),  # where axis number < 3
     ],
@@ -536,3 +538,42 @@ def test_a_limit_whose_interval_reaches_what_no_move_asks_for_may_do_nothing(tmp
     for high, holds in ((2.0 * parameter.high, True), (0.9 * parameter.high, False)):
         fitted = {parameter.name: FittedParameter(1.0, parameter.unit, 0.5, high)}
         assert Finding(name, "", "", fitted, (), {}, evidence, nulls=nulls).holds_null == holds
+
+
+def test_an_axis_may_turn_far_slower_than_its_drive_could(tmp_path):
+    """A controller may be set to a tenth of the rated speed; what no limit was thought to be was called another one."""
+    rng = np.random.default_rng(7)
+    turned, share = rng.uniform(0.1, 2.0, (60, 4)), rng.choice([0.3, 0.6, 1.0], (60, 1))
+    limited = np.where(np.arange(4) == 1, 0.1 / share, 1.0) * SPEEDS
+    moves = of_four_axes(tmp_path, turned, share[:, 0], limited, RAMPS, 0.001)
+    (part,) = of_axes("joint-speed-limit", moves, (1,), 1.0)
+    assert part.form.parameters[0].name == "limit_axis_2"
+    tried = [part._replace(values=values) for values in part.term.guesses(part.form, moves)]
+    best = min((fit(DurationModel((one,)), moves, NOISE) for one in tried), key=lambda found: found.scale)
+    assert best.model.parts[0].values == pytest.approx([0.1 * SPEEDS[1]], rel=0.01)
+
+
+@pytest.mark.parametrize("synchronous", [True, False])
+def test_joint_moves_of_a_simulation_with_jerk_tell_a_share_of_the_robots_accelerations(
+    tmp_path, synchronous
+):
+    """Without it each move had an acceleration of its own, and what slows them all was called by several names."""
+    arm, rng = all_arms()[2], np.random.default_rng(9)
+    joints = rng.uniform(-0.3, 0.3, (61, 6)) * np.array([3.0, 1.0, 1.0, 1.0, 1.0, 2.0])
+    turned, share = np.abs(np.diff(joints, axis=0)), rng.choice([0.1, 0.3, 1.0], 60)
+    lead, at = np.argmax(turned / arm.speeds, axis=1), np.arange(60)
+    way, slow = turned[at, lead], arm.accelerations[lead]
+    if synchronous:
+        slow = (arm.accelerations / turned).min(axis=1) * way
+    sim = SimulatedRamps(build=0.08, stop=0.05).seconds(way, share * arm.speeds[lead], 0.5 * slow)
+    names = [f"q{k}_{end}_deg" for end in ("start", "end") for k in range(1, 7)]
+    table = [",".join(["move", "type", "speed_pct", "duration_s", "sim_s", *names])]
+    for k, (start, end) in enumerate(pairwise(np.degrees(joints).tolist())):
+        table.append(",".join(map(str, (k, "joint", 100 * share[k], sim[k], round(sim[k], 4), *start, *end))))
+    (tmp_path / "moves.csv").write_text("\n".join(table) + "\n")
+    (tmp_path / "arm.toml").write_text(arm.toml())
+    (tmp_path / "recording.toml").write_text('robot = "arm.toml"\n')
+    making = case_of(read_recording(tmp_path))
+    assert any("builds up accelerations in 80" in note and "each stop 50" in note for note in making.notes)
+    assert making.case.base.build == pytest.approx(0.08, abs=5e-4)
+    assert np.quantile(np.abs(making.case.base.accelerate / (0.5 * slow) - 1.0), 0.8) < 0.02

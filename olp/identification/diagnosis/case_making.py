@@ -35,6 +35,7 @@ from olp.timing.physics._motion import Motion, MoveCorners
 
 if TYPE_CHECKING:
     from olp.identification.recording.recording import Recording
+    from olp.robots.model import Robot
 
 
 Floats = NDArray[np.float64]
@@ -70,6 +71,9 @@ class _Pace(NamedTuple):
     acceleration: Floats
     override: Floats  # [1] under which the judged simulation ran; it is in `speed`
     axes: AxisLimits | None = None  # read off the simulated times of joint moves
+    rated_ramps: tuple[
+        Floats, ...
+    ] = ()  # (n,) each: of joint moves by a robot's accelerations, by several laws
     guessed: Mask | None = None  # (n,) of these, speed and ramps are good for corners alone: not judged
 
 
@@ -195,6 +199,7 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
     leading = np.full(len(moves), -1, dtype=np.intp)
     axes: AxisLimits | None = None
     guessed: Mask | None = None
+    rated_ramps: tuple[Floats, ...] = ()
     if joint.any():
         axes = _axes_simulated(recording, joint)
         lead, axis = _leading(recording, joint, axes)
@@ -207,6 +212,8 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
             rated = np.where(guessed & axes.unknown, np.nan, rated) if axes is not None else rated
         speed = np.where(joint, rated, speed)
         acceleration = np.where(joint, ramp, acceleration)
+        if robot is not None and axes is None:
+            rated_ramps = _rated_ramps(recording, robot, joint, lead, ramp)
     # Speeds that simulated times tell are those under the simulation's override, whichever that is.
     shown = joint & (robot is None or len(robot.axes) != moves.joints_start.shape[1])
     override = (
@@ -216,7 +223,7 @@ def _pace(recording: Recording, own: bool, notes: list[str]) -> _Pace:
     )
     speed = np.where(moves.kind == WAIT, 1.0, np.where(shown, 1.0, override) * speed)
     way = np.where(moves.kind == WAIT, 0.0, way)
-    return _Pace(way, speed, acceleration, override, axes, guessed)
+    return _Pace(way, speed, acceleration, override, axes, rated_ramps, guessed)
 
 
 def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple[Mask, str] | None:
@@ -337,6 +344,21 @@ def _joint_pace(
     return speed, ramp
 
 
+def _rated_ramps(
+    recording: Recording, robot: Robot, joint: Mask, lead: Floats, own: Floats
+) -> tuple[Floats, ...]:
+    """(n,) [rad/s²] of the leading axis in joint moves: as much as that axis is rated for, `own`, and as much as all
+    axes that turn with it are."""
+    if not np.isfinite(robot.accelerations).all():
+        return ()
+    moves = recording.moves
+    turned = np.abs(moves.joints_end - moves.joints_start)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = (robot.accelerations / turned).min(axis=1)
+    together = least * lead * _whole(moves.acceleration_fraction)
+    return tuple(np.where(joint, ramps, np.nan) for ramps in (own, together))
+
+
 def _read_off(lead: Floats, share: Floats, sim: Floats) -> tuple[Floats, Floats]:
     """Speed and acceleration from sim = lead/(p V) + p V/a; a plain guess where the moves are too few or alike."""
     good = np.isfinite(sim) & (lead > 0)
@@ -442,9 +464,13 @@ def _base(
 
 def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, plain: Mask) -> SimulatedRamps:
     """What the simulated times of joint moves between stops, `plain` (n,), have beside the axes' constant
-    accelerations: of the laws with one such time the one that comes nearest."""
+    accelerations: beside a share of a robot's, else of the laws with one such time the one that comes nearest."""
     joint = moves.kind == JOINT
     axes = pace.axes
+    for ramps in pace.rated_ramps:
+        law = ramps_of(pace.way[rows], pace.speed[rows], ramps[rows], sim, plain)
+        if law is not None:
+            return law
     if axes is None and plain.sum() >= FEWEST:
         axes = _limits_told(moves, joint)
     if axes is None:

@@ -45,7 +45,9 @@ class JointAccelerationLimit(MoveTerm):
             if high <= 1.02 * low:
                 continue
             says = f"that {spoken_axis(name)} can give"
-            limit = TermParameter(f"limit_{name.lower()}", "rad/s^2", 0.2 * low, high, np.inf, True, says)
+            limit = TermParameter(
+                f"limit_{name.lower().replace(' ', '_')}", "rad/s^2", 0.2 * low, high, np.inf, True, says
+            )
             forms.append(Form(name, (limit,), r"a \le A_j / |q_j'|", axis))
         return tuple(forms)
 

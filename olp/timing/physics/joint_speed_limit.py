@@ -15,7 +15,6 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter, spoken
 
 _AT_ONCE = " at once"  # behind the key of a form
 ALL = -1  # axes together, by their rated speeds
-_SLOWEST = 0.25  # of a rated speed: no drive is slower
 _FEWEST = 4  # moves
 _FINER = 4  # times as many places as the rates are known at
 
@@ -34,15 +33,18 @@ class JointSpeedLimit(MoveTerm):
         rated = case.rates.rated
         forms = []
         if rated is not None:
-            forms += _form(case, ALL, "all", "share", "1", _SLOWEST, "of the rated axis speeds")
+            forms += _form(case, ALL, "all", "share", "1", "of the rated axis speeds")
         elif len(case.rates.names) > 1:
-            forms += _form(case, ALL, "alike", "limit", "rad/s", 0.0, "of all axes")
+            forms += _form(case, ALL, "alike", "limit", "rad/s", "of all axes")
         forms += [form._replace(key=f"{form.key}{_AT_ONCE}") for form in forms]
         for axis, name in enumerate(case.rates.names):
-            own = np.inf if rated is None else float(rated[axis])
-            least = _SLOWEST * own if np.isfinite(own) else 0.0
             forms += _form(
-                case, axis, name, f"limit_{name.lower()}", "rad/s", least, f"of {spoken_axis(name)}"
+                case,
+                axis,
+                name,
+                f"limit_{name.lower().replace(' ', '_')}",
+                "rad/s",
+                f"of {spoken_axis(name)}",
             )
         return tuple(forms)
 
@@ -78,15 +80,13 @@ class JointSpeedLimit(MoveTerm):
         return f"{called} turns no faster than {np.degrees(values[0]):.1f} deg/s"
 
 
-def _form(
-    case: MeasuredMoves, axis: int, key: str, name: str, unit: str, least: float, meaning: str
-) -> list[Form]:
-    """The form of an axis, if some moves need more of it than `least`; else none."""
+def _form(case: MeasuredMoves, axis: int, key: str, name: str, unit: str, meaning: str) -> list[Form]:
+    """The form of an axis that some moves turn; else none."""
     asked = _asked(case, axis)
     if (asked > 0).sum() < _FEWEST:
         return []
     high = float(asked.max())
-    low = max(0.2 * float(np.quantile(asked[asked > 0], 0.05)), least)
+    low = 0.2 * float(np.quantile(asked[asked > 0], 0.05))
     if low >= 0.98 * high:
         return []
     limit = TermParameter(name, unit, low, high, np.inf, True, meaning)
@@ -137,7 +137,7 @@ def _longer(motion: Motion, rows: NDArray[np.intp], limit: Floats) -> Floats:
     ramps' accelerations, than at no more than the programmed speed.
 
     Forwards and backwards over the squares of the speed (J. Bobrow, S. Dubowsky, J. Gibson, 1985): exact for
-    constant acceleration between two places.
+    constant acceleration between two places, and where a ramp from or to rest ends before the next place.
     """
     places = limit.shape[1]
     speed, step = motion.speed[rows], motion.way[rows] / (places - 1)
@@ -176,7 +176,12 @@ def _slowness(speed: Floats, up: Floats, down: Floats, limit: Floats) -> Floats:
     between = np.sqrt(squares, out=squares)
     slow = between[:, :, 1:] + between[:, :, :-1]
     np.maximum(slow, 1e-9, out=slow)
-    return np.divide(2.0, slow, out=slow)
+    np.divide(2.0, slow, out=slow)
+    # A ramp from rest may end long before the first place.
+    for k, gain in ((0, up), (-1, down)):
+        top = np.maximum(between[:, :, 1 if k == 0 else -2], 1e-9)
+        slow[:, :, k] = 1.0 / top + top / gain
+    return slow
 
 
 _LOOPS = compiled_loops.Loops(1e-6)  # [s] per move that they save, measured
@@ -201,9 +206,12 @@ def _compiled_slowness(speed: Floats, up: Floats, down: Floats, limit: Floats, s
         for k in range(last + 1):
             fast[k] = math.sqrt(max(fast[k], 0.0))
             alone[k] = math.sqrt(min(min(up[i] * k, down[i] * (last - k)), speed[i] * speed[i]))
-        for k in range(last):
-            slow[0, i, k] = 2.0 / max(fast[k + 1] + fast[k], 1e-9)
-            slow[1, i, k] = 2.0 / max(alone[k + 1] + alone[k], 1e-9)
+        for which, speeds in ((0, fast), (1, alone)):
+            for k in range(1, last - 1):
+                slow[which, i, k] = 2.0 / max(speeds[k + 1] + speeds[k], 1e-9)
+            first, final = max(speeds[1], 1e-9), max(speeds[last - 1], 1e-9)
+            slow[which, i, 0] = 1.0 / first + first / up[i]
+            slow[which, i, last - 1] = 1.0 / final + final / down[i]
 
 
 def _profile(motion: Motion, places: int) -> Floats:
