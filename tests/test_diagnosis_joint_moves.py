@@ -548,6 +548,11 @@ def test_an_axis_may_turn_far_slower_than_its_drive_could(tmp_path):
     moves = of_four_axes(tmp_path, turned, share[:, 0], limited, RAMPS, 0.001)
     (part,) = of_axes("joint-speed-limit", moves, (1,), 1.0)
     assert part.form.parameters[0].name == "limit_axis_2"
+    assert (
+        part.term.doubt(part.form, np.array([0.2 * SPEEDS[1]]))
+        > 0.0
+        == part.term.doubt(part.form, SPEEDS[1:2])
+    )
     tried = [part._replace(values=values) for values in part.term.guesses(part.form, moves)]
     best = min((fit(DurationModel((one,)), moves, NOISE) for one in tried), key=lambda found: found.scale)
     assert best.model.parts[0].values == pytest.approx([0.1 * SPEEDS[1]], rel=0.01)
@@ -574,6 +579,7 @@ def test_joint_moves_of_a_simulation_with_jerk_tell_a_share_of_the_robots_accele
     (tmp_path / "arm.toml").write_text(arm.toml())
     (tmp_path / "recording.toml").write_text('robot = "arm.toml"\n')
     making = case_of(read_recording(tmp_path))
-    assert any("builds up accelerations in 80" in note and "each stop 50" in note for note in making.notes)
+    assert any("builds up accelerations" in note and "at each stop" in note for note in making.notes)
     assert making.case.base.build == pytest.approx(0.08, abs=5e-4)
+    assert making.case.base.added == pytest.approx(0.05, abs=5e-4)
     assert np.quantile(np.abs(making.case.base.accelerate / (0.5 * slow) - 1.0), 0.8) < 0.02

@@ -297,7 +297,8 @@ def _promising(
             for size in sized:
                 beyond = max(best[0], *(one.gain for one in of_form)) if of_form else best[0]
                 best = max(best, said.best(size[:, row], beyond), key=lambda t: t[0])
-            of_form.append(_Tried(best[0], part._replace(condition=best[1])))
+            gain = best[0] - part.term.doubt(part.form, part.values)
+            of_form.append(_Tried(gain, part._replace(condition=best[1])))
     ranked = sorted((max(one, key=lambda t: t.gain) for one in tried.values()), key=lambda t: -t.gain)
     return [one for k, one in enumerate(ranked) if _of_label(ranked[:k], one) < _FORMS][:count]
 

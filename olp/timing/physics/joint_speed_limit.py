@@ -15,6 +15,9 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter, spoken
 
 _AT_ONCE = " at once"  # behind the key of a form
 ALL = -1  # axes together, by their rated speeds
+_USUAL = 0.25  # of a rated speed: no drive is slower, and few controllers are set to less
+# In BIC: beside other laws that are not quite right, a limit of any size makes up for something.
+_UNUSUAL = 120.0
 _FEWEST = 4  # moves
 _FINER = 4  # times as many places as the rates are known at
 
@@ -33,19 +36,14 @@ class JointSpeedLimit(MoveTerm):
         rated = case.rates.rated
         forms = []
         if rated is not None:
-            forms += _form(case, ALL, "all", "share", "1", "of the rated axis speeds")
+            forms += _form(case, ALL, "all", "share", "1", _USUAL, "of the rated axis speeds")
         elif len(case.rates.names) > 1:
-            forms += _form(case, ALL, "alike", "limit", "rad/s", "of all axes")
+            forms += _form(case, ALL, "alike", "limit", "rad/s", 0.0, "of all axes")
         forms += [form._replace(key=f"{form.key}{_AT_ONCE}") for form in forms]
         for axis, name in enumerate(case.rates.names):
-            forms += _form(
-                case,
-                axis,
-                name,
-                f"limit_{name.lower().replace(' ', '_')}",
-                "rad/s",
-                f"of {spoken_axis(name)}",
-            )
+            usual = _USUAL * float(rated[axis]) if rated is not None and np.isfinite(rated[axis]) else 0.0
+            limit = f"limit_{name.lower().replace(' ', '_')}"
+            forms += _form(case, axis, name, limit, "rad/s", usual, f"of {spoken_axis(name)}")
         return tuple(forms)
 
     def lacks(self, case: MeasuredMoves) -> str:
@@ -54,6 +52,9 @@ class JointSpeedLimit(MoveTerm):
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         asked, limit = _asked(case, form.axis), form.parameters[0]
         return np.clip(limits_reached(asked), limit.low, limit.high)[:, None]
+
+    def doubt(self, form: Form, values: Floats) -> float:
+        return _UNUSUAL if values[0] < form.usual else 0.0
 
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         """Where the axis would be too fast, the path is slowed: it brakes and speeds up, or changes speed at once."""
@@ -80,7 +81,9 @@ class JointSpeedLimit(MoveTerm):
         return f"{called} turns no faster than {np.degrees(values[0]):.1f} deg/s"
 
 
-def _form(case: MeasuredMoves, axis: int, key: str, name: str, unit: str, meaning: str) -> list[Form]:
+def _form(
+    case: MeasuredMoves, axis: int, key: str, name: str, unit: str, usual: float, meaning: str
+) -> list[Form]:
     """The form of an axis that some moves turn; else none."""
     asked = _asked(case, axis)
     if (asked > 0).sum() < _FEWEST:
@@ -91,7 +94,7 @@ def _form(case: MeasuredMoves, axis: int, key: str, name: str, unit: str, meanin
         return []
     limit = TermParameter(name, unit, low, high, np.inf, True, meaning)
     share = {"all": r"k \min_j V_j", "alike": r"V \min_j 1"}.get(key, "V_j")
-    return [Form(key, (limit,), rf"\dot s \le {share} / |q_j'(s)|", axis)]
+    return [Form(key, (limit,), rf"\dot s \le {share} / |q_j'(s)|", axis, usual)]
 
 
 def _rates(case: MeasuredMoves, axis: int) -> Floats:

@@ -54,6 +54,7 @@ class Form(NamedTuple):
     parameters: tuple[TermParameter, ...]
     equation: str  # LaTeX
     axis: int = -1  # of the robot, from 0, where a form belongs to one axis
+    usual: float = 0.0  # the least value of its parameter that physics expects, see `MoveTerm.doubt`
 
 
 def spoken_axis(name: str) -> str:
