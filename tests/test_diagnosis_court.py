@@ -1138,3 +1138,62 @@ def test_a_short_wait_in_a_move_that_a_term_changes_much_is_no_error_of_that_ter
     assert {f.term for f in found.findings} == {"acceleration", "external-wait"}
     assert found.verdict == "explained"
     assert found.heldout_after.rmse < 0.0015
+
+
+def test_a_limit_of_two_numbers_that_make_up_for_each_other_is_named(tmp_path):
+    """Moves that turn so little that they never get to the fastest turn tell one number of two: either may be without
+    end, and both together may not."""
+    rng = np.random.default_rng(5)
+    turn = np.where(np.arange(COUNT) % 20 == 3, rng.uniform(0.6, 1.1, COUNT), 0.02)
+    zero = np.zeros(COUNT)
+    columns = {f"{a}_{end}_deg": zero for a in ("rx", "ry", "rz") for end in ("start", "end")}
+    columns["rz_end_deg"] = np.degrees(turn)
+    start, end, way, speed = program(5)
+    way, speed = np.where(turn > 0.1, 0.1, way), np.where(turn > 0.1, 0.5, speed)
+    end = start + way[:, None] * (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+    whole = np.maximum(travel(way, speed, ACCELERATION), 2.0 * np.sqrt(turn / 10.0))
+    real = whole + rng.normal(0.0, 0.005, COUNT)
+    read = record(tmp_path / "r", real, 5, columns, made=(start, end, way, speed))
+    found = diagnose_recording(read).diagnosis
+    assert [finding.term for finding in found.findings] == ["orientation-limit"]
+    assert found.verdict == "explained"
+
+
+@pytest.mark.parametrize(("gained", "waits"), [(30.0, 4), (2000.0, 0)])
+def test_waits_are_set_apart_where_a_name_under_a_condition_costs_more(gained, waits, monkeypatch, tmp_path):
+    """A limit in a region that holds one of four waits would have that one, and the three others seemed its flaw."""
+    real = plain(6) + np.random.default_rng(6).normal(0.0, 0.003, COUNT)
+    real[[5, 30, 60, 90]] += 0.3
+    case, noise = case_of(record(tmp_path / "r", real, 6)).case, Noise(0.0003)
+    known = evaluate(DurationModel(), case, noise)
+
+    def found(moves, *_):
+        return (
+            known._replace(bic=known.bic - gained)
+            if moves is case
+            else evaluate(DurationModel(), moves, noise)
+        )
+
+    monkeypatch.setattr(naming, "_found", found)
+    late, _ = naming._set_apart(known, case, noise, shelf_of(case, ()))
+    assert late.sum() == waits
+
+
+@pytest.mark.parametrize(("late", "named"), [((5, 90), ["external-wait"]), ((20, 21), []), ((20,), [])])
+def test_two_moves_wait_if_they_are_of_no_one_kind(late, named, tmp_path):
+    """Two late moves that follow each other may be late for a reason of that place."""
+    real = plain(6) + np.random.default_rng(6).normal(0.0, 0.003, COUNT)
+    real[list(late)] += 0.3
+    found = diagnose_recording(record(tmp_path / "r", real, 6)).diagnosis
+    assert [finding.term for finding in found.findings] == named
+    assert (found.verdict == "explained") == bool(named)
+
+
+@pytest.mark.parametrize(("ends", "named"), [(np.ceil, ["cycle-quantisation"]), (np.round, [])])
+@pytest.mark.parametrize("cycle", [0.008, 0.04])
+def test_a_cycle_that_nobody_states_is_the_controllers_where_moves_end_late(ends, named, cycle, tmp_path):
+    """A recorder that looks every 8 ms is early as often as late; what half a cycle more was then named for was a
+    time per move."""
+    real = ends((plain(8) + np.random.default_rng(8).normal(0.0, 0.0005, COUNT)) / cycle) * cycle
+    found = diagnose_recording(record(tmp_path / "r", real, 8, toml="")).diagnosis
+    assert [finding.term for finding in found.findings] == named

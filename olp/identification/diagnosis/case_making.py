@@ -166,6 +166,7 @@ def _case(
         line=moves.line[rows],
         rates=rates,
         resolution=float(np.nan_to_num(resolution if resolution is not None else floor.resolution)),
+        polled=floor.resolution if floor.polled else 0.0,
         covariates={name: values[rows] for name, values in moves.covariates.items()},
         repeats=recording.repeats()[rows],
         place=_executed(moves)[rows],

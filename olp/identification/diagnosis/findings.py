@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from olp.identification.diagnosis import evidence, phrasing
 from olp.identification.diagnosis.fitting import LATTICE, ModelFit, fit, loss_of, penalty, whiten
 from olp.identification.diagnosis.folds import rms
-from olp.identification.diagnosis.intervals import ALIKE, parameters_with_intervals
+from olp.identification.diagnosis.intervals import ALIKE, does_something, parameters_with_intervals
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.naming import NamingResult
 from olp.identification.diagnosis.residuals import LEVEL
@@ -23,7 +23,7 @@ from olp.identification.diagnosis.result import (
 )
 from olp.identification.diagnosis.search import PRICE, additions, move_terms, swaps
 from olp.identification.diagnosis.verdict import unseen_errors
-from olp.identification.diagnosis.waits import spread
+from olp.identification.diagnosis.waits import price_of_waits, spread
 from olp.timing.physics import TermParameter, load_term
 from olp.timing.physics._case import MeasuredMoves
 
@@ -62,7 +62,7 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
         beside = _beside_a_plainer_form(best, parts[0], named) if len(parts) == 1 else []
         beside += _as_waits(best, parts[0], named) if len(parts) == 1 else []
         others = [*(r.alternative for r in rivals), *beside]
-        told.findings.append(_finding(term, parts, named, case, parameters, shares, others))
+        told.findings.append(_finding(term, parts, named, case, parameters, shares, others, floor))
         alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
         if alike:
             told.alike.append((term, *(r.alternative.term for r in alike)))
@@ -124,10 +124,9 @@ def _as_waits(best: ModelFit, index: int, named: NamingResult) -> list[Alternati
         if (mean := float(left[some].mean())) <= 0:
             return []
         left[some] -= mean
-    count, few = len(np.unique(case.repeats)), len(programmed)
-    choice = math.lgamma(count + 1) - math.lgamma(few + 1) - math.lgamma(count - few + 1)
     loss, _ = loss_of(whiten(left, noise, case), noise.least)
-    bic = 2.0 * loss + penalty(bare.model.parts, case) + few * math.log(len(case)) + 2.0 * choice
+    waits = price_of_waits(len(programmed), len(np.unique(case.repeats)), len(case))
+    bic = 2.0 * loss + penalty(bare.model.parts, case) + waits
     worse = max(bic - best.bic, 0.0)
     return [Alternative("external-wait", worse)] if worse < ALIKE else []
 
@@ -140,6 +139,7 @@ def _finding(
     parameters: list[dict[str, FittedParameter]],
     shares: tuple[Floats, ...],
     rivals: list[Alternative],
+    floor: float,
 ) -> Finding:
     best = named.fit
     members = [best.model.parts[k] for k in parts]
@@ -149,6 +149,7 @@ def _finding(
     for k in sorted(parts, reverse=True):
         rest = ModelFit(rest.model.without(k), rest.loss, rest.scale, rest.bic)
     bare = fit(rest.model, named.clean, named.noise, 20)
+    sure = does_something(best, bare, parts, named.clean, named.noise, floor)
     gains = [named.gains[k] for k in parts]
     return Finding(
         term=name,
@@ -165,7 +166,7 @@ def _finding(
         ),
         alternatives=tuple(rivals),
         condition=_condition(members),
-        nulls=_nulls(members),
+        nulls={} if sure else _nulls(members),
     )
 
 
@@ -207,13 +208,12 @@ def _nulls(members: list[ModelPart]) -> dict[str, float]:
     """By parameter the value at which nothing happens; {} where the first one, which says how much, has none. A
     cycle has none: no interval comes near a cycle of nothing."""
     sized = [p for p in members if not math.isnan(_null(p.form.parameters[0])) and p.term.name != LATTICE]
-    firsts = {p.form.parameters[0].name: _null(p.form.parameters[0]) for p in sized}
-    return firsts | {q.name: q.null for p in sized for q in p.form.parameters[1:] if math.isfinite(q.null)}
+    return {q.name: _null(q) for p in sized for q in p.form.parameters if not math.isnan(_null(q))}
 
 
-def _null(size: TermParameter) -> float:
+def _null(parameter: TermParameter) -> float:
     """Of a limit, which does nothing at infinity, the highest that is sought: no move reaches more."""
-    return size.high if size.null == math.inf else size.null
+    return parameter.high if parameter.null == math.inf else parameter.null
 
 
 def _likelihood_ratio(bare: ModelFit, full: ModelFit) -> float:

@@ -37,6 +37,7 @@ Floats = NDArray[np.float64]
 
 _QUANTILE = 1.96
 _SMALL = 2.37  # Student's quantile of ν degrees is about 1.96 + 2.37 / ν (Cornish and Fisher)
+_TOLD = 1e-9  # of the information: less, along any direction, is no more than the rounding of slopes by differences
 _AT = 1e-3  # of the span: that near to a bound is at it
 _LOOSE = 0.25  # of the span: a wider standard error says nothing
 _PIECES = 10.0  # observations that a wrong form counts as: its errors do not average out over moves alike
@@ -125,11 +126,9 @@ def _ends(
     """Of every parameter, or of the `wanted` ones; `near`: the share of the deviations at which they are looked for."""
     errors = _errors(fitted, case, noise, floor)
     place, least, most = place_of(fitted.model)
-    freedom = max(len(case) - len(place), 1)
     sides: tuple[list[_Side], list[_Side]] = ([], [])
     for k, (part, parameter, _) in enumerate(parameters_of(fitted.model)):
-        plain, whole = float(errors.plain[k]), float(errors.whole[k])
-        deviations = near * (_QUANTILE + _SMALL / freedom) * (whole / plain if plain > 0 else 1.0)
+        plain, deviations = float(errors.plain[k]), near * float(_deviations(errors, case)[k])
         for sign, ends, bound in ((-1, sides[0], least[k]), (1, sides[1], most[k])):
             if part.term.name == LATTICE or parameter.listed or (wanted is not None and k not in wanted):
                 ends.append(_Side(float(place[k]), True))
@@ -139,6 +138,25 @@ def _ends(
             at = float(place[k]) + sign * far if math.isfinite(far) else float(bound) + sign * beyond
             ends.append(_Side(at, math.isfinite(far)))
     return sides
+
+
+def _deviations(errors: _Errors, case: MeasuredMoves) -> Floats:
+    """(p,) of a normal likelihood, at which the interval of each parameter ends."""
+    freedom = max(len(case) - len(errors.plain), 1)
+    known = errors.plain > 0
+    wider = np.where(known, errors.whole / np.where(known, errors.plain, 1.0), 1.0)
+    return np.asarray((_QUANTILE + _SMALL / freedom) * wider)
+
+
+def does_something(
+    fitted: ModelFit, bare: ModelFit, parts: Sequence[int], case: MeasuredMoves, noise: Noise, floor: float
+) -> bool:
+    """Whether the moves object to all `parts` doing nothing at once, beyond where the interval of any of their numbers
+    ends; `bare`: the fit without them. Of several numbers, each may do nothing where the others make up for it."""
+    far = _deviations(_errors(fitted, case, noise, floor), case)
+    owner = [at for at, part in enumerate(fitted.model.parts) for _ in part.values]
+    own = [float(far[k]) for k, at in enumerate(owner) if at in parts]
+    return len(own) > 1 and math.sqrt(max(2.0 * (bare.loss - fitted.loss), 0.0)) > max(own)
 
 
 def _others(
@@ -199,7 +217,7 @@ def _errors(fitted: ModelFit, case: MeasuredMoves, noise: Noise, floor: float) -
     scale = (FREEDOM + 1.0) / (FREEDOM + 3.0) / fitted.scale**2
     information = slopes.T @ slopes * scale
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.pinv(information / np.outer(size, size)) / np.outer(size, size)
+    inverse = np.linalg.pinv(information / np.outer(size, size), _TOLD) / np.outer(size, size)
     left = case.measured - fitted.model.seconds(case)
     residual = whiten(left, noise, case)
     pull = (FREEDOM + 1.0) / (FREEDOM + (residual / fitted.scale) ** 2) * residual / fitted.scale**2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from olp.identification.diagnosis.folds import Folds, kinds_of
 from olp.identification.diagnosis.model import DurationModel
 from olp.identification.diagnosis.residuals import Remains, remains_of
 from olp.identification.diagnosis.search import (
+    PRICE,
     WIDE,
     PartShelf,
     exchanged,
@@ -32,12 +34,13 @@ from olp.identification.diagnosis.search import (
     move_terms,
     of_all_axes,
     plainer,
+    price,
     search,
     shelf_of,
 )
 from olp.identification.diagnosis.waits import (
-    at_a_line,
     late_moves,
+    price_of_waits,
     spread,
     told_by_unseen_moves,
     waiting_moves,
@@ -72,13 +75,9 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     """Search, set waits apart, search again, and drop what does not hold on moves that were not fitted."""
     whole = shelf_of(case, move_terms())
     known = _everywhere(case, noise, whole)
-    late = _waits(known, case, noise)
-    if not at_a_line(late, case.measured - known.model.seconds(case), case):
-        # A term under the condition of a line would make up for some of what waits there; others wait for no term.
-        late = np.zeros(len(case), dtype=bool)
+    late, best = _set_apart(known, case, noise, whole)
+    clean, shelf = _without(late, case, whole)
     for last in (False,) * (_ROUNDS - 1) + (True,):
-        clean, shelf = _without(late, case, whole)
-        best = _found(clean, noise, shelf, None if late.any() else known)
         noise = noise._replace(order=_order(best, clean))
         if noise.order:
             best = _found(clean, noise, shelf)
@@ -86,6 +85,8 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
         if last or np.array_equal(again, late):
             break
         late = again
+        clean, shelf = _without(late, case, whole)
+        best = _found(clean, noise, shelf, None if late.any() else known)
     clean_folds = Folds(folds.by, folds.labels[~late])
     best, gains, fell = confirmed(
         fit(best.model, clean, noise, 30), clean, noise, clean_folds, shelf, kinds_of(groups, late)
@@ -113,6 +114,19 @@ def name(case: MeasuredMoves, noise: Noise, folds: Folds, groups: dict[str, Labe
     return NamingResult(
         best, late, waiting, clean, noise, shelf, clean_folds, seen, gains, remains, clean_groups, fell
     )
+
+
+def _set_apart(known: ModelFit, case: MeasuredMoves, noise: Noise, whole: PartShelf) -> tuple[Mask, ModelFit]:
+    """(n,) the moves that wait beside what is `known` without conditions, and what the others tell; none where a name
+    under a condition explains all moves at a lower price: each would make up for some of what the other does."""
+    late, best = _waits(known, case, noise), _found(case, noise, whole, known)
+    if late.any():
+        clean, shelf = _without(late, case, whole)
+        apart, few = _found(clean, noise, shelf), int(late.sum())
+        waits = PRICE + price_of_waits(few, len(case), len(case)) + 2.0 * few * math.log(apart.scale)
+        if price(apart) + waits < price(best):
+            return late, apart
+    return np.zeros_like(late), best
 
 
 def _without(late: Mask, case: MeasuredMoves, whole: PartShelf) -> tuple[MeasuredMoves, PartShelf]:

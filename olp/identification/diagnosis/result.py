@@ -75,7 +75,7 @@ class Finding:
     condition: str | None = None  # in which moves it acts, "y > 150 mm and length > 200 mm"; None: everywhere
     nulls: Mapping[str, float] = field(
         default_factory=dict
-    )  # of the parameters that have one: nothing happens there
+    )  # of the parameters that have one: nothing happens there; {} where the moves object to all of them at once
 
     @property
     def holds_null(self) -> bool:

@@ -11,7 +11,7 @@ from olp.identification.diagnosis.fitting import ModelFit
 from olp.identification.diagnosis.folds import COUNT
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.residuals import FALSE_DISCOVERIES, LEVEL, rank_correlation, ranks
-from olp.identification.diagnosis.scatter import far_out
+from olp.identification.diagnosis.scatter import far_out, neighbours
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,8 @@ _DIFFER, _ALIKE = (
     0.3,
     0.05,
 )  # of a wait: so much it differs between repeats, and how seldom it looks as if it did not
-_FEWEST = 3  # late moves; one or two may have any reason
+_FEWEST = 3  # moves far out; one or two may be a scatter's
+_LATE = 2  # late moves, of no one kind; a single one may have any reason
 _TICKS = 1.5  # of the recorder's clock that a wait lasts at least
 _KINDS, _BY_CHANCE = 4, 1e-3  # programmed moves that a kind needs, and how seldom chance makes one
 _ROUNDS, _LEAST = (
@@ -55,9 +56,11 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     far = max(threshold(len(case)) * sigma, _TICKS * case.resolution) + _flaw(fitted, case)
     late, early = residual > far, residual < -far
     nothing = np.zeros(len(case), dtype=bool)
-    if late.sum() < _FEWEST or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
+    if late.sum() < _LATE or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
+    if late.sum() < _FEWEST and _of_one_kind(late, case):
+        return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
     if _chosen_by_the_motion(late, corrected, case) and not at_a_line(late, residual, case):
@@ -66,6 +69,19 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if many and (_the_same_moves(residual, late, case, sigma) or _of_one_way(residual, late, case)):
         return nothing
     return np.asarray(late, dtype=bool)
+
+
+def _of_one_kind(late: Mask, case: MeasuredMoves) -> bool:
+    """Whether a late move is like another one or next to it: of too few for their ranks to tell, that does."""
+    order = np.arange(len(late))
+    near = [order - 1, np.where(order + 1 < len(late), order + 1, -1), *neighbours(case).values()]
+    return any(bool((late & (one >= 0) & late[one]).any()) for one in near)
+
+
+def price_of_waits(few: int, count: int, moves: int) -> float:
+    """In BIC: a number for each of `few` of `count` that may wait, and the choice of these; `moves` were measured."""
+    choice = math.lgamma(count + 1) - math.lgamma(few + 1) - math.lgamma(count - few + 1)
+    return few * math.log(moves) + 2.0 * choice
 
 
 def told_by_unseen_moves(residual: Floats, least: float) -> bool:

@@ -36,6 +36,12 @@ class NoiseFloor(NamedTuple):
     freedom: int  # degrees of freedom behind `repeats`
     floor: float  # the larger of resolution/√12 and repeats
 
+    @property
+    def polled(self) -> bool:
+        """Whether nobody states the resolution and it is no decimal digit: the cycle of a recorder or a controller."""
+        digits = np.log10(self.resolution)
+        return self.inferred and bool(np.isfinite(digits) and abs(digits - np.round(digits)) > _DECIMAL)
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Recording:

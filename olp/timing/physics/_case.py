@@ -129,6 +129,7 @@ class MeasuredMoves:
     line: NDArray[np.int64]  # 0: none
     rates: Rates | None = None
     resolution: float = 0.0  # [s] of `measured`
+    polled: float = 0.0  # [s] a resolution that nobody states and that is no decimal digit: a cycle
     covariates: Mapping[str, Floats] = field(default_factory=dict)
     repeats: NDArray[np.int64] = field(
         default_factory=lambda: np.zeros(0, np.int64)

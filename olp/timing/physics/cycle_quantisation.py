@@ -32,12 +32,12 @@ class CycleQuantisation(MoveTerm):
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
         found = _found(case)
-        forms = []
+        forms = [_later("polled", case.polled)] if _differ(case) and case.polled > 0 else []
         for rank, cycle in enumerate(found.tolist()):
-            one = TermParameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
             other = f"other {rank}" if rank else ""
-            forms.append(Form(other, (one,), r"T = c \lceil T_0 / c \rceil"))
-            forms.append(Form(f"nearest {other}".strip(), (one,), r"T = c \lfloor T_0 / c + 1/2 \rfloor"))
+            later = _later(other, cycle)
+            nearest = f"nearest {other}".strip()
+            forms += [later, Form(nearest, later.parameters, r"T = c \lfloor T_0 / c + 1/2 \rfloor")]
         return tuple(forms)
 
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
@@ -56,6 +56,19 @@ class CycleQuantisation(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         return f"durations are whole multiples of {values[0] * 1000:.3g} ms"
+
+
+def _later(key: str, cycle: float) -> Form:
+    """Moves end with the next cycle [s]: what a recorder that looks in cycles tells too late once it tells too early as
+    often, so of its cycle there is no other form."""
+    one = TermParameter("cycle", "s", cycle * 0.999, cycle * 1.001, 0.0, False, "of the controller")
+    return Form(key, (one,), r"T = c \lceil T_0 / c \rceil")
+
+
+def _differ(case: MeasuredMoves) -> bool:
+    """Whether there are enough durations, and these differ by more than two of the cycle in which they are told."""
+    times = case.measured[case.moving]
+    return len(np.unique(times)) >= _FEWEST and case.polled < 0.5 * float(np.ptp(times))
 
 
 def _roundest(value: float, error: float) -> float:
