@@ -434,7 +434,7 @@ def test_a_joint_move_that_alone_tells_an_axis_limits_is_not_judged(tmp_path):
     assert making.case.move.tolist() == [i for i in range(1, 61) if i != 31]
     # The next one goes on from it all the same.
     assert making.case.base.corners.way[30] == pytest.approx(turned[30, 3], rel=1e-6)
-    assert any("1 joint moves alone" in note for note in making.notes)
+    assert any("1 joint move alone" in note for note in making.notes)
 
 
 @pytest.mark.parametrize(("between", "few"), [(6, True), (4, False), (1, False)])

@@ -127,6 +127,13 @@ def test_every_finding_has_its_sentence_its_line_and_its_size_with_an_interval(d
     assert "at the bound of its range" in text
 
 
+def test_a_place_at_the_level_of_the_base_has_no_sign(diagnosis, case):
+    first = diagnosis.next_experiment.moves[0]
+    level = first._replace(start=(1.35, -1e-5, -1e-5))
+    found = replace(diagnosis, next_experiment=replace(diagnosis.next_experiment, moves=(level,)))
+    assert "(1350, 0, 0) → " in text_report(found, case, width=0)
+
+
 def test_the_text_says_what_is_open(diagnosis, case):
     text = text_report(diagnosis, case, width=0)
     for part in (

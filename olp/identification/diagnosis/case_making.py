@@ -242,12 +242,15 @@ def _unsure(recording: Recording, joint: Mask, axes: AxisLimits | None) -> tuple
         if (joint | beside).sum() < _FEW * len(moves):
             more = phrasing.counted(int(beside.sum()), "move")
             with_them = f", and {more} at rounded corners beside them" if beside.any() else ""
-            few = f"{joint.sum()} joint moves: too few to tell the limits of all axes that they turn"
+            few = (
+                f"{phrasing.counted(int(joint.sum()), 'joint move')}: too few to tell the limits of all axes that they "
+                "turn"
+            )
             return joint | beside, few + with_them
     if axes is None or not 0 < (alone := joint & ~axes.confirmed).sum() < _FEW * len(moves):
         return None
-    tell = f"{alone.sum()} joint moves alone tell an axis' limits in the simulation"
-    return alone, f"{tell}, which do not tell speed and ramps apart"
+    tell = f"limits of axes in the simulation are told by {phrasing.counted(int(alone.sum()), 'joint move')} alone"
+    return alone, f"{tell}, whose times do not tell speed and ramps apart"
 
 
 def _beside(moves: RecordedMoves, joint: Mask) -> Mask:

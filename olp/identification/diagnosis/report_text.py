@@ -191,7 +191,7 @@ def _apart(page: _Page, diagnosis: Diagnosis) -> None:
 
 
 def _next_move(move: NextMove) -> str:
-    points = " → ".join(f"({', '.join(f'{c * _MM:.0f}' for c in p)})" for p in (move.start, move.end))
+    points = " → ".join(f"({', '.join(f'{c * _MM:z.0f}' for c in p)})" for p in (move.start, move.end))
     load = "" if move.payload is None else f", {phrasing.figure(move.payload)} kg"
     blend = f", rounded by {move.blend * _MM:.0f} mm" if move.blend else ""
     times = f", {move.times} times" if move.times != 1 else ""
