@@ -1197,3 +1197,13 @@ def test_a_cycle_that_nobody_states_is_the_controllers_where_moves_end_late(ends
     real = ends((plain(8) + np.random.default_rng(8).normal(0.0, 0.0005, COUNT)) / cycle) * cycle
     found = diagnose_recording(record(tmp_path / "r", real, 8, toml="")).diagnosis
     assert [finding.term for finding in found.findings] == named
+
+
+def test_programmed_waits_alone_that_are_late_begin_and_end_nowhere(tmp_path):
+    real = plain(6) + np.random.default_rng(6).normal(0.0, 0.003, COUNT)
+    late = np.isin(np.arange(COUNT), [5, 30, 60, 90])
+    real[late] += 0.3
+    case = case_of(record(tmp_path / "r", real, 6)).case
+    case = replace(case, moving=~late)
+    fitted = evaluate(DurationModel(), case, Noise(0.0003))
+    assert np.array_equal(late_moves(fitted, case, 0.0003), late)

@@ -358,6 +358,8 @@ def _of_one_way(residual: Floats, late: Mask, case: MeasuredMoves) -> bool:
     places = np.concatenate([case.start, case.end], axis=1)
     apart = np.linalg.norm(places[late][:, None] - places[case.moving], axis=2)
     together = late[case.moving]
+    if together.all() or not together.any():
+        return False
     return bool(apart[:, together].max() < apart[:, ~together].min())  # never where places are not known
 
 
