@@ -86,8 +86,8 @@ FAULTS: Final = (
     Fault("expressions.py", 'operator = "div"', 'operator = "/"', "quotient of integers not cut"),
     Fault(
         "grammar.py",
-        "st.Dwell(0, ex.Quantity(self.plain(children[0]), 1.0))",
-        "st.Dwell(0, ex.Quantity(self.plain(children[0]), 0.001))",
+        "st.Dwell(0, ex.Quantity(time, 1.0))",
+        "st.Dwell(0, ex.Quantity(time, 0.001))",
         "WAIT SEC in ms",
     ),
     Fault(
