@@ -424,7 +424,7 @@ def never_jumps(it: TermUnderTest) -> Iterator[Difference]:
             steps = np.abs(np.diff(durations, axis=0))
             k, move = np.unravel_index(steps.argmax(), steps.shape)
             a, b = float(grid[k]), float(grid[k + 1])
-            for _ in range(22):
+            for _ in range(40):  # of durations of an hour, too, no slope is left
                 middle = 0.5 * (a + b)
                 one, two, three = (at(x)[move] for x in (a, middle, b))
                 a, b = (a, middle) if abs(two - one) > abs(three - two) else (middle, b)

@@ -23,6 +23,7 @@ from olp.runtime.end_actions import shown_at_ends, split_at_end
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_rows
 from olp.transpile.signal_variables import NUMBER
+from olp.transpile.symbols import Symbols
 
 # How signals that have only a number are called where they have names.
 _STEMS: Final[Mapping[str, str]] = {
@@ -515,13 +516,30 @@ def signal_aliases(program: st.Program, work: TranslationContext) -> st.Program:
     """Every signal with a computed number as the one whose name ends with that number."""
     if work.conventions.controller_names or not work.target_conventions.controller_names:
         return program
+    symbols = work.symbols(program)
     own = _Aliases(work)
-    routines = [own.routine(routine) for routine in program.routines]
-    if not own.variables and not own.readers:
+    routines = [own.routine(_with_constant_signals(routine, symbols)) for routine in program.routines]
+    if routines == list(program.routines):
         return program
     readers = [own.reader(bus, name) for bus, name in own.readers.items()]
     declares = [st.Declare(0, name, f"signal {_kind(bus)}") for (bus, _), name in own.variables.items()]
     return replace(program, routines=(*routines, *readers), data=(*program.data, *declares))
+
+
+def _with_constant_signals(routine: st.Routine, symbols: Symbols) -> st.Routine:
+    """Signals whose number is a constant (`$OUT[gripper]`) as those of that number."""
+
+    def change(e: ex.Expression) -> ex.Expression:
+        if not isinstance(e, ex.Signal) or type(e.index) is not ex.Named:
+            return e
+        symbol = symbols.find(routine.name, e.index.name)
+        if symbol is None or symbol.storage != "constant":
+            return e
+        number = symbols.fixed_value(routine.name, e.index)
+        return replace(e, index=number) if isinstance(number, ex.Number) else e
+
+    rows = [s if calls_nothing(s) or sets_numbers(s) else mapped(s, change) for s in routine.body]
+    return replace(routine, body=tuple(rows)) if rows != list(routine.body) else routine
 
 
 def _counts_from_zero(vendor: str) -> bool:
