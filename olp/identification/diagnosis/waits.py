@@ -53,13 +53,15 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     residual = case.measured - predicted
     sigma = spread(residual, least)
     corrected = np.abs(predicted - case.simulated)
-    far = max(threshold(len(case)) * sigma, _TICKS * case.resolution) + _flaw(fitted, case)
+    least_far = max(threshold(len(case)) * sigma, _TICKS * case.resolution)
+    far = least_far + _flaw(fitted, case)
     late, early = residual > far, residual < -far
     nothing = np.zeros(len(case), dtype=bool)
     if late.sum() < _LATE or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    if late.sum() < _FEWEST and _of_one_kind(late, case):
+    alike = bool((residual[~late] > least_far).any())  # what others that are as late may have by the fit's own flaw
+    if late.sum() < _FEWEST and (alike or _of_one_kind(late, case)):
         return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
