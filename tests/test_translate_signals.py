@@ -138,3 +138,19 @@ def test_what_a_listing_calls_its_signals_and_timers_are_comments_elsewhere(targ
     text = translated("/PROG  P\n/ATTR\n/MN\n" + rows + "/POS\n/END\n", "tp", target)
     for row, name in LISTED:
         assert name in text, row
+
+
+def test_a_signal_of_a_constant_number_has_its_own_name_in_rapid():
+    rows = (
+        "DEF grip( )",
+        "DECL CONST INT gripper=3",
+        "$OUT[gripper]=TRUE",
+        "WAIT FOR $IN[gripper]",
+        "END",
+        "",
+    )
+    source = read_source(decode("\n".join(rows).encode(), "grip.src"))
+    written = b"".join(convert(source, "rapid", Context()).files.values()).decode()
+    assert "SetDO do3,1;" in written
+    assert "WaitDI di3,1;" in written
+    assert "AliasIO" not in written

@@ -316,6 +316,7 @@ class Vendor(ABC):
 
     `reads`: kinds of statements that its reader makes, moves by their path ("Move spline"), for `olp vendors`.
     `data_suffixes`: those of `suffixes` whose files hold data of the programs beside them and nothing that runs.
+    `packed_suffixes`: those of `suffixes` whose files are GZIP archives.
     `shared_suffixes`: those of `suffixes` that other makers' files have, too: in a folder, such a file is a program
     only where its text looks like this language.
     `list_suffixes`: of files beside the programs that hold data and are known by their text alone. `folders_beside`:
@@ -342,6 +343,7 @@ class Vendor(ABC):
     suffixes: ClassVar[tuple[str, ...]]
     reads: ClassVar[frozenset[str]]
     data_suffixes: ClassVar[tuple[str, ...]] = ()
+    packed_suffixes: ClassVar[tuple[str, ...]] = ()
     shared_suffixes: ClassVar[tuple[str, ...]] = ()
     list_suffixes: ClassVar[tuple[str, ...]] = ()
     folders_beside: ClassVar[tuple[str, ...]] = ()
@@ -568,9 +570,11 @@ def read(path: str | os.PathLike[str], *, vendor: str | None = None, encoding: s
 
 def _refuse_other_kinds(source: Source, vendor: str | None) -> None:
     """Raises OlpError (P044) for a file that is no program but something that is known."""
-
     found = find_vendor(vendor) if vendor else recognise(source)
-    kind = binary_kind(source.raw) or ("" if found and found.sniff(source) else text_kind(source.raw))
+    packed = found is not None and source.path.lower().endswith(found.packed_suffixes)
+    kind = binary_kind(source.raw)
+    if not kind and not packed and not (found and found.sniff(source)):
+        kind = text_kind(source.raw)
     if kind:
         known = f"a program of {found.title}" if found else "a robot program"
         help = f"give {known} as text, as the controller saves it"

@@ -261,6 +261,16 @@ def _rounded(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, routines=tuple(map(own.routine, program.routines)))
 
 
+_NEARLY_HALF: Final = 0.49999  # less a whole number that is rounded is itself
+
+
+def _known_step(s: st.For) -> float:
+    """By how much a loop counts; 0 where that is computed."""
+    if s.step is None:
+        return 1.0
+    return float(s.step.value) if isinstance(s.step, ex.Number) else 0.0
+
+
 @dataclass(slots=True)
 class _Rounding:
     symbols: Symbols
@@ -341,10 +351,14 @@ class _Rounding:
                 continue
             name = ex.Named(self.work.helper("whole_bound"))
             self.made[name.name] = None
-            before.append(st.Assign(s.line, name, e))
             bounds[part] = name
-            says = f"a bound of a loop that may be a fraction is rounded: {self.language} has {self.integers}"
-            self.work.lose(s, Fate.APPROXIMATED, "loop", says)
+            if part == "stop" and (step := _known_step(s)):
+                # Whole numbers up to a fraction are those up to what it is rounded to towards the beginning.
+                e = ex.Binary("-" if step > 0 else "+", e, ex.Number(_NEARLY_HALF))
+            else:
+                says = f"a bound of a loop that may be a fraction is rounded: {self.language} has {self.integers}"
+                self.work.lose(s, Fate.APPROXIMATED, "loop", says)
+            before.append(st.Assign(s.line, name, e))
         return replace(s, **bounds) if bounds else s
 
     def _is_integer(self, routine: str, e: ex.Expression) -> bool:

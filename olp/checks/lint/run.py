@@ -122,7 +122,8 @@ def lint(path: str, job: TimingJob, asked: RuleChoice | None = None) -> Linted:
             return Linted(path, tuple(broken), unreadable=True)
         case = LintCase(program, time_program(program, job))
     except OlpError as problem:
-        alone = isinstance(problem, NoSuchRoutineError) and not program.routines  # data: nothing runs
+        # Data alone: nothing runs.
+        alone = isinstance(problem, NoSuchRoutineError) and not program.routines and bool(program.data)
         problems = () if alone else problem.diagnostics
         return Linted(path, tuple(of_diagnostic(d, path) for d in problems), unreadable=not alone)
     found = sorted((f for rule in rules for f in rule.find(case)), key=lambda f: (f.line, f.code))

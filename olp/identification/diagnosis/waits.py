@@ -60,7 +60,9 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if late.sum() < _LATE or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    alike = bool((residual[~late] > least_far).any())  # what others that are as late may have by the fit's own flaw
+    alike = bool(
+        (residual[~late] > least_far).any()
+    )  # what others that are as late may have by the fit's own flaw
     if late.sum() < _FEWEST and (alike or _of_one_kind(late, case)):
         return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):

@@ -47,6 +47,7 @@ class UrScript(Vendor):
     name = "urscript"
     title = "Universal Robots URScript"
     suffixes = (".script", ".urp", ".urscript")
+    packed_suffixes = (".urp",)
     reads = statements(
         "ElseIf While EndWhile Pause StartTask WaitTask Break Continue Declare SetTool PulseOutput Process Opaque"
     )
