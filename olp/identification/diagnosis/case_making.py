@@ -48,9 +48,7 @@ _STRETCHED = 0.1  # [1] of a change of speeds: so near to its square is that of 
 _FEW_ENDS, _FEW_LIKE = 3, 8  # of cycles, and corners or stops to compare them with: fewer tell nothing
 _SHOWN = 8  # moves named in a note
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
-_FEW = (
-    0.5  # of the moves: fewer are left out or asked about, with more of them nothing is judged without them
-)
+_FEW = 0.5  # of the moves: fewer that cannot be judged are left out, more are judged with a note
 _COUNTED = 0.5  # of the moves have the number after the last one's: numbers count moves
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 

@@ -60,10 +60,8 @@ def late_moves(fitted: ModelFit, case: MeasuredMoves, least: float) -> Mask:
     if late.sum() < _LATE or late.mean() > _MOST or late.sum() < _ONE_SIDED * early.sum():
         return nothing
     excess = float(np.sum((residual[late] / sigma) ** 2)) - 2.0 * float(late.sum()) * math.log(len(case))
-    alike = bool(
-        (residual[~late] > least_far).any()
-    )  # what others that are as late may have by the fit's own flaw
-    if late.sum() < _FEWEST and (alike or _of_one_kind(late, case)):
+    # Others that are as late may be so by the fit's own flaw, and then two of them are no waits, either.
+    if late.sum() < _FEWEST and ((residual[~late] > least_far).any() or _of_one_kind(late, case)):
         return nothing
     if excess < _SURE or (late.sum() > _KINDS and _with_the_motion(residual, late, case) < _BY_CHANCE):
         return nothing
