@@ -400,6 +400,10 @@ def move_speed(m: Machine, speed: st.Speed | None, path: int) -> tuple[int, floa
             m, FRACTION if path == JOINT and AXIS not in m.modal else AXIS if path == JOINT else TRAVEL
         )
     unit = UNITS[speed.unit]
+    if unit == FRACTION and path != JOINT:
+        says = f"a share of the axes' speeds is none of a straight move's: {SHOWN_UNTOLD[TRAVEL]} is taken"
+        m.fault(StatementError("I309", says, "write its speed along the path", Severity.WARNING))
+        return TRAVEL, UNTOLD_SPEED[TRAVEL]
     written, scale = speed.value
     value = (written.value if type(written) is ex.Number else number(m, written)) * scale
     if not 0.0 < value <= _HIGHEST[unit]:
