@@ -28,6 +28,7 @@ _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size o
 _SPLITS = (1.0, 0.5, 0.0)  # of what a corner saves, to the move before it
 _REACHES = (0.5, 0.45, 1 / 3, 0.25, 1.0)  # of the shorter move
 _OVERLAPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.25, 1.5, 2.0)
+_WALKED = 4  # steps of one length: a law that is none may come nearer for ever
 _DIGITS = 2e-4  # [s] nearer than that, a simulation stops at every corner
 _BETTER = 0.9  # times what exact stops are off: less is no law of corners
 
@@ -65,13 +66,15 @@ def _nearest(motion: Motion, sim: Floats, rounded: NDArray[np.bool_]) -> tuple[f
     place, best = _OVERLAPS[at], offs[at]
     step = 0.5 * (_OVERLAPS[min(at + 1, len(_OVERLAPS) - 1)] - _OVERLAPS[max(at - 1, 0)])
     while step > 1e-4:
-        for tried in (place - step, place + step):
-            off = _off(motion.with_(overlap=tried), sim, rounded) if tried > 0 else np.inf
-            if off < best:
-                place, best = tried, off
+        for _ in range(_WALKED):
+            for tried in (place - step, place + step):
+                off = _off(motion.with_(overlap=tried), sim, rounded) if tried > 0 else np.inf
+                if off < best:
+                    place, best = tried, off
+                    break
+            else:
                 break
-        else:
-            step *= 0.5
+        step *= 0.5
     return place, best
 
 
