@@ -4,12 +4,13 @@ import itertools
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import diagnosis_cases as planted
 import numpy as np
 import pytest
 
-from olp.identification.diagnosis import diagnose
+from olp.identification.diagnosis import diagnose, simulation_laws
 from olp.identification.diagnosis.case_making import _ends
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
@@ -282,3 +283,23 @@ def test_a_corner_is_as_late_as_the_slower_of_both_moves_also_at_a_cycles_end(pa
     cycles = np.arange(len(plain.moves)) // 10
     case = case_of(replace(plain, moves=replace(plain.moves, cycle=cycles))).case
     assert (case.stop_end[last][:-1] != passed).all()
+
+
+def test_a_law_of_corners_that_comes_ever_nearer_is_not_followed_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Corners(NamedTuple):
+        overlap: float = 1.0
+
+        def with_(self, overlap: float) -> "Corners":
+            return Corners(overlap)
+
+    tried = list[float]()
+
+    def off(motion: Corners, *_: object) -> float:
+        tried.append(motion.overlap)
+        return 1.0 / motion.overlap
+
+    monkeypatch.setattr(simulation_laws, "_off", off)
+    simulation_laws._nearest(Corners(), np.ones(1), np.ones(1, dtype=bool))
+    assert len(tried) < 200
