@@ -161,7 +161,7 @@ def test_speeds_times_and_corners() -> None:
     assert [step.blend for step in plan.steps()][1:] == pytest.approx([0.5, 0.012, 1.0])
 
 
-def test_a_straight_move_with_a_share_of_the_axes_speeds_is_slow_and_told() -> None:
+def test_a_straight_move_with_a_speed_in_percent_is_slow_and_told() -> None:
     plan = plan_of("J P[1] 25% FINE", "L P[2] 100% FINE", "L P[3] 100mm/sec FINE")
     assert plan.moves.travel[1:] == pytest.approx([0.25, 0.1])
     (told,) = [one for one in plan.diagnostics if one.code == "I309"]

@@ -401,8 +401,8 @@ def move_speed(m: Machine, speed: st.Speed | None, path: int) -> tuple[int, floa
         )
     unit = UNITS[speed.unit]
     if unit == FRACTION and path != JOINT:
-        says = f"a share of the axes' speeds is none of a straight move's: {SHOWN_UNTOLD[TRAVEL]} is taken"
-        m.fault(StatementError("I309", says, "write its speed along the path", Severity.WARNING))
+        says = f"a straight move has no speed in percent: {SHOWN_UNTOLD[TRAVEL]} is taken"
+        m.fault(StatementError("I309", says, "write its speed in mm/s", Severity.WARNING))
         return TRAVEL, UNTOLD_SPEED[TRAVEL]
     written, scale = speed.value
     value = (written.value if type(written) is ex.Number else number(m, written)) * scale

@@ -67,8 +67,8 @@ class JointAccelerationLimit(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.axis == ALL:
-            return f"no axis accelerates at more than {values[0]:.1%} of what it is rated for"
-        return f"{spoken_axis(form.key)} accelerates at no more than {np.degrees(values[0]):.0f} deg/s²"
+            return f"the acceleration limit of each axis is {values[0]:.1%} of its rated one"
+        return f"the acceleration limit of {spoken_axis(form.key)} is {np.degrees(values[0]):.0f} deg/s²"
 
 
 def _passed(case: MeasuredMoves, axis: int, end: int) -> Floats:

@@ -74,11 +74,11 @@ class JointSpeedLimit(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key.startswith("alike"):
-            return f"no axis turns faster than {np.degrees(values[0]):.1f} deg/s"
+            return f"the speed limit of each axis is {np.degrees(values[0]):.1f} deg/s"
         if form.axis == ALL:
-            return f"no axis turns faster than {values[0]:.1%} of its rated speed"
+            return f"the speed limit of each axis is {values[0]:.1%} of its rated speed"
         called = spoken_axis(form.key.removesuffix(_AT_ONCE))
-        return f"{called} turns no faster than {np.degrees(values[0]):.1f} deg/s"
+        return f"the speed limit of {called} is {np.degrees(values[0]):.1f} deg/s"
 
 
 def _form(

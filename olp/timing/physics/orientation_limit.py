@@ -57,7 +57,7 @@ class OrientationLimit(MoveTerm):
         return motion.with_(least=np.maximum(motion.least, np.where(turn > 1e-6, whole, 0.0)))
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
-        return f"the tool turns no faster than {np.degrees(values[0]):.1f} deg/s"
+        return f"the limit of the tool's turning speed is {np.degrees(values[0]):.1f} deg/s"
 
 
 def _turns(case: MeasuredMoves) -> Floats:

@@ -43,8 +43,8 @@ class SpeedClamp(MoveTerm):
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if case.unit == "m":
-            return f"no move is faster than {values[0] * 1000:.4g} mm/s, whatever is programmed"
-        return f"no move is faster than {np.degrees(values[0]):.4g} deg/s, whatever is programmed"
+            return f"the speed limit of all moves is {values[0] * 1000:.4g} mm/s, whatever is programmed"
+        return f"the speed limit of all moves is {np.degrees(values[0]):.4g} deg/s, whatever is programmed"
 
 
 def _speeds(case: MeasuredMoves) -> Floats:
