@@ -40,7 +40,7 @@ from olp.runtime.end_actions import shown_at_ends
 from olp.runtime.interpreter import run
 from olp.transpile import Context, Loss
 from olp.transpile.context import Fate, Translated
-from olp.transpile.convert import Converted, convert, export
+from olp.transpile.convert import Converted, convert, export, first_routine, starting
 from olp.transpile.helper_routines import COMPUTED
 from olp.transpile.link import link
 from olp.transpile.statement_programs import probes, program_with
@@ -148,24 +148,13 @@ def read_again(
         told = [found.render() for found in program.diagnostics if found.severity != Severity.INFO]
         if told:
             raise AssertionError(f"{vendor.name} does not read what was written without a word: {told[0]}")
-        program = _started(program, made, vendor)
+        first = first_routine(program, made, vendor.name)
+        program = starting([program], made.translated.mapping.get(("routine", first), first))
         linked = link(program).program
         if not runs:
             return linked, []
         shown = shown_at_ends(program)
         return linked, events_of(shown, run(shown, robot_of(), folder=folder, max_steps=5000), vendor)
-
-
-def _started(program: Program, made: Converted, vendor: Vendor) -> Program:
-    """The program to be run from the routine that was the first one before it was written: a module without the one
-    that the controller starts says nothing of it."""
-    source = made.translated.program
-    if not source.routines or program.main.casefold() == limits_of(vendor.name).started:
-        return program
-    own = source.main or source.routines[0].name
-    name = made.translated.mapping.get(("routine", own), own).casefold()
-    found = next((one.name for one in program.routines if one.name.casefold() == name), "")
-    return replace(program, main=found) if found else program
 
 
 def check_writer(vendor: Vendor, *, samples: Path | None = None, first: bool = False, only: str = "") -> None:

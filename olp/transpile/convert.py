@@ -304,7 +304,16 @@ PlanAgain: TypeAlias = (
 )
 
 
-def _starting(written: Sequence[Program], start: str) -> Program:
+def first_routine(written: Program, converted: Converted, vendor: str) -> str:
+    """The routine that runs first in the `written` main file: where the controller starts, whatever the passes took for
+    the first; else that of the program it was made from."""
+    made = converted.translated.program
+    if written.main.casefold() == limits_of(vendor).started:
+        return written.main
+    return made.main or (made.routines[0].name if made.routines else "")
+
+
+def starting(written: Sequence[Program], start: str) -> Program:
     """The program that has the routine `start`, from there; the first one where none has it."""
     for program in written:
         for routine in program.routines:
@@ -337,13 +346,10 @@ def _read_again(
             inputs: Mapping[SignalKey, tuple[int, ...]], steps: int, made_up: MadeUp | None, start: str = ""
         ) -> Plan:
             around = None if source is None else _surroundings(source, converted, robot, inputs)
-            one = _starting(written, converted.translated.mapping.get(("routine", start), start or own))
+            one = starting(written, converted.translated.mapping.get(("routine", start), start or own))
             return run(one, robot, folder=folder, assumptions=around, max_steps=steps, made_up=made_up)
 
-        made = converted.translated.program
-        own = made.main or (made.routines[0].name if made.routines else "")
-        if written[0].main.casefold() == limits_of(vendor).started:
-            own = written[0].main  # where the controller starts, whatever the passes took for the first
+        own = first_routine(program, converted, vendor)
         yield written, plan
 
 
