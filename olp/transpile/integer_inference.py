@@ -261,7 +261,8 @@ def _rounded(program: st.Program, work: TranslationContext) -> st.Program:
     return replace(program, routines=tuple(map(own.routine, program.routines)))
 
 
-_NEARLY_HALF: Final = 0.49999  # less a whole number that is rounded is itself
+# A whole number less this is rounded to itself, also where numbers have seven digits and there are thousands.
+_NEARLY_HALF: Final = 0.499
 
 
 def _known_step(s: st.For) -> float:
