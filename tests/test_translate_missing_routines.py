@@ -326,14 +326,18 @@ end
 """
 
 
+def waits_elsewhere(text: str, target: str) -> list[float]:
+    """[s] that a URScript program waits when it is translated."""
+    plan = run_elsewhere(text, "urscript", target)
+    return [float(plan.durations[row]) for row in plan.row[plan.kind == StepKind.WAIT]]
+
+
 @pytest.mark.parametrize("target", ["inform", "krl", "rapid", "tp"])
 def test_lists_that_functions_take_and_give_back_are_arrays(target):
     """As the functions of a gripper do that a PolyScope program holds."""
     losses = converted(GRIPPER, "urscript", target).translated.losses
     assert {one.line for one in losses if one.fate is Fate.COMMENTED} <= {11}  # what nothing calls
-    plan = run_elsewhere(GRIPPER, "urscript", target)
-    waits = [float(plan.durations[row]) for row in plan.row[plan.kind == StepKind.WAIT]]
-    assert waits == pytest.approx([3, 3, 9, 7, 0.5, 5])
+    assert waits_elsewhere(GRIPPER, target) == pytest.approx([3, 3, 9, 7, 0.5, 5])
 
 
 OF_ITSELF = """def part():
@@ -355,9 +359,7 @@ end
 def test_a_list_that_is_computed_from_itself_is_computed_before_it_changes(target):
     losses = converted(OF_ITSELF, "urscript", target).translated.losses
     assert not [one for one in losses if one.leaves_out]
-    plan = run_elsewhere(OF_ITSELF, "urscript", target)
-    waits = [float(plan.durations[row]) for row in plan.row[plan.kind == StepKind.WAIT]]
-    assert waits == pytest.approx([2, 6, 6, 2])
+    assert waits_elsewhere(OF_ITSELF, target) == pytest.approx([2, 6, 6, 2])
 
 
 @pytest.mark.parametrize(
