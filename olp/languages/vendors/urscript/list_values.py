@@ -39,10 +39,8 @@ class ListShape(NamedTuple):
     size: int
 
 
-class _Values(NamedTuple):
-    """What one name or result gets: (routine in which it is computed, value)."""
-
-    given: list[tuple[str, ex.Expression]]
+_Values = list[tuple[str, ex.Expression]]
+"""What one name or result gets: the routine in which it is computed, and the value."""
 
 
 def with_arrays(program: st.Program) -> st.Program:
@@ -63,8 +61,8 @@ class _Lists:
             (r.name, s.name): s for r in program.routines for s in r.body if type(s) is st.Declare
         }
         self.declares |= {("", d.name): d for d in program.data}
-        self.names: dict[tuple[str, str], _Values] = defaultdict(lambda: _Values([]))
-        self.results: dict[str, _Values] = defaultdict(lambda: _Values([]))
+        self.names: dict[tuple[str, str], _Values] = defaultdict(list)
+        self.results: dict[str, _Values] = defaultdict(list)
         self.changes: set[tuple[str, str]] = set()  # names of which single elements are set
         self._made = 0
         for d in program.data:
@@ -92,7 +90,7 @@ class _Lists:
 
     def _note(self, routine: str, s: st.Statement) -> None:
         if isinstance(s, st.Declare) and s.value is not None:
-            self.names[self._scope(routine, s.name), s.name].given.append((routine, s.value))
+            self.names[self._scope(routine, s.name), s.name].append((routine, s.value))
         elif isinstance(s, st.Assign):
             self._set(routine, s.target, s.value)
         elif isinstance(s, st.Call):
@@ -101,14 +99,14 @@ class _Lists:
             if s.result is not None:
                 self._set(routine, s.result, call)
         elif isinstance(s, st.Return) and s.value is not None:
-            self.results[routine].given.append((routine, s.value))
+            self.results[routine].append((routine, s.value))
         for e in expressions_of(s):
             if type(e) is ex.CallValue:
                 self._pass(routine, e)
 
     def _set(self, routine: str, target: ex.Expression, value: ex.Expression) -> None:
         if type(target) is ex.Named:
-            self.names[self._scope(routine, target.name), target.name].given.append((routine, value))
+            self.names[self._scope(routine, target.name), target.name].append((routine, value))
         elif type(target) is ex.Item and type(target.base) is ex.Named:
             self.changes.add((self._scope(routine, target.base.name), target.base.name))
 
@@ -117,7 +115,7 @@ class _Lists:
         if called is None:
             return
         for p, value in zip(called.parameters, _arguments(called, call.arguments) or (), strict=False):
-            self.names[called.name, p.name].given.append((routine, value))
+            self.names[called.name, p.name].append((routine, value))
 
     # --- shapes -----------------------------------------------------------------------------------------
 
@@ -156,7 +154,7 @@ class _Lists:
         """What all values agree about; `open_`: of a parameter, which may get lists of several lengths."""
         found: set[ListShape | None] = set()
         written: set[ListShape | None] = set()  # numbers that stand in the text may be of either kind
-        for routine, value in values.given if values is not None and key not in seen else ():
+        for routine, value in values if values is not None and key not in seen else ():
             if not (type(value) is ex.Named and self._says_nothing(routine, value.name, {*seen, key})):
                 one = self.shape(routine, value, seen | {key})
                 (written if type(value) is ex.RecordLiteral else found).add(one)
