@@ -216,3 +216,29 @@ def test_an_element_without_a_value_leaves_the_others_of_its_array_as_they_are(t
         np.hypot(0.0105, 0.12)
     )  # the second has no value: the flange, which is told
     assert any("TOOL_DATA" in one.says for one in plan.assumptions)
+
+
+def test_a_clock_with_a_computed_number_is_what_the_controller_sets():
+    """`$TIMER_STOP[n]`: an array that no file declares was refused as no array."""
+    plan = run(
+        "INT n", "n=2", "IF $TIMER_STOP[n]==FALSE THEN", "$OUT[1]=TRUE", "ENDIF", "$OUT[2]=$TIMER[n]>9"
+    )
+    assert not [d.render() for d in plan.diagnostics if d.is_error]
+    assert any("$TIMER_STOP is taken as 0" in one.says for one in plan.assumptions)
+
+
+@pytest.mark.parametrize(("number", "length"), [(0, 0.0), (1, 0.1), (2, 0.2)])
+def test_a_tool_by_a_computed_number_is_the_flange_at_0(tmp_path: Path, number: int, length: float) -> None:
+    """Public bas.src, TOOL and FRAMES: below 1 it is $NULLFRAME; TOOL_DATA has no element 0."""
+    tools = [f"TOOL_DATA[{n}]={{X 0.0,Y 0.0,Z {100.0 * n},A 0.0,B 0.0,C 0.0}}" for n in (1, 2)]
+    config = ["DEFDAT $CONFIG PUBLIC", "DECL FRAME TOOL_DATA[16]", *tools, "ENDDAT", ""]
+    (tmp_path / "$config.dat").write_text("\n".join(config))
+    rows = ["DEF part()", f"choose({number})", "PTP {X 900,Y 0,Z 500,A 0,B 0,C 0}", "END"]
+    rows += ["DEF choose(n:IN)", "INT n", "FDAT_ACT={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}"]
+    rows += ["FDAT_ACT.TOOL_NO=n", "BAS(#FRAMES)", "END", ""]
+    (tmp_path / "part.src").write_text("\n".join(rows))
+    plan = olp.read(tmp_path / "part.src").plan(robot=ROBOT)
+    assert not [d.render() for d in plan.diagnostics if d.is_error]
+    assert not any("BASE" in one.says or "user frame" in one.says for one in plan.assumptions)
+    tool = plan.tools.get(int(plan.held[0]))
+    assert (0.0 if tool is None else float(tool.position[2])) == pytest.approx(length)

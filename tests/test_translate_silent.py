@@ -3294,3 +3294,20 @@ def test_a_called_routine_changes_no_index_of_its_caller():
     assert not any(d.is_error for d in found.diagnostics)
     written = translated(text, "rapid", "krl")
     assert written.count("DECL INT whole_index\r\n") == 2
+
+
+# --- whole numbers that nothing sets ------------------------------------------------------------------------
+
+
+def test_registers_that_krl_divides_as_integers_are_asked_to_hold_whole_numbers():
+    """FANUC's registers hold fractions too; of those that others set nobody knows."""
+    rows = ("R[5]=R[1] MOD 4", "R[6]=R[2] DIV 3", "R[2]=6", "R[3]=7", "R[7]=R[3] MOD 2", "R[8]=R[9]")
+    made = converted(tp(*rows), "tp", "krl")
+    asked = {says: list(things) for says, things in made.translated.asks.items() if "whole" in says}
+    assert asked == {"see that these hold whole numbers when it starts": ["R1", "R2"]}
+
+
+def test_a_number_that_gets_one_of_which_nobody_knows_is_no_integer():
+    made = converted(tp("R[7]=R[8]", "R[6]=R[7] MOD 2"), "tp", "krl")
+    assert b"DECL REAL R7=0.0" in b"".join(made.files.values())
+    assert any("may be a fraction" in loss.says for loss in made.translated.losses)

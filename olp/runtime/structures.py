@@ -52,9 +52,11 @@ def pose_value(pose: Pose) -> PositionValue:
 
 def read_item(m: Machine, e: Item) -> Value:
     """An element; of joint values in degrees. Raises StatementError (I223) outside of the array."""
-    from olp.runtime.evaluate import evaluate
+    from olp.runtime.evaluate import evaluate, find_slot
 
     value = evaluate(m, e.base)
+    if isinstance(e.base, Named) and e.base.name.startswith("$") and find_slot(m, e.base.name) is None:
+        return value  # of an array that the controller sets, each element is what is assumed of it
     for index in _indices(m, e):
         value = _element(value, index, e)
     return value

@@ -6,7 +6,7 @@ declares (RAPID) becomes a variable of the routine; one that it hides keeps the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -39,7 +39,12 @@ def whole_numbers(program: st.Program, work: TranslationContext) -> st.Program:
     if wanted:
         for routine in program.routines:
             held.note(routine)
-        program = _retyped(program, wanted & held.whole())
+        unset = held.unset(work.registers)
+        whole = wanted & held.whole(unset - wanted)
+        for _, name in sorted(whole):  # those that the program sets before it reads them are integers already
+            if name in work.registers:
+                work.ask("see that these hold whole numbers when it starts", name)
+        program = _retyped(program, whole)
     return _rounded(program, work)
 
 
@@ -188,10 +193,18 @@ class _Held:
             if by_name[parameter].by_reference:
                 self._set(caller, value, None)
 
-    def whole(self) -> set[Key]:
-        """Numbers that never hold a fraction, whatever way the program takes."""
+    def unset(self, registers: Set[str]) -> set[Key]:
+        """Registers that other programs set, or an operator, and this one never does."""
+        return {
+            key
+            for symbol in self.symbols
+            if symbol.name in registers and (key := (symbol.scope, symbol.name)) not in self.values
+        }
+
+    def whole(self, unknown: Set[Key]) -> set[Key]:
+        """Numbers that never hold a fraction, whatever way the program takes. `unknown`: those that may hold one."""
         numbers = [symbol for symbol in self.symbols if _is_number(symbol) and symbol.parameter is None]
-        kept = {(symbol.scope, symbol.name) for symbol in numbers}
+        kept = {(symbol.scope, symbol.name) for symbol in numbers} - unknown
         for symbol in numbers:
             if symbol.value is not None:
                 self.values.setdefault((symbol.scope, symbol.name), []).append((symbol.scope, symbol.value))

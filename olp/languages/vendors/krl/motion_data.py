@@ -86,6 +86,10 @@ class MotionData:
     def assign(self, key: str, value: ex.Expression) -> None:
         self._actual[key] = value.name if type(value) is ex.Named else None
         self._parts = {part: one for part, one in self._parts.items() if part[0] != key}
+        if isinstance(value, ex.RecordLiteral):
+            for name, member in value.members:
+                if type(member) in (ex.Number, ex.Text):
+                    self._parts[key, name.upper()] = member
 
     def assign_part(self, key: str, name: str, value: ex.Expression) -> None:
         """`FDAT_ACT.TOOL_NO = …`; both in capitals."""
@@ -168,6 +172,16 @@ class MotionData:
             ex.Item(ex.Named(self.scope.spell("BASE_DATA")), (number,)), "BASE_DATA", "user"
         )
 
+    def chosen_tool(self, number: ex.Expression) -> tuple[st.Statement, ...]:
+        """BAS(#TOOL,n): below 1 it is the flange."""
+        flange = st.SetTool(0, self.numbered_tool(ex.Number(0)))
+        return _above_zero(number, st.SetTool(0, self.numbered_tool(number)), flange)
+
+    def chosen_frame(self, number: ex.Expression) -> tuple[st.Statement, ...]:
+        """BAS(#BASE,n): below 1 it is $WORLD."""
+        world = st.SetFrame(0, self.numbered_frame(ex.Number(0)))
+        return _above_zero(number, st.SetFrame(0, self.numbered_frame(number)), world)
+
     # --- BAS --------------------------------------------------------------------------------------------
 
     def bas(self, command: str, argument: ex.Expression) -> tuple[st.Statement, ...] | None:
@@ -214,11 +228,14 @@ class MotionData:
 
     def frames(self) -> tuple[st.Statement, ...]:
         """FRAMES."""
-        tool = st.SetTool(0, self.numbered_tool(self.member("FDAT_ACT", "TOOL_NO")))
-        frame = st.SetFrame(0, self.numbered_frame(self.member("FDAT_ACT", "BASE_NO")))
+        numbers = self.member("FDAT_ACT", "TOOL_NO"), self.member("FDAT_ACT", "BASE_NO")
+        tool, frame = self.chosen_tool(numbers[0]), self.chosen_frame(numbers[1])
+        if self._actual["FDAT_ACT"] is not None:  # of a form, which chooses by name and seldom none
+            tool = tool if len(tool) == 1 else (st.SetTool(0, self.numbered_tool(numbers[0])),)
+            frame = frame if len(frame) == 1 else (st.SetFrame(0, self.numbered_frame(numbers[1])),)
         mode = self._word("FDAT_ACT", "IPO_FRAME")
         external = type(mode) is ex.Text and mode.value.upper() == "#TCP"
-        return (tool, frame, *self.interpolation(external))
+        return (*tool, *frame, *self.interpolation(external))
 
     def interpolation(self, external: bool) -> tuple[st.Statement, ...]:
         """$IPO_MODE, where it changes."""
@@ -231,6 +248,17 @@ class MotionData:
 def external_tool(external: bool) -> st.ExternalTool:
     """With #TCP the tool stands in the room, at $BASE, and the arm holds the work."""
     return st.ExternalTool(0, ex.SystemValue("current-frame") if external else None)
+
+
+def _above_zero(
+    number: ex.Expression, chosen: st.SetTool | st.SetFrame, none: st.SetTool | st.SetFrame
+) -> tuple[st.Statement, ...]:
+    """An element of a list that a program chooses by a computed number: a list has none at 0."""
+    system = chosen.tool if isinstance(chosen, st.SetTool) else chosen.frame
+    if type(number) is ex.Number or not isinstance(system, ex.Item):
+        return (chosen,)
+    below = st.If(0, ex.Compare("<=", number, ex.Number(0)))
+    return (below, none, st.Else(0), chosen, st.EndIf(0))
 
 
 def _has(listed: ex.RecordLiteral, index: ex.Expression) -> bool:
@@ -246,8 +274,8 @@ _COMMANDS: Final[dict[str, Callable[[MotionData, ex.Expression], tuple[st.Statem
     "ACC_PTP": lambda data, value: (joint_acceleration(value, values.ACC_PTP),),
     "VEL_CP": lambda data, value: (path_speed(value),),
     "ACC_CP": lambda data, value: (path_acceleration(value, values.ACC_CP),),
-    "TOOL": lambda data, value: (st.SetTool(0, data.numbered_tool(value)),),
-    "BASE": lambda data, value: (st.SetFrame(0, data.numbered_frame(value)),),
+    "TOOL": lambda data, value: data.chosen_tool(value),
+    "BASE": lambda data, value: data.chosen_frame(value),
     "FRAMES": lambda data, _: data.frames(),
     "PTP_DAT": lambda data, _: (joint_speed(data.member("PDAT_ACT", "VEL")), *data.joint_data()),
     "CP_DAT": lambda data, _: (path_speed(data.member("LDAT_ACT", "VEL")), *data.path_data()),
