@@ -55,8 +55,8 @@ FAULTS: Final = (
     ),
     Fault(
         "motion_data.py",
-        '"TOOL": lambda data, value: (st.SetTool(0, data.numbered_tool(value)),)',
-        '"TOOL": lambda data, value: (st.SetTool(0, data.numbered_frame(value)),)',
+        '"TOOL": lambda data, value: data.chosen_tool(value)',
+        '"TOOL": lambda data, value: data.chosen_frame(value)',
         "BAS(#TOOL) selects a base",
     ),
     Fault(
