@@ -642,7 +642,9 @@ def _folder_of(program: Program) -> Path | None:
 
 def _finish(m: Machine) -> Plan:
     m.hand_over_assumptions()
-    plan = m.recorder.finish((), m.stop_reason)
+    made_up = m.made_up
+    # Poses that are made up are compared as poses, and nobody asks for the axes there.
+    plan = m.recorder.finish((), m.stop_reason, branches=made_up is None or not made_up.seed)
     found = [*m.jobs.program.diagnostics, *m.jobs.found, *m.world.diagnostics]
     told = {(d.file, d.line) for d in found if d.is_error}
     broken = {file for file, _ in told}

@@ -170,13 +170,19 @@ def columns(
     count: int,
     rows: Sequence[MoveRow],
     extras: Mapping[int, Extra] | None = None,
+    *,
+    branches: bool = True,
 ) -> tuple[Positions, Moves, NDArray[np.int32]]:
-    """The `count` positions and all moves of a plan, and the tool of each move (-1: none)."""
+    """The `count` positions and all moves of a plan, and the tool of each move (-1: none).
+
+    `branches`: the axes at poses follow from the moves that lead there; else they are those of the written flags.
+    """
     positions, tools, says = _resolve(cell, batches, count)
     moves, end_of_arc = _moves(rows)
     if not len(moves):
         return positions, moves, np.zeros(0, dtype=np.int32)
-    positions, moves, tools = keep_branches(cell, positions, tools, says, moves)
+    if branches:
+        positions, moves, tools = keep_branches(cell, positions, tools, says, moves)
     positions, moves = _with_target_tools(cell, positions, tools, moves)
     held = tools[moves.target]
     extras = extras or {}
@@ -581,10 +587,12 @@ class Recorder:
         further = zip(written[state.own :], state.units, strict=False)
         return tuple(v / (mm if unit == "mm" else deg) for v, unit in further)
 
-    def finish(self, diagnostics: Sequence[Diagnostic], stop_reason: str = "") -> Plan:
-        """The plan of everything executed."""
+    def finish(
+        self, diagnostics: Sequence[Diagnostic], stop_reason: str = "", *, branches: bool = True
+    ) -> Plan:
+        """The plan of everything executed. `branches`: as in `columns`."""
         positions, moves, held = columns(
-            self.cell, self._batches.values(), self._pool, self._moves, self._extras
+            self.cell, self._batches.values(), self._pool, self._moves, self._extras, branches=branches
         )
         tools = {number: self.cell.tool_pose(number) for number in distinct(held) if number >= 0}
         gaps = tuple(Assumption(0, gap.says) for gap in self.cell.gaps.values() if not gap.unusable)
