@@ -186,7 +186,13 @@ def test_steps_of_thousands_of_waits_behind_one_move_are_found_in_a_moment():
 
 def test_poses_that_are_made_up_are_not_turned_into_axes():
     """They are compared as poses; the axes of 900 of them took 4 ms each, three quarters of a long translation."""
-    rows = ["FOR R[1]=1 TO 300", "J PR[R[1]] 50% FINE", "L PR[R[1]] 90mm/sec FINE", "J P[1] 50% FINE", "ENDFOR"]
+    rows = [
+        "FOR R[1]=1 TO 300",
+        "J PR[R[1]] 50% FINE",
+        "L PR[R[1]] 90mm/sec FINE",
+        "J P[1] 50% FINE",
+        "ENDFOR",
+    ]
     program = read(tp(*rows, positions=POINTS), "tp")
     with cpu_time_below(1.5):
         plan = run(program, ROBOT, max_steps=10_000, made_up=MadeUp(1))

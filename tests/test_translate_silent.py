@@ -92,13 +92,38 @@ def test_a_speed_of_the_tool_that_no_way_turns_into_one_of_the_axes_is_told(targ
 # --- 2: options of moves ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "option", ["Skip,LBL[2]", "TB .50sec,P-SPS", "TA .20sec,CALL OPEN", "DB 10mm,DO[1]=DI[1]"]
-)
+@pytest.mark.parametrize("option", ["Skip,LBL[2]", "TA .20sec,R[1]=2"])
 @pytest.mark.parametrize("target", ["rapid", "krl", "inform", "urscript"])
 def test_what_happens_on_the_way_of_a_move_is_refused_with_it(option, target):
     rows = ("J P[1] 100% FINE", f"L P[2] 100mm/sec FINE {option}", "LBL[2]")
     assert option.split()[0].split(",")[0] in refused(tp(*rows, positions=(P1, P2)), "tp", target)[7]
+
+
+BEHIND = {
+    "TA .20sec,CALL OPEN(3)": (r"OPEN\b", "0.2 s behind its end"),
+    "DB 10mm,DO[1]=DI[1]": (
+        r"DOUT OT|\$OUT\[1\]=|SetDO do1|set_standard_digital_out\(1",
+        "10 mm before its end",
+    ),
+    "DB 10mm,DO[1]=PULSE,0.5sec": (r"PULSE OT|PULSE ?\(\$OUT|PulseDO|run olp_pulse", "10 mm before its end"),
+    "TB .50sec,P-SPS": ("", "a P-SPS block runs behind its move"),
+}
+
+
+@pytest.mark.parametrize("option", BEHIND)
+@pytest.mark.parametrize("target", ["rapid", "krl", "inform", "urscript"])
+def test_what_a_move_does_on_its_way_is_done_behind_it_and_told(option, target):
+    """The move itself was left out with it."""
+    rows = ("J P[1] 100% FINE", f"L P[2] 100mm/sec FINE {option}", "L P[1] 100mm/sec FINE")
+    text = tp(*rows, positions=(P1, P2))
+    there = run_elsewhere(text, "tp", target)
+    assert len(there.moves) == 3
+    deed, says = BEHIND[option]
+    written = translated(text, "tp", target)
+    assert len(re.findall(deed, written)) >= 1
+    told = [loss for loss in losses(text, "tp", target) if loss.line == 7 and says in loss.says]
+    assert [loss.fate for loss in told] == [Fate.APPROXIMATED]
+    assert not [loss for loss in losses(text, "tp", target) if loss.leaves_out]
 
 
 ON_THE_WAY = {
@@ -2776,6 +2801,16 @@ def test_a_computed_jump_chooses_labels_of_its_variables_kind(target):
     assert all(f"{quote}{label}{quote}" in text for label in ("10", "AGAIN"))
 
 
+@pytest.mark.parametrize(
+    ("target", "stops"), [("rapid", "Stop;"), ("krl", "HALT"), ("inform", "PAUSE"), ("urscript", "popup")]
+)
+def test_a_computed_jump_to_no_label_stops_the_program(target, stops):
+    """FANUC's controller ends it with an alarm there; the translation went on with the next statement."""
+    rows = ("R[7]=DI[1]", "JMP LBL[R[7]]", "DO[4]=ON", "LBL[1]", "DO[5]=ON", "LBL[2]", "DO[6]=ON")
+    written = translated(tp(*rows), "tp", target)
+    assert written.index(stops) < re.search(r"(OUT\[|do|OT#\(|out\()4", written).start()
+
+
 def test_a_computed_jump_that_no_label_answers_is_refused():
     said = losses(inform("JUMP LABEL: B001", "*AGAIN", "PAUSE"), "inform", "rapid")
     assert [one.says for one in said if one.fate is Fate.REFUSED or "computed jump" in one.says] == [
@@ -3311,3 +3346,35 @@ def test_a_number_that_gets_one_of_which_nobody_knows_is_no_integer():
     made = converted(tp("R[7]=R[8]", "R[6]=R[7] MOD 2"), "tp", "krl")
     assert b"DECL REAL R7=0.0" in b"".join(made.files.values())
     assert any("may be a fraction" in loss.says for loss in made.translated.losses)
+
+
+# --- loops that the controller takes for endless ----------------------------------------------------------------
+
+
+def test_numbered_steps_that_only_ask_take_time():
+    """URScript's controller stops a program whose loop neither waits nor moves; between the moves it asks in turn."""
+    rows = (
+        "LBL[1]", "IF DI[1]=ON,JMP LBL[2]", "IF DI[2]=ON,JMP LBL[3]", "IF R[1]>5,JMP LBL[4]", "JMP LBL[1]", "LBL[2]",
+        "L P[1] 100mm/sec FINE", "JMP LBL[1]", "LBL[3]", "L P[2] 100mm/sec FINE", "IF DI[3]=OFF,JMP LBL[1]", "LBL[4]",
+        "DO[1]=ON", "JMP LBL[1]",
+    )  # fmt: skip
+    text = translated(tp(*rows, positions=(P1, P2)), "tp", "urscript")
+    steps = re.split(r"\n    (?:el)?if \(step == \d+\):\n", text)[1:]
+    idle = [step for step in steps if "sync()" in step]
+    assert idle
+    assert not [step for step in idle if "movel" in step]
+    # Whoever follows the steps without a move passes one with sync().
+    leads = {at: {int(to) for to in re.findall(r"step = (\d+)", step)} for at, step in enumerate(steps)}
+    quick = {at for at, step in enumerate(steps) if "movel" not in step and "sync()" not in step}
+    while ends := {at for at in quick if not leads[at] & quick}:
+        quick -= ends
+    assert not quick
+
+
+@pytest.mark.parametrize(("row", "waits"), [("n = n + 1", False), ("k = k + 1", True)])
+def test_a_loop_that_waits_for_somebody_else_takes_time(row, waits):
+    rows = ["VAR num n:=0;", "VAR num k:=0;"]
+    text = translated(
+        module("WHILE n<5 DO", f"{row.replace('=', ':=')};", "ENDWHILE", data=rows), "rapid", "urscript"
+    )
+    assert ("sync()" in text) is waits

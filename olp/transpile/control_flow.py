@@ -162,7 +162,8 @@ def _uncomputed(
     if first:
         work.lose(s, Fate.REFUSED, "label", "a computed jump that no label answers")
         return []
-    rows.append(st.EndIf(s.line))
+    # Without such a label the source's controller stops the program with an alarm.
+    rows += [st.Else(s.line), st.Pause(s.line), st.EndIf(s.line)]
     return rows if s.condition is None else [*rows, st.EndIf(s.line)]
 
 

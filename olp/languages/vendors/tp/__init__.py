@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Final
 
 from olp.core.source import Source
-from olp.ir.program import Program
+from olp.ir.program import Program, Routine, Statement
 from olp.languages.vendor import ArmFlags, Conventions, CornerSpelling, MoveOptions, Vendor, Weld, statements
 
 _COMMENT: Final = re.compile(rb"\s*\d*\s*:\s*!(.*?)\s*;?\s*", re.DOTALL)
@@ -58,6 +59,7 @@ class Tp(Vendor):
         },
         idle_processes={"diag_rec": "recording for a diagnosis"},
         silent_processes={
+            "continue": "what a move does on its way",
             "offset condition": "a condition of offsets, which moves name themselves,",
             "tool_offset condition": "a condition of offsets, which moves name themselves,",
         },
@@ -77,6 +79,13 @@ class Tp(Vendor):
         """Also of lines that a controller has numbered."""
         match = _COMMENT.fullmatch(line)
         return match[1] if match else None
+
+    def spelled_out(
+        self, body: tuple[Statement, ...], find: Callable[[str], Routine | None]
+    ) -> tuple[Statement, ...]:
+        from olp.languages.vendors.tp.instructions import with_deeds
+
+        return with_deeds(body)
 
     def as_called(self, program: Program) -> Program:
         from olp.languages.vendors.tp.instructions import with_alarms

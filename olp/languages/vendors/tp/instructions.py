@@ -30,7 +30,7 @@ from olp.languages.lark_host import (
     values_of,
     word_at,
 )
-from olp.languages.vendor import ACKNOWLEDGED
+from olp.languages.vendor import ACKNOWLEDGED, ON_THE_WAY
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.moves import WELD_SPEED, kept
 
@@ -606,6 +606,59 @@ def _explain(problem: UnexpectedInput, text: str) -> _TpProblem:
     # The pendant shows dots where nothing was filled in yet, and stops the program there.
     says = "this was not filled in" if word.startswith("...") else f"'{shortened(word)}' is not expected here"
     return _TpProblem(says, column, column + len(word), wanted)
+
+
+# --- What moves do on their way ---
+# `TB .10sec,CALL OPEN`, `DB 10mm,DO[2]=PULSE,0.5sec`, P-SPS blocks. Outputs that are switched on or off are triggers of
+# their moves (`TpMoveRules.other`); a plan has no time for all else, and no other language a word.
+
+ON_ITS_WAY: Final = frozenset({"TB", "TA", "DB"})
+CONTINUES: Final = "continue"  # the arm goes on: what follows does not stop it
+_DEED: Final = re.compile(r"\s*(?P<far>-?\d*\.?\d+)\s*(?P<unit>sec|mm)\s*,\s*(?P<deed>.*\S)\s*", re.DOTALL)
+
+
+def with_deeds(body: tuple[st.Statement, ...]) -> tuple[st.Statement, ...]:
+    """The statements with what moves do on their way behind the moves, which is told."""
+    if not any(type(s) is st.Move and s.other for s in body):
+        return body
+    return tuple(row for s in body for row in (_spelled(s) if type(s) is st.Move and s.other else (s,)))
+
+
+def _spelled(move: st.Move) -> Iterator[st.Statement]:
+    found = {}
+    for option in move.other:
+        word, text = option
+        if word in ON_ITS_WAY and isinstance(text, Text) and (deed := _deed(word, text)) is not None:
+            found[option] = deed
+    yield replace(move, other=tuple(one for one in move.other if one not in found)) if found else move
+    for says, deeds in found.values():
+        yield st.Process(move.line, CONTINUES, ((ON_THE_WAY, Text(says)),))
+        yield from (replace(one, line=move.line) for one in deeds)
+
+
+def _deed(word: str, option: Text) -> tuple[str, tuple[st.Statement, ...]] | None:
+    """What is told of an option of a move, and what it does; None where that is not known here."""
+    from lark.exceptions import UnexpectedInput
+
+    from olp.languages.vendors.tp.grammar import instruction_parser
+
+    match = _DEED.fullmatch(option.value)
+    if match is None:
+        return None
+    side = "behind" if word == "TA" else "before"
+    far = f"{float(match['far']):g} {'mm' if match['unit'] == 'mm' else 's'} {side} its end"
+    if match["deed"] == BLOCK:  # its statements are read as standing behind the move
+        return f"a P-SPS block runs behind its move, not beside it from {far} on", ()
+    try:
+        deeds = instruction_parser().statements(match["deed"])
+    except (UnexpectedInput, BrokenLineError):
+        return None
+    if not all(type(one) in (st.Call, st.PulseOutput, st.SetOutput) for one in deeds):
+        return None
+    called = next((one.routine for one in deeds if type(one) is st.Call), "")
+    if called:
+        return f"{called} runs behind the move, which waits for its end, not beside it from {far} on", deeds
+    return f"an output is set at the end of the move, not {far}", deeds
 
 
 # --- User alarms ---

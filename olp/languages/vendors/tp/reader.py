@@ -18,6 +18,8 @@ from olp.ir.points import PointKind
 from olp.languages.findings import Findings
 from olp.languages.vendors.tp import values
 from olp.languages.vendors.tp.instructions import (
+    BLOCK,
+    ON_ITS_WAY,
     TpInstructionReader,
     TpMoveLines,
     attribute,
@@ -249,17 +251,14 @@ def _check_lengths(findings: Findings, routine: st.Routine) -> None:
             findings.warning("P529", f"no controller takes label {one.name}", span, f"1 .. {LARGEST_LABEL}")
 
 
-_ON_THE_WAY: Final = frozenset({"TB", "TA", "DB"})
-
-
 def _tell_calls(findings: Findings, routine: st.Routine) -> None:
     """`TB .10sec,CALL OPEN`: the program runs beside the move, and a plan has one thing after the other."""
     for one in routine.body:
         if type(one) is not st.Move or not one.other:
             continue
-        called = next((value for name, value in one.other if name in _ON_THE_WAY), None)
+        called = next((value for name, value in one.other if name in ON_ITS_WAY), None)
         text = called.value.partition(",")[2] if isinstance(called, Text) else ""
-        if text and text != "P-SPS":  # its block is read behind the move
+        if text and text != BLOCK:  # its block is read behind the move
             name = text.removeprefix("CALL ")
             message = f"{name} runs beside the move: it is left out of the plan"
             help = "where the program waits for it, add its time as a wait"

@@ -7,8 +7,8 @@ Codes: X002 what URScript cannot say.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field
 from typing import ClassVar, Final
 
 from olp.core.diagnostic import Diagnostic
@@ -225,7 +225,7 @@ _TAKES_NO_TIME: Final = (
 
 
 def _idle_loops(statements: Sequence[st.Statement]) -> Iterator[int]:
-    """The `id` of each loop that asks signals and in which nothing takes time."""
+    """The `id` of each loop in which nothing takes time, and that asks signals or only what it does not change."""
     loops: list[list[st.Statement]] = []
     for s in statements:
         for held in loops:
@@ -237,8 +237,90 @@ def _idle_loops(statements: Sequence[st.Statement]) -> Iterator[int]:
             asked = [e for one in (head, *inside) for e in _asked(one)]
             timeless = all(type(one) in _TAKES_NO_TIME for one in inside)
             calls = any(type(e) is ex.CallValue for e in asked)
-            if timeless and not calls and any(type(e) is ex.Signal for e in asked):
+            named = [e for one in (head, *inside) for e in expressions_of(getattr(one, "condition", None))]
+            changed = [e for one in inside if isinstance(one, st.Assign) for e in expressions_of(one.target)]
+            outside = not {*filter(_is_name, named)} & {*filter(_is_name, changed)}
+            if timeless and not calls and (outside or any(type(e) is ex.Signal for e in asked)):
                 yield id(head)
+
+
+def _is_name(e: ex.Expression) -> bool:
+    return type(e) is ex.Named
+
+
+def _idle_steps(statements: Sequence[st.Statement]) -> Iterator[int]:
+    """The `id` of steps of a loop over numbered steps (`machine`) that must take time.
+
+    Each way around through steps that take none and ask signals passes one of them.
+    """
+    for at, s in enumerate(statements):
+        if isinstance(s, st.While) and (counter := _counter(s)) is not None:
+            steps = _steps_of(statements[at + 1 :], counter)
+            quick = {number for number, step in steps.items() if step.takes_no_time}
+            for number in quick:
+                back = {to for to in steps[number].leads if to in quick and to <= number}
+                around = {one for to in back for one in _round(steps, quick, to, number)}
+                if any(steps[one].asks for one in around):
+                    yield id(steps[number].head)
+
+
+def _counter(s: st.While) -> ex.Expression | None:
+    match s.condition:
+        case ex.Compare(">=", ex.Named() as counter, ex.Number(0)):
+            return counter
+    return None
+
+
+@dataclass(slots=True)
+class _NumberedStep:
+    head: st.Statement
+    takes_no_time: bool = True
+    asks: bool = False
+    leads: set[float] = field(default_factory=set)
+
+
+def _steps_of(statements: Sequence[st.Statement], counter: ex.Expression) -> dict[float, _NumberedStep]:
+    """The steps of such a loop by their numbers, nothing of another loop. `statements`: within it and behind."""
+    steps: dict[float, _NumberedStep] = {}
+    depth = 0
+    for s in statements:
+        if type(s) in CLOSES:
+            depth -= 1
+            if depth <= 0:
+                return steps
+        if isinstance(s, (st.If, st.ElseIf)) and depth <= isinstance(s, st.ElseIf):
+            match s.condition:
+                case ex.Compare("=", one, ex.Number(number)) if one == counter:
+                    steps[number] = step = _NumberedStep(s)
+                case _:
+                    return {}
+        elif not steps:
+            return {}
+        else:
+            step.takes_no_time &= type(s) in _TAKES_NO_TIME
+            asked = _asked(s)
+            step.takes_no_time &= not any(type(e) is ex.CallValue for e in asked)
+            step.asks |= any(type(e) is ex.Signal for e in asked)
+            if isinstance(s, st.Assign) and s.target == counter and isinstance(s.value, ex.Number):
+                step.leads.add(s.value.value)
+        depth += type(s) in OPENS
+    return {}
+
+
+def _round(steps: Mapping[float, _NumberedStep], quick: Set[float], first: float, last: float) -> set[float]:
+    """The steps between `first` and `last` on ways through `quick` ones; nothing where none leads there."""
+    onward = _reached(first, quick, lambda one: steps[one].leads)
+    back = _reached(last, quick, lambda one: {n for n in quick if one in steps[n].leads})
+    return onward & back
+
+
+def _reached(start: float, among: Set[float], leads: Callable[[float], Set[float]]) -> set[float]:
+    found, rows = {start}, [start]
+    while rows:
+        new = {to for to in leads(rows.pop()) if to in among} - found
+        found |= new
+        rows += new
+    return found
 
 
 def _asked(s: st.Statement) -> list[ex.Expression]:
@@ -249,8 +331,6 @@ class UrscriptWriter(UrscriptMoves):
     """Writes statements and functions."""
 
     templates: ClassVar = {
-        st.If: "if ({condition}):",
-        st.ElseIf: "elif ({condition}):",
         st.Else: "else:",
         st.EndIf: "end",
         st.EndWhile: "end",
@@ -331,12 +411,22 @@ class UrscriptWriter(UrscriptMoves):
 
     def body(self, statements: Sequence[st.Statement]) -> list[str]:
         if not self.own:
-            self.idle.update(_idle_loops(statements))
+            self.idle.update((*_idle_loops(statements), *_idle_steps(statements)))
         return super().body(statements)
 
     def write_while(self, s: st.While) -> Lines:
         """A loop that asks signals and takes no time waits a step each time: the controller takes it for endless."""
-        return [f"while ({self.value(s.condition)}):", *(["  sync()"] if id(s) in self.idle else ())]
+        return [f"while ({self.value(s.condition)}):", *self._waited(s)]
+
+    def write_if(self, s: st.If) -> Lines:
+        """As `write_while`, where it is a step of a loop over numbered steps."""
+        return [f"if ({self.value(s.condition)}):", *self._waited(s)]
+
+    def write_else_if(self, s: st.ElseIf) -> Lines:
+        return [f"elif ({self.value(s.condition)}):", *self._waited(s)]
+
+    def _waited(self, s: st.Statement) -> list[str]:
+        return ["  sync()"] if id(s) in self.idle else []
 
     def write_wait(self, s: st.Wait) -> Lines:
         condition = self.value(inverted(s.condition), 4)
