@@ -575,14 +575,10 @@ class _Vectors:
 def _in_mm(e: ex.Expression) -> ex.Expression:
     """A length in metres as one in millimetres, with numbers folded."""
     match e:
-        case ex.Number(value):
-            return ex.Number(float(f"{value * 1000:.12g}"))
-        case ex.Binary("*", left, ex.Number(factor)) if abs(factor * 1000 - 1) < 1e-12:
-            return left
         case ex.Binary("+" | "-" as operator, left, right):
             return ex.Binary(operator, _in_mm(left), _in_mm(right))
         case _:
-            return ex.Binary("*", e, ex.Number(1000))
+            return ex.scaled(e, 1000)
 
 
 def _rotation_vector(values: tuple[float, ...]) -> tuple[float, ...]:

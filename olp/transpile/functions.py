@@ -337,7 +337,7 @@ def _plain(e: ex.Expression) -> ex.Expression:
             return (
                 e
                 if turn is None
-                else _offset(_turned(_from_vector(turn)), [_times(a, 1000) for a in arguments[:3]])
+                else _offset(_turned(_from_vector(turn)), [ex.scaled(a, 1000) for a in arguments[:3]])
             )
         case "pose-angles" if len(arguments) == 6:
             angles = _numbers(arguments[3:6])
@@ -428,12 +428,6 @@ def _numbers(
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None:
     values = [float(a.value) for a in arguments if isinstance(a, ex.Number)]
     return np.array(values) if len(values) == len(arguments) else None
-
-
-def _times(e: ex.Expression, factor: int) -> ex.Expression:
-    if isinstance(e, ex.Number):
-        return ex.Number(float(f"{e.value * factor:.12g}"))
-    return ex.Binary("*", e, ex.Number(factor))
 
 
 # --- Arguments ---

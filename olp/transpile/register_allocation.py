@@ -470,14 +470,12 @@ def counts_of(value: ex.Expression, scale: int) -> ex.Expression:
     if (known := _known(value)) is not None:
         return ex.Number(round(known * scale))
     match value:
-        case ex.Binary("/", left, ex.Number(divisor)) if divisor == scale:
-            return left
         case ex.Binary("+" | "-" as operator, left, right) if _holds_counts(value, scale):
             return ex.Binary(operator, counts_of(left, scale), counts_of(right, scale))
         case ex.Unary("-", operand) if _holds_counts(operand, scale):
             return ex.Unary("-", counts_of(operand, scale))
         case _:
-            return ex.Binary("*", value, ex.Number(scale))
+            return ex.without_decimals(ex.scaled(value, scale))
 
 
 def _known(value: ex.Expression) -> float | None:

@@ -620,7 +620,11 @@ def _with_legal_texts(s: st.Statement, work: TranslationContext) -> list[st.Stat
 
 
 def _lines(text: str, work: TranslationContext) -> list[str]:
+    """A comment in the lines of the target. Where these are short, the blank that many write behind the sign for a
+    comment is left out, as people do there."""
     legal, room = _legal(text, work), work.limits.comment
+    if room and legal[:1] == " " != legal[1:2]:
+        legal = legal[1:]
     if not room or len(legal) <= room:
         return [legal]
     from textwrap import wrap

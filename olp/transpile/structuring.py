@@ -307,13 +307,21 @@ def _loop(
         return None
     if any(id(jump) not in {id(j) for j in jumps_in(inside)} and jump is not back for jump in jumps):
         return None
+    head = st.While(label.line, SignalState(True), label.comment)
+    match inside:
+        case [st.Jump(condition=exits) as first, *_] if exits is not None and first.target == leave:
+            # What leaves at once is the condition of the loop.
+            if not (label.comment and first.comment):
+                head = st.While(first.line, negated(exits), label.comment or first.comment)
+                inside = inside[1:]
     body = _with_exits(inside, label.name, leave)
     if body is None:
         return None
-    block = Block(
-        [(st.While(label.line, SignalState(True), label.comment), body)], st.EndWhile(back.line, back.comment)
-    )
-    return [*nodes[:at], block, *nodes[last + 1 :]]
+    return [
+        *nodes[:at],
+        Block([(head, body)], st.EndWhile(back.line, back.comment)),
+        *nodes[last + 1 :],
+    ]
 
 
 def _with_exits(nodes: list[Node], again: str, leave: str) -> list[Node] | None:

@@ -298,6 +298,8 @@ class KrlValues(Generator):
             raise CannotSayError("a whole quotient of numbers that are not INT")
         if type(e.left) is ex.Number:
             return f"{self.number(ex.Number(float(e.left.value)))}/{right}", own
+        if type(e.right) is ex.Number:
+            return f"{self.value(e.left, own)}/{self.number(ex.Number(float(e.right.value)))}", own
         return f"1.0*{self.value(e.left, own + 1)}/{right}", own
 
     def _is_integer(self, e: ex.Expression) -> bool:

@@ -607,7 +607,11 @@ def components(it: ex.Expression) -> Components | None:
         return it.arguments
     if it.name == "pose-vector":
         angles = _angles(it.arguments[_LENGTHS:])
-        return None if angles is None else (*(scaled(one, 1000) for one in it.arguments[:_LENGTHS]), *angles)
+        return (
+            None
+            if angles is None
+            else (*(term_by_term(one, 1000) for one in it.arguments[:_LENGTHS]), *angles)
+        )
     return None
 
 
@@ -626,19 +630,11 @@ def _angles(vector: tuple[ex.Expression, ...]) -> tuple[ex.Number, ...] | None:
     return tuple(ex.Number(round(float(value) / deg, _DECIMALS)) for value in turned)
 
 
-def scaled(it: ex.Expression, factor: int) -> ex.Expression:
-    """`it` times a number, with numbers folded."""
-    if isinstance(it, ex.Number):
-        value = round(it.value * factor, 9)
-        return ex.Number(int(value) if value == int(value) else value)
-    if isinstance(it, ex.Binary) and it.operator == "*":
-        if isinstance(it.left, ex.Number):
-            return ex.Binary("*", scaled(it.left, factor), it.right)
-        if isinstance(it.right, ex.Number):
-            return ex.Binary("*", it.left, scaled(it.right, factor))
+def term_by_term(it: ex.Expression, factor: int) -> ex.Expression:
+    """`it` times a number, each term of a sum on its own."""
     if isinstance(it, ex.Binary) and it.operator in "+-":
-        return ex.Binary(it.operator, scaled(it.left, factor), scaled(it.right, factor))
-    return ex.Binary("*", it, ex.Number(factor))
+        return ex.Binary(it.operator, term_by_term(it.left, factor), term_by_term(it.right, factor))
+    return ex.without_decimals(ex.scaled(it, factor))
 
 
 def _is_zero(it: ex.Expression) -> bool:

@@ -33,7 +33,6 @@ from olp.languages.vendors.urscript.syntax import (
     fold,
     numbers,
     pose_literal,
-    scaled,
 )
 
 _COMPARE: Final = {"==": "=", "!=": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
@@ -83,7 +82,7 @@ class Expressions:
                 folded = [fold(self.lower(item)) for item in node.items]
                 values = numbers(folded)
                 if values is None:
-                    return ex.Function("joints", tuple(scaled(one, 1.0 / deg) for one in folded))
+                    return ex.Function("joints", tuple(ex.scaled(one, 1.0 / deg) for one in folded))
             return ex.PositionLiteral("joint", values)
         return ex.RecordLiteral("list", tuple(("", self.lower(item, nested)) for item in node.items))
 
@@ -118,10 +117,10 @@ class Expressions:
             if kind == "position":
                 if type(place) is int and 0 <= place < _AXES:
                     member = ex.Member(base, _POSE_MEMBERS[place])
-                    return member if place > 2 else scaled(member, mm)
+                    return member if place > 2 else ex.scaled(member, mm)
                 return ex.Function("pose-element", (base, _from_one(indices[0])))
             item = ex.Item(base, (_from_one(indices[0]),))
-            return scaled(item, deg) if kind == "joints" else item
+            return ex.scaled(item, deg) if kind == "joints" else item
         return ex.Item(base, tuple(map(_from_one, indices)))
 
     def _dot(self, node: UrscriptDot, _: bool) -> ex.Expression:
@@ -236,7 +235,7 @@ def _plain(neutral: str) -> Meaning:
 
 def _from_angle(neutral: str) -> Meaning:
     def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:
-        return ex.Function(neutral, (scaled(e.lower(values[0]), 1.0 / deg),)) if len(values) == 1 else None
+        return ex.Function(neutral, (ex.scaled(e.lower(values[0]), 1.0 / deg),)) if len(values) == 1 else None
 
     return lower
 
@@ -244,7 +243,9 @@ def _from_angle(neutral: str) -> Meaning:
 def _to_angle(neutral: str) -> Meaning:
     def lower(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:
         return (
-            scaled(ex.Function(neutral, tuple(e.lower(value) for value in values)), deg) if values else None
+            ex.scaled(ex.Function(neutral, tuple(e.lower(value) for value in values)), deg)
+            if values
+            else None
         )
 
     return lower
@@ -257,7 +258,7 @@ def _times(factor: float) -> Meaning:
         operand = e.lower(values[0])
         if type(operand) is ex.Number:  # kept as it is written: 30 deg stay 30 deg
             return ex.Binary("*", operand, ex.Number(factor))
-        return scaled(operand, factor)
+        return ex.scaled(operand, factor)
 
     return lower
 
@@ -294,7 +295,7 @@ def _forward(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]
 def _distance(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:
     if len(values) != 2:
         return None
-    return scaled(ex.Function("pose-distance", tuple(e.lower(value) for value in values)), mm)
+    return ex.scaled(ex.Function("pose-distance", tuple(e.lower(value) for value in values)), mm)
 
 
 def _norm(e: Expressions, values: list[Node], _: tuple[UrscriptArgument, ...]) -> ex.Expression | None:

@@ -36,7 +36,6 @@ from olp.languages.vendors.urscript.syntax import (
     UrscriptKeyword,
     UrscriptName,
     fold,
-    scaled,
 )
 
 _GZIP = b"\x1f\x8b"
@@ -518,7 +517,7 @@ class _UrscriptBody:
             return self._named(target.text, content)
         lowered, place = self._expressions.lower(value), self._expressions.lower(target)
         if type(place) is ex.Binary and type(place.right) is ex.Number:
-            lowered, place = scaled(lowered, 1.0 / place.right.value), place.left
+            lowered, place = ex.scaled(lowered, 1.0 / place.right.value), place.left
         elif type(place) in (ex.CallValue, ex.Number, ex.Text, ex.SignalState):
             self._tell("P558", "this cannot be assigned to", "a name stands left of =")
         if content.operator != "=":

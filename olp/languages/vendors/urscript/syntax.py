@@ -210,9 +210,6 @@ def simple_of(instruction: Instruction) -> Simple | None:
     return instruction
 
 
-_SAME_FACTOR = 1e-12
-
-
 def pose_literal(values: tuple[float, ...]) -> PositionLiteral:
     """A pose of x y z [m] and a rotation vector [rad], which is kept for writing it back."""
     x, y, z, rx, ry, rz = values
@@ -239,20 +236,6 @@ def numbers(values: Sequence[Expression]) -> tuple[float, ...] | None:
     """The values, None when one of them is no number."""
     found = [float(one.value) for one in values if isinstance(one, Number)]
     return tuple(found) if len(found) == len(values) else None
-
-
-def scaled(e: Expression, factor: float) -> Expression:
-    """`e` times `factor`; a factor that is there already and undoes it is taken off instead.
-
-    Of a number twelve digits count: else 4.5 mm grow by the last bit each time that a script is read and written.
-    """
-    if type(e) is Number:
-        return Number(float(f"{e.value * factor:.12g}"))
-    if type(e) is Binary and type(e.right) is Number and e.operator in "*/" and e.right.value:
-        held = e.right.value if e.operator == "*" else 1.0 / e.right.value
-        if abs(held * factor - 1.0) < _SAME_FACTOR:
-            return e.left
-    return Binary("*", e, Number(factor))
 
 
 def fold(e: Expression) -> Expression:

@@ -13,7 +13,7 @@ from olp.ir import terminology
 from olp.languages.generator import CannotSayError, Generator, Spelled
 from olp.languages.literals import all_trimmed, trimmed
 from olp.languages.vendors.urscript import builtins, helpers
-from olp.languages.vendors.urscript.syntax import angles_from_vector, scaled, vector_from_angles
+from olp.languages.vendors.urscript.syntax import angles_from_vector, vector_from_angles
 
 _SAME = 1e-12
 _LEAST = 1e-3  # smaller numbers than these may be written with an exponent
@@ -56,7 +56,7 @@ class UrscriptValues(Generator):
         self.used: set[str] = set()
 
     def quantity(self, it: ex.Quantity, unit: float = 1.0) -> str:
-        return self.value(it.written if it.scale == unit else scaled(it.written, it.scale / unit))
+        return self.value(it.written if it.scale == unit else ex.scaled(it.written, it.scale / unit))
 
     def kind(self, e: ex.Expression) -> str:
         """position, joints, list, another type, or nothing where it is not known."""
@@ -235,7 +235,7 @@ class UrscriptValues(Generator):
         """A length [mm] in metres: elements of poses, which have them there, stay as they are."""
         if type(e) is ex.Binary and e.operator in "+-" and any(map(self._has_length, (e.left, e.right))):
             return ex.Binary(e.operator, self.metres(e.left), self.metres(e.right))
-        return scaled(e, mm)
+        return ex.scaled(e, mm)
 
     def _has_length(self, e: ex.Expression) -> bool:
         if type(e) is ex.Binary and e.operator in "+-":
@@ -298,7 +298,7 @@ class UrscriptValues(Generator):
 
     def function_joints(self, given: Arguments) -> Spelled:
         values = [
-            self.value(scaled(one, deg)) if type(one) is ex.Number else self.radians(one) for one in given
+            self.value(ex.scaled(one, deg)) if type(one) is ex.Number else self.radians(one) for one in given
         ]
         return f"[{', '.join(values)}]", _WHOLE
 
@@ -321,13 +321,13 @@ class UrscriptValues(Generator):
     def function_pose_offset(self, given: Arguments) -> Spelled:
         """Positions of the two add, and the second turn is none."""
         base, *shift = given
-        lengths = tuple(scaled(one, mm) for one in shift)
+        lengths = tuple(ex.scaled(one, mm) for one in shift)
         return f"pose_add({self.value(base)}, {self.pose((*lengths, *_ORIGIN))})", _WHOLE
 
     def function_pose_relative_tool(self, given: Arguments) -> Spelled:
         """Shift and turns one after the other, each about an axis that the ones before have turned."""
         base, *numbers = given
-        shift = tuple(scaled(one, mm) for one in numbers[:3])
+        shift = tuple(ex.scaled(one, mm) for one in numbers[:3])
         text, turned = self.value(base), False
         for axis, angle in enumerate(numbers[3:6]):
             if angle in (ex.Number(0), ex.Number(0.0)):
@@ -336,7 +336,7 @@ class UrscriptValues(Generator):
             turn[axis] = ex.Number(0.0)
             written = [self.value(one) for one in turn]
             written[axis] = (
-                self.value(scaled(angle, deg)) if type(angle) is ex.Number else self.radians(angle)
+                self.value(ex.scaled(angle, deg)) if type(angle) is ex.Number else self.radians(angle)
             )
             place = ", ".join(self.value(one) for one in (_ORIGIN if turned else shift))
             text, turned = f"pose_trans({text}, p[{place}, {', '.join(written)}])", True

@@ -20,7 +20,6 @@ from olp.ir.transformer import expressions_of
 from olp.languages.generator import BRANCHES, CLOSES, OPENS, CannotSayError, Joined, Lines, as_text
 from olp.languages.vendors.urscript import builtins, helpers
 from olp.languages.vendors.urscript.calls import inverted
-from olp.languages.vendors.urscript.syntax import scaled
 from olp.languages.vendors.urscript.write_values import PLACES, UrscriptValues
 
 # --- Write moves ---
@@ -378,7 +377,7 @@ class UrscriptWriter(UrscriptMoves):
             case ex.Named(name):
                 return f"{name} = {self.value(value)}"
             case ex.Item(base, _) if self.kind(base) == "joints":
-                return f"{self.element(target)} = {self.value(scaled(value, deg))}"
+                return f"{self.element(target)} = {self.value(ex.scaled(value, deg))}"
             case ex.Item():
                 return f"{self.element(target)} = {self.value(value)}"
             case ex.Member(base, name) if name in PLACES and self.kind(base) in ("", "position"):
