@@ -354,7 +354,7 @@ def test_other_statements_of_other_languages() -> None:
     at = found.index("IF n==1 THEN")
     assert found[at : at + 3] == ["IF n==1 THEN", "ELSE", "ENDIF"]
     assert "WHILE NOT $IN[3] AND (WAITED<2.5)" in found
-    assert {"doGrip=TRUE", "WAIT SEC 0.35", "P1.A=1.0*n/2", "DECL REAL WAITED"} <= set(found)
+    assert {"doGrip=TRUE", "WAIT SEC 0.35", "P1.A=n/2.0", "DECL REAL WAITED"} <= set(found)
 
 
 def test_conditions_without_precedence_get_parentheses() -> None:

@@ -2697,10 +2697,10 @@ def test_a_quotient_of_a_group_into_krl_keeps_its_fraction():
     text = tp("R[1]=GI[3]/2", "R[2]=GI[3] DIV 4", "R[3]=GI[3] MOD 4", "IF (GI[3]/2>1.2),JMP LBL[1]", "LBL[1]")
     rows = [line for line in code(translated(text, "tp", "krl"), ";") if "IN_1041_1056" in line]
     assert rows[:4] == [
-        "R1=1.0*IN_1041_1056/2",
+        "R1=IN_1041_1056/2.0",
         "R2=IN_1041_1056/4",
         "R3=IN_1041_1056-IN_1041_1056/4*4",
-        "IF 1.0*IN_1041_1056/2>1.2 THEN",
+        "IF IN_1041_1056/2.0>1.2 THEN",
     ]
 
 
