@@ -20,6 +20,9 @@ from olp.identification.diagnosis.search import in_its_place, move_terms, of_all
 from olp.identification.diagnosis.simulation_laws import SimulatedRamps
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
+from olp.robots import EXAMPLE_ROBOT
+from olp.robots.kinematics.configuration import forward
+from olp.robots.robot import load_robot
 from olp.timing.physics import load_term
 
 NOISE = Noise(1e-4)
@@ -253,6 +256,73 @@ def test_axes_that_hold_the_arm_have_less_torque_left_upwards_and_more_downwards
     assert forms[best].model.seconds(more.take(np.arange(120))) == pytest.approx(
         forms[best].model.seconds(moves)
     )
+
+
+def incline_of(q):
+    """Sine (m,) of the incline of the tool's way along the joints (m, 3) of `of_an_arm`."""
+    out, up = elbow_and_wrist(q)[1], 0.8 + 1.1 * np.cos(q[:, 1]) + 1.3 * np.sin(q[:, 2])
+    step = np.gradient(np.stack([out * np.cos(q[:, 0]), out * np.sin(q[:, 0]), up], axis=1), axis=0)
+    return step[:, 2] / np.linalg.norm(step, axis=1)
+
+
+@pytest.mark.parametrize("braking", [0.0, 0.2, 0.4])
+def test_joint_moves_that_lift_the_tool_start_more_slowly_whatever_their_axes_hold(tmp_path, braking):
+    """A controller lowers ramps by how steeply the tool goes; its braking may be as written, or gain."""
+
+    def law(q, slow, load):
+        sine = incline_of(q)
+        return slow.min() * (1.0 - 0.4 * sine), slow.min() * (1.0 + braking * sine)
+
+    moves = of_an_arm(tmp_path, law)
+    forms = best_forms("gravity", moves)
+    assert min(forms, key=lambda key: forms[key].bic) == "incline of the tool"
+    (part,) = forms["incline of the tool"].model.parts
+    assert part.values == pytest.approx([0.4, braking], abs=0.03)
+    assert forms["incline of the tool"].scale < 0.0015
+    found = diagnose_recording(read_recording(tmp_path)).diagnosis
+    assert ([f.term for f in found.findings], found.verdict) == (["gravity"], "explained")
+
+
+def test_how_steeply_the_tool_goes_is_read_off_joints_and_points_of_an_arm_that_nobody_named(tmp_path):
+    moves = of_an_arm(tmp_path, lambda q, slow, load: (np.full(len(q), slow.min()),) * 2)
+    assert moves.rates.climb is not None
+    head, *rows = [line.split(",") for line in (tmp_path / "moves.csv").read_text().splitlines()]
+    for k in (0, 7, 50):
+        told = dict(zip(head, rows[k], strict=True))
+        first, last = (
+            np.radians([float(told[f"q{j}_{end}_deg"]) for j in (1, 2, 3)]) for end in ("start", "end")
+        )
+        along = first + np.linspace(0, 1, 2001)[:, None] * (last - first)
+        assert moves.rates.climb[k] == pytest.approx(incline_of(along)[::100], abs=0.02)
+
+
+@pytest.mark.parametrize("points", [True, False])
+def test_how_steeply_the_tool_of_a_robot_goes_is_that_of_its_flange_with_the_tool_on_it(tmp_path, points):
+    """With or without tool points: the robot tells them."""
+    robot = load_robot(EXAMPLE_ROBOT)
+    joints = np.random.default_rng(6).uniform(-0.6, 0.6, (13, 6))
+
+    def place(q):
+        flange, rotation = forward(robot, q)
+        return flange + rotation @ np.array([0.1, 0.0, 0.3])
+
+    names = [f"q{j}_{end}_deg" for end in ("start", "end") for j in range(1, 7)]
+    names += [f"{c}_{end}_mm" for end in ("start", "end") for c in "xyz"] if points else []
+    lines = [",".join(["move,type,speed_pct,duration_s,sim_s", *names])]
+    for k in range(12):
+        ends = joints[k : k + 2]
+        cells = [*np.degrees(ends).ravel(), *(1000 * place(ends).ravel() if points else ())]
+        lines.append(",".join(map(str, (k, "joint", 50, 1.0, 1.0, *cells))))
+    (tmp_path / "moves.csv").write_text("\n".join(lines) + "\n")
+    settings = f'robot = "{EXAMPLE_ROBOT}"\ntool = [100.0, 0.0, 300.0, 0.0, 0.0, 0.0]\n'
+    (tmp_path / "recording.toml").write_text(settings)
+    rates = case_of(read_recording(tmp_path)).case.rates
+    for k in range(12):
+        step = np.gradient(
+            place(joints[k] + np.linspace(0, 1, 2001)[:, None] * np.diff(joints[k : k + 2], axis=0)), axis=0
+        )
+        sine = (step[:, 2] / np.linalg.norm(step, axis=1))[::100]
+        assert rates.climb[k] == pytest.approx(sine, abs=0.03)
 
 
 def reach_of_lines(tmp_path):

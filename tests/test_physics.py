@@ -128,6 +128,8 @@ def may_act(term, form, values):
             return CASE.moving & (CASE.payload > 0)
         case "payload-inertia":
             return CASE.moving & WRIST & ((CASE.payload_inertia > 0) | (form.key == "limit"))
+        case "gravity" if form.key == "incline of the tool":
+            return CASE.moving
         case "gravity":
             return STRAIGHT & (np.abs(CASE.end - CASE.start)[:, 2] > 0)
         case "payload":

@@ -36,6 +36,7 @@ NEAR: Final[Mapping[str, float]] = {
     "gravity any arm": 0.06,
     "gravity each axis": 0.06,
     "gravity each axis against alone": 0.06,
+    "gravity incline of the tool": 0.06,
 }  # relative, by term or by term and form; all others are exact
 COARSE: Final[Mapping[str, float]] = {
     "joint-speed-limit": 0.1
@@ -319,6 +320,12 @@ def gravity(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     length = np.linalg.norm(way, axis=1)
     about = straight(case) & (length > 0)
     rise = np.where(about, np.nan_to_num(way[:, 2] / np.where(length > 0, length, 1.0)), 0.0)
+    if form.key == "incline of the tool":
+        assert case.rates is not None
+        assert case.rates.climb is not None
+        turning = (case.joint & case.moving & np.isfinite(case.rates.climb).all(axis=1))[:, None]
+        sine = np.where(turning, case.rates.climb, rise[:, None])
+        return _available(case, 1.0 - values[0] * sine, 1.0 + values[1] * sine)
     if form.key == "lift and reach":
         nearer = np.hypot(case.start[:, 0], case.start[:, 1]) - np.hypot(case.end[:, 0], case.end[:, 1])
         inward = np.where(about, np.nan_to_num(nearer / np.where(length > 0, length, 1.0)), 0.0)

@@ -59,7 +59,8 @@ def rates_of(recording: Recording, rows: Labels, way: Floats) -> tuple[Rates | N
     path[~known] = 0.0
     path[known] /= way[known, None, None]
     speeds, slopes = (v if np.isfinite(v).all() else None for v in (robot.speeds, robot.accelerations))
-    return Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies, task.lifts), task.told()
+    told = Rates(path, known, True, robot.axis_names, speeds, slopes, task.bodies, task.lifts, task.climb)
+    return told, task.told()
 
 
 @dataclass(slots=True, eq=False)
@@ -77,6 +78,7 @@ class _Task:
     notes: list[str] = field(default_factory=list)
     bodies: Floats | None = None  # (n, m, 2, 3) [m], see Rates
     lifts: Floats | None = None  # (n, m, 2, k) [m/rad], see Rates
+    climb: Floats | None = None  # (n, m), see Rates
 
     def __post_init__(self) -> None:
         axes = len(self.robot.axes)
@@ -143,7 +145,42 @@ def _means(
     names = tuple(f"axis {i + 1}" for i in range(turned.shape[1]))
     arm = learned_arm(moves, rows, points)
     bodies, lifts = (None, None) if arm is None else arm.bodies(moves, rows, points)
-    return Rates(path, known, False, names, bodies=bodies, lifts=lifts), (f"{what}: {says} its rated speeds",)
+    climb = _climb_between(moves, rows, points[0], points[1], None if arm is None else arm.turn, bodies)
+    rates = Rates(path, known, False, names, bodies=bodies, lifts=lifts, climb=climb)
+    return rates, (f"{what}: {says} its rated speeds",)
+
+
+def _climb_between(
+    moves: RecordedMoves, rows: Labels, first: Floats, last: Floats, turn: float | None, bodies: Floats | None
+) -> Floats:
+    """(n, m) Sine of the incline of joint moves: the tool goes with the wrist, as far from it as between its two ends
+    seen from the turning arm; straight from end to end where nobody knows the wrist. nan for other moves."""
+    start, end = moves.start[rows], moves.end[rows]
+    share = np.linspace(0.0, 1.0, PLACES)[None, :, None]
+    points = start[:, None] + share * (end - start)[:, None]
+    if turn is not None and bodies is not None:
+        wrist = bodies[:, :, 1]
+        bearing = turn * _between(first, last)[..., 0]
+        ahead = (_turned_about_z(p - wrist[:, k], -bearing[:, k]) for p, k in ((start, 0), (end, -1)))
+        near, far = (of[:, None] for of in ahead)
+        followed = wrist + _turned_about_z(near + share * (far - near), bearing)
+        lacking = np.isnan(followed).any(axis=(1, 2), keepdims=True)
+        points = np.where(lacking, points, followed)
+    return np.where((moves.kind[rows] == JOINT)[:, None], _inclines(points), np.nan)
+
+
+def _turned_about_z(points: Floats, angle: Floats) -> Floats:
+    """Points (…, 3) turned by angles (…) [rad] about the vertical."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
+
+
+def _inclines(points: Floats) -> Floats:
+    """(n, m) Sine of the incline along points (n, m, 3): 0 where they stand still, nan where they are not known."""
+    step = np.gradient(points, axis=1)
+    size = np.linalg.norm(step, axis=2)
+    return np.asarray(np.where(size > 1e-9, step[..., 2] / np.where(size > 1e-9, size, 1.0), size * 0.0))
 
 
 # --- joint moves ------------------------------------------------------------------------------------------------------
@@ -156,7 +193,9 @@ def _joint_moves(task: _Task, path: Floats) -> None:
     path[told] = (task.joints_end - task.joints_start)[told, None, :]
     if told.any():
         at = np.nonzero(told)[0]
-        _add_bodies(task, at, _between(task.joints_start[at], task.joints_end[at]))
+        along = _between(task.joints_start[at], task.joints_end[at])
+        _add_bodies(task, at, along)
+        _add_climb(task, at, along)
     rest = np.asarray(mine & ~told)
     if not rest.any():
         return
@@ -169,6 +208,7 @@ def _joint_moves(task: _Task, path: Floats) -> None:
     ends = _ends(task.robot, ways, posture, seed)
     reached = np.isfinite(ends).all(axis=(0, 2))
     path[at[reached]] = (ends[1] - ends[0])[reached, None, :]
+    _add_climb(task, at[reached], _between(ends[0], ends[1])[reached])
     task.leave_out(_mask(task, at[~reached]), "out of reach")
     if reached.any():
         task.notes.append(
@@ -236,6 +276,18 @@ def _add_bodies(task: _Task, at: NDArray[np.intp], joints: Floats) -> None:
             slides = task.robot.axes[turned.axis].linear
             lifts[turned.axis] += direction[2] if slides else direction[0] * arm[1] - direction[1] * arm[0]
         task.lifts[at, :, which] = lifts.T.reshape(count, places, axes)
+
+
+def _add_climb(task: _Task, at: NDArray[np.intp], joints: Floats) -> None:
+    """How steeply the tool goes along the joint moves `at`, from their joints (n, m, k)."""
+    from olp.robots.kinematics.configuration import forward
+
+    count, places, axes = joints.shape
+    flange, rotation = forward(task.robot, joints.reshape(count * places, axes))
+    tool, _ = _tool(task, at)
+    if task.climb is None:
+        task.climb = np.full((len(task.rows), PLACES), np.nan)
+    task.climb[at] = _inclines((flange + rotation @ tool).reshape(count, places, 3))
 
 
 def _ways(task: _Task, wanted: Mask) -> ToolPaths:

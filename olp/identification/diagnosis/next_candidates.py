@@ -266,7 +266,7 @@ def _rates(
 
     path = between(lines.rates) * np.sign(end - begin)[:, None, None]
     bodies = None if case.rates.bodies is None else between(lines.bodies)
-    return replace(case.rates, path=path, known=lines.checked[line], bodies=bodies, lifts=None)
+    return replace(case.rates, path=path, known=lines.checked[line], bodies=bodies, lifts=None, climb=None)
 
 
 def joined(case: MeasuredMoves, more: MeasuredMoves) -> MeasuredMoves:
@@ -287,11 +287,13 @@ def joined(case: MeasuredMoves, more: MeasuredMoves) -> MeasuredMoves:
         bodies = None
         if rates.bodies is not None and more.rates.bodies is not None:
             bodies = np.concatenate([rates.bodies, more.rates.bodies])
-        lifts = rates.lifts
-        if lifts is not None:  # of joint moves, and what is joined to a recording is lines
-            lifts = np.concatenate([lifts, np.full((len(more), *lifts.shape[1:]), np.nan)])
+        # Of joint moves, and what is joined to a recording is lines.
+        lifts, climb = (
+            None if of is None else np.concatenate([of, np.full((len(more), *of.shape[1:]), np.nan)])
+            for of in (rates.lifts, rates.climb)
+        )
         known = np.concatenate([rates.known, more.rates.known])
-        rates = replace(rates, path=path, known=known, bodies=bodies, lifts=lifts)
+        rates = replace(rates, path=path, known=known, bodies=bodies, lifts=lifts, climb=climb)
     return replace(
         case,
         base=replace(_passing(case.base), corners=None, **base),  # type: ignore[arg-type]

@@ -221,6 +221,8 @@ def _known(part: ModelPart, rates: Rates | None) -> bool:
         return rates is not None and rates.bodies is not None
     if name == "gravity" and key.startswith("each axis"):
         return rates is not None and rates.lifts is not None
+    if name == "gravity" and key == "incline of the tool":
+        return rates is not None and rates.climb is not None
     if name == "payload-inertia" and key == "limit":
         return rates is not None and rates.rated_acceleration is not None
     if name == "payload-inertia" and part.term.by_axis(part.form):

@@ -39,6 +39,9 @@ class Rates:
     lifts: Floats | None = (
         None  # (n, m, 2, k) [m/rad] rise of elbow and wrist centre by each axis, nan likewise
     )
+    climb: Floats | None = (
+        None  # (n, m) [1] sine of the incline of the tool's way in joint moves, nan likewise
+    )
 
     @property
     def start(self) -> Floats:
@@ -343,7 +346,9 @@ class MeasuredMoves:
         if rates is not None:
             bodies = None if rates.bodies is None else rates.bodies[rows]
             lifts = None if rates.lifts is None else rates.lifts[rows]
-            rates = replace(rates, path=rates.path[rows], known=rates.known[rows], bodies=bodies, lifts=lifts)
+            climb = None if rates.climb is None else rates.climb[rows]
+            path, known = rates.path[rows], rates.known[rows]
+            rates = replace(rates, path=path, known=known, bodies=bodies, lifts=lifts, climb=climb)
         return replace(
             self,
             base=self.base.take(rows),
@@ -384,7 +389,7 @@ class _RepeatedRates(Rates):
         if name.startswith("__"):
             raise AttributeError(name)
         value = getattr(self.origin, name)
-        if name in ("path", "known", "bodies", "lifts"):
+        if name in ("path", "known", "bodies", "lifts", "climb"):
             value = _repeated(value, self.count, self.rows)
         object.__setattr__(self, name, value)
         return value

@@ -18,11 +18,13 @@ _PLACES = 9  # along a straight move
 # What a pull adds to the braking ramp. A controller may brake by its written rate, whatever helps.
 _BRAKING = {"against and with": 1.0, "against alone": 1.0, "starting alone": 0.0}
 _AXES, _AXES_PLANNED = "each axis", "each axis against alone"  # forms of joint moves
+_INCLINE = "incline of the tool"
 _BODIES = ("elbow", "wrist")
 _NEAR, _LED = 1e-3, 8  # [m] a body so near to an axis is no load of it; moves: fewer tell nothing of it
 _TAKES_OVER = (
     2.0  # times the acceleration of the axis that sets a move: with more, a weight hardly makes it set it
 )
+_LESS, _MORE = ("less", "more"), ("more", "less")
 _SPREAD = 0.1  # [kg]
 _LEAST = 0.05  # of the acceleration remains, whatever gravity takes
 
@@ -31,7 +33,7 @@ class Gravity(MoveTerm):
     summary = "acceleration and deceleration depend on how steeply the move goes up or down"
     does = (
         "ramps change with the sine of the incline, up against down or steep against level; those of joint moves with "
-        "what their axes hold"
+        "what their axes hold, or with how steeply the tool goes"
     )
     source = "Apostolovic, chapter 6 (factors over the incline); Newton's second law"
     confusable = ("reach-inertia", "joint-acceleration-limit", "acceleration")
@@ -39,7 +41,7 @@ class Gravity(MoveTerm):
     phase = "accelerate"
 
     def forms(self, case: MeasuredMoves) -> tuple[Form, ...]:
-        return (*_of_lines(case), *_of_axes(case))
+        return (*_of_lines(case), *_of_axes(case), *_of_tool(case))
 
     def lacks(self, case: MeasuredMoves) -> str:
         return (
@@ -51,6 +53,8 @@ class Gravity(MoveTerm):
     def guesses(self, form: Form, case: MeasuredMoves) -> Floats:
         if form.key in (_AXES, _AXES_PLANNED):
             return np.array([[0.15 * p.high for p in form.parameters]])
+        if form.key == _INCLINE:
+            return np.array([[0.2, 0.0], [0.2, 0.2], [0.2, -0.2]])
         if form.key == "any arm":
             return np.array([[0.2, 0.0, 0.0, 0.0, 0.0], [0.4, 0.2, 0.0, 0.0, 0.0]])
         if form.key == "lift and reach":
@@ -68,6 +72,10 @@ class Gravity(MoveTerm):
     def act(self, motion: Motion, form: Form, values: Floats, case: MeasuredMoves) -> Motion:
         if form.key in (_AXES, _AXES_PLANNED):
             return _axes_pulled(motion, form, values, case)
+        if form.key == _INCLINE:
+            sine = case.once(_INCLINE, lambda: _inclines(case))
+            up, down = (np.maximum(1.0 + k * sine, _LEAST) for k in (-values[0], values[1]))
+            return _forced_rows(motion, up, down)
         if form.key in ("whole arm", "any arm"):
             slopes = _slopes(case, form.key)
             return pulled(motion, slopes @ values, _LEAST)
@@ -111,6 +119,14 @@ class Gravity(MoveTerm):
                 else "on the way up, and of its braking on the way down"
             )
             return f"holding the arm takes up to {shares} {helped}"
+        if form.key == _INCLINE:
+            starting, braking = (
+                f"{abs(v):.0%} {words[int(v < 0)]}" for v, words in zip(values, (_LESS, _MORE), strict=True)
+            )
+            return (
+                f"where the tool goes straight up the starting ramp has {starting} acceleration and the braking one "
+                f"{braking}, straight down the reverse"
+            )
         if form.key == "whole arm":
             return (
                 f"lifting takes up to {values.sum():.0%} of the acceleration (wrist {values[0]:.0%}, "
@@ -315,6 +331,11 @@ def _axes_pulled(motion: Motion, form: Form, values: Floats, case: MeasuredMoves
         up, down = up * np.maximum(1.0 - lifted, _LEAST), down * np.maximum(1.0 + lifted, _LEAST)
     most = 1.0 if form.key == _AXES_PLANNED else np.inf
     up, down = np.minimum(up, most), np.minimum(down, most)
+    return _forced_rows(motion, up, down)
+
+
+def _forced_rows(motion: Motion, up: Floats, down: Floats) -> Motion:
+    """`forced`, of the moves of which less or more than the whole acceleration is available."""
     rows = np.flatnonzero((up != 1.0).any(axis=1) | (down != 1.0).any(axis=1))
     if not len(rows):
         return motion
@@ -322,6 +343,26 @@ def _axes_pulled(motion: Motion, form: Form, values: Floats, case: MeasuredMoves
     accelerate, decelerate = motion.accelerate.copy(), motion.decelerate.copy()
     accelerate[rows], decelerate[rows] = some.accelerate, some.decelerate
     return motion.with_(accelerate=accelerate, decelerate=decelerate)
+
+
+def _of_tool(case: MeasuredMoves) -> tuple[Form, ...]:
+    """Of how steeply the tool goes along its way, that of joint moves included."""
+    if case.rates is None or case.rates.climb is None:
+        return ()
+    sine = _inclines(case)[case.joint & case.moving]
+    if (np.abs(sine).max(axis=1, initial=0.0) > _STEEP).sum() < _LED or np.ptp(sine) < _STEEP:
+        return ()
+    share = TermParameter("share", "1", -0.9, 0.9, 0.0, False, "acceleration lost straight up")
+    braking = TermParameter("braking", "1", -0.9, 0.9, 0.0, False, "braking gained straight up")
+    law = r"a_{acc} = a\,(1 - k\sin\gamma(s)),\; a_{dec} = a\,(1 + k_b\sin\gamma(s))"
+    return (Form(_INCLINE, (share, braking), law),)
+
+
+def _inclines(case: MeasuredMoves) -> Floats:
+    """(n, m) Sine of the incline of the tool's way along all moves; 0 where it is not known."""
+    assert case.rates is not None
+    assert case.rates.climb is not None
+    return np.where(case.joint[:, None], np.nan_to_num(case.rates.climb), case.rise[:, None])
 
 
 def _apart() -> tuple[TermParameter, TermParameter]:
