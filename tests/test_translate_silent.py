@@ -3378,3 +3378,46 @@ def test_a_loop_that_waits_for_somebody_else_takes_time(row, waits):
         module("WHILE n<5 DO", f"{row.replace('=', ':=')};", "ENDWHILE", data=rows), "rapid", "urscript"
     )
     assert ("sync()" in text) is waits
+
+
+# --- truth values among numbers ---------------------------------------------------------------------------------
+
+AS_TRUTHS = """.PROGRAM main()
+  n = 4
+  JMOVE home
+  TWAIT 4+3*(n>2)
+  y = (n==4)+(n==3)
+  z = -(n>3)
+  v = n>3
+  TWAIT y+z+v+5
+  m = 2^3
+  TWAIT m
+.END
+.TRANS
+home 600 0 500 0 180 0
+.END
+"""
+
+
+@pytest.mark.parametrize("target", ["rapid", "krl", "tp", "inform", "urscript"])
+def test_what_is_true_is_minus_one_in_as(target):
+    """It was 1 in TP; a condition stood in the sums of RAPID and KRL, which no compiler takes."""
+    waits = [1.0, 4.0, 8.0]  # 4 - 3; -1 + 1 - 1 + 5; 2 ** 3
+    own, there = read(AS_TRUTHS, "as").plan(robot=ROBOT), run_elsewhere(AS_TRUTHS, "as", target)
+    for plan in (own, there):
+        assert [float(x) for x in plan.durations if x > 0.0] == pytest.approx(waits)
+    assert not [one for one in losses(AS_TRUTHS, "as", target) if one.leaves_out]
+    text = translated(AS_TRUTHS, "as", target)
+    assert not re.search(r"[-+*] ?\(?-?\(\w+ ?[<>=]", text)
+
+
+def test_a_signal_that_a_truth_chooses_is_refused():
+    """SIGNAL (n>3) is SIGNAL -1, which switches output 1 off, or SIGNAL 0."""
+    text = ".PROGRAM main()\n  n = 4\n  SIGNAL (n>3)\n  SIGNAL 5\n.END\n"
+    gone = {one.line for one in losses(text, "as", "rapid") if one.leaves_out}
+    assert gone == {3}
+
+
+def test_hold_of_pdl2_is_a_stop():
+    text = "PROGRAM p\nBEGIN\n  $DOUT[1] := TRUE\n  HOLD\n  $DOUT[1] := FALSE\nEND p\n"
+    assert "Stop;" in translated(text, "pdl2", "rapid")

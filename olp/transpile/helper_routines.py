@@ -18,7 +18,8 @@ from olp.transpile.symbols import holds_number
 _BITS: Final = ("and", "or", "xor")
 _BYTE: Final = 255
 _WHOLE: Final = ("floor", "ceil", "trunc")
-_STATE: Final = "number-of-state"
+_STATE: Final = "number-of-state"  # of a signal, or a condition
+_CONDITION: Final = "number-of-condition"  # where signals are numbers
 _ORDERS: Final = ("<", ">", "<=", ">=")
 
 
@@ -43,8 +44,14 @@ class _Helpers:
     work: TranslationContext
     made: dict[str, st.Routine] = field(default_factory=dict)  # by the function's name
 
+    @property
+    def asked(self) -> Callable[[ex.Expression], bool]:
+        """What stands in arithmetic as a number that the target does not take for one."""
+        lacks = self.work.limits.lacks
+        return is_truth if _STATE in lacks else is_condition if _CONDITION in lacks else _is_state
+
     def asks(self, e: ex.Expression) -> bool:
-        if computes_with_state(e):
+        if computes_with_state(e, self.asked):
             return True
         name = e.operator if isinstance(e, ex.Binary) else e.name if isinstance(e, ex.Function) else ""
         return name in self.work.limits.lacks
@@ -67,8 +74,8 @@ class _Helpers:
         return st.Assign(s.line, s.target, value, s.comment)
 
     def _change(self, e: ex.Expression, s: st.Statement) -> ex.Expression:
-        if _STATE in self.work.limits.lacks and computes_with_state(e):
-            e = with_states(e, lambda signal: self._called(_STATE, (signal,)))
+        if not self.work.limits.lacks.isdisjoint((_STATE, _CONDITION)) and computes_with_state(e, self.asked):
+            e = with_states(e, lambda one: self._called(_STATE, (one,)), self.asked)
         language = language_of(self.work.target)
         if isinstance(e, ex.Binary) and e.operator in _BITS:
             if e.operator in self.work.limits.lacks:
@@ -83,7 +90,8 @@ class _Helpers:
         return self._called(e.name, e.arguments)
 
     def _called(self, name: str, given: tuple[ex.Expression, ...]) -> ex.Expression:
-        if name not in self.work.limits.lacks or name not in COMPUTED:
+        lacks = self.work.limits.lacks
+        if (name not in lacks and not (name == _STATE and _CONDITION in lacks)) or name not in COMPUTED:
             return ex.Binary(name, *given) if name in _BITS else ex.Function(name, given)
         if name not in self.made:
             words = (f"{name}_of", "first", "second", "result", "count")
@@ -104,26 +112,42 @@ def _inverts(e: ex.Expression) -> TypeGuard[ex.Binary]:
     return type(e) is ex.Binary and e.operator == "-" and e.left == ex.Number(1) and _is_state(e.right)
 
 
-def computes_with_state(e: ex.Expression) -> bool:
-    """Whether a digital signal takes part in arithmetic, or is asked whether it is more or less than a number."""
+def is_condition(e: ex.Expression) -> bool:
+    """Whether it is true or false, whatever it asks."""
+    return type(e) in (ex.Compare, ex.Logic) or (type(e) is ex.Unary and e.operator == "not")
+
+
+def is_truth(e: ex.Expression) -> bool:
+    return _is_state(e) or is_condition(e)
+
+
+def computes_with_state(e: ex.Expression, asked: Callable[[ex.Expression], bool] = _is_state) -> bool:
+    """Whether a digital signal takes part in arithmetic, or is asked whether it is more or less than a number.
+
+    `asked`: what is looked for in its place.
+    """
     match e:
-        case ex.Binary(_, left, right):
-            return _is_state(left) or _is_state(right)
+        case ex.Binary(operator, left, right) if asked is _is_state or operator not in _BITS:
+            return asked(left) or asked(right)
         case ex.Compare(operator, left, right):
-            return operator in _ORDERS and (_is_state(left) or _is_state(right))
+            return operator in _ORDERS and (asked(left) or asked(right))
         case ex.Unary("-", operand):
-            return _is_state(operand)
+            return asked(operand)
         case _:
             return False
 
 
-def with_states(e: ex.Expression, number: Callable[[ex.Expression], ex.Expression]) -> ex.Expression:
+def with_states(
+    e: ex.Expression,
+    number: Callable[[ex.Expression], ex.Expression],
+    asked: Callable[[ex.Expression], bool] = _is_state,
+) -> ex.Expression:
     """With `number` of each digital signal in the place of it, and 1 and 0 in the place of ON and OFF."""
 
     def one(side: ex.Expression) -> ex.Expression:
         if isinstance(side, ex.SignalState):
             return ex.Number(int(side.on))
-        return number(side) if _is_state(side) else side
+        return number(side) if asked(side) else side
 
     if isinstance(e, ex.Unary):
         return replace(e, operand=one(e.operand))

@@ -11,6 +11,7 @@ from lark import Token
 from olp.core.units import deg, minute, mm, percent
 from olp.ir import expressions as ex
 from olp.ir import program as st
+from olp.ir.transformer import expressions_of
 from olp.languages.lark_host import BrokenLineError
 from olp.languages.short_reader import NotModelledError, constants, from_zero, xyz_pose, zyz_pose
 from olp.languages.statement_rules import BlockRules
@@ -422,6 +423,8 @@ def _signal(number: ex.Expression) -> tuple[ex.Signal, bool]:
         number, on = number.operand, False
     elif isinstance(number, ex.Number) and number.value < 0:
         number, on = ex.Number(-number.value), False
+    if any(isinstance(e, (ex.Compare, ex.Logic, ex.SignalState)) for e in expressions_of(number)):
+        raise NotModelledError("it chooses a signal by what is true, which is -1 here, and switches that off")
     if isinstance(number, ex.Number):
         bus = bus_of(int(number.value))
         return ex.Signal(bus, ex.Number(number.value - FIRST_OF[bus])), on

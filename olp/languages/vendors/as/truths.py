@@ -37,18 +37,28 @@ def with_truths(
             return ex.SignalState(e.value != 0)
         return ex.Compare("<>", e, ex.Number(0)) if is_number(e) else e
 
+    def number(e: ex.Expression) -> ex.Expression:
+        """What is true or false as the number that it is here: -1 and 0."""
+        if isinstance(e, ex.SignalState):
+            return ex.Number(-1 if e.on else 0)
+        return ex.Unary("-", e) if not is_number(e) and _is_logical(e, logical) else e
+
     def inner(e: ex.Expression) -> ex.Expression:
         match e:
+            case ex.Binary(_, left, right) if (sides := (number(left), number(right))) != (left, right):
+                return replace(e, left=sides[0], right=sides[1])
+            case ex.Unary("-", operand) if number(operand) is not operand:
+                return ex.Binary("-", ex.Number(0), number(operand))
+            case ex.Item(_, indices) if any(number(one) is not one for one in indices):
+                return replace(e, indices=tuple(map(number, indices)))
             case ex.Logic(first, rest):
                 parts = tuple((word, truth(one)) for word, one in rest)
                 return e if truth(first) is first and parts == rest else ex.Logic(truth(first), parts)
             case ex.Unary("not", operand):
                 return e if truth(operand) is operand else ex.Unary("not", truth(operand))
-            case ex.Compare(operator, left, right) if operator in ("=", "<>"):
+            case ex.Compare(operator, left, right):
                 sides = tuple(
-                    ex.Number(-1 if one.on else 0)
-                    if isinstance(one, ex.SignalState) and is_number(other)
-                    else one
+                    number(one) if operator not in ("=", "<>") or is_number(other) else one
                     for one, other in ((left, right), (right, left))
                 )
                 return e if sides == (left, right) else ex.Compare(operator, *sides)
@@ -59,8 +69,10 @@ def with_truths(
         condition = getattr(s, "condition", None)
         if condition is not None and truth(condition) is not condition:
             s = replace(s, condition=truth(condition))  # type: ignore[call-arg]
-        if isinstance(s, st.Assign) and isinstance(s.value, ex.SignalState) and is_number(s.target):
-            s = replace(s, value=ex.Number(-1 if s.value.on else 0))
+        if isinstance(s, st.Assign) and is_number(s.target) and number(s.value) is not s.value:
+            s = replace(s, value=number(s.value))
+        if isinstance(s, st.Call) and any(number(one) is not one for one in s.arguments):
+            s = replace(s, arguments=tuple(map(number, s.arguments)))
         return s
 
     return [replace(r, body=tuple([changed(s) for s in r.body])) for r in routines], logical
