@@ -3421,3 +3421,29 @@ def test_a_signal_that_a_truth_chooses_is_refused():
 def test_hold_of_pdl2_is_a_stop():
     text = "PROGRAM p\nBEGIN\n  $DOUT[1] := TRUE\n  HOLD\n  $DOUT[1] := FALSE\nEND p\n"
     assert "Stop;" in translated(text, "pdl2", "rapid")
+
+
+def test_val3_knows_xor():
+    head = '<?xml version="1.0" encoding="utf-8" ?><Programs xmlns="http://www.staubli.com/robotics/VAL3/Program/2">'
+    local = '<Local name="b" type="bool" size="1" /><Local name="c" type="bool" size="1" />'
+    rows = "begin\n  b=true\n  if b xor c\n    delay(0.5)\n  endIf\nend"
+    code = f"<Code><![CDATA[{rows}]]></Code>"
+    text = f'{head}\n<Program name="start"><Locals>{local}</Locals>\n{code}</Program></Programs>\n'
+    assert "IF b XOR c THEN" in translated(text, "val3", "rapid")
+
+
+def test_products_and_inverses_of_constant_poses_are_poses_in_tp():
+    """FANUC computes no product of poses: all that depended on one was left out."""
+    rows = (
+        "p1 = p[0.9, 0.1, 0.4, 0.3, 3.0, 0.2]",
+        "p2 = pose_trans(p1, p[0.01, 0, -0.05, 0, 0, 0.5])",
+        "p3 = pose_trans(pose_inv(p[0, 0.2, 0, 0, 0, 0.1]), p1)",
+        "movej(p1, v=0.5)", "movel(p2, v=0.1)", "movel(p3, v=0.1)",
+    )  # fmt: skip
+    text = script(*rows)
+    assert not [one for one in losses(text, "urscript", "tp") if one.leaves_out]
+    own, there = read(text, "urscript").plan(robot=ROBOT), run_elsewhere(text, "urscript", "tp")
+    targets = [plan.positions.position[plan.moves.target] for plan in (own, there)]
+    turns = [plan.positions.quaternion[plan.moves.target] for plan in (own, there)]
+    assert targets[0] == pytest.approx(targets[1], abs=2e-6)
+    assert np.abs((turns[0] * turns[1]).sum(axis=1)) == pytest.approx(np.ones(3), abs=1e-9)

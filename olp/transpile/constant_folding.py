@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import matmul
 from typing import Final
 
 from olp.core.units import deg, mm
@@ -11,10 +13,12 @@ from olp.ir import expressions as ex
 from olp.ir.program import Move, Program, Statement
 from olp.ir.transformer import is_written_out, mapped
 from olp.languages.limits import Limits
+from olp.robots.geometry import Pose
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 
 _MEMBERS = ("x", "y", "z", "rx", "ry", "rz")
+_POSES: Final = frozenset({"pose-product", "pose-inverse"})
 
 
 _FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
@@ -41,6 +45,21 @@ def _computed(e: ex.Expression, limits: Limits) -> ex.Expression:
     return e
 
 
+def _pose(e: ex.Function, given: Sequence[ex.Expression | None]) -> ex.PositionLiteral | None:
+    """What comes out of constant poses, None where one of them is none."""
+    poses = [
+        Pose.from_xyz_angles(one.values)
+        for one in given
+        if type(one) is ex.PositionLiteral
+        and one.kind == "pose"
+        and not (one.external or any(map(math.isnan, one.values)))
+    ]
+    if not poses or len(poses) < len(e.arguments):
+        return None
+    result = poses[0].inverse() if e.name == "pose-inverse" else reduce(matmul, poses)
+    return ex.PositionLiteral("pose", tuple(result.xyz_angles().tolist()))
+
+
 def fold_constants(program: Program, work: TranslationContext) -> Program:
     """Names that always hold the same number, text or state are written as it, and so are components of points."""
     symbols = work.symbols(program)
@@ -60,6 +79,8 @@ def fold_constants(program: Program, work: TranslationContext) -> Program:
                 at = _MEMBERS.index(e.name)
                 written = literal.values[at] / (mm if at < 3 else deg)
                 return ex.Number(float(f"{written:.10g}"))
+        if type(e) is ex.Function and e.name in _POSES and work.limits.register_arguments:
+            return _pose(e, [symbols.fixed_value("", one) for one in e.arguments]) or e
         return _computed(e, work.limits)
 
     def folded(s: Statement) -> Statement:

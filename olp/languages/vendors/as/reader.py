@@ -72,7 +72,9 @@ _MOST_ROOM: Final = 500_000  # elements of all arrays together
 _FIRST_ACCURACY: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(1), mm))
 _FULL: Final = ex.Quantity(ex.Number(100), percent)  # the braking of moves without DECEL
 _STOP: Final = st.Blend(st.BlendKind.RADIUS, ex.Quantity(ex.Number(0), mm))
-_NUMERIC: Final = words("power sqrt abs sin cos tan atan2 trunc min max length-of-text value-of-text pose-distance")
+_NUMERIC: Final = words(
+    "power sqrt abs sin cos tan atan2 trunc min max length-of-text value-of-text pose-distance"
+)
 _HOME_ROWS: Final = ("1HOME", "2HOME")  # of .AUXDATA
 _SYSTEM_ROWS: Final = ("TOOL", "BASE")  # of .SYSDATA
 _SIZES: Final = {1: 1000, 2: 100}  # of an array that only the program fills, by its number of indices

@@ -90,7 +90,9 @@ LIMITS = Limits(
     has_power=True,
     program_end="EXIT",
     stand="WaitRob",
-    lacks=frozenset({"floor", "ceil", "and", "or", "xor", "number-of-condition"}),  # BitAnd, BitOr and BitXOr take bytes
+    lacks=frozenset(
+        {"floor", "ceil", "and", "or", "xor", "number-of-condition"}
+    ),  # BitAnd, BitOr and BitXOr take bytes
     traps=TrapWords(
         data_type="intnum",
         connect="CONNECT",
