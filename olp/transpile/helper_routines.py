@@ -74,8 +74,9 @@ class _Helpers:
         return st.Assign(s.line, s.target, value, s.comment)
 
     def _change(self, e: ex.Expression, s: st.Statement) -> ex.Expression:
-        if not self.work.limits.lacks.isdisjoint((_STATE, _CONDITION)) and computes_with_state(e, self.asked):
-            e = with_states(e, lambda one: self._called(_STATE, (one,)), self.asked)
+        name = next((one for one in (_STATE, _CONDITION) if one in self.work.limits.lacks), "")
+        if name and computes_with_state(e, self.asked):
+            e = with_states(e, lambda one: self._called(name, (one,)), self.asked)
         language = language_of(self.work.target)
         if isinstance(e, ex.Binary) and e.operator in _BITS:
             if e.operator in self.work.limits.lacks:
@@ -90,12 +91,11 @@ class _Helpers:
         return self._called(e.name, e.arguments)
 
     def _called(self, name: str, given: tuple[ex.Expression, ...]) -> ex.Expression:
-        lacks = self.work.limits.lacks
-        if (name not in lacks and not (name == _STATE and _CONDITION in lacks)) or name not in COMPUTED:
+        if name not in self.work.limits.lacks or name not in COMPUTED:
             return ex.Binary(name, *given) if name in _BITS else ex.Function(name, given)
         if name not in self.made:
             words = (f"{name}_of", "first", "second", "result", "count")
-            if name == _STATE:
+            if name in (_STATE, _CONDITION):
                 words = ("number_of_state", "state", *words[2:])
             routine, *others = map(self.work.helper, words)
             self.made[name] = COMPUTED[name](_HelperNames(routine, *map(ex.Named, others)), name)
@@ -285,5 +285,5 @@ COMPUTED: Final[dict[str, Callable[[_HelperNames, str], st.Routine]]] = {
     "min": _larger,
     **dict.fromkeys(_WHOLE, _whole),
     **dict.fromkeys(_BITS, _bits),
-    _STATE: _number_of_state,
+    **dict.fromkeys((_STATE, _CONDITION), _number_of_state),
 }
