@@ -212,6 +212,48 @@ def test_how_the_simulation_rounds_its_own_corners_is_read_off_its_times(split, 
     assert case.take(rows).base.duration() == pytest.approx(case.base.duration()[rows])
 
 
+def through_arcs(made, slow=A):
+    """[s] at one acceleration, along the way and across it: through corners at the speed of the arc that touches both
+    lines; forward and backward over the whole run, the speed between two corners then has a closed form."""
+    way = made.end - made.start
+    unit = way / made.length[:, None]
+    turn = np.arccos(np.clip(np.sum(unit[:-1] * unit[1:], axis=1), -1, 1))
+    radius = np.minimum(made.blend, 0.5 * shorter(made))[:-1] / np.tan(turn / 2)
+    corner = np.minimum(np.sqrt(slow * radius), np.minimum(made.speed[:-1], made.speed[1:]))
+    corner = np.concatenate([[0.0], np.where(made.stop[:-1], 0.0, corner), [0.0]])
+    for k in range(len(way)):
+        corner[k + 1] = min(corner[k + 1], np.sqrt(corner[k] ** 2 + 2 * slow * made.length[k]))
+    for k in range(len(way) - 1, -1, -1):
+        corner[k] = min(corner[k], np.sqrt(corner[k + 1] ** 2 + 2 * slow * made.length[k]))
+    first, last = corner[:-1], corner[1:]
+    fast = np.minimum(made.speed, np.sqrt(slow * made.length + 0.5 * (first**2 + last**2)))
+    ramps = (2 * fast**2 - first**2 - last**2) / (2 * slow)
+    return (2 * fast - first - last) / slow + (made.length - ramps) / fast
+
+
+@pytest.mark.parametrize("drop", [(), ("accel_mm_s2",)])
+def test_a_simulation_that_looks_ahead_passes_corners_by_how_far_they_turn(drop, tmp_path):
+    """With accelerations that nobody wrote, too, and where no move goes from stop to stop."""
+    made, rng = programmed()
+    made.stop = np.arange(len(made.length)) % 20 == 19
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02, 0.05], len(made.length)))
+    sim = through_arcs(made)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng, drop)).case
+    assert case.base.law == "arc"
+    assert case.base.overlap * np.median(case.base.accelerate) == pytest.approx(A, rel=0.02)
+    assert np.abs(case.base.duration() - sim).mean() < 5e-4
+
+
+def test_accelerations_of_a_simulation_are_told_where_every_move_meets_a_rounded_corner(tmp_path):
+    made, rng = programmed()
+    made.stop = np.arange(len(made.length)) % 20 == 19
+    made.blend = np.where(made.stop, 0.0, rng.choice([0.005, 0.01, 0.02, 0.05], len(made.length)))
+    sim = driven(made) - booked(0.5 * braked(made), 0.5)
+    case = case_of(recorded(tmp_path, made, sim, sim, rng, ("accel_mm_s2",))).case
+    assert case.base.accelerate == pytest.approx(A, rel=0.05)
+    assert np.abs(case.base.duration() - sim).mean() < 5e-3
+
+
 @pytest.mark.slow
 def test_a_robot_that_shares_the_simulations_corners_and_ramps_slower_differs_in_its_ramps_alone():
     made, rng = programmed()

@@ -10,7 +10,7 @@ import recordings
 from cpu_time import cpu_time_below
 
 from olp.core.units import deg, mm
-from olp.identification.diagnosis.axis_rates import PLACES, _over, limits_from_times, rates_of
+from olp.identification.diagnosis.axis_rates import PLACES, AxisLaw, _over, limits_from_times, rates_of
 from olp.identification.diagnosis.fitting import Noise, fit
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.search import shelf_of
@@ -340,6 +340,30 @@ def test_a_time_beside_the_ramps_hides_no_limits_and_is_told(tmp_path):
     assert found.beside == pytest.approx(0.05, rel=1e-2)
 
 
+@pytest.mark.parametrize("stop", [0.0, 0.05])
+def test_accelerations_that_build_up_are_told_by_joint_moves_of_which_slow_ones_spend_a_part(stop):
+    """A ramp to v takes v/a + t, or 2 √(v t/a) where it does not reach a."""
+    rng = np.random.default_rng(3)
+    turned, share = rng.uniform(0.05, 2.0, (120, 4)) * [1, 0.8, 1, 2], rng.choice([0.1, 0.3, 1.0], 120)
+    pace, ramp = (share[:, None] * SPEEDS / turned).min(axis=1), (RAMPS / turned).min(axis=1)
+
+    def ramped(fast):
+        return np.where(fast >= 0.1 * ramp, fast / ramp + 0.1, 2 * np.sqrt(0.1 * fast / ramp))
+
+    low, high = np.zeros(120), pace
+    for _ in range(60):
+        middle = (low + high) / 2
+        fits = middle * ramped(middle) <= 1.0
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    top = np.where(pace * ramped(pace) <= 1.0, pace, low)
+    assert (top < 0.1 * ramp).mean() > 0.2
+    sim = 1.0 / top + ramped(top) + stop
+    found = limits_from_times(turned, share, np.ones(120), sim, np.ones(120, bool))
+    np.testing.assert_allclose(found.speeds, SPEEDS, rtol=1e-3)
+    np.testing.assert_allclose(found.accelerations, RAMPS, rtol=2e-3)
+    assert (found.built, found.beside) == (pytest.approx(0.1, rel=1e-2), pytest.approx(stop, abs=1e-3))
+
+
 @pytest.mark.parametrize(("override", "beside"), [("100", 0.05), ("50", 0.0), ("50", 0.05)])
 def test_joint_moves_without_a_robot_are_those_of_the_simulation_whatever_its_override_and_stops(
     override, beside, tmp_path
@@ -428,6 +452,9 @@ def test_a_joint_move_that_alone_tells_an_axis_limits_is_not_judged(tmp_path):
     found = limits_from_times(turned, share, np.ones(60), sim, np.ones(60, bool))
     assert np.flatnonzero(~found.confirmed).tolist() == [30]
     assert found.speeds[3] == found.accelerations[3] == np.inf
+    again = np.append(np.arange(60), [30] * 5)  # however often it is made
+    found = limits_from_times(turned[again], share[again], np.ones(65), sim[again], np.ones(65, bool))
+    assert np.flatnonzero(~found.confirmed).tolist() == [30, *range(60, 65)]
     cells = [{"sim_s": repr(float(sim[i])), "speed_pct": repr(float(100 * share[i]))} for i in range(60)]
     rows = [row(i + 1, "joint", points[i : i + 2], **cells[i]) | {"blend_mm": "30"} for i in range(60)]
     making = case_of(read(tmp_path, rows))
@@ -543,7 +570,7 @@ def test_a_limit_that_a_step_of_the_fit_takes_beyond_all_numbers_is_none():
     per = np.array([[1.0, 2.0], [2.0, 1.0]])
     logs = np.array([0.0, 800.0, 0.0, 0.0])  # speeds of two axes, then accelerations
     with np.errstate(all="raise"):
-        off, (fastest, _), _ = _over(logs, per, per, np.ones(2), together=True)
+        off, (fastest, _), _ = _over(logs, per, per, np.ones(2), AxisLaw(together=True, builds=False))
     np.testing.assert_array_equal(fastest, [0, 0])
     assert off == pytest.approx(np.log([2.0 / np.sqrt(0.5), 3.0]))
 

@@ -244,7 +244,25 @@ def test_a_corner_passed_at_the_speed_of_its_radius_saves_what_the_rest_of_both_
     assert corner("radius each", radius) == pytest.approx(stopped - flown)
 
 
-@pytest.mark.parametrize("law", ["braking", "distance", "full", "share", "flight", "radius each"])
+def test_through_an_arc_a_move_begins_and_ends_at_its_speed():
+    """From 0.2 to √(a R) = 0.3 m/s at up to 0.5 m/s; stepped through time."""
+    one, zero, slow, step = np.ones(1), np.zeros(1), 2.0, 1e-5
+    rounds = np.array([0.01]), np.array([0.02])
+    motion = Motion(
+        0.4 * one, 0.5 * one, slow * one, slow * one, np.inf * one, *rounds, zero, zero, one, law="arc"
+    )
+    motion = motion.with_(open_start=np.array([4.0]), open_end=np.array([4.5]))
+    place, fast, took = 0.0, 0.2, 0.0
+    while place < 0.4:
+        brakes = fast**2 - 0.3**2 >= 2 * slow * (0.4 - place)
+        fast = max(fast - slow * step, 0.3) if brakes else min(fast + slow * step, 0.5)
+        place, took = place + fast * step, took + step
+    assert motion.duration() == pytest.approx(took, abs=1e-3)
+    filtered = motion.with_(round_start=zero, filtered=0.1 * one).duration()
+    assert filtered == pytest.approx(motion.with_(round_start=zero).duration() + 0.05)
+
+
+@pytest.mark.parametrize("law", ["braking", "distance", "full", "share", "flight", "radius each", "arc"])
 def test_no_corner_saves_more_than_a_move_takes(law):
     for way in (0.001, 0.01, 0.1):
         assert 0 <= corner(law, 0.2, way=way) < 2 * 0.9 * 2 * np.sqrt(way / 2.0) + 1e-9

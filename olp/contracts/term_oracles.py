@@ -116,7 +116,9 @@ def acceleration(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     absolute = form.parameters[0].unit != "1"
     k = values[0] / np.median((case.base.accelerate / case.ratio)[case.moving]) if absolute else values[0]
     about = case.joint & case.moving & leads(case, form.axis) if form.axis >= 0 else np.ones(len(case), bool)
-    return both(case, np.where(about, k, 1.0))
+    k = np.where(about, k, 1.0)
+    planned = {name: getattr(case.base, name) * k for name in ("open_start", "open_end")}
+    return {**both(case, k), **planned}
 
 
 def speed_scale(case: MeasuredMoves, form: Form, values: Array) -> Columns:

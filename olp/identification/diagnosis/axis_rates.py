@@ -754,7 +754,8 @@ class AxisLimits(NamedTuple):
     confirmed: Mask  # (n,) the times of other moves show the same speed and acceleration
     off: Floats  # (n,) [1] the time by these limits over the simulated one, less one
     together: bool = True  # all limits hold at once; False: the slowest axis takes its own time
-    beside: float = 0.0  # [s] that every move between stops takes beside constant accelerations
+    beside: float = 0.0  # [s] that every move between stops takes beside them
+    built: float = 0.0  # [s] in which accelerations build up
 
     @property
     def unknown(self) -> Mask:
@@ -765,9 +766,14 @@ class AxisLimits(NamedTuple):
 _ENOUGH_MOVES = 5  # joint moves: fewer tell no limits
 _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this share of the moves
 _NEARER = 0.5  # [1] of a law's misfit that the other one must leave: axes with limits in proportion obey both
+_MUCH_NEARER = 0.2  # [1] likewise, where a plainer law does
+_EXACT = 3e-4  # of a simulated time: nearer, there is no other law to look for
+_TIMES = ((0, False), (1, False), (1, True), (2, True))  # beside limits, and whether accelerations build up
 _LIMIT_ROUNDS = 60
 _FAR = 40.0  # logarithm of a limit that is none, and whose square is still a number
 _BESIDE = 0.03  # [s] beside the ramps, to begin with
+_SLOPE_STEP = 1e-5  # of a logarithm, of a slope of a time with accelerations that build up
+_SAME = 9  # digits in which two moves are one
 _ITS_OWN = 0.9  # [1] of its own time, by which a move tells its limits alone
 _NO_LIMIT, _NEEDED = (
     20.0,
@@ -788,9 +794,10 @@ def limits_from_times(
 
     `turned` (n, k) [rad] without sign; `share`, `ramps` (n,) [1] of the rated speeds and accelerations. In one law all
     limits hold at once for the synchronous axes, in the other the slowest axis takes its own time. Where neither fits,
-    a time beside the ramps may be in all of them: accelerations that build up, or what a stop takes. Moves between two
-    exact `stops` (n,) tell them: how long a rounded move takes hangs on its corners, too. All moves do only where the
-    limits of those are not most moves'.
+    a time beside the ramps may be in all of them: a moving average, or what a stop takes; or accelerations build up in
+    such a time, of which slow moves spend a part, with or without a time at stops. Moves between two exact `stops` (n,)
+    tell them: how long a rounded move takes hangs on its corners, too. All moves do only where the limits of those are
+    not most moves'.
     """
     moving = np.isfinite(sim) & (sim > 0) & np.isfinite(turned).all(axis=1) & (turned.max(axis=1) > 1e-6)
     plain = moving & stops
@@ -826,35 +833,36 @@ def _limits_told_by(
     turns = np.nonzero(least[: turned.shape[1]] > 1e-9)[0]
     per_speed, per_ramp = per_speed[:, turns], per_ramp[:, turns]
     least = least.reshape(2, -1)[:, turns]
-    best: tuple[float, Floats, bool] | None = None
-    for beside in ((), (np.log(_BESIDE),)):
-        best = None
-        for together in (True, False):
+    best: tuple[float, Floats, AxisLaw] | None = None
+    for times, builds in _TIMES:
+        plainer = best
+        for law in (AxisLaw(True, builds), AxisLaw(False, builds)):
             for start in _STARTS:
-                logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), beside)
-                found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], together)
-                off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], together)[0]))
+                logs = np.append(np.log(least * np.array(start)[:, None]).ravel(), [np.log(_BESIDE)] * times)
+                found = _limits_fitted(logs, per_speed[told], per_ramp[told], sim[told], law)
+                off = np.abs(np.expm1(_over(found, per_speed[told], per_ramp[told], sim[told], law)[0]))
                 misfit = float(np.quantile(off, _OF_ALL))
-                as_near = 1.0 if best is None or best[2] == together else _NEARER
+                as_near = 1.0 if best is None or best[2] == law else _NEARER
+                if best is plainer and plainer is not None and plainer[0] <= _OFF:
+                    as_near = _MUCH_NEARER
                 if best is None or misfit < as_near * best[0]:
-                    best = misfit, found, together
-        if best is not None and best[0] <= _OFF:
+                    best = misfit, found, law
+        if best is not None and best[0] <= _EXACT:
             break
-    else:
+    if best is None or best[0] > _OFF:
         return None
-    assert best is not None
-    _, logs, together = best
-    logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], together)
-    off, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), together)
+    _, logs, law = best
+    logs = _without_idle(logs, per_speed[told], per_ramp[told], sim[told], law)
+    off, (fastest, strongest), _ = _over(logs, per_speed, per_ramp, np.where(moving, sim, 1.0), law)
     off = np.where(moving, np.expm1(off), np.nan)
-    speeds, accelerations, extra = _apart(logs)
+    speeds, accelerations, beside, built = _apart(logs, len(turns), law)
     at = np.arange(len(sim))
     leading = turns[fastest]
     with np.errstate(divide="ignore", invalid="ignore"):
         pace = np.where(moving, speeds[fastest] / per_speed[at, fastest], np.nan)
         ramp = np.where(moving, accelerations[strongest] / per_ramp[at, strongest], np.nan)
     sure = told.copy()
-    sure[told] = _confirmed(logs, per_speed[told], per_ramp[told], sim[told], together)
+    sure[told] = _confirmed(logs, per_speed[told], per_ramp[told], sim[told], law)
     shown = np.isin(fastest, fastest[sure]) & np.isin(strongest, strongest[sure])
     sure |= moving & ~told & shown & (off >= -_OFF)
     way = turned[at, leading]
@@ -862,39 +870,54 @@ def _limits_told_by(
     for row, limits, active in ((0, speeds, fastest), (1, accelerations, strongest)):
         sets = np.unique(active[sure])
         whole[row, turns[sets]] = limits[sets]
-    return AxisLimits(whole[0], whole[1], leading, pace * way, ramp * way, sure, off, together, extra)
+    return AxisLimits(
+        whole[0], whole[1], leading, pace * way, ramp * way, sure, off, law.together, beside, built
+    )
 
 
-def _apart(logs: Floats) -> tuple[Floats, Floats, float]:
-    """Speeds and accelerations (k,), and [s] beside the ramps, of their logarithms (2k,) or (2k + 1,)."""
-    width = len(logs) // 2
+class AxisLaw(NamedTuple):
+    """How the limits of axes make the time of a joint move."""
+
+    together: bool  # all hold at once; False: the slowest axis takes its own time
+    builds: bool  # accelerations build up in the time beside the limits; False: that time is added
+
+
+def _apart(logs: Floats, width: int, law: AxisLaw) -> tuple[Floats, Floats, float, float]:
+    """Speeds and accelerations (k,), [s] beside the ramps and [s] in which they build up, of their logarithms: (2k,) of
+    the limits, then of the times."""
     numbers = np.exp(np.clip(logs, -_FAR, _FAR))  # a step of the fit may lead to a limit that is none
-    return numbers[:width], numbers[width : 2 * width], float(numbers[2 * width :].sum())
+    times = numbers[2 * width :].tolist()
+    built = times.pop(0) if law.builds else 0.0
+    return numbers[:width], numbers[width : 2 * width], sum(times), built
 
 
-def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Mask:
+def _confirmed(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, law: AxisLaw) -> Mask:
     """(n,) moves whose times the others foretell: a move that alone sets a limit would take as long at another speed
-    with other ramps. By the leverage of each (D. Hoaglin, R. Welsch, American Statistician 32, 1978) among those whose
-    times the limits give: what is odd shows nothing of others."""
-    width, at = len(logs) // 2, np.arange(len(sim))
-    off, sets, slopes = _over(logs, per_speed, per_ramp, sim, together)
+    with other ramps, however often it is repeated. By the leverage of each (D. Hoaglin, R. Welsch, American
+    Statistician 32, 1978) among the different ones whose times the limits give: what is odd shows nothing of others.
+    """
+    width, at = per_speed.shape[1], np.arange(len(sim))
+    off, sets, slopes = _over(logs, per_speed, per_ramp, sim, law)
     columns = np.zeros((len(sim), len(logs)))
     columns[at, sets[0]] = slopes[0]
     columns[at, width + sets[1]] += slopes[1]
-    columns[:, 2 * width :] = slopes[2][:, None]
+    columns[:, 2 * width :] = slopes[2]
     agree = np.abs(np.expm1(off)) <= _OFF
-    basis, size, _ = np.linalg.svd(columns * agree[:, None], full_matrices=False)
-    return np.asarray(agree & ((basis[:, size > _OFF] ** 2).sum(axis=1) < _ITS_OWN))
+    same = np.round(np.concatenate([per_speed, per_ramp, sim[:, None]], axis=1), _SAME)
+    _, first, which = np.unique(same, axis=0, return_index=True, return_inverse=True)
+    basis, size, _ = np.linalg.svd((columns * agree[:, None])[first], full_matrices=False)
+    own = (basis[:, size > _OFF] ** 2).sum(axis=1)[which.ravel()]
+    return np.asarray(agree & (own < _ITS_OWN))
 
 
-def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:
+def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, law: AxisLaw) -> Floats:
     """The limits, without those that the times do not need: a quick move would just allow them."""
 
     def off(tried: Floats) -> float:
-        return float(np.abs(_over(tried, per_speed, per_ramp, sim, together)[0]).sum())
+        return float(np.abs(_over(tried, per_speed, per_ramp, sim, law)[0]).sum())
 
-    width = len(logs) // 2
-    order = np.argsort(np.bincount(_over(logs, per_speed, per_ramp, sim, together)[1][0], minlength=width))
+    width = per_speed.shape[1]
+    order = np.argsort(np.bincount(_over(logs, per_speed, per_ramp, sim, law)[1][0], minlength=width))
     for axis in order.tolist():
         for limit in (axis, width + axis):
             freed = logs.copy()
@@ -905,49 +928,64 @@ def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats
 
 
 def _over(
-    logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool
+    logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, law: AxisLaw
 ) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats, Floats]]:
     """(n,) logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
-    that logarithm changes with those of the two limits and of the time beside them."""
-    speeds, accelerations, beside = _apart(logs)
+    that logarithm changes with those of the two limits and of the times (n, t) beside them."""
+    speeds, accelerations, beside, built = _apart(logs, per_speed.shape[1], law)
     paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
     at = np.arange(len(sim))
-    if together:
+    if law.together:
         fastest, strongest = np.argmin(paces, axis=1), np.argmin(ramps, axis=1)
     else:
-        each = np.where(paces**2 <= ramps, 1.0 / paces + paces / ramps, 2.0 / np.sqrt(ramps))
-        fastest = strongest = np.argmax(each, axis=1)
+        fastest = strongest = np.argmax(_times(paces, ramps, built), axis=1)
     pace, ramp = paces[at, fastest], ramps[at, strongest]
-    full = pace**2 <= ramp
-    cruise, speeding = 1.0 / pace, pace / ramp
-    ramps_alone = 2.0 / np.sqrt(ramp)
-    time = np.where(full, cruise + speeding, ramps_alone) + beside
-    slopes = (
-        np.where(full, (speeding - cruise) / time, 0.0),
-        np.where(full, -speeding, -0.5 * ramps_alone) / time,
-        beside / time,
-    )
-    return np.log(time / sim), (fastest, strongest), slopes
+    bare = _times(pace, ramp, built)
+    time = bare + beside
+    of_times = [beside / time]
+    if law.builds:
+        up = np.exp(_SLOPE_STEP)
+        more = ((pace * up, ramp, built), (pace, ramp * up, built), (pace, ramp, built * up))
+        one, two, three = ((_times(*numbers) - bare) / (time * _SLOPE_STEP) for numbers in more)
+        of_times = [three, *of_times][: len(logs) - 2 * per_speed.shape[1]]
+    else:
+        full = pace**2 <= ramp
+        cruise, speeding = 1.0 / pace, pace / ramp
+        one = np.where(full, (speeding - cruise) / time, 0.0)
+        two = np.where(full, -speeding, -1.0 / np.sqrt(ramp)) / time
+        of_times = of_times[: len(logs) - 2 * per_speed.shape[1]]
+    return np.log(time / sim), (fastest, strongest), (one, two, np.array(of_times).reshape(-1, len(sim)).T)
 
 
-def _limits_fitted(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, together: bool) -> Floats:
+def _times(pace: Floats, ramp: Floats, built: float) -> Floats:
+    """[s] of moves over 1 at a `pace` [1/s] and a `ramp` [1/s²] that is `built` up in a time [s]."""
+    if not built:
+        return np.asarray(np.where(pace**2 <= ramp, 1.0 / pace + pace / ramp, 2.0 / np.sqrt(ramp)))
+    reached = 2.0 / (built + np.sqrt(built**2 + 4.0 / ramp))
+    peak = np.where(reached >= ramp * built, reached, np.cbrt(ramp / (4.0 * built)))
+    top = np.minimum(pace, peak)
+    over = np.where(top >= ramp * built, top / ramp + built, 2.0 * np.sqrt(top * built / ramp))
+    return np.asarray(1.0 / top + over)
+
+
+def _limits_fitted(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, law: AxisLaw) -> Floats:
     """Logarithms of the limits near these, by Levenberg and Marquardt's steps; odd moves hardly count."""
-    width, at, damping = len(logs) // 2, np.arange(len(sim)), 1e-2
-    off, sets, slopes = _over(logs, per_speed, per_ramp, sim, together)
+    width, at, damping = per_speed.shape[1], np.arange(len(sim)), 1e-2
+    off, sets, slopes = _over(logs, per_speed, per_ramp, sim, law)
     for _ in range(_LIMIT_ROUNDS):
         scale = max(float(np.median(np.abs(off))), 1e-5)
         weight = 1.0 / (1.0 + (off / (3.0 * scale)) ** 2)
         columns = np.zeros((len(sim), len(logs)))
         columns[at, sets[0]] = slopes[0]
         columns[at, width + sets[1]] += slopes[1]
-        columns[:, 2 * width :] = slopes[2][:, None]
+        columns[:, 2 * width :] = slopes[2]
         normal, pull = columns.T @ (weight[:, None] * columns), -columns.T @ (weight * off)
         loss = float(np.sum(np.log1p((off / (3.0 * scale)) ** 2)))
         for _ in range(6):
             tried = logs + np.linalg.solve(
                 normal + damping * (np.diag(np.diag(normal)) + 1e-6 * np.eye(len(logs))), pull
             )
-            there = _over(tried, per_speed, per_ramp, sim, together)
+            there = _over(tried, per_speed, per_ramp, sim, law)
             if float(np.sum(np.log1p((there[0] / (3.0 * scale)) ** 2))) < loss - 1e-9:
                 logs, (off, sets, slopes) = tried, there
                 damping = max(damping / 10.0, 1e-9)

@@ -22,6 +22,7 @@ from olp.identification.diagnosis.simulation_laws import (
     cornered,
     inferred,
     limited,
+    ramp_at_corners,
     ramps_beside,
     ramps_of,
     trapezoid,
@@ -50,6 +51,7 @@ _SHOWN = 8  # moves named in a note
 _NEAR = 1e-4  # [m | rad] a move that starts this near to the last one's end goes on from it
 _FEW = 0.5  # of the moves: fewer that cannot be judged are left out, more are judged with a note
 _COUNTED = 0.5  # of the moves have the number after the last one's: numbers count moves
+_STRAIGHT_ON = 1e3  # times the rounding: a corner with an arc of that radius is none
 _FOR_EACH = 2  # joint moves for each limit of an axis: fewer leave most limits unknown
 
 
@@ -457,6 +459,14 @@ def _base(
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
+    opened, last = _openness(moves), before[rows]
+    whole = whole.with_(open_start=np.where(last >= 0, opened[last], 1.0), open_end=opened[rows])
+    lines = moving & ~joint
+    if missing[lines].all() and lines.any() and not plain.any() and not joint.any():
+        alike = _corners(moves, pace, rows, before, np.ones(len(rows)))
+        slow = np.where(lines, ramp_at_corners(whole.with_(corners=alike), sim), slow)
+        whole = whole.with_(accelerate=slow, decelerate=slow)
+    whole = whole.with_(open_start=whole.open_start * slow, open_end=whole.open_end * slow)
     corners = _corners(moves, pace, rows, before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
@@ -477,6 +487,8 @@ def _ramps_of_axes(moves: RecordedMoves, rows: Rows, pace: _Pace, sim: Floats, p
         axes = _limits_told(moves, joint)
     if axes is None:
         return SimulatedRamps()
+    if axes.built:
+        return SimulatedRamps(build=axes.built, stop=axes.beside)
     good = plain & axes.confirmed[rows]
     if not good.any():
         return SimulatedRamps()
@@ -714,3 +726,12 @@ def _corner(moves: RecordedMoves) -> Floats:
     angle = np.full(len(moves), np.nan)
     angle[:-1] = np.arccos(np.clip(np.einsum("ni,ni->n", unit[:-1], unit[1:]), -1.0, 1.0))
     return angle
+
+
+def _openness(moves: RecordedMoves) -> Floats:
+    """(n,) [1] Radius of the arc at a move's end that touches it and the next one, over its rounding; 1 where one of
+    both is no line."""
+    angle = _corner(moves)
+    line = moves.kind == LINEAR
+    both = line & np.append(line[1:], False) & np.isfinite(angle)
+    return np.where(both, np.minimum(1.0 / np.tan(np.clip(angle, 1e-6, np.pi) / 2.0), _STRAIGHT_ON), 1.0)

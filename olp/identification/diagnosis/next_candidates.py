@@ -229,7 +229,16 @@ def _motion(
     base, count = case.base, len(way)
     middle = {
         name: np.full(count, np.median(getattr(base, name)[straight]))
-        for name in ("accelerate", "decelerate", "jerk", "rate", "filtered", "build")
+        for name in (
+            "accelerate",
+            "decelerate",
+            "jerk",
+            "rate",
+            "filtered",
+            "build",
+            "open_start",
+            "open_end",
+        )
     }
     return replace(
         _passing(base),

@@ -28,8 +28,10 @@ _STEPS, _EXACT = 25, 1e-12  # of Newton's method for the peak speed, at most; a 
 
 # What a corner with rounding r saves, κ being `overlap`: nothing; what braking over the last κ r takes; a share κ of
 # what braking over the last r takes; 2 κ r at full speed, at most a ramp; the same without that limit; a share κ of the
-# ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds.
-LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed")
+# ramp whatever the rounding (1: passed at full speed); what a ramp needs beyond the speed √(κ a r); κ seconds; or, of a
+# controller that looks ahead, what ramps from and to √(κ a R) save, R = r cot(δ/2) of the arc that touches both moves
+# where they turn by δ, and no more than either move's speed; a is the planned acceleration, whatever the drives give.
+LAWS = ("stop", "braking", "share", "distance", "flight", "full", "radius", "fixed", "arc")
 EACH = " each"  # behind a law: both moves save half by ramps of their own; else the braking before the corner counts
 SHORTER = " shorter"  # behind a law: ramps overlap no longer than the shorter of both takes, each over its own rounding
 _REACH = 0.5  # [1] of the shorter move: no corner is rounded beyond its middle
@@ -84,11 +86,22 @@ class Motion:
     build: Floats = field(
         default_factory=lambda: np.zeros(0)
     )  # (n,) [s] an acceleration takes, whatever its size
+    open_start: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [m/s²] planned acceleration, times the radius of the arc at the start over its rounding
+    open_end: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [m/s²] the same at the end
 
     def __post_init__(self) -> None:
-        for name in ("filtered", "build"):
+        none = np.zeros(len(self.way))
+        right_angle = np.minimum(self.accelerate, self.decelerate)
+        for name, default in (
+            ("filtered", none),
+            ("build", none),
+            ("open_start", right_angle),
+            ("open_end", right_angle),
+        ):
             if len(getattr(self, name)) != len(self.way):
-                object.__setattr__(self, name, np.zeros(len(self.way)))
+                object.__setattr__(self, name, default)
 
     def with_(self, **changes: Floats | float | str | MoveCorners | None) -> Motion:
         """A copy with some columns changed. The search makes millions: faster than `dataclasses.replace`."""
@@ -124,6 +137,8 @@ class Motion:
         law, corners = self.law.removesuffix(SHORTER), self.corners
         if law != self.law and self._rounded and not self._jerked and corners and _LOOPS.worth(len(self.way)):
             return self._in_loops(law, corners)
+        if law == "arc" and self._rounded:
+            return self._through_arcs()
         travel, top = self._travel()
         whole = np.maximum(travel, self.least) + self.added
         if self.law == "stop" or not self._rounded:
@@ -136,12 +151,45 @@ class Motion:
         own = vars(self)
         return *(own[name] for name in _IN_COMMON), self._jerked
 
-    def _saved(self, top: Floats) -> Floats:
-        """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
+    @property
+    def _neighbours(self) -> MoveCorners:
+        """What the corners hang on; without any the moves are like their neighbours."""
         one = np.ones(len(self.way))
-        corners = self.corners or MoveCorners(
+        return self.corners or MoveCorners(
             self.way, self.speed, one, self.way, self.way, self.way, self.speed, one, one, one, one
         )
+
+    def _through_arcs(self) -> Floats:
+        """`duration` of moves that begin and end at the speeds of the arcs at their corners.
+
+        Where acceleration takes time to build up, ramps from and to rest take as much longer as between stops.
+        """
+        corners, up, down = self._neighbours, self.accelerate, self.decelerate
+        way = np.maximum(self.way, 1e-9)
+        start = np.minimum(self.round_start, self.reach * corners.shorter_start)
+        end = np.minimum(self.round_end, self.reach * corners.shorter_end)
+        first = np.minimum(
+            np.sqrt(self.overlap * start * self.open_start), np.fmin(self.speed, corners.speed)
+        )
+        last = np.minimum(
+            np.sqrt(self.overlap * end * self.open_end), np.fmin(self.speed, corners.next_speed)
+        )
+        last = np.minimum(last, np.sqrt(first**2 + 2.0 * up * way))
+        first = np.minimum(first, np.sqrt(last**2 + 2.0 * down * way))
+        reached = np.sqrt((down * first**2 + up * last**2 + 2.0 * up * down * way) / (up + down))
+        top = np.minimum(self.speed, reached)
+        ramps = 0.5 * ((top**2 - first**2) / up + (top**2 - last**2) / down)
+        travel = (top - first) / up + (top - last) / down + np.maximum(way - ramps, 0.0) / top
+        if self._jerked or self.filtered.any():
+            bare = self.with_(jerk=np.full(len(way), np.inf), build=0.0 * way, filtered=0.0 * way)
+            rests = 0.5 * ((first == 0.0).astype(np.float64) + (last == 0.0))
+            travel = travel + rests * (self._travel()[0] - bare._travel()[0])
+        travel = np.where(self.way > 0, travel, 0.0)
+        return np.asarray(np.maximum(travel, self.least) + self.added)
+
+    def _saved(self, top: Floats) -> Floats:
+        """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
+        corners = self._neighbours
         if SHORTER in self.law:
             return self._overlapped(corners, top)
         law = self.law.removesuffix(EACH)

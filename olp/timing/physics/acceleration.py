@@ -42,7 +42,12 @@ class AccelerationTerm(MoveTerm):
         scale = np.full(len(case), values[0] / form.parameters[0].null)
         if form.axis >= 0:
             scale = np.where(case.led(form.axis) & case.joint, scale, 1.0)
-        return motion.with_(accelerate=motion.accelerate * scale, decelerate=motion.decelerate * scale)
+        return motion.with_(
+            accelerate=motion.accelerate * scale,
+            decelerate=motion.decelerate * scale,
+            open_start=motion.open_start * scale,
+            open_end=motion.open_end * scale,
+        )
 
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         ratio = values[0] / form.parameters[0].null

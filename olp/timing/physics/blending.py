@@ -20,6 +20,7 @@ _EQUATIONS = {
     "share shorter": r"s = \kappa\,\min(t(\min(r, L/2)), t'(\min(r, L'/2)))",
     "share shorter, as planned": r"s = \kappa\,\min(t_0(\min(r, L/2)), t_0'(\min(r, L'/2)))",
     "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
+    "arc": r"v_c = \min(\sqrt{\kappa a r \cot(\delta/2)}, v, v')",
 }
 _HOW = {
     "braking": "moves overlap over {0:.0%} of the rounding, as long as braking there takes",
@@ -32,6 +33,7 @@ _HOW = {
     "braking shorter": "moves overlap over {0:.0%} of the rounding, as long as the quicker of both takes for it",
     "share shorter": "moves overlap for {0:.0%} of the time that the quicker of both takes for its rounding",
     "radius": "rounded corners are passed at the speed that {0:.0%} of the rounding allows as a radius",
+    "arc": "rounded corners are passed at the speed that an arc over {0:.0%} of the rounding allows",
 }
 _SIZED = ("braking", "share", "distance", "flight")  # laws that need the size of a rounding
 _OWN = ("full", "braking", "distance", "radius")
@@ -75,12 +77,14 @@ class Blending(MoveTerm):
         parted = ("share" + SHORTER,) if sized and _turning(case) >= 2 else ()
         planned = ("share" + SHORTER,) if sized else ()
         own = _OWN if sized else _OWN[:1]
+        arcs = ("arc",) if sized and np.isfinite(case.corner).any() else ()
         cut = _SIZED if sized and _cut(case) >= _FEWEST else ()
         return (
             *(Form(law, (_amount(law), split), _EQUATIONS[law]) for law in shared),
             *(Form(law + _CUT, (_amount(law), split, reach), _EQUATIONS[law]) for law in cut),
             *(Form(law + _SHARE, (_amount(law), split, portion), _EQUATIONS[law]) for law in parted),
             *(Form(law + EACH, (_amount(law),), _EQUATIONS[law]) for law in own),
+            *(Form(law, (_amount(law),), _EQUATIONS[law]) for law in arcs),
             *(Form(law + _PLANNED, (_amount(law), split), _EQUATIONS[law + _PLANNED]) for law in planned),
             *(
                 Form(law + _SHARE + _PLANNED, (_amount(law), split, portion), _EQUATIONS[law + _PLANNED])
