@@ -20,7 +20,7 @@ _EQUATIONS = {
     "share shorter": r"s = \kappa\,\min(t(\min(r, L/2)), t'(\min(r, L'/2)))",
     "share shorter, as planned": r"s = \kappa\,\min(t_0(\min(r, L/2)), t_0'(\min(r, L'/2)))",
     "radius": r"s = \frac{v}{a}\,x\,(2 - x),\; x = \min(\sqrt{\kappa a r}/v, 1)",
-    "arc": r"v_c = \min(\sqrt{\kappa a r \cot(\delta/2)}, v, v')",
+    "arc": r"v_c = \min(\sqrt{\kappa a r / \tan(\delta/2)}, v, v')",
 }
 _HOW = {
     "braking": "moves overlap over {0:.0%} of the rounding, as long as braking there takes",
