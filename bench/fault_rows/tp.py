@@ -186,7 +186,10 @@ FAULTS: Final = (
         "rotation vector with the wrong sign",
     ),
     Fault(
-        "write_moves.py", "scaled(one, 1000) for one", "scaled(one, 1) for one", "computed poses in metres"
+        "write_moves.py",
+        "term_by_term(one, 1000) for one",
+        "term_by_term(one, 1) for one",
+        "computed poses in metres",
     ),
     Fault(
         "writer.py",

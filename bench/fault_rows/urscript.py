@@ -67,13 +67,13 @@ FAULTS: Final = (
     Fault("expressions.py", "return ex.Number(value + 1)", "return ex.Number(value)", "indices from 0"),
     Fault(
         "expressions.py",
-        "return member if place > 2 else scaled(member, mm)",
+        "return member if place > 2 else ex.scaled(member, mm)",
         "return member",
         "components of a pose in mm",
     ),
     Fault(
         "expressions.py",
-        'return scaled(item, deg) if kind == "joints" else item',
+        'return ex.scaled(item, deg) if kind == "joints" else item',
         "return item",
         "components of joints in degrees",
     ),
@@ -141,7 +141,7 @@ FAULTS: Final = (
     ),
     Fault(
         "write_values.py",
-        "return self.value(it.written if it.scale == unit else scaled(it.written, it.scale / unit))",
+        "return self.value(it.written if it.scale == unit else ex.scaled(it.written, it.scale / unit))",
         "return self.value(it.written)",
         "units of numbers dropped",
     ),
@@ -159,7 +159,7 @@ FAULTS: Final = (
     ),
     Fault(
         "write_values.py",
-        "self.value(scaled(one, deg)) if type(one) is ex.Number else self.radians(one)",
+        "self.value(ex.scaled(one, deg)) if type(one) is ex.Number else self.radians(one)",
         "self.value(one) if type(one) is ex.Number else self.radians(one)",
         "joints written in degrees",
     ),
