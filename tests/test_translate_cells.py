@@ -123,6 +123,21 @@ def test_two_programs_of_one_name_that_share_nothing_are_told_apart_by_folders(t
     assert not (tmp_path / "out").exists()
 
 
+def test_tasks_of_a_cell_that_share_nothing_are_written_into_folders_of_their_own(tmp_path, capsys):
+    for task in ("T_ROB1", "T_ROB2"):
+        place = tmp_path / "cell" / task / "PROGMOD"
+        place.mkdir(parents=True)
+        rows = ("MODULE MainModule", "PROC main()", f"WaitTime {task[-1]};", "ENDPROC", "ENDMODULE", "")
+        (place / "MainModule.mod").write_text("\n".join(rows))
+    out = tmp_path / "out"
+    assert main(["convert", str(tmp_path / "cell"), "--to", "krl", "-o", str(out)]) == 0
+    told = capsys.readouterr()
+    assert "warning[C008]" in told.err
+    assert "T_ROB1/main.src" in told.out
+    for task in ("T_ROB1", "T_ROB2"):
+        assert f"WAIT SEC {task[-1]}" in (out / task / "main.src").read_text()
+
+
 def test_a_program_with_an_error_stops_itself_and_what_shares_with_it_alone(tmp_path, capsys):
     folder, out = tmp_path / "cell", tmp_path / "out"
     folder.mkdir()

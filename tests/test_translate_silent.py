@@ -3447,3 +3447,117 @@ def test_products_and_inverses_of_constant_poses_are_poses_in_tp():
     turns = [plan.positions.quaternion[plan.moves.target] for plan in (own, there)]
     assert targets[0] == pytest.approx(targets[1], abs=2e-6)
     assert np.abs((turns[0] * turns[1]).sum(axis=1)) == pytest.approx(np.ones(3), abs=1e-9)
+
+
+# --- offsets in registers that others set -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "inform", "urscript"])
+@pytest.mark.parametrize("option", ["Offset", "Tool_Offset"])
+def test_an_offset_turns_by_the_angles_that_somebody_else_gave_its_register(target, option):
+    """The program sets one element; what an operator left in the others counts as well."""
+    rows = ("UFRAME_NUM=1", "UTOOL_NUM=1", "PR[3,1]=5", f"L P[1] 300mm/sec FINE {option},PR[3]")
+    text = tp(*rows, positions=((1, 1, 1, 900, 100, 400, 180, 0, 30),))
+    source = read(text, "tp")
+    made = converted(text, "tp", target)
+    runs = runs_of(source, made, target, (ROBOT, ROBOT))
+    receipt = receipt_of(link(source), made.translated, target, tuple(made.files), runs, (ROBOT, ROBOT))
+    assert receipt.made_up
+    for one in receipt.made_up:
+        assert not one.found
+    asked = {thing.partition(" (")[0] for things in made.translated.asks.values() for thing in things}
+    assert "PV3" in asked or target == "inform"
+
+
+# --- loops with fractions -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["inform", "krl", "tp", "urscript"])
+@pytest.mark.parametrize(
+    ("head", "rounds"),
+    [
+        ("FOR k FROM 1 TO x/2 DO", 3),  # 1, 2, 3: up to 3.5
+        ("FOR k FROM 1 TO x/2 STEP 0.5 DO", 6),
+        ("FOR k FROM x/2 TO 1 STEP -1 DO", 3),  # 3.5, 2.5, 1.5
+        ("FOR k FROM 0.5 TO 2 DO", 2),
+    ],
+)
+def test_loops_of_fractions_make_as_many_rounds_as_the_source(target, head, rounds):
+    """Counters and bounds of KRL and INFORM are integers: a counter was one that never came to its end."""
+    rows = ("x:=7;", "FOR k FROM 1 TO 2 DO", "SetDO do1,1;", "ENDFOR", head, "PulseDO do2;", "ENDFOR")
+    plan = run_elsewhere(module("VAR num x;", *rows), "rapid", target)
+    assert plan.kind.tolist() == [StepKind.SIGNAL] * (2 + rounds)
+
+
+def test_informs_loops_count_with_integers_alone():
+    rows = ("x:=7;", "FOR k FROM 1 TO x/2 DO", "PulseDO do1;", "ENDFOR")
+    rows += ("FOR k FROM x/2 TO 1 STEP -1 DO", "PulseDO do2;", "ENDFOR")
+    text = translated(module("VAR num x;", *rows), "rapid", "inform")
+    loops = re.findall(r"^FOR .*", text, re.MULTILINE)
+    assert [re.sub(r"\d+", "n", row.strip()) for row in loops] == ["FOR Dn START= n TO Dn"]
+    assert re.search(r"^WHILE R\d+>=1", text, re.MULTILINE)
+
+
+# --- whole numbers that are written out ---------------------------------------------------------------------
+
+
+def test_a_fraction_that_is_rounded_is_no_number_of_an_integer():
+    text = translated(module("VAR num x;", "x:=Round(2.5);", "x:=Trunc(-2.7);"), "rapid", "inform")
+    assert not re.search(r"^SET [DBI]\d+ -?\d*\.", text, re.MULTILINE)
+
+
+# --- CONTINUE before what takes several lines ---------------------------------------------------------------
+
+
+def test_krls_continue_stands_before_each_line_that_reads_the_controller():
+    """It holds for the next line alone: the corner before became a stop at the next reading."""
+    moves = ("MoveL p1,v100,z10,tool0;", "v:=CPos(\\Tool:=tool0\\WObj:=wobj0);", "MoveL p2,v100,fine,tool0;")
+    text = translated(module("VAR pos v;", *moves, data=TARGETS), "rapid", "krl")
+    rows = [row.strip() for row in text.splitlines()]
+    reading = [n for n, row in enumerate(rows) if "$POS_ACT" in row]
+    assert len(reading) == 3
+    assert all(rows[n - 1] == "CONTINUE" for n in reading)
+
+
+# --- data that keep their values ----------------------------------------------------------------------------
+
+
+def test_texts_and_positions_that_a_run_changes_are_to_be_set_back_in_krl():
+    """RAPID's VAR begins anew with each start, KRL's lists keep what the last run left."""
+    data = (TARGETS[0].replace("CONST", "VAR"), *TARGETS[1:], 'VAR string s:="a";', 'VAR string t:="b";')
+    rows = ("p1.trans.z:=p1.trans.z+10;", "MoveL p1,v100,fine,tool0;", 's:=s+"x";', "TPWrite t;")
+    made = converted(module(*rows, data=data), "rapid", "krl")
+    asked = [list(things) for says, things in made.translated.asks.items() if "set these back" in says]
+    assert asked == [["p1", "s"]]
+
+
+# --- remainders of numbers below zero -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["tp", "urscript", "krl", "inform"])
+def test_a_remainder_is_told_where_what_is_divided_may_be_below_zero(target):
+    rows = (
+        "FOR i FROM 0 TO 9 DO",
+        "x:=i MOD 3;",
+        "ENDFOR",
+        "n:=n+1;",
+        "x:=n MOD 4;",
+        "z:=n-5;",
+        "x:=z MOD 4;",
+    )
+    found = converted(module("VAR num n;", "VAR num z;", *rows, data=TARGETS), "rapid", target)
+    told = [one.line for one in found.translated.remarks if "which sign MOD" in one.says]
+    assert told == [6 + 8]
+
+
+def test_a_tool_by_a_computed_number_that_is_0_is_no_element_of_an_array():
+    """Public bas.src: below 1 it is the flange; RAPID's arrays begin at 1, and the program stopped there."""
+    rows = ("DECL INT N", "N=0", "BAS(#TOOL,N)", "BAS(#BASE,N)", *poses((900, 0, 500)))
+    text = translated(krl(*HOME, *rows), "krl", "rapid")
+    code_rows = code(text, "!")
+    for array, none in (
+        ("tool:=numbered_tools{N};", "tool:=tool0;"),
+        ("frame:=numbered_frames{N};", "frame:=wobj0;"),
+    ):
+        at = code_rows.index(array)
+        assert code_rows[at - 3 : at + 2] == ["IF N<=0 THEN", none, "ELSE", array, "ENDIF"]

@@ -89,8 +89,7 @@ def run(args: Namespace) -> int:
     parts = _wholes(jobs, args, told)
     context = replace(_context(args), entry=len(parts) == 1 and not parts[0].others)
     alone: list[Diagnostic] = []  # files of data that the target's programs hold
-    files: dict[str, bytes] = {}
-    clash: list[Diagnostic] = []
+    made: list[tuple[str, dict[str, bytes]]] = []  # the files of each program
     receipts: list[Receipt] = []
     for part in parts:
         job = part.program.path
@@ -103,17 +102,14 @@ def run(args: Namespace) -> int:
             continue
         told += [d.at(job) for d in part.program.diagnostics if not d.is_error]
         told += unconverted
-        for name, data in found.items():
-            if files.setdefault(name, data) != data:
-                says = f"two programs that share nothing make the file {name}"
-                help = "translate them one by one, each into a folder of its own"
-                clash.append(error("C008", says, file=job, help=help))
+        made.append((job, found))
         receipts.append(receipt)
+    files, receipts, clash = _together(made, receipts)
     others = len(alone) < len(parts)
     told += [replace(one, severity=Severity.WARNING) if others else one for one in alone]
     told += clash
     rejected = any(diagnostic.is_error for diagnostic in told)
-    if clash or (rejected and not receipts):
+    if any(one.is_error for one in clash) or (rejected and not receipts):
         print_diagnostics(told)
         return 2
     _write_all(Path(args.output), files, jobs, args.force)
@@ -124,6 +120,50 @@ def run(args: Namespace) -> int:
     if rejected:
         return 2
     return 0 if all(receipt.verdict.holds(args.accept) for receipt in receipts) else 1
+
+
+def _together(
+    made: list[tuple[str, dict[str, bytes]]], receipts: list[Receipt]
+) -> tuple[dict[str, bytes], list[Receipt], list[Diagnostic]]:
+    """All files by their names, those of programs that make one name (the tasks of a cell) each in a folder of its own.
+
+    The folder is called as the one that tells the sources apart; where none does, that is an error (C008).
+    """
+    files: dict[str, bytes] = {}
+    clash: dict[str, str] = {}  # name -> the second program that makes it
+    for job, found in made:
+        for name, data in found.items():
+            if files.setdefault(name, data) != data:
+                clash.setdefault(name, job)
+    if not clash:
+        return files, receipts, []
+    apart = _folders([job for job, found in made if not clash.keys().isdisjoint(found)])
+    told = []
+    for name, job in clash.items():
+        says = f"two programs that share nothing make the file {name}"
+        if apart:
+            says += ": each is in a folder of its own, where data of one name are no longer the same"
+            help = "load each into the task or controller that runs it"
+            told.append(Diagnostic("C008", says, Severity.WARNING, file=job, help=help))
+        else:
+            help = "translate them one by one, each into a folder of its own"
+            told.append(error("C008", says, file=job, help=help))
+    files, named = {}, []
+    for (job, found), receipt in zip(made, receipts, strict=True):
+        before = f"{apart[job]}/" if job in apart else ""
+        files |= {f"{before}{name}": data for name, data in found.items()}
+        named.append(replace(receipt, files=tuple(f"{before}{name}" for name in receipt.files)))
+    return files, named, told
+
+
+def _folders(jobs: list[str]) -> dict[str, str]:
+    """The first folder by which the paths of programs differ, for each; none where it is not one for each."""
+    rows = [Path(job).parts for job in jobs]
+    at = next((n for n, parts in enumerate(zip(*rows, strict=False)) if len(set(parts)) > 1), None)
+    if at is None or any(len(row) <= at + 1 for row in rows):
+        return {}
+    found = {job: row[at] for job, row in zip(jobs, rows, strict=True)}
+    return found if len(set(found.values())) == len(jobs) else {}
 
 
 def _context(args: Namespace) -> Context:
@@ -218,7 +258,8 @@ def _write_all(folder: Path, files: dict[str, bytes], inputs: list[Path], force:
     if problems:
         raise OlpError(*problems)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        for target in {(folder / name).parent for name in files} | {folder}:
+            target.mkdir(parents=True, exist_ok=True)
         write_together({folder / name: data for name, data in files.items()})
     except OSError as problem:
         raise OlpError(from_os_error(problem)) from None

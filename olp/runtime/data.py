@@ -336,6 +336,13 @@ def held_position(m: Machine, variable: ex.Variable) -> PositionValue:
     """The variable's position; one that nobody set is taken as a zero pose, which is reported."""
     index = whole(m, variable.index)
     held = (m.frame.locals if variable.local else m.memory.values).get((variable.store, index))
+    if held is None and m.made_up is not None and not variable.local:
+        try:
+            made = read_variable(m, variable.store, index, variable.local)
+        except StatementError:
+            made = None  # it has none there either
+        if isinstance(made, PositionValue):
+            return made
     if held is None:
         m.assume(f"{spell(variable)} has no value yet: taken as Cartesian, all elements 0, in the base frame")
         return _ZERO_POSE

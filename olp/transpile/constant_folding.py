@@ -14,6 +14,7 @@ from olp.ir.program import Move, Program, Statement
 from olp.ir.transformer import is_written_out, mapped
 from olp.languages.limits import Limits
 from olp.robots.geometry import Pose
+from olp.runtime.evaluate import round_half_away
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.occurrences import with_routines, with_rows
 
@@ -30,8 +31,26 @@ _FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
 }
 
 
+_WHOLE: Final[Mapping[str, Callable[[float], int]]] = {
+    "round": round_half_away,
+    "trunc": math.trunc,
+    "floor": math.floor,
+    "ceil": math.ceil,
+}
+
+
+def _whole(e: ex.Function) -> ex.Expression:
+    """A number that is written out, as a whole one: no whole variable takes a fraction as it is written."""
+    value, sign = e.arguments[0], 1
+    if type(value) is ex.Unary and value.operator == "-":
+        value, sign = value.operand, -1
+    return ex.Number(_WHOLE[e.name](sign * value.value)) if type(value) is ex.Number else e
+
+
 def _computed(e: ex.Expression, limits: Limits) -> ex.Expression:
     """Where functions take variables only and no sign stands before one: what comes out of the numbers."""
+    if type(e) is ex.Function and e.name in _WHOLE and len(e.arguments) == 1:
+        return _whole(e)
     if not limits.register_arguments:
         return e
     if type(e) is ex.Unary and e.operator == "-":

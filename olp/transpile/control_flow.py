@@ -25,7 +25,7 @@ from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.integer_inference import counts_fractions
 from olp.transpile.name_types import reached_from
 from olp.transpile.structuring import flattened, machine, needs_flattening, structured
-from olp.transpile.symbols import Symbols
+from olp.transpile.symbols import Symbols, kind_of_value
 
 _CONDITIONAL: Final = (st.Call, st.Return, st.Pause, st.PulseOutput, st.StartTask)
 
@@ -372,7 +372,7 @@ class _Target:
         limits, head, closer = self.work.limits, block.opener, block.closer
         assert isinstance(head, st.For)
         step_fits = not limits.for_step_is_one or head.step in (None, Number(1), Number(-1))
-        step_fits = step_fits and not (limits.for_counts_whole and counts_fractions(head))
+        step_fits = step_fits and not (limits.for_counts_whole and self._counts_fractions(head))
         there, keeps_last = self.work.target_conventions, self.work.conventions.for_keeps_last
         other_end = there.for_declares or there.for_keeps_last is not keeps_last
         changed = _names_changed(block)
@@ -403,6 +403,13 @@ class _Target:
         loop, inside = self._inside(as_while, jumps=not limits.has_while)
         counted = Block([(as_while.opener, [*inside, count])], as_while.closer)
         return [*before, *self._while_of(counted), *last, *self._end(loop, closer)]
+
+    def _counts_fractions(self, head: st.For) -> bool:
+        """Whether a loop's variable may hold fractions; where its type is still to be found, what is written tells."""
+        if self.work.limits.integer_type:
+            return counts_fractions(head)
+        kind = kind_of_value(self.work.symbols(self.counters.lowered), self.routine.name, head.variable)
+        return kind == "real" or counts_fractions(head)
 
     def _with_own_bounds(self, head: st.For, changed: frozenset[str], before: list[Node]) -> st.For:
         """Bounds that the loop itself changes, as they were when it began."""
@@ -439,7 +446,8 @@ class _Target:
         """A copy of a bound, as it was when the loop began."""
         if isinstance(value, Number):
             return value
-        name = self.variable("bound", "integer")
+        kind = kind_of_value(self.work.symbols(self.counters.lowered), self.routine.name, value)
+        name = self.variable("bound", "integer" if kind == "integer" else "real")
         before.append(st.Assign(line, name, value))
         return name
 

@@ -403,7 +403,7 @@ class _Relative:
             return None
         turns = sum(v not in _ZEROS for v in values[3:])
         if s.relative is not None and s.relative.kind != "tool":
-            if turns and by is None and self._is_set_elsewhere(offset):
+            if by is None and any(self._is_left_open(offset, turn) for turn in _TURNS):
                 says = "the offset's angles, which nothing here sets, are left out: they are taken for zero"
                 self.work.lose(s, Fate.APPROXIMATED, "orientation", says)
                 self.work.ask("see that these offsets have no angles", _name_of(offset))
@@ -453,10 +453,19 @@ class _Relative:
         return replace(s, targets=(target,), offset=None, tool_offset=None)
 
     def _components(self, offset: ex.Named) -> list[ex.Expression]:
-        """The components of a position that the program computes; angles that nothing sets are zero."""
+        """The components of a position that the program computes; angles that only it could set are zero."""
+        if not self.work.limits.numbered and any(
+            self._is_left_open(offset, part) for part in ("x", "y", "z", *_TURNS)
+        ):
+            self.work.ask("set these values, which are zeros now", offset.name)
         return [
             *(ex.Member(offset, name) for name in ("x", "y", "z")),
-            *(ex.Number(0) if self._never(offset, name) else ex.Member(offset, name) for name in _TURNS),
+            *(
+                ex.Number(0)
+                if self._never(offset, name) and not self._is_left_open(offset, name)
+                else ex.Member(offset, name)
+                for name in _TURNS
+            ),
         ]
 
     def _is_set_elsewhere(self, e: ex.Expression) -> bool:
@@ -464,6 +473,13 @@ class _Relative:
         return _name_of(e) in self.work.registers and not any(
             isinstance(s, st.Assign) and e in expressions_of(s.target) for s in self.program.statements()
         )
+
+    def _is_left_open(self, e: ex.Expression, member: str) -> bool:
+        """Whether no statement sets this component of a register: an operator or another program does."""
+        if not isinstance(e, ex.Named) or e.name not in self.work.registers:
+            return False
+        places = (e, ex.Member(e, member))
+        return not any(isinstance(s, st.Assign) and s.target in places for s in self.program.statements())
 
     def _is_pose(self, name: ex.Named) -> bool:
         symbol = self.symbols.find(self.name, name.name)

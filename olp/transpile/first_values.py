@@ -364,7 +364,7 @@ def _ask_anew(program: st.Program, work: TranslationContext) -> None:
     if not work.conventions.data_begin_anew:
         return
     for d in _changed_data(program, work):
-        if d.type in _ZEROS:
+        if d.type in _NOTHING:
             work.ask(SET_BACK, d.name)
 
 

@@ -563,7 +563,25 @@ def _as_arrays(program: st.Program, work: TranslationContext) -> st.Program:
             f"{name} is not declared here: taken for {_SIZES[kind]} {word}s; their values have to be taught"
         )
         work.lose(users[kind], Fate.APPROXIMATED, "name", says)
-    routines = tuple(replace(r, body=tuple([mapped(s, change) for s in r.body])) for r in program.routines)
+
+    def changed(s: st.Statement) -> list[st.Statement]:
+        """An array has no element 0: a number below 1 is the flange or the base."""
+        made = mapped(s, change)
+        chosen = s.tool if isinstance(s, st.SetTool) else s.frame if isinstance(s, st.SetFrame) else None
+        if made is s or not isinstance(chosen, ex.FrameRef) or isinstance(chosen.number, ex.Number):
+            return [made]
+        assert chosen.number is not None
+        below = st.If(s.line, ex.Compare("<=", chosen.number, ex.Number(0)))
+        none = (
+            replace(s, tool=ex.FrameRef("tool", ex.Number(0)))
+            if isinstance(s, st.SetTool)
+            else st.SetFrame(s.line, ex.FrameRef("base"))
+        )
+        return [below, replace(none, comment=""), st.Else(s.line), made, st.EndIf(s.line)]
+
+    routines = tuple(
+        replace(r, body=tuple([one for s in r.body for one in changed(s)])) for r in program.routines
+    )
     return replace(program, routines=routines, data=tuple(rows))
 
 

@@ -48,6 +48,31 @@ def whole_numbers(program: st.Program, work: TranslationContext) -> st.Program:
     return _rounded(program, work)
 
 
+def remainders(program: st.Program, work: TranslationContext) -> st.Program:
+    """Tells where a remainder of what may be below zero is taken: no manual says which sign it has."""
+    found = [
+        (routine.name, s, e)
+        for routine in program.routines
+        for _, s in work.look(routine).rare
+        for e in expressions_of(s)
+        if type(e) is ex.Binary and e.operator == "mod"
+    ]
+    if not found or work.source.vendor == work.target:
+        return program
+    held = _Held(symbols_of(program))
+    for routine in program.routines:
+        held.note(routine)
+    above = held.not_negative(work.registers)
+    says = "of numbers below zero the manuals do not say which sign MOD gives: taken as that of the number divided"
+    told: set[int] = set()
+    for name, s, e in found:
+        safe = all(held._is_above(name, part, above) for part in (e.left, e.right))
+        if not safe and s.line and s.line not in told:
+            told.add(s.line)
+            work.note_at(s, says)
+    return program
+
+
 def _alike_by_reference(program: st.Program, work: TranslationContext) -> st.Program:
     """Whole numbers that stand for fractions in a call by reference as fractions: both sides are of one type."""
     takes = {r.name: r.parameters for r in program.routines if any(p.by_reference for p in r.parameters)}
@@ -148,9 +173,10 @@ class _Held:
 
     symbols: Symbols
     values: dict[Key, list[tuple[str, ex.Expression | None]]] = field(default_factory=dict)
+    loops: dict[Key, list[tuple[str, st.For]]] = field(default_factory=dict)  # those that a number counts
 
     def _set(self, routine: str, target: ex.Expression | None, value: ex.Expression | None) -> None:
-        key = _key(self.symbols, routine, base_of(target))
+        key = self._key(routine, base_of(target))
         if key is not None:
             self.values.setdefault(key, []).append((routine, value))
 
@@ -167,9 +193,10 @@ class _Held:
                         target,
                         None if operand is None else ex.Binary(operator, target, operand),
                     )
-                case st.For(variable=variable, start=start, step=step):
+                case st.For(variable=variable, start=start):
                     self._set(routine.name, variable, start)
-                    self._set(routine.name, variable, step or ex.Number(1))
+                    if (key := self._key(routine.name, variable)) is not None:
+                        self.loops.setdefault(key, []).append((routine.name, s))
                 case st.ReadInput(target=target, signal=signal):
                     self._set(routine.name, target, signal)
                 case st.Clear(target=target):
@@ -210,11 +237,57 @@ class _Held:
                 self.values.setdefault((symbol.scope, symbol.name), []).append((symbol.scope, symbol.value))
         while True:
             left = {
-                key for key in kept if all(self._is_whole(r, e, kept) for r, e in self.values.get(key, ()))
+                key
+                for key in kept
+                if all(self._is_whole(r, e, kept) for r, e in self.values.get(key, ()))
+                and all(s.step is None or self._is_whole(r, s.step, kept) for r, s in self.loops.get(key, ()))
             }
             if left == kept:
                 return kept
             kept = left
+
+    def not_negative(self, registers: Set[str]) -> set[Key]:
+        """Numbers that are never below zero, whatever way the program takes. `registers`: others set these, too."""
+        numbers = [
+            symbol
+            for symbol in self.symbols
+            if symbol.type in ("real", "integer") and symbol.parameter is None and not symbol.sizes
+        ]
+        begins = {(symbol.scope, symbol.name): symbol.value for symbol in numbers}
+        kept = {key for key in begins if key[1] not in registers}
+        while True:
+            left = {
+                key
+                for key in kept
+                if (begins[key] is None or self._is_above(key[0], begins[key], kept))
+                and all(self._is_above(r, e, kept) for r, e in self.values.get(key, ()))
+                and all(self._is_above(r, s.stop, kept) for r, s in self.loops.get(key, ()))
+            }
+            if left == kept:
+                return kept
+            kept = left
+
+    def _is_above(self, routine: str, e: ex.Expression | None, kept: Set[Key]) -> bool:
+        """Whether a value is zero or above it, where the variables `kept` are."""
+        match e:
+            case ex.Number(value):
+                return value >= 0
+            case ex.Binary("+" | "*" | "/" | "div", left, right):
+                return self._is_above(routine, left, kept) and self._is_above(routine, right, kept)
+            case ex.Binary("mod", left, _):
+                return self._is_above(routine, left, kept)
+            case ex.Function("abs" | "sqrt" | "text-length" | "size-of-array"):
+                return True
+            case ex.Function(name, (one, *_)) if name in _ROUNDED:
+                return self._is_above(routine, one, kept)
+            case ex.Signal(bus):
+                return not bus.startswith("analog")
+        key = self._key(routine, e)
+        return key is not None and key in kept
+
+    def _key(self, routine: str, e: ex.Expression | None) -> Key | None:
+        symbol = self.symbols.find(routine, e.name) if type(e) is ex.Named else None
+        return None if symbol is None else (symbol.scope, symbol.name)
 
     def _is_whole(self, routine: str, e: ex.Expression | None, whole: set[Key]) -> bool:
         match e:
@@ -275,7 +348,7 @@ def _rounded(program: st.Program, work: TranslationContext) -> st.Program:
 
 
 # A whole number less this is rounded to itself, also where numbers have seven digits and there are thousands.
-_NEARLY_HALF: Final = 0.499
+NEARLY_HALF: Final = 0.499
 
 
 def _known_step(s: st.For) -> float:
@@ -368,7 +441,7 @@ class _Rounding:
             bounds[part] = name
             if part == "stop" and (step := _known_step(s)):
                 # Whole numbers up to a fraction are those up to what it is rounded to towards the beginning.
-                e = ex.Binary("-" if step > 0 else "+", e, ex.Number(_NEARLY_HALF))
+                e = ex.Binary("-" if step > 0 else "+", e, ex.Number(NEARLY_HALF))
             else:
                 says = f"a bound of a loop that may be a fraction is rounded: {self.language} has {self.integers}"
                 self.work.lose(s, Fate.APPROXIMATED, "loop", says)
@@ -475,10 +548,13 @@ def _with_steps(program: st.Program, work: TranslationContext) -> st.Program:
 def _counted(routine: st.Routine, shared: set[str], work: TranslationContext) -> st.Routine:
     if not any(type(s) is st.For for s in routine.body) or (nodes := parse(routine.body)) is None:
         return routine
-    routine = replace(routine, body=tuple(_apart(nodes, frozenset(), work)))
-    counters = {
-        s.variable.name: s for s in routine.body if type(s) is st.For and type(s.variable) is ex.Named
-    }
+    loops = [s for s in routine.body if type(s) is st.For and type(s.variable) is ex.Named]
+    kinds = {(s.variable.name, counts_fractions(s)) for s in loops}  # type: ignore[union-attr]
+    mixed = frozenset(name for name, fraction in kinds if fraction and (name, False) in kinds)
+    routine = replace(routine, body=tuple(_apart(nodes, frozenset(), mixed, work)))
+    counters = dict.fromkeys(
+        s.variable.name for s in routine.body if type(s) is st.For and type(s.variable) is ex.Named
+    )
     nodes = parse(routine.body) if counters else None
     if nodes is None:
         return routine
@@ -495,31 +571,37 @@ def _counted(routine: st.Routine, shared: set[str], work: TranslationContext) ->
     }
     free = counters.keys() - hidden.keys()  # of a variable that does nothing else the name is left
     body = [s for s in _renamed(nodes, hidden) if not (type(s) is st.Declare and s.name in free)]
+    fractions = {
+        s.variable.name
+        for s in routine.body
+        if type(s) is st.For and type(s.variable) is ex.Named and counts_fractions(s)
+    }
     rows = [
-        st.Declare(0, hidden.get(name, name), "real" if counts_fractions(s) else "integer")
-        for name, s in counters.items()
+        st.Declare(0, hidden.get(name, name), "real" if name in fractions else "integer") for name in counters
     ]
     return replace(routine, body=(*rows, *body))
 
 
 def _apart(
-    nodes: Iterable[Node], counted: frozenset[str], work: TranslationContext
+    nodes: Iterable[Node], counted: frozenset[str], mixed: frozenset[str], work: TranslationContext
 ) -> Iterable[st.Statement]:
-    """The statements; a loop within a loop whose counter has the same name counts with one of its own."""
+    """The statements; a loop within a loop whose counter has the same name counts with one of its own.
+
+    So does one that counts fractions where others of its name (`mixed`) count whole numbers.
+    """
     for node in nodes:
         if not isinstance(node, Block):
             yield node
             continue
         opener = node.branches[0][0]
         name = opener.variable.name if type(opener) is st.For and type(opener.variable) is ex.Named else ""
-        if name in counted:
-            assert isinstance(opener, st.For)
+        if isinstance(opener, st.For) and (name in counted or (name in mixed and counts_fractions(opener))):
             own = tuple(_loop(node, opener, name, {name: work.helper(name)}))
-            yield from _apart(parse(own) or (), counted, work)
+            yield from _apart(parse(own) or (), counted, mixed, work)
             continue
         for marker, inside in node.branches:
             yield marker
-            yield from _apart(inside, counted | {name} if name else counted, work)
+            yield from _apart(inside, counted | {name} if name else counted, mixed, work)
         yield node.closer
 
 
@@ -576,5 +658,17 @@ def _loop(node: Block, opener: st.For, name: str, hidden: Mapping[str, str]) -> 
 
 
 def counts_fractions(s: st.For) -> bool:
-    """Whether a number of a loop that is written out is a fraction."""
-    return any(type(e) is ex.Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step))
+    """Whether a number of a loop that is written out is a fraction, or what it begins with or counts by a quotient."""
+    written = any(type(e) is ex.Number and not float(e.value).is_integer() for e in (s.start, s.stop, s.step))
+    return written or any(_is_quotient(e) for e in (s.start, s.step))
+
+
+def _is_quotient(e: ex.Expression | None) -> bool:
+    match e:
+        case ex.Binary("/"):
+            return True
+        case ex.Binary("+" | "-" | "*", left, right):
+            return _is_quotient(left) or _is_quotient(right)
+        case ex.Unary("-", operand):
+            return _is_quotient(operand)
+    return False

@@ -80,7 +80,7 @@ from olp.transpile.functions import arguments, functions, handed_systems, option
 from olp.transpile.handlers import handlers
 from olp.transpile.helper_routines import helper_routines
 from olp.transpile.implicit_declarations import declarations
-from olp.transpile.integer_inference import whole_numbers
+from olp.transpile.integer_inference import remainders, whole_numbers
 from olp.transpile.modal_state import modal_settings
 from olp.transpile.move_lowering import relative_tools
 from olp.transpile.name_mangling import names, spelling, tasks
@@ -364,6 +364,7 @@ _TO_MEANING: Final[tuple[Pass, ...]] = (
 _TO_MOVES: Final[tuple[Pass, ...]] = (
     configurations,
     references,
+    remainders,
     arguments,
     functions,
     typed_values,

@@ -19,6 +19,7 @@ from olp.languages.vendor import language_of
 from olp.runtime.evaluate import COMPARED
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.helper_routines import computes_with_state, with_states
+from olp.transpile.integer_inference import NEARLY_HALF
 from olp.transpile.symbols import Symbol, Symbols, base_of, holds_number, kind_of_value, symbols_of
 
 # --- Temporary values ---
@@ -808,11 +809,35 @@ class _Hoist(Values):
             values = [_whole(self.value(e, before, alone=True)) for e in self._each_in_order(parts, before)]
             # The controller looks at the bound again in each round, when the temporaries hold other values.
             values[1:] = [self._lasting(e, before) for e in values[1:]]
+            limits = self.work.limits  # a language with a type for integers has them by then
+            if (
+                limits.for_counts_whole
+                and not limits.integer_type
+                and not self._may_be_fraction(head.variable)
+            ):
+                values = [self._whole_bound(e, head, place, before) for place, e in enumerate(values)]
             head = replace(
                 head, start=values[0], stop=values[1], step=None if head.step is None else values[2]
             )
             return [*before, Block([(head, inside[0][1])], block.closer)]
         return [Block(inside, block.closer)]
+
+    def _whole_bound(
+        self, e: ex.Expression, head: st.For, place: int, before: list[st.Statement]
+    ) -> ex.Expression:
+        """The begin, end or step of a loop as an integer: up to a fraction are the whole numbers before it."""
+        if not self._may_be_fraction(e):
+            return e
+        if place == 1 and (head.step is None or isinstance(head.step, ex.Number)):
+            up = head.step is None or head.step.value > 0
+            e = ex.Binary("-" if up else "+", e, ex.Number(NEARLY_HALF))
+        else:
+            language = language_of(self.work.target)
+            says = f"a bound of a loop that may be a fraction is rounded: {language} counts whole numbers"
+            self.work.lose(head, Fate.APPROXIMATED, "loop", says)
+        target = self._made("integer")
+        before.append(st.Assign(self.line, target, e))
+        return target
 
     def _lasting(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
         """A temporary as a variable that no other statement uses."""

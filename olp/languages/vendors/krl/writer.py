@@ -84,6 +84,13 @@ class BasCalls:
         return None
 
 
+def _continued(lines: list[str]) -> list[str]:
+    """CONTINUE holds for the next line alone: one before each that reads what the controller holds."""
+    if len(lines) == 1:
+        return ["CONTINUE", *lines]
+    return [row for line in lines for row in (["CONTINUE", line] if "$" in line else [line])]
+
+
 def _speed(it: st.Statement) -> ex.Expression:
     return it.speeds[0].value.written if isinstance(it, st.SetSpeed) and it.speeds else ex.Number(0)
 
@@ -352,11 +359,13 @@ class KrlWriter(KrlMoves):
     # --- bodies -----------------------------------------------------------------------------------------
 
     def together(self, body: Sequence[st.Statement], place: int) -> Joined | None:
-        """The call of BAS that statements of KRL's own programs stand for, or a wait with a limit behind CONTINUE."""
+        """The call of BAS that statements of KRL's own programs stand for, or what CONTINUE stands before."""
         if isinstance(s := body[place], st.Process):
             wait = body[place + 1] if s.name == "continue" and place + 1 < len(body) else None
             if isinstance(wait, st.Wait) and wait.timeout is not None:
                 return Joined(self._polled(wait, continued=True), 2, wait.comment)
+            if isinstance(wait, (st.Assign, st.Call, st.Return)) and not self.own:
+                return Joined(_continued(self.lines(wait)), 2, wait.comment)
             return None
         taken = self.bas.call(body, place) if self.own else None
         if taken is None:
