@@ -137,7 +137,7 @@ class _Shared:
 
     def _taken(self, routine: Routine) -> Iterator[Statement]:
         """What sets the parameters of a routine that programs elsewhere call: these hand over by number."""
-        if routine.name != self.first and not routine.starts:
+        if not routine.parameters or (routine.name != self.first and not routine.starts):
             return
         name = routine.name.casefold()
         inside = any(name in map(str.casefold, called_in(s)) for s in self.program.statements())
