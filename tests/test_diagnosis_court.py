@@ -1199,6 +1199,19 @@ def test_a_cycle_that_nobody_states_is_the_controllers_where_moves_end_late(ends
     assert [finding.term for finding in found.findings] == named
 
 
+@pytest.mark.parametrize("late", [0.0, 0.006])
+def test_a_cycle_of_few_programmed_moves_may_as_well_be_half_of_it_per_move(late, tmp_path):
+    """Half a cycle more, rounded to the nearest multiple, is rounded up: in ten programmed moves it may be by chance,
+    and was a time per move whatever it was."""
+    made = tuple(column[np.arange(COUNT) % 10] for column in program(8, 10))
+    times = travel(made[2], made[3], ACCELERATION)
+    real = 0.012 * (np.round((times + late) / 0.012) if late else np.ceil(times / 0.012))
+    found = diagnose_recording(record(tmp_path / "r", real, 8, toml="", made=made)).diagnosis
+    assert [finding.term for finding in found.findings] == ["cycle-quantisation"]
+    assert found.indistinguishable == (("cycle-quantisation", "dispatch"),)
+    assert found.findings[0].alternatives[0].term == "dispatch"
+
+
 def test_programmed_waits_alone_that_are_late_begin_and_end_nowhere(tmp_path):
     real = plain(6) + np.random.default_rng(6).normal(0.0, 0.003, COUNT)
     late = np.isin(np.arange(COUNT), [5, 30, 60, 90])

@@ -16,7 +16,15 @@ from olp.identification.diagnosis.folds import Folds, interleaved
 from olp.identification.diagnosis.model import DurationModel, ModelPart
 from olp.identification.diagnosis.next_candidates import joined
 from olp.identification.diagnosis.result import Evidence, Finding, FittedParameter
-from olp.identification.diagnosis.search import in_its_place, move_terms, of_all_axes, shelf_of
+from olp.identification.diagnosis.search import (
+    _promising,
+    in_its_place,
+    move_terms,
+    of_all_axes,
+    price,
+    shelf_of,
+    swaps,
+)
 from olp.identification.diagnosis.simulation_laws import SimulatedRamps
 from olp.identification.recorded_plan import case_of
 from olp.identification.recording import read_recording
@@ -574,6 +582,29 @@ def test_where_a_name_of_an_axis_falls_those_that_stay_act_on_that_axis(tmp_path
     found = in_its_place(bare, gone, shelf, moves, NOISE, set())
     assert [(p.term.name, p.form.axis) for p in found.model.parts] == [("speed-scale", k) for k in (1, 2, 3)]
     assert in_its_place(bare, gone, shelf, moves, NOISE, {"speed-scale/3"}) is bare
+
+
+def test_what_stands_in_the_place_of_a_part_is_sought_among_what_that_part_explains(tmp_path):
+    """A limit that few moves reach is far out beside no part at all, and its nearest guess seemed worth nothing: it
+    touches other moves, which are as simulated."""
+    turned, share = one_by_one((0.1, 0.2, 0.4, 1.0))
+    kept = (share < 1.0) | (turned[:, 0] > 0.6)
+    turned, share = turned[kept], share[kept]
+    moves = of_four_axes(tmp_path, turned, share, SPEEDS, RAMPS)
+    scatter = 0.002 * np.random.default_rng(5).normal(size=len(share))
+    real = together(turned, np.minimum(share, 0.4), SPEEDS, RAMPS) + scatter
+    moves, noise = replace(moves, measured=real, derived={}), Noise(1e-3)
+    shelf, weak = shelf_of(moves, move_terms()), load_term("torque-speed")
+    knee = next(form for form in weak.forms(moves) if form.key == "axes knee")
+    best = fit(DurationModel((ModelPart(weak, knee, np.array([0.41, 0.95])),)), moves, noise, 30)
+    near = ("joint-speed-limit", 0, round(0.97 * 0.4 * SPEEDS[0], 9))
+    for whole, found in ((None, False), (best, True)):
+        ranked = _promising(shelf, evaluate(DurationModel(), moves, noise), moves, noise, whole)[:4]
+        told = {(part.term.name, part.form.axis, round(float(part.values[0]), 9)) for part in ranked}
+        assert (near in told) == found
+    first = swaps(best, 0, shelf, moves, noise)[0]
+    assert first.names == ("joint-speed-limit",)
+    assert price(first) < price(best)
 
 
 def test_what_a_fit_tries_beside_a_model_is_what_the_model_would_say_there(tmp_path):

@@ -110,6 +110,17 @@ def test_a_round_cycle_is_guessed_to_the_last_digit():
     assert 0.016 in np.round(load_term("cycle-quantisation").guesses(form, made)[:, 0], 12)
 
 
+@pytest.mark.parametrize("cycle", [0.024, None])
+def test_a_cycle_that_scatter_hides_shows_in_what_moves_are_late_by(cycle):
+    """Durations that scatter by a quarter of the cycle are on no lattice that stands out."""
+    simulated, digits = case().simulated, 0.01
+    real = np.ceil(simulated / cycle) * cycle if cycle else simulated + 0.012
+    real = np.round((real + 5.0 * scatter(9)) / digits) * digits
+    forms = load_term("cycle-quantisation").forms(case(measured=real, resolution=digits))
+    assert [form.key for form in forms] == (["", "nearest"] if cycle else [])
+    assert all(form.parameters[0].low / 0.999 == pytest.approx(cycle, rel=1e-3) for form in forms)
+
+
 @pytest.mark.parametrize("start", [0.001, 0.009])
 def test_what_is_added_before_rounding_to_a_cycle_is_found_without_a_slope(start):
     time, cycle = 0.0053, 0.008

@@ -125,6 +125,8 @@ def _axis_speed(s: Scene) -> Hidden | None:
     rate = np.abs(np.gradient(s.moves.q, 1 / 24, axis=1))[:, :, axis] / s.moves.length.clip(1e-6)[:, None]
     used = (rate.max(axis=1) * s.moves.speed)[s.moving]
     limits[axis] = float(np.quantile(used, s.rng.uniform(0.5, 0.9)))
+    if limits[axis] < _LEAST * s.arm.speeds[axis]:
+        return None  # an axis that hardly turns
     return Hidden("joint-speed-limit", {"axis_speed": limits})
 
 
@@ -206,6 +208,7 @@ EFFECTS: dict[str, Callable[[Scene], Hidden | None]] = {
     "orientation-limit": _orientation, "settling": _settling, "dispatch": _dispatch, "blending": _blending,
     "cycle-quantisation": _tick, "warm-up": _warm, "external-wait": _external,
 }  # fmt: skip
+_LEAST = 0.01  # of a rated speed, that an axis is limited to
 _ROBOT = {"joint-acceleration-limit", "joint-speed-limit", "torque-speed", "viscous-friction"}
 _LOCAL = ("acceleration", "speed-scale", "settling", "dispatch", "jerk")
 

@@ -9,7 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from olp.identification.diagnosis import evidence, phrasing
-from olp.identification.diagnosis.fitting import LATTICE, ModelFit, fit, loss_of, penalty, whiten
+from olp.identification.diagnosis.fitting import (
+    LATTICE,
+    ModelFit,
+    evaluate,
+    fit,
+    loss_of,
+    penalty,
+    rounded_bic,
+    whiten,
+)
 from olp.identification.diagnosis.folds import rms
 from olp.identification.diagnosis.intervals import ALIKE, does_something, parameters_with_intervals
 from olp.identification.diagnosis.model import DurationModel, ModelPart
@@ -31,6 +40,8 @@ Floats = NDArray[np.float64]
 
 _BESIDE = 2  # names that are tried beside a plainer form
 _RIVALS = 30.0  # in BIC: worse ones are not worth a word
+_TIMES = 40  # per cycle, of a time per move
+_COINCIDENCE = 0.05  # of these times would do: fewer are one by chance too seldom
 
 
 class ReportedFindings(NamedTuple):
@@ -61,6 +72,7 @@ def findings_of(named: NamingResult, case: MeasuredMoves, floor: float) -> Repor
         rivals = rivals_of[term]
         beside = _beside_a_plainer_form(best, parts[0], named) if len(parts) == 1 else []
         beside += _as_waits(best, parts[0], named) if len(parts) == 1 else []
+        beside += _as_half_a_cycle(best, parts[0], named) if len(parts) == 1 else []
         others = [*(r.alternative for r in rivals), *beside]
         told.findings.append(_finding(term, parts, named, case, parameters, shares, others, floor))
         alike = [r for r in rivals if r.alternative.delta_bic < ALIKE]
@@ -129,6 +141,27 @@ def _as_waits(best: ModelFit, index: int, named: NamingResult) -> list[Alternati
     bic = 2.0 * loss + penalty(bare.model.parts, case) + waits
     worse = max(bic - best.bic, 0.0)
     return [Alternative("external-wait", worse)] if worse < ALIKE else []
+
+
+def _as_half_a_cycle(best: ModelFit, index: int, named: NamingResult) -> list[Alternative]:
+    """A time per move, where the clock shows nothing finer than the cycle: a time of half a cycle that is rounded to
+    the nearest multiple is a time rounded up. Only that it should happen to be just that long tells them apart, which
+    is unlikely where few times would do."""
+    case, noise = named.clean, named.noise
+    if best.model.parts[index].term.name != LATTICE or not case.polled or "dispatch" in best.names:
+        return []
+    rest = best.model.without(index).parts
+    alike = list[Alternative]()
+    for one in {part.form.key: part for part in named.shelf.parts if part.term.name == "dispatch"}.values():
+        times = (np.arange(_TIMES) + 0.5) / _TIMES * case.polled
+        parts = [one._replace(values=np.array([time])) for time in times.tolist()]
+        told = np.array(
+            [rounded_bic(evaluate(DurationModel((*rest, part)), case, noise), case, noise) for part in parts]
+        )
+        worse = max(float(told.min()) - rounded_bic(best, case, noise), 0.0)
+        if worse < ALIKE and np.mean(told < told.min() + ALIKE) >= _COINCIDENCE:
+            alike.append(Alternative("dispatch", worse))
+    return alike[:1]
 
 
 def _finding(

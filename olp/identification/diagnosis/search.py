@@ -175,14 +175,19 @@ def nearest_single(shelf: PartShelf, case: MeasuredMoves, noise: Noise, count: i
     return list(best.values())[:count]
 
 
-def _promising(shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: Noise) -> list[ModelPart]:
+def _promising(
+    shelf: PartShelf, fitted: ModelFit, case: MeasuredMoves, noise: Noise, whole: ModelFit | None = None
+) -> list[ModelPart]:
     """Of each form its two likeliest guesses, the forms by what their columns explain of a fit's residual.
 
     That is, to first order, what of a column goes with the residual; a limit's column also has to be of the right size.
-    A guess that is the second by its size alone comes behind those of all forms.
+    A guess that is the second by its size alone comes behind those of all forms. `whole`: a fit that is more than
+    `fitted`; what it explains is not far out, however few moves differ.
     """
     residual = whiten(case.measured - fitted.model.seconds(case), noise, case)
-    weight = (FREEDOM + 1.0) / (FREEDOM + (residual / fitted.scale) ** 2)
+    known = whole or fitted
+    off = whiten(case.measured - known.model.seconds(case), noise, case) / known.scale
+    weight = (FREEDOM + 1.0) / (FREEDOM + off**2)
     root = np.sqrt(weight)[:, None]
     columns = root * whiten(shelf.columns, noise, case)
     if fitted.model.parts:
@@ -364,7 +369,7 @@ def swaps(
     condition = fitted.model.parts[index].condition
     seen, best = Counter[str](), dict[str, ModelFit]()
     there = shelf if condition is None else _under(condition, shelf, case)
-    for part in _promising(there, evaluate(rest, case, noise), case, noise):
+    for part in _promising(there, evaluate(rest, case, noise), case, noise, fitted):
         name = part.term.name
         if name in used or seen[name] == _OF_A_TERM:
             continue

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from olp.timing.physics._case import Floats, MeasuredMoves
 from olp.timing.physics._motion import Motion
@@ -12,6 +13,7 @@ from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _SHORTEST, _LONGEST = 5e-4, 0.25  # [s]
 _FEWEST = 12
+_FEW = 6  # durations that differ, where the cycle is known: they only have to tell what was late
 _LOOKED_AT = 240  # moves
 _SURE = 0.12  # of the coherence: durations that are multiples have 1, any others about 1/√n
 _DOUBT = 7.0  # that scatter passes in no frequency with probability 1 - exp(-7)
@@ -19,6 +21,7 @@ _STEP, _NEAR = 0.12, 3  # of a cycle at the longest duration, and so many steps 
 _ROUND = 0.02  # of a cycle at the longest duration: what the lattice found leaves open
 _DIGITS = 0.8  # of the frequency of the clock's digits: shorter cycles cannot be seen
 _OTHERS = 3  # cycles that are tried
+_FAR, _TOLD_SIZE = 3.0, 1.5  # times the scatter, and times the size that it should have, at most
 _NEARLY = 0.6  # of the coherence of the best: less is no candidate
 
 
@@ -68,7 +71,7 @@ def _later(key: str, cycle: float) -> Form:
 def _differ(case: MeasuredMoves) -> bool:
     """Whether there are enough durations, and these differ by more than two of the cycle in which they are told."""
     times = case.measured[case.moving]
-    return len(np.unique(times)) >= _FEWEST and case.polled < 0.5 * float(np.ptp(times))
+    return len(np.unique(times)) >= _FEW and case.polled < 0.5 * float(np.ptp(times))
 
 
 def _roundest(value: float, error: float) -> float:
@@ -86,6 +89,7 @@ def _lattices(case: MeasuredMoves) -> Floats:
     out.
 
     Durations that a recorder has rounded to r look the same at the frequencies f and 1/r - f: both are candidates.
+    Where scatter hides the multiples, what moves are late by still tells how much each was rounded up.
     """
     moving = np.nonzero(case.moving)[0]
     times = case.measured[moving]
@@ -107,11 +111,42 @@ def _lattices(case: MeasuredMoves) -> Floats:
     strong = _coherence(few, frequency)
     needed = max(_SURE, float(np.sqrt((np.log(len(frequency)) + _DOUBT) / min(alike, len(few)))))
     peaks = _peaks(frequency, strong, needed)
+    if not peaks:
+        return _rounded_up(case, moving, alike, shortest, longest)
     fine = [_finest(times, f, step) for f in peaks]
     if case.resolution > 0:
         mirrored = [1.0 / case.resolution - f for f in fine]
         fine += [f for f in mirrored if f * case.resolution < _DIGITS]
     return 1.0 / np.array(fine) if fine else np.zeros(0)
+
+
+def _rounded_up(
+    case: MeasuredMoves, moving: NDArray[np.intp], alike: int, shortest: float, longest: float
+) -> Floats:
+    """The cycle (1,) [s] that makes moves late by what their simulated durations lack to a multiple of it, none where
+    none stands out: that is a saw tooth over these, c/2 + (c/π) sin(2π T₀/c) + … .
+
+    The sine's share of what is late tells the cycle by its phase and by its size.
+    """
+    late, times = case.residual[moving], case.simulated[moving]
+    late = late - np.median(late)
+    scatter = 1.4826 * float(np.median(np.abs(late)))
+    if not scatter > 0 or not np.isfinite(times).all():
+        return np.zeros(0)
+    late = np.clip(late, -_FAR * scatter, _FAR * scatter)
+    late = late - late.mean()
+    frequency = np.arange(1.0 / longest, 1.0 / shortest, 0.33 / max(float(times.max()), 1e-3))
+    if len(frequency) < 2:
+        return np.zeros(0)
+    size = 2.0 * _sums(times, frequency, late).imag / len(times)
+    told = size * np.pi * frequency  # of the size that the tooth has
+    sure = size > np.sqrt(4.0 * (np.log(len(frequency)) + _DOUBT) / alike) * float(late.std())
+    likely = sure & (told > 1.0 / _TOLD_SIZE) & (told < _TOLD_SIZE)
+    if not likely.any():
+        return np.zeros(0)
+    best = float(frequency[np.argmax(np.where(likely, size, 0.0))])
+    near = best + np.linspace(-1.0, 1.0, 81) * (frequency[1] - frequency[0])
+    return np.array([1.0 / near[np.argmax(_sums(times, near, late).imag)]])
 
 
 def _peaks(frequency: Floats, strong: Floats, needed: float) -> list[float]:
@@ -150,13 +185,18 @@ def _finest(times: Floats, frequency: float, step: float) -> float:
 
 
 def _coherence(times: Floats, frequency: Floats) -> Floats:
-    """Coherence (f,) [1] of the durations at evenly spaced frequencies.
+    """Coherence (f,) [1] of the durations at evenly spaced frequencies."""
+    return np.asarray(np.abs(_sums(times, frequency, np.ones(len(times)))) / len(times))
+
+
+def _sums(times: Floats, frequency: Floats, weight: Floats) -> NDArray[np.complex128]:
+    """Σ w exp(2πi f T) (f,) over durations at evenly spaced frequencies.
 
     Each phase is a coarse frequency's phase times a remainder's, so that all pairs are one product of matrices.
     """
     count = len(frequency)
     fine = max(1, math.isqrt(count))
     step = (frequency[-1] - frequency[0]) / max(1, count - 1)
-    coarse = np.exp(2j * np.pi * np.outer(frequency[::fine], times))
+    coarse = weight * np.exp(2j * np.pi * np.outer(frequency[::fine], times))
     rest = np.exp(2j * np.pi * step * np.outer(times, np.arange(fine)))
-    return np.asarray(np.abs(coarse @ rest).ravel()[:count] / len(times))
+    return np.asarray((coarse @ rest).ravel()[:count])
