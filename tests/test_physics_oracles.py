@@ -11,7 +11,7 @@ import ruckig
 
 from olp.contracts.terms import rich_case
 from olp.timing.physics import cycle_quantisation, load_term
-from olp.timing.physics._motion import LAWS, Motion, MoveCorners, stacked
+from olp.timing.physics._motion import LAWS, Motion, MoveCorners, last_part, stacked
 
 N = 60
 CASE = rich_case(moves=150, joint_moves=0, seed=11)
@@ -263,6 +263,47 @@ def test_through_an_arc_a_move_begins_and_ends_at_its_speed():
 
 
 @pytest.mark.parametrize("law", ["braking", "distance", "full", "share", "flight", "radius each", "arc"])
+def averaged(speed, slow, average, pieces=2000):
+    """Times before the stop [s] and what is left then [m] of braking whose speed passes a moving average, in steps."""
+    step = average / pieces
+    time = step * np.arange(int((speed / slow + average + 0.3) / step) + 2)
+    left = np.where(slow * time < speed, 0.5 * slow * time**2, speed * time - 0.5 * speed**2 / slow)
+    summed = np.concatenate([[0.0], np.cumsum(0.5 * step * (left[1:] + left[:-1]))])
+    return time, (summed - summed[np.maximum(np.arange(len(time)) - pieces, 0)]) / average
+
+
+@pytest.mark.parametrize("average", [0.01, 0.08, 0.24, 0.4])
+def test_the_last_part_of_an_averaged_ramp_takes_what_small_steps_of_it_take(average):
+    """Within its end, its middle, its beginning and before it, also where the average is longer than the ramp."""
+    speed, slow = 0.5, 2.0
+    time, left = averaged(speed, slow, average)
+    rest = np.array([0.0001, 0.002, 0.01, 0.03, 0.06, 0.09, 0.12, 0.2])
+    one = np.ones(len(rest))
+    took = last_part(rest, speed * one, slow * one, average * one)
+    np.testing.assert_allclose(took, np.interp(rest, left, time), atol=2e-6)
+
+
+@pytest.mark.parametrize("average", [0.04, 0.2])
+@pytest.mark.parametrize("rounding", [0.003, 0.02, 0.04])
+def test_an_average_behind_the_planner_is_waited_for_until_the_arm_is_within_the_rounding(average, rounding):
+    """Two moves with a corner: the second begins when the first, averaged, is that near to its end."""
+    speed, slow, one, zero = 0.5, 2.0, np.ones(2), np.zeros(2)
+    start, end = np.array([0.0, rounding]), np.array([rounding, 0.0])
+    stop = Motion(one, speed * one, slow * one, slow * one, np.inf * one, start, end, zero, zero, one)
+    time, left = averaged(speed, slow, average)
+    whole = 1.0 / speed + speed / slow + average
+    wanted = np.array([whole - np.interp(rounding, left, time), whole])
+    for law, overlap in (("braking", 1.0), ("share", 1.0)):
+        moves = stop.with_(law=law, overlap=overlap, split=1.0, delayed=average * one)
+        assert moves.duration() == pytest.approx(wanted, abs=2e-6)
+    # What other laws know of no ramp's shape is half of the average.
+    for law in ("stop", "full", "distance"):
+        moves = stop.with_(law=law, split=1.0)
+        late = moves.with_(delayed=average * one).duration() - moves.duration()
+        assert late == pytest.approx(average * np.array([0.5, 1.0]))
+
+
+@pytest.mark.parametrize("law", ["braking", "distance", "full", "share", "flight", "radius each"])
 def test_no_corner_saves_more_than_a_move_takes(law):
     for way in (0.001, 0.01, 0.1):
         assert 0 <= corner(law, 0.2, way=way) < 2 * 0.9 * 2 * np.sqrt(way / 2.0) + 1e-9

@@ -532,13 +532,12 @@ def _swept(case: MeasuredMoves, k: int, limit: Array) -> float:
 
 def jerk(case: MeasuredMoves, form: Form, values: Array) -> Columns:
     """Every ramp builds up at j, of joint moves beside straight ones at as many times their acceleration; filtered: the
-    speed passes a moving average of that length, half at corners: rounded ends wait for half of it; each axis: the
-    simulated acceleration builds up in that time."""
+    speed passes a moving average of that length, half at corners: behind the planner, which does not know of it; each
+    axis: the simulated acceleration builds up in that time."""
     if form.key == "filtered":
         return {"filtered": case.base.filtered + values[0]}
     if form.key == "filtered, half at corners":
-        later = np.where(case.base.round_end > 0, 0.5, 1.0) * (values[0] - case.base.filtered)
-        return {"added": case.base.added + np.where(case.moving, later, 0.0)}
+        return {"delayed": np.where(case.moving, values[0] - case.base.filtered, 0.0)}
     if form.key == "each axis":
         built = case.base.accelerate / max(values[0], 1e-9)
         return {"jerk": np.where(case.base.jerk > built, built, case.base.jerk)}

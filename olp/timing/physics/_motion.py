@@ -90,6 +90,9 @@ class Motion:
         default_factory=lambda: np.zeros(0)
     )  # (n,) [m/s²] planned acceleration, times the radius of the arc at the start over its rounding
     open_end: Floats = field(default_factory=lambda: np.zeros(0))  # (n,) [m/s²] the same at the end
+    delayed: Floats = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) [s] moving average behind the planner: what stops waits for all of it
 
     def __post_init__(self) -> None:
         none = np.zeros(len(self.way))
@@ -99,6 +102,7 @@ class Motion:
             ("build", none),
             ("open_start", right_angle),
             ("open_end", right_angle),
+            ("delayed", none),
         ):
             if len(getattr(self, name)) != len(self.way):
                 object.__setattr__(self, name, default)
@@ -112,6 +116,8 @@ class Motion:
             own.pop("_jerked", None)
         if "round_start" in changes or "round_end" in changes:
             own.pop("_rounded", None)
+        if "delayed" in changes:
+            own.pop("_waits", None)
         return copy
 
     # Kept by the copies of `with_` while their columns are the same: the search asks for them before all else.
@@ -126,6 +132,11 @@ class Motion:
         """Whether some moves have a rounded corner."""
         return bool(((self.round_start > 0) | (self.round_end > 0)).any())
 
+    @cached_property
+    def _waits(self) -> bool:
+        """Whether an average behind the planner delays some moves."""
+        return bool(self.delayed.any())
+
     def where(self, mask: NDArray[np.bool_], other: Motion) -> Motion:
         """`other` in the moves of `mask` (n,), this motion in all others."""
         mine, others = vars(self), vars(other)
@@ -135,12 +146,15 @@ class Motion:
     def duration(self) -> Floats:
         """Durations (n,) [s] before `rate` and `cycle`, which act on whole durations."""
         law, corners = self.law.removesuffix(SHORTER), self.corners
-        if law != self.law and self._rounded and not self._jerked and corners and _LOOPS.worth(len(self.way)):
+        looped = law != self.law and self._rounded and not self._jerked and not self._waits
+        if looped and corners and _LOOPS.worth(len(self.way)):
             return self._in_loops(law, corners)
         if law == "arc" and self._rounded:
             return self._through_arcs()
         travel, top = self._travel()
         whole = np.maximum(travel, self.least) + self.added
+        if self._waits:
+            whole = whole + self._delay(top)
         if self.law == "stop" or not self._rounded:
             return np.asarray(whole)
         return np.asarray(whole - np.minimum(self._saved(top), _MOST * travel))
@@ -150,6 +164,25 @@ class Motion:
         """What motions of the same moves have in common that can stand one below the other as one."""
         own = vars(self)
         return *(own[name] for name in _IN_COMMON), self._jerked
+
+    def _delay(self, top: Floats) -> Floats:
+        """Time (n,) [s] for which moves wait for the average behind the planner: all of it up to a stop; at a rounded
+        end the next move begins as soon as what is left of the averaged ramp is the rounding, by the laws that say so,
+        else in the middle of it.
+        """
+        law = self.law.removesuffix(EACH)
+        spared = 0.5 * self.delayed
+        if law in ("braking", "share"):
+            shorter = self.corners.shorter_end if self.corners is not None else self.way
+            end = np.minimum(self.round_end, self.reach * shorter)
+            average = np.maximum(self.delayed, 0.0)
+            both = [
+                last_part(end if law == "share" else self.overlap * end, top, self.decelerate, smoothed)
+                for smoothed in (average, 0.0 * average)
+            ]
+            longer = (both[0] - both[1]) * (self.overlap if law == "share" else 1.0)
+            spared = np.where(self.delayed > 0, longer, spared)
+        return np.asarray(self.delayed - np.where(self.round_end > 0, spared, 0.0))
 
     @property
     def _neighbours(self) -> MoveCorners:
@@ -185,7 +218,8 @@ class Motion:
             rests = 0.5 * ((first == 0.0).astype(np.float64) + (last == 0.0))
             travel = travel + rests * (self._travel()[0] - bare._travel()[0])
         travel = np.where(self.way > 0, travel, 0.0)
-        return np.asarray(np.maximum(travel, self.least) + self.added)
+        whole = np.maximum(travel, self.least) + self.added
+        return np.asarray(whole + self._delay(top) if self._waits else whole)
 
     def _saved(self, top: Floats) -> Floats:
         """Time (n,) [s] saved at both corners; `top` (n,) [m/s]: the highest speed of each move."""
@@ -491,6 +525,30 @@ def stacked(motions: Sequence[Motion], own: Sequence[Motion], whole: Motion) -> 
     result = motions[0].with_(**columns, corners=whole.corners)
     vars(result)["_jerked"] = motions[0]._jerked
     return result
+
+
+def last_part(rest: Floats, speed: Floats, slow: Floats, average: Floats) -> Floats:
+    """Time (n,) [s] that the last `rest` (n,) [m] before a stop takes, from `speed` (n,) [m/s] at the deceleration
+    `slow` (n,) [m/s²], where the speed passes a moving average of length `average` (n,) [s].
+
+    Of a time t before the stop, a/2 ((t - τ/2)² + τ²/12) is left while all of the average is inside the ramp, so that
+    t = τ/2 + √(2 r/a - τ²/12); a t³/6τ at the end; and at the beginning, u behind it, a u³/6τ more than at full speed.
+    Ramp and average may change places: two moving averages of one step.
+    """
+    ramp = speed / slow
+    long, short = np.maximum(ramp, average), np.maximum(np.minimum(ramp, average), 1e-9)
+    slow = speed / long
+    whole, jerk = long + short, slow / short
+    covered = 0.5 * speed * whole
+    inside = 0.5 * short + np.sqrt(np.maximum(2.0 * rest / slow - short**2 / 12.0, 0.0))
+    ending = np.cbrt(6.0 * rest / jerk)
+    # u³ - 6 u v/j + 6 (s - r)/j = 0 by three times the angle.
+    size = np.sqrt(2.0 * speed / jerk)
+    share = np.clip(1.5 * (covered - rest) / (speed * size), 0.0, 1.0)
+    beginning = whole - 2.0 * size * np.sin(np.arcsin(share) / 3.0)
+    told = np.where(inside <= long, inside, beginning)
+    told = np.where(6.0 * rest <= slow * short**2, ending, told)
+    return np.asarray(np.where(rest >= covered, 0.5 * whole + rest / speed, told))
 
 
 def _ramp(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:

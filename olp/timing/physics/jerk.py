@@ -9,8 +9,12 @@ from olp.timing.physics._motion import Motion
 from olp.timing.physics.term import Form, MoveTerm, Stage, TermParameter
 
 _FILTERED = "filtered"  # every ramp passes a moving average: one time for all, not one jerk
-# Behind the planner, which does not know of it: it delays a passing arm by half of its length, one that stops by all.
+# Behind the planner, which does not know of it: it delays an arm that stops by its length, one that passes by about
+# half of it (`Motion._delay`).
 _HALF = "filtered, half at corners"
+_DELAYED = (
+    r"T = T_0 + \tau,\; \text{to a rounded end}\; T_0 + \tau/2 + \sqrt{2 r/a} - \sqrt{2 r/a - \tau^2/12}"
+)
 _LONGEST = 1.0  # [s] of such an average
 _OWN = "each axis"  # a jerk for each axis that leads a joint move: as much more as its acceleration is
 _SHORTEST = 1e-9  # [s] below which a ramp is built up at once
@@ -40,7 +44,7 @@ class Jerk(MoveTerm):
         differ = differ or own_time.null > 0
         own = (Form(_OWN, (own_time,), r"T = L/v + v/a + \tau,\; j = a/\tau"),)
         rounded = case.base.round_end[case.moving] > 0
-        half = (Form(_HALF, (time,), r"T = T_0 + \tau,\; \text{to a rounded end}\; T_0 + \tau/2"),)
+        half = (Form(_HALF, (time,), _DELAYED),)
         return (
             Form("", (one,), r"T = L/v + v/a + a/j"),
             Form(_FILTERED, (time,), r"T = L/v + v/a + \tau"),
@@ -59,8 +63,8 @@ class Jerk(MoveTerm):
         if form.key == _FILTERED:
             return motion.with_(filtered=motion.filtered - case.base.filtered + values[0])
         if form.key == _HALF:
-            waits = np.where(case.base.round_end > 0, 0.5, 1.0) * case.moving
-            return motion.with_(added=motion.added + waits * (values[0] - case.base.filtered))
+            more = case.moving * (values[0] - case.base.filtered)
+            return motion.with_(delayed=motion.delayed + more)
         if form.key == _OWN and case.base.build.any():
             return motion.with_(build=np.where(case.base.build > 0, values[0], motion.build))
         if form.key == _OWN:
@@ -72,7 +76,7 @@ class Jerk(MoveTerm):
     def says(self, form: Form, values: Floats, case: MeasuredMoves) -> str:
         if form.key in (_FILTERED, _HALF):
             time = f"{values[0] * 1000:.0f} ms"
-            to_corners = ", moves to rounded corners half of it" if form.key == _HALF else ""
+            to_corners = ", moves to rounded corners about half of it" if form.key == _HALF else ""
             return f"acceleration builds up in {time}, whatever its size: every ramp takes that much longer{to_corners}"
         if form.key == _OWN and case.base.build.any():
             simulated = f"{form.parameters[0].null * 1000:.0f} ms"
