@@ -221,12 +221,12 @@ def test_a_reader_that_takes_no_notice_of_a_word_breaks_its_contract(
     read = type(vendor).read
 
     def careless(self, source):
-        lines = [f"{line} 500" if line.endswith("PULSE $DOUT[2] FOR") else line for line in source.lines]
+        lines = [f"{line} p" if line.endswith("MOVE LINEAR TO") else line for line in source.lines]
         return read(self, decode("\n".join([*lines, ""]).encode(), source.path))
 
     monkeypatch.setattr(type(vendor), "read", careless)
     told = [differs for _, differs in unlike_derived(vendor, declared, ".damaged")]
-    assert any("E     PULSE $DOUT[2] FOR / !error P590" in one for one in told)
+    assert any("E     MOVE LINEAR TO / !error P590" in one for one in told)
 
 
 @pytest.mark.parametrize("side", [2, 3])

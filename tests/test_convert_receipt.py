@@ -90,7 +90,7 @@ def test_no_comment_or_message_of_a_listing_holds_what_ends_its_lines(tmp_path, 
     body = listing[listing.index("/MN") : listing.index("/POS")].splitlines()[1:]
     assert body
     assert all(line.count(";") == 1 and line.endswith(";") for line in body)
-    assert any("! close, then go" in line for line in body)
+    assert any("!close, then go" in line for line in body)
     assert any("MESSAGE[one, two]" in line for line in body)
     assert sum("';' ends a line" in note for note in found["notes"]) == 1
     assert "';' ends a line" in text

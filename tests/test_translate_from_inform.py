@@ -668,11 +668,15 @@ PLACE = (*POINTS[:4], "C001=900.000,0.000,400.000,180.0000,0.0000,0.0000")
 @pytest.mark.parametrize(
     ("target", "base", "tool"),
     [
-        ("rapid", "MoveL Offs(CRobT(", "MoveL RelTool(CRobT("),
+        (
+            "rapid",
+            "MoveL Offs(CRobT(",
+            "PoseMult([olp_robtarget1.trans,olp_robtarget1.rot],[PV1.trans,PV1.rot])",
+        ),
         (
             "urscript",
             "movel(pose_add(get_actual_tcp_pose(), p[PV1[0],",
-            "movel(pose_trans(get_actual_tcp_pose(), p[",
+            "movel(pose_trans(get_actual_tcp_pose(), PV1), v=0.1)",
         ),
     ],
 )
@@ -683,7 +687,12 @@ def test_moves_by_a_computed_offset_take_its_components(target, base, tool):
     written = translated(text, "inform", target)
     assert base in written
     assert tool in written
-    assert not objections(text, "inform", target)
+    # What nothing sets of the offset is the operator's: in the tool's axes its angles turn the move there, too; in the
+    # base they are left out, which the proof sees.
+    assert not objections(inform(*rows, "IMOV P001 V=100.0 PL=0 TF", points=PLACE), "inform", target)
+    found = objections(text, "inform", target)
+    assert found
+    assert all(kind == "difference" and "another value of P001" in says for kind, says in found)
 
 
 def test_an_offset_that_nothing_here_sets_stays_a_variable_and_its_angles_are_told():

@@ -218,7 +218,7 @@ def test_a_routine_with_an_error_is_its_text_as_comments_and_the_rest_is_convert
     (call,) = [loss for loss in losses if loss.line == 6]
     assert call.fate is Fate.APPROXIMATED
     assert call.says == "grip is not converted: unexpected ')'"
-    assert " closes the jaws" in text
+    assert "closes the jaws" in text
     assert len(plan.moves) == 1
 
 

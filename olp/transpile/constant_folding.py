@@ -65,7 +65,8 @@ def _computed(e: ex.Expression, limits: Limits) -> ex.Expression:
 
 
 def _pose(e: ex.Function, given: Sequence[ex.Expression | None]) -> ex.PositionLiteral | None:
-    """What comes out of constant poses, None where one of them is none."""
+    """What comes out of constant poses, None where one of them is none. A product has the arm flags of its last factor,
+    which `with_flags` gives it."""
     poses = [
         Pose.from_xyz_angles(one.values)
         for one in given
@@ -75,8 +76,11 @@ def _pose(e: ex.Function, given: Sequence[ex.Expression | None]) -> ex.PositionL
     ]
     if not poses or len(poses) < len(e.arguments):
         return None
-    result = poses[0].inverse() if e.name == "pose-inverse" else reduce(matmul, poses)
-    return ex.PositionLiteral("pose", tuple(result.xyz_angles().tolist()))
+    if e.name == "pose-inverse":
+        return ex.PositionLiteral("pose", tuple(poses[0].inverse().xyz_angles().tolist()))
+    last, values = given[-1], tuple(reduce(matmul, poses).xyz_angles().tolist())
+    assert isinstance(last, ex.PositionLiteral)
+    return ex.PositionLiteral("pose", values, configuration=last.configuration, sectors=last.sectors)
 
 
 def fold_constants(program: Program, work: TranslationContext) -> Program:

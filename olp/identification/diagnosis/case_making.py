@@ -135,6 +135,7 @@ def _case(
     stops, blends = (stop_start, stop_end), (blend_start, blend)
     moving = moves.kind[rows] != WAIT
     base = _as_written(pace, rows, moving, stops, blends)
+    base = _opened(base, moves, rows, before)
     base, stretch = base.with_(corners=_corners(moves, pace, rows, before, base.accelerate)), 1.0
     simulated = base.duration() if judged is None else judged.duration[rows]
     if judged is not None:
@@ -459,14 +460,14 @@ def _base(
         build=np.where(moving, np.where(joint, turning.build, straight.build), 0.0),
         filtered=np.where(moving, np.where(joint, turning.filtered, straight.filtered), 0.0),
     )
-    opened, last = _openness(moves), before[rows]
-    whole = whole.with_(open_start=np.where(last >= 0, opened[last], 1.0), open_end=opened[rows])
     lines = moving & ~joint
     if missing[lines].all() and lines.any() and not plain.any() and not joint.any():
-        alike = _corners(moves, pace, rows, before, np.ones(len(rows)))
-        slow = np.where(lines, ramp_at_corners(whole.with_(corners=alike), sim), slow)
+        one = np.ones(len(rows))
+        alike = _opened(whole.with_(accelerate=one, decelerate=one), moves, rows, before)
+        alike = alike.with_(corners=_corners(moves, pace, rows, before, one))
+        slow = np.where(lines, ramp_at_corners(alike, sim), slow)
         whole = whole.with_(accelerate=slow, decelerate=slow)
-    whole = whole.with_(open_start=whole.open_start * slow, open_end=whole.open_end * slow)
+    whole = _opened(whole, moves, rows, before)
     corners = _corners(moves, pace, rows, before, slow)
     # Slower by one factor, and ramps with it: all times are longer by that factor, whatever the move.
     stretched = abs(stronger - faster**2) < _STRETCHED * abs(1.0 - faster)
@@ -728,10 +729,13 @@ def _corner(moves: RecordedMoves) -> Floats:
     return angle
 
 
-def _openness(moves: RecordedMoves) -> Floats:
-    """(n,) [1] Radius of the arc at a move's end that touches it and the next one, over its rounding; 1 where one of
-    both is no line."""
+def _opened(motion: Motion, moves: RecordedMoves, rows: Rows, before: Rows) -> Motion:
+    """The motion with its corners' openness: the radius of the arc that touches both moves, over the rounding, times
+    the acceleration; an arc of the rounding's own radius where one of both is no line."""
     angle = _corner(moves)
     line = moves.kind == LINEAR
     both = line & np.append(line[1:], False) & np.isfinite(angle)
-    return np.where(both, np.minimum(1.0 / np.tan(np.clip(angle, 1e-6, np.pi) / 2.0), _STRAIGHT_ON), 1.0)
+    open_ = np.where(both, np.minimum(1.0 / np.tan(np.clip(angle, 1e-6, np.pi) / 2.0), _STRAIGHT_ON), 1.0)
+    last = before[rows]
+    at_start = np.where(last >= 0, open_[last], 1.0)
+    return motion.with_(open_start=at_start * motion.accelerate, open_end=open_[rows] * motion.accelerate)

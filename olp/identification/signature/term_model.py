@@ -190,8 +190,15 @@ def _beside(named: NamedModel, case: MeasuredMoves, recording: Recording, rows: 
     slow = case.base.accelerate
     if named.ramp > 0:
         slow = np.where(case.joint, rated_speed(case, recording, rows) / named.ramp, slow)
+    share = slow / case.base.accelerate
     base = case.base.with_(
-        accelerate=slow, decelerate=slow, law=named.law, overlap=named.overlap, split=named.split
+        accelerate=slow,
+        decelerate=slow,
+        open_start=case.base.open_start * share,
+        open_end=case.base.open_end * share,
+        law=named.law,
+        overlap=named.overlap,
+        split=named.split,
     )
     asked = replace(
         case,
