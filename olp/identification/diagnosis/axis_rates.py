@@ -768,7 +768,12 @@ _OFF, _OF_ALL = 2e-3, 0.8  # of a simulated time that limits may be off, in this
 _NEARER = 0.5  # [1] of a law's misfit that the other one must leave: axes with limits in proportion obey both
 _MUCH_NEARER = 0.2  # [1] likewise, where a plainer law does
 _EXACT = 3e-4  # of a simulated time: nearer, there is no other law to look for
-_TIMES = ((0, False), (1, False), (1, True), (2, True))  # beside limits, and whether accelerations build up
+_TIMES_BESIDE = (
+    (0, False),
+    (1, False),
+    (1, True),
+    (2, True),
+)  # beside limits, and whether accelerations build up
 _LIMIT_ROUNDS = 60
 _FAR = 40.0  # logarithm of a limit that is none, and whose square is still a number
 _BESIDE = 0.03  # [s] beside the ramps, to begin with
@@ -834,7 +839,7 @@ def _limits_told_by(
     per_speed, per_ramp = per_speed[:, turns], per_ramp[:, turns]
     least = least.reshape(2, -1)[:, turns]
     best: tuple[float, Floats, AxisLaw] | None = None
-    for times, builds in _TIMES:
+    for times, builds in _TIMES_BESIDE:
         plainer = best
         for law in (AxisLaw(True, builds), AxisLaw(False, builds)):
             for start in _STARTS:
@@ -930,7 +935,7 @@ def _without_idle(logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats
 def _over(
     logs: Floats, per_speed: Floats, per_ramp: Floats, sim: Floats, law: AxisLaw
 ) -> tuple[Floats, tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Floats, Floats, Floats]]:
-    """(n,) logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
+    """(n,) Logarithm of a move's time over the simulated one, the axes that set its speed and its ramp, and how much
     that logarithm changes with those of the two limits and of the times (n, t) beside them."""
     speeds, accelerations, beside, built = _apart(logs, per_speed.shape[1], law)
     paces, ramps = speeds / np.maximum(per_speed, 1e-12), accelerations / np.maximum(per_ramp, 1e-12)
@@ -938,15 +943,15 @@ def _over(
     if law.together:
         fastest, strongest = np.argmin(paces, axis=1), np.argmin(ramps, axis=1)
     else:
-        fastest = strongest = np.argmax(_times(paces, ramps, built), axis=1)
+        fastest = strongest = np.argmax(_durations(paces, ramps, built), axis=1)
     pace, ramp = paces[at, fastest], ramps[at, strongest]
-    bare = _times(pace, ramp, built)
+    bare = _durations(pace, ramp, built)
     time = bare + beside
     of_times = [beside / time]
     if law.builds:
         up = np.exp(_SLOPE_STEP)
         more = ((pace * up, ramp, built), (pace, ramp * up, built), (pace, ramp, built * up))
-        one, two, three = ((_times(*numbers) - bare) / (time * _SLOPE_STEP) for numbers in more)
+        one, two, three = ((_durations(*numbers) - bare) / (time * _SLOPE_STEP) for numbers in more)
         of_times = [three, *of_times][: len(logs) - 2 * per_speed.shape[1]]
     else:
         full = pace**2 <= ramp
@@ -957,7 +962,7 @@ def _over(
     return np.log(time / sim), (fastest, strongest), (one, two, np.array(of_times).reshape(-1, len(sim)).T)
 
 
-def _times(pace: Floats, ramp: Floats, built: float) -> Floats:
+def _durations(pace: Floats, ramp: Floats, built: float) -> Floats:
     """[s] of moves over 1 at a `pace` [1/s] and a `ramp` [1/s²] that is `built` up in a time [s]."""
     if not built:
         return np.asarray(np.where(pace**2 <= ramp, 1.0 / pace + pace / ramp, 2.0 / np.sqrt(ramp)))

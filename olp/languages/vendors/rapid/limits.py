@@ -90,9 +90,8 @@ LIMITS = Limits(
     has_power=True,
     program_end="EXIT",
     stand="WaitRob",
-    lacks=frozenset(
-        {"floor", "ceil", "and", "or", "xor", "number-of-condition"}
-    ),  # BitAnd, BitOr and BitXOr take bytes
+    # BitAnd, BitOr and BitXOr take bytes.
+    lacks=frozenset({"floor", "ceil", "and", "or", "xor", "number-of-condition"}),
     traps=TrapWords(
         data_type="intnum",
         connect="CONNECT",
