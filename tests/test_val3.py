@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from handling_sample import SAMPLES, check_damage, check_plan, check_whole
+from handling_sample import SAMPLES, check_damage, check_plan, check_whole, poses
 from scipy.spatial.transform import Rotation
 
 import olp
@@ -25,6 +25,10 @@ from olp.ir.expressions import (
     Unary,
 )
 from olp.ir.program import Assign, Declare, If, Move, Program, SetOutput, SpeedUnit, Wait
+from olp.robots.robot import load_robot
+from olp.transpile.context import Context
+from olp.transpile.convert import convert
+from olp.transpile.link import link
 
 FOLDER = SAMPLES / "val3"
 DATA = """<Database><Datas>
@@ -231,3 +235,57 @@ def test_a_parameter_of_a_type_of_the_project_keeps_its_type() -> None:
     )
     (routine,) = program("x_n=x_c.speed", head=head).routines
     assert [one.type for one in routine.parameters] == ["Motion", "real"]
+
+
+def _turned(x: float, y: float, z: float, *angles: float) -> np.ndarray:
+    found = np.eye(4)
+    found[:3, :3] = Rotation.from_euler("XYZ", angles, degrees=True).as_matrix()
+    found[:3, 3] = x, y, z
+    return found
+
+
+@pytest.mark.parametrize("reference", ["f", "g", "world"])
+def test_compose_moves_a_point_as_the_frame_sees_it(tmp_path: Path, reference: str) -> None:
+    g, f = _turned(400, 100, 50, 0, 0, 0), _turned(100, 0, 0, 0, 0, 90)
+    frames = {"f": g @ f, "g": g, "world": np.eye(4)}
+    point, by = frames["f"] @ _turned(20, 5, 200, 0, 170, 0), _turned(3, -7, 20, 10, 20, 30)
+    seen = np.linalg.inv(frames[reference]) @ point
+    data = DATA.replace(
+        'name="g" type="frame" size="1"><Value key="0"',
+        'name="g" type="frame" size="1"><Value key="0" x="400" y="100"',
+    )
+    (tmp_path / "data.dtx").write_text(data.replace('x="20" y="5"', 'x="20" y="5" z="200" ry="170"', 1))
+    line = f"movel(compose(p[1],{reference},{{3,-7,20,10,20,30}}),flange,still)"
+    (tmp_path / "start.pgx").write_bytes(text("movej({0,20,70,0,60,0},flange,still)", line))
+    plan = olp.read(tmp_path / "start.pgx").plan("staubli/tx2-60l")
+    wanted = frames[reference] @ by @ seen
+    wanted[:3, 3] *= mm
+    np.testing.assert_allclose(poses(plan)[-1], wanted, atol=1e-7)
+
+
+def test_where_the_arm_stands_is_a_point_of_the_frame_that_it_is_asked_in(tmp_path: Path) -> None:
+    (move,) = moves(with_data(tmp_path, "p[0]=here(flange,f)", "movel(appro(p[0],{0,0,9,0,0,0}),flange,m)"))
+    assert move.frame == Named("f")
+    (move,) = moves(with_data(tmp_path, "movel(compose(here(flange,f),f,{0,0,9,0,0,0}),flange,m)"))
+    assert move.frame == Named("f")
+
+
+def test_the_types_of_a_project_are_in_its_libraries(tmp_path: Path) -> None:
+    """As `Disk://` says, from the folder that holds the project's own."""
+    project, library = tmp_path / "server", tmp_path / "types" / "Order"
+    project.mkdir()
+    library.mkdir(parents=True)
+    rows = '<Data name="{}" type="{}" size="{}" />'
+    members = [("nCount", "num", 1), ("jGoal", "jointRx", 1), ("mSpeed", "mdesc", 1), ("nTimes", "num", 3)]
+    data = "\n".join(rows.format(*one) for one in members)
+    (library / "Order.dtx").write_text(f"<Database><Datas>\n{data}\n</Datas></Database>\n")
+    types = '<Types><Type name="Order" path="Disk://types/Order/Order.pjx" /></Types>'
+    (project / "server.pjx").write_text(f"<Project>\n{types}\n</Project>\n")
+    head = '<Locals><Local name="l_order" type="Order" size="1" /></Locals>'
+    lines = ("l_order.nCount=3", "l_order.jGoal=herej()", "movej(l_order.jGoal,flange,l_order.mSpeed)")
+    (project / "start.pgx").write_bytes(text(*lines, head=head))
+    context = Context(load_robot("staubli/tx2-60l"), on_loss="comment")
+    made = convert(link(olp.read(project / "start.pgx")).program, "rapid", context)
+    written = made.files[made.main].decode().replace(" ", "")
+    assert "l_order_nCount:=3;" in written
+    assert "MoveAbsJl_order_jGoal" in written

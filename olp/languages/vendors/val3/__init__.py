@@ -8,6 +8,7 @@ from typing import Final
 from olp.core.source import Source
 from olp.ir.program import Program
 from olp.languages.vendor import Conventions, Vendor, statements
+from olp.languages.vendors.val3.data import MEMBER_TYPES
 from olp.languages.vendors.val3.known_functions import REPLACEABLE
 
 _MARK: Final = re.compile(r"<(?:Programs|programList|Database|dataList|Project)\b", re.IGNORECASE)
@@ -28,6 +29,7 @@ class Val3(Vendor):
         names_read_frames=True,
         sums_of_texts=True,
         assumed_codes=frozenset({"P576", "P577"}),
+        member_types=MEMBER_TYPES,
         replaceable_routines=REPLACEABLE,
     )
     comment_prefix = "//"

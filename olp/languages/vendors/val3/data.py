@@ -24,6 +24,14 @@ JOINTS: Final = frozenset(("jointRx", "jointRs", "joint"))
 WORLD, MIXED = "world[0]", "?"
 SIGNALS: Final = frozenset(("dio", "aio"))
 _TYPES: Final = {"num": "real", "bool": "boolean", "string": "string", "mdesc": "mdesc"}
+# Of members of a project's own types.
+MEMBER_TYPES: Final[Mapping[str, str]] = {
+    "num": "real",
+    "bool": "boolean",
+    "string": "string",
+    **dict.fromkeys(POSES, "position"),
+    **dict.fromkeys(JOINTS, "joints"),
+}
 _TAG = re.compile(r"<(/?)([\w:]+)((?:\s+[\w:.\-]+\s*=\s*\"[^\"<]*\")*)\s*(/?)>")
 _ATTRIBUTE = re.compile(r"([\w:.\-]+)\s*=\s*\"([^\"]*)\"")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -32,6 +40,7 @@ MDESC: Final = {"accel": 100.0, "vel": 100.0, "decel": 100.0, "tmax": 99999.0, "
 _MOST: Final = 5000  # elements of an array
 _MOST_ROOM: Final = 500_000  # elements of all data together
 _MOST_FILES, _MOST_BYTES = 8, 4_000_000
+_MOST_TYPES: Final = 40  # of a project
 
 
 class XmlTag(NamedTuple):
@@ -219,6 +228,62 @@ def beside(path: str) -> Val3Declarations:
     except OSError:
         return known
     return known
+
+
+def structures(path: str, wanted: set[str]) -> list[Declare]:
+    """The layouts of a project's own types, and of those of their members: what .dtx files of libraries declare.
+
+    The project beside the program says where each is: `Disk://ros_libs/Body/Body.pjx`, from the folder that holds the
+    project's own.
+    """
+    folder = Path(path).parent
+    try:
+        files = _types_of(folder) if path and wanted else {}
+    except OSError:
+        return []
+    made: dict[str, Declare] = {}
+    todo = sorted(wanted)
+    while todo and len(made) < _MOST_TYPES:
+        name = todo.pop(0)
+        if name in made:
+            continue
+        data = None if name == "mdesc" else _type_data(files.get(name))
+        if data is None and name != "mdesc":
+            continue
+        members = [(one.name, one.type, one.size) for one in data or ()] or [
+            (word, "num", 1) for word in (*MDESC, "leave", "reach", "blend")
+        ]
+        rows = tuple(
+            (word, RecordLiteral(kind, (("", Number(size)),) if size > 1 else ()))
+            for word, kind, size in members
+        )
+        made[name] = Declare(0, name, "structure", RecordLiteral("type", rows), shared=True, native="type")
+        todo += sorted({kind for _, kind, _ in members if kind not in MEMBER_TYPES})
+    return list(made.values())
+
+
+def _types_of(folder: Path) -> dict[str, Path]:
+    """Where the data of each type are that the projects in a folder name."""
+    found: dict[str, Path] = {}
+    for file in sorted(one for one in folder.glob("*.pjx") if one.is_file())[:_MOST_FILES]:
+        if file.stat().st_size > _MOST_BYTES:
+            continue
+        for tag in tags(load(file)):
+            place = tag.attributes.get("path", "").partition("://")[2].split("/")
+            if tag.name.lower() == "type" and "name" in tag.attributes and ".." not in place:
+                found.setdefault(tag.attributes["name"], folder.parent.joinpath(*place).with_suffix(".dtx"))
+    return found
+
+
+def _type_data(file: Path | None) -> tuple[Datum, ...] | None:
+    """What the file of a type declares, None where there is no such file."""
+    try:
+        if file is None or not file.is_file() or file.stat().st_size > _MOST_BYTES:
+            return None
+        status = file.stat()
+        return _cached(str(file), status.st_mtime_ns, status.st_size)
+    except OSError:
+        return None
 
 
 @lru_cache(maxsize=32)

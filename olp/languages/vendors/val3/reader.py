@@ -42,6 +42,7 @@ from olp.languages.vendors.val3.data import (
     declarations,
     named,
     read_data,
+    structures,
     tags,
 )
 
@@ -58,6 +59,8 @@ _MOVES: Final = words("MOVEJ MOVEL MOVEC MOVEJF ALTER ALTERMOVEJ ALTERMOVEL ALTE
 _BUILT_IN: Final = words(
     "dio aio sio mdesc tool frame trsf config configRx configRs point pointRx pointRs joint jointRx jointRs screen"
 )
+_TYPED: Final = (st.Parameter, st.Declare)
+_PLAIN: Final = frozenset(("real", "boolean", "string", "position", "joints", "", *_BUILT_IN))
 _TYPES: Final = {"num": "real", "bool": "boolean", "string": "string"}
 
 
@@ -76,7 +79,9 @@ def read_program(source: Source) -> st.Program:
             "val3", source, (), findings.result(), bytes(findings.kinds), tuple(declarations(data))
         )
     routines = _Val3File(findings).read()
-    return st.Program("val3", source, tuple(routines), findings.result(), bytes(findings.kinds))
+    kinds = {one.type for r in routines for one in (*r.parameters, *r.body) if isinstance(one, _TYPED)}
+    own = structures(source.path, kinds - _PLAIN)
+    return st.Program("val3", source, tuple(routines), findings.result(), bytes(findings.kinds), tuple(own))
 
 
 class _Val3File:
@@ -289,7 +294,9 @@ _WORDS: Final[dict[str, ex.Expression]] = {
 _MESSAGES: Final = frozenset(("popUpMsg", "logMsg", "put", "putln"))
 _ACTS: Final = frozenset(("open", "close", "stopMove", "restartMove"))  # what they do has no word elsewhere
 _TIMED_OUT: Final = ex.SystemValue("timed-out")
-_POSE_FUNCTIONS: Final = frozenset(("pose-product", "pose-inverse", "pose-angles", "forward"))
+_POSE_FUNCTIONS: Final = frozenset(
+    ("pose-product", "pose-inverse", "pose-angles", "pose-offset", "current-pose", "forward")
+)
 
 
 def _of_text(name: str, arguments: tuple[ex.Expression, ...]) -> ex.Expression | None:
@@ -329,13 +336,31 @@ def _turned(target: ex.Expression, value: ex.Expression) -> st.Assign | None:
 
 
 def _computed_pose(values: Sequence[ex.Expression]) -> ex.Expression:
-    """x, y, z [mm] and R = Rx(rx) Ry(ry) Rz(rz) [deg]."""
+    """x, y, z [mm] and R = Rx(rx) Ry(ry) Rz(rz) [deg]; turns by nothing are left out."""
     x, y, z, rx, ry, rz = values
     zero = ex.Number(0)
+    if (rx, ry, rz).count(zero) > 1:
+        return ex.Function("pose-angles", tuple(values))
     pose: ex.Expression = ex.Function("pose-angles", (x, y, z, rx, zero, zero))
     for turn in ((zero, ry, zero), (zero, zero, rz)):
+        if turn == (zero, zero, zero):
+            continue
         pose = ex.Function("pose-product", (pose, ex.Function("pose-angles", (zero, zero, zero, *turn))))
     return pose
+
+
+def _moved_by(by: ex.Expression, point: ex.Expression) -> ex.Expression:
+    """A transformation, then the pose; one that turns nothing adds its x, y, z [mm]."""
+    if isinstance(by, ex.PositionLiteral) and not any(by.values[3:]):
+        offset: tuple[ex.Expression, ...] = tuple(ex.Number(round(v / mm, 6)) for v in by.values[:3])
+        return ex.Function("pose-offset", (point, *offset))
+    if isinstance(by, ex.Function) and by.name == "pose-angles" and not any(map(_turns, by.arguments[3:])):
+        return ex.Function("pose-offset", (point, *by.arguments[:3]))
+    return ex.Function("pose-product", (by, point))
+
+
+def _turns(angle: ex.Expression) -> bool:
+    return angle != ex.Number(0)
 
 
 class Leave(NamedTuple):
@@ -349,6 +374,9 @@ class Val3Rules(BlockRules):
         super().__init__(fold=False)
         self.known = known
         self.frameless = False  # a move went to a point of which nobody says the frame
+        self.made: dict[
+            ex.Expression, str
+        ] = {}  # points that functions return -> the frame that they stand in
 
     # --- values -----------------------------------------------------------------------------------------
 
@@ -442,11 +470,15 @@ class Val3Rules(BlockRules):
             )
         if name == "appro" and len(arguments) == 2:
             return ex.Function("pose-product", arguments)
+        if name == "compose" and len(arguments) == 3:
+            return self._composed(*arguments)
         if name == "here" and len(arguments) == 2:
             tool, frame = arguments
-            return ex.Function(
+            read = ex.Function(
                 "current-pose", (ex.NamedArgument("Tool", tool), ex.NamedArgument("WObj", frame))
             )
+            self.made[read] = _frame_name(frame)
+            return read
         if name == "here":
             return ex.SystemValue("current-pose")
         if name == "herej":
@@ -458,6 +490,24 @@ class Val3Rules(BlockRules):
             if name in _FUNCTIONS
             else _of_text(name, arguments) or ex.CallValue(name, arguments)
         )
+
+    def _composed(self, point: ex.Expression, frame: ex.Expression, by: ex.Expression) -> ex.Expression:
+        """compose(point, frame, trsf): the point moved as `frame` sees it. It stays in the frame that it stood in."""
+        father, reference = self._father(point) or WORLD, _frame_name(frame)
+        if father == MIXED or not reference:
+            raise NotModelledError("it is computed in which frame a point is moved")
+        seen = point
+        if father != reference:
+            seen = point if father == WORLD else ex.Function("pose-product", (named(father), point))
+            if reference != WORLD:
+                seen = ex.Function("pose-product", (ex.Function("pose-inverse", (frame,)), seen))
+        moved = _moved_by(by, seen)
+        if father != reference:
+            moved = moved if reference == WORLD else ex.Function("pose-product", (frame, moved))
+            if father != WORLD:
+                moved = ex.Function("pose-product", (ex.Function("pose-inverse", (named(father),)), moved))
+        self.made[moved] = self._father(point)
+        return moved
 
     def _port(self, name: str, value: ex.Expression, direction: str) -> ex.Signal:
         bus = f"analog-{direction}" if name.startswith("aio") else direction
@@ -501,6 +551,8 @@ class Val3Rules(BlockRules):
     def _father(self, point: ex.Expression) -> str:
         """The frame of a point: that of its data, or of the point that it was made from; empty where nobody says."""
         while isinstance(point, ex.Function) and point.arguments:
+            if point in self.made:
+                return self.made[point]
             point = point.arguments[0]
         if isinstance(point, ex.Item) and isinstance(point.base, ex.Named):
             name, index = point.base.name, point.indices[0]
@@ -592,6 +644,18 @@ class Val3Rules(BlockRules):
 
     def break_(self, _: list[Any]) -> Leave:
         return Leave()
+
+
+def _frame_name(frame: ex.Expression) -> str:
+    """A frame as data name it, `fPart` or `fPart[2]`; empty for one that is computed."""
+    if isinstance(frame, ex.FrameRef):
+        return WORLD
+    if isinstance(frame, ex.Named):
+        return f"{frame.name}[0]"
+    if isinstance(frame, ex.Item) and isinstance(frame.base, ex.Named):
+        index = frame.indices[0]
+        return f"{frame.base.name}[{int(index.value) - 1}]" if isinstance(index, ex.Number) else ""
+    return ""
 
 
 def _as_joints(value: ex.Expression) -> ex.Expression:
