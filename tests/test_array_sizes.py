@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
-from translated_texts import converted, run_elsewhere
+from translated_texts import ROBOT, converted, run_elsewhere
 
 from olp.core.source import decode
 from olp.fluent import Program, read_source
@@ -131,3 +132,81 @@ def test_an_array_of_unknown_size_that_is_assigned_as_a_whole_is_left_out() -> N
     text = text.replace("VAR num table", "VAR num more{4};\nVAR num table")
     left = [loss for loss in converted(text, "rapid", "krl").translated.losses if loss.leaves_out]
     assert "into gets all elements of values: nothing tells how many" in {loss.says for loss in left}
+
+
+_HANDED = """MODULE M
+VAR num table{100};
+PROC main()
+  fill table,3;
+  WaitTime table{70}/10;
+  WaitTime table{2}/10;
+ENDPROC
+PROC fill(INOUT num values{*},num first)
+  FOR i FROM 1 TO Dim(values,1) DO
+    values{i}:=first+i;
+  ENDFOR
+  again values;
+ENDPROC
+PROC again(INOUT num values{*})
+  values{2}:=values{2}+4;
+ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_an_array_that_all_calls_hand_over_is_no_copy(target: str) -> None:
+    """Of more than 60 elements the call was left out, with what it sets."""
+    made = converted(_HANDED, "rapid", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    assert waits_of(run_elsewhere(_HANDED, "rapid", target)) == [73, 9]
+
+
+def test_arrays_that_calls_hand_over_in_turn_are_copied() -> None:
+    text = _HANDED.replace("{100}", "{7}").replace("{70}", "{7}")
+    text = text.replace(
+        "PROC main()\n", "VAR num other{7};\nPROC main()\n  fill other,1;\n  WaitTime other{2}/10;\n"
+    )
+    assert waits_of(run_elsewhere(text, "rapid", "tp")) == [7, 10, 9]
+
+
+_PASSING = """MODULE M
+CONST robtarget p0:=[[600,0,500],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+PROC main()
+  VAR robtarget way{3000};
+  MoveJ p0,v500,fine,tool0;
+  FOR i FROM 1 TO 3 DO
+    way{i+1}:=Offs(p0,0,0,i*10);
+    MoveL way{i+1},v100,fine,tool0;
+  ENDFOR
+ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.parametrize("target", ["tp", "inform"])
+def test_an_array_whose_elements_are_read_where_they_are_set_is_one_variable(target: str) -> None:
+    """There are not so many variables: all moves to its elements were left out."""
+    made = converted(_PASSING, "rapid", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    assert not [ask for ask in made.translated.asks if "set the controller up" in ask]
+    plan = run_elsewhere(_PASSING, "rapid", target)
+    np.testing.assert_allclose(
+        plan.positions.position[plan.moves.target, 2], [0.5, 0.51, 0.52, 0.53], atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("  ENDFOR", "  ENDFOR\n  MoveL way{2},v100,fine,tool0;"),
+        ("    MoveL way{i+1}", "    MoveL way{i}"),
+        ("    MoveL", "    IF i>1 THEN\n      MoveL way{i},v100,fine,tool0;\n    ENDIF\n    MoveL"),
+    ],
+)
+def test_an_array_whose_elements_are_read_elsewhere_stays_one(old: str, new: str) -> None:
+    text = _PASSING.replace("{3000}", "{300}").replace(old, new)
+    text = text.replace("  FOR", "  way{1}:=p0;\n  FOR", 1)
+    plan, wanted = run_elsewhere(text, "rapid", "tp"), read_source(decode(text.encode(), "M.mod")).plan(ROBOT)
+    heights, right = (one.positions.position[one.moves.target, 2] for one in (plan, wanted))
+    np.testing.assert_allclose(heights, right, atol=1e-6)

@@ -324,3 +324,11 @@ def test_what_a_coordinate_or_a_parameter_is_assigned_to_is_a_number():
     found = read_source(decode(text.encode(), "main.as"))
     declared = {d.name: d.type for d in (*found.data, *found.statements()) if isinstance(d, Declare)}
     assert (declared["x"], declared[".m"]) == ("real", "real")
+
+
+@pytest.mark.parametrize(("name", "type_"), [(".p", "position"), ("#q", "joints")])
+def test_what_point_sets_is_a_place_also_where_nothing_tells_its_value(name, type_):
+    """It was data of no type, which no other language has."""
+    found = program(f"POINT {name} = letter[2]", "LMOVE letter[3]")
+    declared = [*found.data, *(one for one in found.routines[0].body if isinstance(one, Declare))]
+    assert [one.type for one in declared if one.name == name] == [type_]

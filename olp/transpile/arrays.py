@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, NamedTuple
@@ -15,9 +15,9 @@ from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, expressions_of, mapped
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.implicit_declarations import uses_of
-from olp.transpile.occurrences import changed_rare
+from olp.transpile.occurrences import changed_rare, with_routines, with_rows
 from olp.transpile.shared_variables import calls_of, handed_over, paired
-from olp.transpile.symbols import Symbol, Symbols, kind_of_value, symbols_of
+from olp.transpile.symbols import Symbol, Symbols, base_of, kind_of_value, symbols_of
 
 # Types of which an element has an index of its own; axes are elements of what holds them.
 _SINGLE: Final = ("real", "integer", "boolean", "string", "position", "tool", "frame")
@@ -72,6 +72,181 @@ def _sized(routine: st.Routine, program: st.Program, symbols: Symbols) -> st.Rou
         parameters.append(replace(p, sizes=tuple(map(ex.Number, found or ()))) if known else p)
     same = all(new is old for new, old in zip(parameters, routine.parameters, strict=True))
     return routine if same else replace(routine, parameters=tuple(parameters))
+
+
+def handed_arrays(program: st.Program, work: TranslationContext) -> st.Program:
+    """An array that a routine changes for its callers is theirs, where all calls hand over the same one.
+
+    For targets whose routines share all variables: all elements would be copied there and back, in other registers.
+    """
+    if not work.limits.numbered or work.source.vendor == work.target:
+        return program
+    while True:
+        symbols = work.symbols(program)
+        found = ((r, _same_arrays(r, program, symbols, work)) for r in program.routines if r.parameters)
+        routine, same = next(((r, names) for r, names in found if names), (None, {}))
+        if routine is None:
+            return program
+        program = _with_same(program, routine, same, work)
+
+
+def _same_arrays(
+    routine: st.Routine, program: st.Program, symbols: Symbols, work: TranslationContext
+) -> dict[str, Symbol]:
+    """By parameter the array that every call hands over for it."""
+    plain = not any(p.optional or p.switch for p in routine.parameters)
+    wanted = [(at, p) for at, p in enumerate(routine.parameters) if p.sizes and p.by_reference]
+    if not plain or not wanted or routine.starts or routine.name == program.main:
+        return {}
+    calls = calls_of(routine, program)
+    if any(len(call.arguments) != len(routine.parameters) for _, call in calls):
+        return {}
+    found: dict[str, Symbol] = {}
+    for at, p in wanted:
+        given = [_whole_array(call.arguments[at], caller, symbols) for caller, call in calls]
+        keys = {None if one is None else (one.scope, one.name) for one in given}
+        symbol = given[0] if given else None
+        if len(keys) != 1 or symbol is None or (symbol.scope and not _is_bare(symbol, work)):
+            continue
+        if symbol.scope or (routine.name, symbol.name) not in symbols.table:  # else a local one hides it
+            found[p.name] = symbol
+    return found
+
+
+def _whole_array(e: ex.Expression, caller: st.Routine, symbols: Symbols) -> Symbol | None:
+    """An array that is handed over as a whole, None for what a caller was handed itself."""
+    e = e.base if type(e) is ex.Item and not e.indices else e
+    symbol = symbols.find(caller.name, e.name) if type(e) is ex.Named else None
+    return None if symbol is None or not symbol.sizes or symbol.parameter is not None else symbol
+
+
+def _is_bare(symbol: Symbol, work: TranslationContext) -> bool:
+    """Whether a local variable can be the program's: nothing gives it a value at each call."""
+    return symbol.value is None and symbol.storage == "variable" and not work.conventions.data_begin_anew
+
+
+def _with_same(
+    program: st.Program, routine: st.Routine, same: Mapping[str, Symbol], work: TranslationContext
+) -> st.Program:
+    """The program whose routine names the arrays of its callers, without the parameters for them."""
+    owners = {s.scope for s in same.values() if s.scope}
+    others = {
+        n for r in program.routines if r is not routine and r.name not in owners for n in work.look(r).names()
+    }
+    others |= {d.name for d in program.data} | {n for n in work.look(routine).names() if n not in same}
+    public = {s.name: work.fresh(s.name) if s.name in others else s.name for s in same.values() if s.scope}
+    names = {name: public.get(s.name, s.name) if s.scope else s.name for name, s in same.items()}
+    kept = [at for at, p in enumerate(routine.parameters) if p.name not in same]
+    moved: list[st.Declare] = []
+
+    def change(new: Mapping[str, str], e: ex.Expression) -> ex.Expression:
+        if type(e) is ex.Named:
+            return ex.Named(new[e.name]) if e.name in new else e
+        if type(e) is ex.CallValue and e.routine.casefold() == routine.name.casefold():
+            return replace(e, arguments=tuple(e.arguments[at] for at in kept))
+        return e
+
+    def row(s: st.Statement, new: Mapping[str, str]) -> st.Statement:
+        if calls_nothing(s) and not new:
+            return s
+        s = mapped(s, partial(change, new))
+        if isinstance(s, st.Call) and s.routine.casefold() == routine.name.casefold():
+            s = replace(s, arguments=tuple(s.arguments[at] for at in kept))
+        return s
+
+    routines = []
+    for r in program.routines:
+        new = names if r is routine else public if r.name in owners else {}
+        body: list[st.Statement] = []
+        for s in (*r.data, *r.body):
+            if r.name in owners and isinstance(s, st.Declare) and s.name in public:
+                moved.append(replace(s, name=public[s.name], shared=True))
+        for s in r.body:
+            if not (r.name in owners and isinstance(s, st.Declare) and s.name in public):
+                body.append(row(s, new))
+        data = tuple(d for d in r.data if not (r.name in owners and d.name in public))
+        parameters = tuple(r.parameters[at] for at in kept) if r is routine else r.parameters
+        routines.append(replace(r, body=tuple(body), data=data, parameters=parameters))
+    return replace(program, routines=tuple(routines), data=(*program.data, *moved))
+
+
+# Statements that change no variable but the one that they name, and are passed from the one before to the next.
+_STRAIGHT: Final = frozenset(
+    {st.Assign, st.Comment, st.Declare, st.Dwell, st.Message, st.Move, st.SetBlend, st.SetFrame, st.SetOutput}
+    | {st.SetSpeed, st.SetTool}
+)
+
+
+_PLAIN_INDEX: Final = (ex.Number, ex.Named, ex.Binary, ex.Unary)
+
+
+def passing_arrays(program: st.Program, work: TranslationContext) -> st.Program:
+    """An array of which each element is read right behind where it is set, and not again, as one variable.
+
+    Where the arrays of a program are more than the numbered variables that the target is delivered with.
+    """
+    registers = work.limits.registers
+    if registers is None or work.source.vendor == work.target:
+        return program
+    symbols = work.symbols(program)
+    arrays = [symbol for symbol in symbols if symbol.sizes]
+    needed: Counter[ex.Store | None] = Counter()
+    for symbol in arrays:
+        needed[registers.stores.get(symbol.type)] += math.prod(sizes_of(symbols, symbol) or (1,))
+    crowded = {s for s, n in needed.items() if s is not None and n > work.limits.numbered.get(s, 0)}
+    if not crowded:
+        return program
+    routines = []
+    for r in program.routines:
+        own = {
+            s.name
+            for s in r.body
+            if isinstance(s, st.Declare) and s.sizes and not s.shared and s.value is None
+            if s.storage == "variable" and registers.stores.get(s.type) in crowded
+        }
+        passing = {name for name in own if _is_passing(name, r)}
+        routines.append(_with_single(r, passing) if passing else r)
+    return with_routines(program, routines)
+
+
+def _is_passing(array: str, routine: st.Routine) -> bool:
+    """Whether an array is only read element by element, each in the same straight run as the line that sets it."""
+    whole = ex.Named(array)
+    held: tuple[ex.Expression, ...] | None = None  # the indices of the element that was set last
+    for s in routine.body:
+        if isinstance(s, st.Declare) and s.name == array:
+            continue
+        found = expressions_of(s)
+        reads = [e for e in found if type(e) is ex.Item and e.base == whole]
+        if found.count(whole) != len(reads):
+            return False
+        straight = type(s) in _STRAIGHT and not any(type(e) is ex.CallValue for e in found)
+        target = s.target if isinstance(s, st.Assign) else None
+        if type(target) is ex.Item and target.base == whole:
+            reads.remove(target)
+            inner = [e for index in target.indices for e in expressions_of(index)]
+            if any(type(e) not in _PLAIN_INDEX for e in inner):
+                return False
+            following: tuple[ex.Expression, ...] | None = target.indices
+        else:
+            changed = base_of(target)
+            inner = [e for index in held or () for e in expressions_of(index)]
+            following = held if straight and (changed is None or changed not in inner) else None
+        if reads and (not straight or any(e.indices != held for e in reads)):
+            return False
+        held = following if straight else None
+    return True
+
+
+def _with_single(routine: st.Routine, arrays: Set[str]) -> st.Routine:
+    def change(e: ex.Expression) -> ex.Expression:
+        return e.base if type(e) is ex.Item and type(e.base) is ex.Named and e.base.name in arrays else e
+
+    rows = [
+        replace(s, sizes=()) if isinstance(s, st.Declare) and s.name in arrays else mapped(s, change)
+        for s in routine.body
+    ]
+    return with_rows(routine, rows)
 
 
 def array_sizes(program: st.Program, work: TranslationContext) -> st.Program:

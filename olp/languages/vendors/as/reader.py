@@ -52,6 +52,7 @@ _MARK = re.compile(
     r"^\s*\.(?:PROGRAM|TRANS|JOINTS|REALS|STRINGS|INTEGER|AUXDATA|SYSDATA|ROBOTDATA\d|NETCONF\d?|\w+_INFO\d?)\b",
     re.IGNORECASE,
 )
+_POINT = re.compile(r"\s*POINT\b", re.IGNORECASE)
 _HEAD = re.compile(r"\s*\.PROGRAM\s+([A-Z_][\w.]*)\s*(?:\(([^)]*)\))?", re.IGNORECASE)
 _LABEL = re.compile(r"(\d+)(?:\s*:|\s+|$)\s*|([A-Z_][\w.]*)\s*:(?!=)\s*", re.IGNORECASE)
 _ROW = re.compile(r"([#$@]?[A-Z_][\w.]*)\s*(?:\[([\d,\s]+)\])?\s*=?\s*(.*)", re.IGNORECASE)
@@ -303,6 +304,8 @@ class _AsFile:
             local = _is_own(base.name)
             place = own if local else self.data
             type_ = self._type(one.value, {**types, **own}) if isinstance(one, st.Assign) else _counter(one)
+            if type_ == "variable" and _POINT.match(self.findings.source.line(one.line)):
+                type_ = "joints" if base.name.lstrip(".").startswith("#") else "position"
             if base.name.startswith("$"):
                 type_ = "string"
             elif base.name.casefold() in self.logical:
