@@ -248,6 +248,7 @@ class Limits:
     dimensions: str = "any"  # of arrays; "one", or "numbers" where only those of numbers have several
     array_literals: bool = False  # [1, 2, 3] is a value
     pose_functions: bool = False  # poses are added, turned and inverted within expressions, and do for frames
+    multiplies_poses: bool = True  # a variable is set to a product of two poses, or to an inverse
     pose_sums: bool = False  # places of poses are added and their turns composed within an expression
     value_types: ValueTypes | None = None  # None: types need not fit
     text_quote: str = ""  # what no text holds, nor a control character; "": texts hold all

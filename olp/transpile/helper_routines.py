@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial, reduce
 from typing import Final, NamedTuple, TypeGuard
 
+from olp.core.units import mm
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.points import PointTable
-from olp.ir.transformer import mapped
+from olp.ir.transformer import expressions_of, mapped
 from olp.languages.vendor import language_of
 from olp.transpile.context import Fate, TranslationContext
-from olp.transpile.occurrences import changed_rare
-from olp.transpile.symbols import holds_number
+from olp.transpile.occurrences import changed_rare, with_rows
+from olp.transpile.symbols import Symbols, holds_number, kind_of_value
 
 _BITS: Final = ("and", "or", "xor")
 _BYTE: Final = 255
@@ -287,3 +289,219 @@ COMPUTED: Final[dict[str, Callable[[_HelperNames, str], st.Routine]]] = {
     **dict.fromkeys(_BITS, _bits),
     **dict.fromkeys((_STATE, _CONDITION), _number_of_state),
 }
+
+
+# --- Poses ---
+# Products and inverses of poses, for controllers that add position registers and no more.
+
+_PLACES: Final = ("x", "y", "z")
+_ANGLES: Final = ("rx", "ry", "rz")
+_FLAT: Final = ex.Number(0.00001)  # cosine of an angle about y of which no angles about x and z are known
+_MULTIPLIED: Final = ("pose-product", "pose-inverse")
+
+
+def pose_products(program: st.Program, work: TranslationContext) -> st.Program:
+    """Variables that are set to a product of two poses or to an inverse get it from a routine.
+
+    R = Rz Ry Rx, which its matrix gives. Moves to a product stay: they have offsets. So does what never changes.
+    """
+    if work.limits.multiplies_poses or work.source.vendor == work.target:
+        return program
+    own = _PoseProducts(work, work.symbols(program))
+    routines = [with_rows(r, [row for s in r.body for row in own.rows(s, r.name)]) for r in program.routines]
+    if not own.made:
+        return program
+    work.note_once(f"{language_of(work.target)} multiplies no poses: a routine of the translation does")
+    return replace(program, routines=(*routines, *own.made.values()), data=(*program.data, *own.declared))
+
+
+@dataclass(slots=True)
+class _PoseProducts:
+    work: TranslationContext
+    symbols: Symbols
+    made: dict[str, st.Routine] = field(default_factory=dict)  # by the function's name
+    declared: list[st.Declare] = field(default_factory=list)
+    scratch: dict[str, ex.Named] = field(default_factory=dict)  # numbers that both routines compute with
+
+    def rows(self, s: st.Statement, routine: str) -> list[st.Statement]:
+        if not isinstance(s, st.Assign) or not any(map(self._is_asked, expressions_of(s.value))):
+            return [s]
+        before: list[st.Statement] = []
+        value = self._value(s.value, routine, before, s.line)
+        last = before[-1] if before else None
+        if isinstance(last, st.Call) and last.result == value:
+            return [*before[:-1], replace(last, result=s.target, comment=s.comment)]
+        return [*before, replace(s, value=value)]
+
+    def _is_asked(self, e: ex.Expression) -> bool:
+        return isinstance(e, ex.Function) and e.name in _MULTIPLIED
+
+    def _value(self, e: ex.Expression, routine: str, before: list[st.Statement], line: int) -> ex.Expression:
+        if not isinstance(e, ex.Function):
+            return e
+        e = replace(e, arguments=tuple(self._value(a, routine, before, line) for a in e.arguments))
+        if not self._is_asked(e) or all(self._is_known(a, routine) for a in e.arguments):
+            return e
+        if e.name == "pose-product" and (shifted := _shifted(e)) is not None:
+            return shifted
+        result = ex.Named(self.work.helper("computed_pose"))
+        self.declared.append(st.Declare(0, result.name, "position", None, shared=True))
+        tool = e.name == "pose-product" and self._is_written_out(e.arguments[1], routine)
+        before.append(
+            st.Call(line, self._routine("tool-product" if tool else e.name), e.arguments, result=result)
+        )
+        return result
+
+    def _is_known(self, e: ex.Expression, routine: str) -> bool:
+        if isinstance(e, ex.Function):
+            return self._is_asked(e) and all(self._is_known(a, routine) for a in e.arguments)
+        return not (isinstance(e, ex.Named) and e.name in self.work.registers) and isinstance(
+            self.symbols.fixed_value(routine, e), ex.PositionLiteral
+        )
+
+    def _is_written_out(self, e: ex.Expression, routine: str) -> bool:
+        """Whether a pose is known, or put together from numbers: no place that the arm goes to as it is."""
+        places = (
+            one
+            for one in expressions_of(e)
+            if kind_of_value(self.symbols, routine, one) in ("position", "joints")
+        )
+        return self._is_known(e, routine) or not any(isinstance(one, (ex.Named, ex.Item)) for one in places)
+
+    def _routine(self, function: str) -> str:
+        if function not in self.made:
+            own = _PoseRoutine(self.work, self.scratch)
+            self.made[function] = own.inverse() if function == "pose-inverse" else own.product(function)
+        return self.made[function].name
+
+
+def _shifted(e: ex.Function) -> ex.Expression | None:
+    """A pose behind one that does not turn: what is added to its place [mm]. None for any other product."""
+    first, second = e.arguments
+    if not isinstance(first, ex.PositionLiteral) or first.kind != "pose" or any(first.values[3:]):
+        return None
+    return ex.Function("pose-offset", (second, *(ex.Number(round(v / mm, 6)) for v in first.values[:3])))
+
+
+@dataclass(slots=True)
+class _PoseRoutine:
+    """The statements of a routine that multiplies or inverts poses."""
+
+    work: TranslationContext
+    scratch: dict[str, ex.Named]
+    rows: list[st.Statement] = field(default_factory=list)
+
+    def product(self, function: str) -> st.Routine:
+        """The arm's posture is that of the second pose; of the first one where the second is what a tool adds."""
+        first, second, result = (ex.Named(self.work.helper(one)) for one in ("first", "second", "product"))
+        self._matrix(first)
+        self.rows.append(st.Assign(0, result, first if function == "tool-product" else second))
+        self._multiply(first, second, result)
+        return self._routine(function.replace("-", "_"), (first, second), result)
+
+    def inverse(self) -> st.Routine:
+        first, result = (ex.Named(self.work.helper(one)) for one in ("pose", "inverse"))
+        self._matrix(first)
+        self.rows.append(st.Assign(0, result, first))
+        self._invert(first, result)
+        return self._routine("pose_inverse", (first,), result)
+
+    def _routine(self, stem: str, given: Sequence[ex.Named], result: ex.Named) -> st.Routine:
+        self._angles(result)
+        declared = st.Declare(0, result.name, "position", None)
+        body = (st.Begin(0), declared, *self.rows, st.Return(0, result), st.End(0))
+        parameters = tuple(st.Parameter(one.name, "position") for one in given)
+        name = self.work.helper(stem)
+        return st.Routine(name, 0, body, PointTable(), parameters=parameters, returns="position")
+
+    def _name(self, stem: str) -> ex.Named:
+        if stem not in self.scratch:
+            self.scratch[stem] = ex.Named(self.work.helper(stem))
+        return self.scratch[stem]
+
+    def _set(self, stem: str, value: ex.Expression) -> None:
+        self.rows.append(st.Assign(0, self._name(stem), value))
+
+    def _turns(self, pose: ex.Named) -> tuple[ex.Named, ...]:
+        """Cosine and sine of the three angles."""
+        for axis in _ANGLES:
+            self._set("angle", ex.Member(pose, axis))
+            self._set(f"cos_{axis}", ex.Function("cos", (self._name("angle"),)))
+            self._set(f"sin_{axis}", ex.Function("sin", (self._name("angle"),)))
+        return tuple(self._name(f"{what}_{axis}") for axis in _ANGLES for what in ("cos", "sin"))
+
+    def _columns(self, pose: ex.Named) -> list[list[ex.Expression]]:
+        """The axes of a pose: of R = Rz Ry Rx its columns."""
+        cx, sx, cy, sy, cz, sz = self._turns(pose)
+        return [
+            [_times(cz, cy), _times(sz, cy), ex.Binary("-", ex.Number(0), sy)],
+            [
+                ex.Binary("-", _times(cz, sy, sx), _times(sz, cx)),
+                ex.Binary("+", _times(sz, sy, sx), _times(cz, cx)),
+                _times(cy, sx),
+            ],
+            [
+                ex.Binary("+", _times(cz, sy, cx), _times(sz, sx)),
+                ex.Binary("-", _times(sz, sy, cx), _times(cz, sx)),
+                _times(cy, cx),
+            ],
+        ]
+
+    def _matrix(self, pose: ex.Named) -> None:
+        for column, values in zip("xyz", self._columns(pose), strict=True):
+            for row, value in zip("xyz", values, strict=True):
+                self._set(f"a_{row}{column}", value)
+
+    def _multiply(self, first: ex.Named, second: ex.Named, result: ex.Named) -> None:
+        places = [ex.Member(second, axis) for axis in _PLACES]
+        for row in _PLACES:
+            value = self._row(row, places)
+            self.rows.append(
+                st.Assign(0, ex.Member(result, row), ex.Binary("+", ex.Member(first, row), value))
+            )
+        wanted = {"x": "xyz", "y": "xyz", "z": "z"}
+        for column, values in zip("xyz", self._columns(second), strict=True):
+            for row, value in zip("xyz", values, strict=True):
+                self._set(f"b_{row}", value)
+            axis = [self._name(f"b_{row}") for row in "xyz"]
+            for row in wanted[column]:
+                self._set(f"r_{row}{column}", self._row(row, axis))
+
+    def _row(self, row: str, column: Sequence[ex.Expression]) -> ex.Expression:
+        """A row of the first matrix times a column."""
+        x, y, z = (_times(self._name(f"a_{row}{at}"), value) for at, value in zip("xyz", column, strict=True))
+        return ex.Binary("+", ex.Binary("+", x, y), z)
+
+    def _invert(self, first: ex.Named, result: ex.Named) -> None:
+        places = [ex.Member(first, axis) for axis in _PLACES]
+        for column in _PLACES:
+            x, y, z = (
+                _times(self._name(f"a_{at}{column}"), value) for at, value in zip("xyz", places, strict=True)
+            )
+            total = ex.Binary("+", ex.Binary("+", x, y), z)
+            self.rows.append(st.Assign(0, ex.Member(result, column), ex.Binary("-", ex.Number(0), total)))
+        for one in ("xx", "yx", "zx", "xy", "yy", "zy", "zz"):
+            self._set(f"r_{one}", self._name(f"a_{one[::-1]}"))
+
+    def _angles(self, result: ex.Named) -> None:
+        """The angles of R = Rz Ry Rx; where Ry turns by a right angle, Rz by none."""
+        r = {one: self._name(f"r_{one}") for one in ("xx", "yx", "zx", "xy", "yy", "zy", "zz")}
+        self._set("flat", ex.Binary("+", _times(r["xx"], r["xx"]), _times(r["yx"], r["yx"])))
+        self._set("flat", ex.Function("sqrt", (self._name("flat"),)))
+        self._set("angle", ex.Binary("-", ex.Number(0), r["zx"]))
+        self._angle(result, "ry", self._name("angle"), self._name("flat"))
+        self.rows.append(st.If(0, ex.Compare(">", self._name("flat"), _FLAT)))
+        self._angle(result, "rx", r["zy"], r["zz"])
+        self._angle(result, "rz", r["yx"], r["xx"])
+        self.rows.append(st.Else(0))
+        self._set("angle", _times(r["xy"], self._name("angle")))
+        self._angle(result, "rx", self._name("angle"), r["yy"])
+        self.rows += [st.Assign(0, ex.Member(result, "rz"), ex.Number(0)), st.EndIf(0)]
+
+    def _angle(self, result: ex.Named, axis: str, sine: ex.Named, cosine: ex.Named) -> None:
+        self._set("turn", ex.Function("atan2", (sine, cosine)))
+        self.rows.append(st.Assign(0, ex.Member(result, axis), self._name("turn")))
+
+
+def _times(first: ex.Expression, *others: ex.Expression) -> ex.Expression:
+    return reduce(partial(ex.Binary, "*"), others, first)

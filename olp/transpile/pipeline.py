@@ -80,7 +80,7 @@ from olp.transpile.flat_records import flat_records
 from olp.transpile.frames import external_frames, frames, written_systems
 from olp.transpile.functions import arguments, functions, handed_systems, optional_parameters
 from olp.transpile.handlers import handlers
-from olp.transpile.helper_routines import helper_routines
+from olp.transpile.helper_routines import helper_routines, pose_products
 from olp.transpile.implicit_declarations import declarations
 from olp.transpile.integer_inference import remainders, whole_numbers
 from olp.transpile.modal_state import modal_settings
@@ -232,6 +232,7 @@ def started(program: Program, work: TranslationContext) -> Program:
 _TO_NUMBERS: Final[tuple[Pass, ...]] = (
     tasks,
     signals,
+    pose_products,
     reset_own_variables,
     share_variables,
     fold_constants,

@@ -134,6 +134,7 @@ LIMITS: Final = Limits(
     ),
     message=24,
     fixed_messages=True,
+    multiplies_poses=False,
     lacks=frozenset({"power", "max", "min", "floor", "ceil", "and", "or", "xor"}),
     text_quote="'",
     refuses=frozenset(
