@@ -348,3 +348,43 @@ def test_an_element_that_is_given_what_it_holds_has_not_changed(size: int) -> No
     plan = run(read_source(decode(text.encode(), "m.mod"), vendor="rapid"), max_steps=200)
     assert not plan.stop_reason
     assert "is taken to change to ON" in said(plan)
+
+
+@pytest.mark.parametrize(
+    ("body", "line"),
+    [
+        ("*A\nJUMP *A IF IN#(6)=OFF", 1),
+        ("*A\nJUMP *OUT IF IN#(6)=ON\nJUMP *A\n*OUT", 1),
+        ("WHILE IN#(6)=OFF\nENDWHILE", 0),
+    ],
+)
+def test_a_loop_that_asks_an_input_is_a_wait_for_it(body: str, line: int) -> None:
+    """As long as olp.toml says that the wait for the input lasts, at the statement that asks."""
+    plan = plan_of(body + "\nMOVL C00009 V=50.0", Assumptions(waits={SignalKey("in", 6): 1.5}))
+    assert waits(plan) == [1.5]
+    first = plan.sources[0].lines.index(body.splitlines()[0])
+    assert int(plan.line[0]) == first + line + 1
+    assert "the wait for IN#(6) lasts 0 s" in said(plan_of(body))
+
+
+def test_a_loop_is_ended_by_the_input_that_ends_it_alone() -> None:
+    """The input that was read last holds already what the loop waits for."""
+    body = "*A\nJUMP *OUT IFEXPRESS IN#(6)=ON ANDEXP IN#(7)=OFF\nJUMP *A\n*OUT\nMOVL C00009 V=50.0"
+    plan = plan_of(body)
+    assert visited(plan) == [9]
+    assert "IN#(6) is taken to change" in said(plan)
+    assert "IN#(7) is taken to change" not in said(plan)
+
+
+def test_steps_with_numbers_that_ask_inputs_in_turn_are_asked_once(tmp_path: Path) -> None:
+    """They come round to what they were: nothing here ends them. They turned 20,000 times before."""
+    path = tmp_path / "d.script"
+    path.write_text(
+        "def d():\n  step = 0\n  while (step >= 0):\n    sleep(0.1)\n    if (step == 0):\n"
+        "      if (get_standard_digital_in(1)):\n        step = 2\n      else:\n        step = 1\n      end\n"
+        "    elif (step == 1):\n      if (get_standard_digital_in(2)):\n        step = 2\n      else:\n"
+        "        step = 0\n      end\n    else:\n      step = -1\n    end\n  end\nend\n"
+    )
+    plan = run(read(path))
+    assert waits(plan) == pytest.approx([0.1, 0.1, 0.0, 0.1, 0.1, 0.1])
+    assert "IN#(2) is taken to change to ON" in said(plan)

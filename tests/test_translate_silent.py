@@ -2484,8 +2484,8 @@ def test_settings_of_how_moves_are_made_are_comments_that_are_told(target):
 def test_a_loop_that_asks_at_its_end_waits_as_long_as_a_jump(target):
     text = "PROGRAM part\nBEGIN\n  REPEAT\n    DELAY 100\n  UNTIL $DIN[5] = ON\nEND part\n"
     here, there = read(text, "pdl2").plan(), run_elsewhere(text, "pdl2", target)
-    assert [step.duration for step in here.steps()] == pytest.approx([0.1])
-    assert [step.duration for step in there.steps()] == pytest.approx([0.1])
+    assert [step.duration for step in here.steps()] == pytest.approx([0.1, 0.0])  # and the wait for $DIN[5]
+    assert [step.duration for step in there.steps()] == pytest.approx([0.1, 0.0])
 
 
 # --- TP's registers ---------------------------------------------------------------------------------------------
@@ -3561,3 +3561,49 @@ def test_a_tool_by_a_computed_number_that_is_0_is_no_element_of_an_array():
     ):
         at = code_rows.index(array)
         assert code_rows[at - 3 : at + 2] == ["IF N<=0 THEN", none, "ELSE", array, "ENDIF"]
+
+
+POLLS = {
+    "to the end": ("LBL[1]", "IF DI[1]=ON,JMP LBL[2]", "JMP LBL[1]", "LBL[2]"),
+    "back": ("LBL[1]", "IF DI[1]=OFF,JMP LBL[1]"),
+    "back, with a pause": ("LBL[1]", "WAIT .05(sec)", "IF DI[1]=OFF,JMP LBL[1]"),
+    "either": ("LBL[1]", "IF DI[1]=OFF OR DI[2]=OFF,JMP LBL[1]"),
+    "both, with an output": (
+        *("LBL[1]", "DO[5]=ON", "WAIT .05(sec)", "IF DI[1]=ON AND DI[2]=ON,JMP LBL[2]", "DO[5]=OFF"),
+        *("JMP LBL[1]", "LBL[2]"),
+    ),
+    "several": (
+        *("WAIT DI[2]=ON", "LBL[1]", "IF DI[1]=OFF,JMP LBL[1]", "LBL[2]", "IF DI[3]=OFF,JMP LBL[2]"),
+        "WAIT DI[4]=ON",
+    ),
+    "two ways out": (
+        *("LBL[1]", "IF DI[1]=ON,JMP LBL[2]", "IF DI[2]=ON,JMP LBL[3]", "JMP LBL[1]", "LBL[2]", "DO[1]=ON"),
+        *("JMP LBL[4]", "LBL[3]", "DO[2]=ON", "LBL[4]"),
+    ),
+    "two ways out, slowly": (
+        *("LBL[40]", "IF DI[7]=ON AND DI[6]=ON,JMP LBL[10]", "IF DI[4]=ON AND DI[3]=ON,JMP LBL[20]"),
+        *(
+            "MESSAGE[WAITING]",
+            "WAIT 1.00(sec)",
+            "JMP LBL[40]",
+            "LBL[10]",
+            "DO[1]=ON",
+            "JMP LBL[50]",
+            "LBL[20]",
+        ),
+        *("DO[2]=ON", "LBL[50]"),
+    ),
+    "a register": ("LBL[1]", "IF R[1]=0,JMP LBL[1]"),
+}
+
+
+@pytest.mark.parametrize("target", ["krl", "rapid", "inform", "urscript"])
+@pytest.mark.parametrize("rows", POLLS.values(), ids=POLLS)
+def test_jumps_that_ask_an_input_again_and_again_are_a_wait_for_it(rows, target):
+    """In URScript they are a loop that pauses, or steps with numbers; a loop that only pauses is read as a wait."""
+    assert not objections(tp(*rows, "DO[3]=ON"), "tp", target)
+
+
+def test_jumps_of_inform_that_ask_an_input_are_a_wait_for_it():
+    rows = ("*L", "JUMP *L IF IN#(1)=OFF", "*M", "TIMER T=0.10", "JUMP *M IF IN#(2)=OFF", "DOUT OT#(1) ON")
+    assert not objections(inform(*rows), "inform", "urscript")

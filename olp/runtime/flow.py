@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from olp.core.diagnostic import Severity
 from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Named, Store, Unary, Variable
 from olp.ir.transformer import calls_nothing, expressions_of
-from olp.runtime.assumptions import SignalKey
+from olp.runtime.assumptions import SignalKey, signal_name
 from olp.runtime.evaluate import evaluate, holds, number, whole, write_variable
 from olp.runtime.jobs import Jobs, Read, Region, RunnableRoutine, influences, is_literal, reads_of, region
 from olp.runtime.memory import RANGES, Array, Record, Slot, Value
-from olp.runtime.plan import CallSpan
-from olp.runtime.signals import flip
+from olp.runtime.plan import CallSpan, Event
+from olp.runtime.signals import expected_wait, flip
 from olp.runtime.spelling import spell
 from olp.runtime.state import OTHER_FRAME, CallFrame, EndedError, Loop, LoopEntry, Machine, StatementError
 
@@ -439,7 +441,11 @@ def way_back(m: Machine, first: int, last: int, condition: Expression | None) ->
     moved = m.moves > entry.moves
     # A main loop that stands still goes on with another input, whether it is spelt as a loop or as a jump.
     conditional = condition is not None or bool(about.exits) or not moved
-    if conditional and _changed(m, about, entry, held):
+    loop.past.append(entry)
+    begun = None if moved else _same_before(m, loop, held)
+    if begun is not None:
+        entry = begun
+    elif conditional and _changed(m, about, entry, held):
         loop.idle = 0 if moved else loop.idle + 1
         if loop.idle <= _PATIENCE or not _candidates(m, loop, entry):
             return first + 1
@@ -452,6 +458,16 @@ def way_back(m: Machine, first: int, last: int, condition: Expression | None) ->
         return following
     _stop(m, first, last, moved)
     return last + 1
+
+
+def _same_before(m: Machine, loop: Loop, held: Mapping[Read, object]) -> LoopEntry | None:
+    """The head of an earlier pass, without a move since, when all held what it holds now: the same comes again."""
+    for past in reversed(loop.past):
+        if past.moves != m.moves or past.stamp < m.listed:
+            return None
+        if past.held and past.held == held:
+            return past
+    return None
 
 
 def _loop(m: Machine, last: int, entry: LoopEntry) -> Loop:
@@ -477,22 +493,53 @@ def _lines(m: Machine, first: int, last: int) -> str:
 def _ended_by_input(
     m: Machine, first: int, last: int, condition: Expression | None, about: Region, entry: LoopEntry
 ) -> int | None:
-    """Turns over the input that ends the loop; None when no input does."""
+    """Turns over the input that ends the loop; None when no input does.
+
+    Where none does alone, the one that was read last is turned over, and the loop asks again.
+    """
     loop = m.frame.loops[last]
     moved = m.moves > entry.moves
-    for key in _candidates(m, loop, entry):
+    candidates = _candidates(m, loop, entry)
+    for key in candidates:
         before = m.memory.signals.get(key)
         says = flip(m, key)
-        way_out = _way_out(m, condition, about, last)
-        if way_out is None and moved and not m.frames:
-            _restore(m, key, before)  # the main loop goes on with this input as well
-            continue
-        loop.flipped.add(key)
-        if m.made_up is not None:
-            m.made_up.turn(key)
-        m.assume(f"{says}, which ends {_lines(m, first, last)}")
-        return first + 1 if way_out is None else way_out
-    return None
+        way_out = _way_out(m, condition, about, first, last)
+        if way_out is not None:
+            break
+        _restore(m, key, before)  # a main loop goes on with this input as well
+    else:
+        if not candidates or (moved and not m.frames):
+            return None
+        key, way_out = candidates[0], None
+        says = flip(m, key)
+    if m.made_up is not None:
+        m.made_up.turn(key)
+    m.assume(f"{says}, which ends {_lines(m, first, last)}")
+    if not moved and not loop.flipped:
+        _wait(m, last if way_out is None else way_out.asks, _asked(m, about, entry))
+    loop.flipped.add(key)
+    return first + 1 if way_out is None else way_out.to
+
+
+def _wait(m: Machine, asks: int, keys: Sequence[SignalKey]) -> None:
+    """A loop that asks until a signal comes is a wait for it, at the statement that asks."""
+    seconds = expected_wait(m, keys)
+    opener = m.frame.job.flow.opener.get(asks)
+    line = m.frame.job.body[asks if opener is None else opener].line
+    names = tuple(sorted({signal_name(key) for key in keys}))
+    m.recorder.wait(m.frame.job.source, line, seconds, Event("wait", names, math.nan))
+
+
+def _asked(m: Machine, about: Region, entry: LoopEntry) -> list[SignalKey]:
+    """The signals that decide about a loop, and those that its last pass read; a part of a condition may be unread."""
+    decide = [
+        SignalKey(kind, index)
+        for kind, index, _ in about.reads
+        if index is not None and not isinstance(kind, Store) and not kind.startswith("name:")
+    ]
+    return list(
+        dict.fromkeys((*sorted(decide), *(k for k, when in m.inputs_read.items() if when > entry.reads)))
+    )
 
 
 def _forget(m: Machine, steps: int) -> None:
@@ -532,7 +579,7 @@ def _ended_from_outside(
 
     `moved`: the head of the last pass, where that moved.
     """
-    exit = _exit_from_outside(m, condition, about, last)
+    exit = _exit_from_outside(m, condition, about, first, last)
     if exit is not None and moved is not None:
         if m.frame.loops[last].passes > m.cycles:  # it began with other values, and is now as one pass before
             _forget(m, moved.steps)
@@ -540,18 +587,31 @@ def _ended_from_outside(
         m.assume(f"{_lines(m, first, last)} repeats{why}, which nothing here changes: one pass is timed")
     elif exit is not None and not m.seeks_move:
         m.assume(f"{_lines(m, first, last)} waits for something outside: taken to come at once")
-    return exit if exit is None or exit > last else _taken(m, exit)
+    return None if exit is None else _taken(m, exit)
 
 
-def _exit_from_outside(m: Machine, condition: Expression | None, about: Region, last: int) -> int | None:
-    """Where the loop is left once somebody else changes a variable: behind its end, or at a statement within it."""
+def _exit_from_outside(
+    m: Machine, condition: Expression | None, about: Region, first: int, last: int
+) -> WayOut | None:
+    """How the loop is left once somebody else changes a variable."""
     if condition is not None and not is_literal(condition):
-        return last + 1
+        return WayOut(last, last + 1)
+    body, flow = m.frame.job.body, m.frame.job.flow
     for index in about.exits:
-        s = m.frame.job.body[index]
-        asks = s.condition if isinstance(s, (st.Jump, st.Return)) and not _leads_nowhere(m, s) else None
+        s = body[index]
+        if isinstance(s, st.If):  # the way back stands in its branch
+            asks, to = s.condition, flow.after[index] + 1
+        elif isinstance(s, (st.Jump, st.Return)) and s.condition is not None:
+            asks, to = (None if _leads_nowhere(m, s) else s.condition), index
+        else:
+            around = [
+                at for at in range(first + 1, index) if flow.opener.get(at) == at < index < flow.end[at]
+            ]
+            opener = body[around[0]] if len(around) == 1 else None
+            inside = isinstance(opener, st.If) and index < flow.after[around[0]]
+            asks, to = (opener.condition, around[0] + 1) if inside else (None, index)
         if asks is not None and any(reads_of(asks)):
-            return index
+            return WayOut(index, to)
     return None
 
 
@@ -560,12 +620,14 @@ def _leads_nowhere(m: Machine, s: st.Jump | st.Return) -> bool:
     return isinstance(s, st.Jump) and isinstance(s.target, str) and s.target not in m.frame.job.flow.labels
 
 
-def _taken(m: Machine, index: int) -> int:
-    """Where a statement that leaves leads to if its condition is taken to hold, though it does not."""
-    statement = m.frame.job.body[index]
+def _taken(m: Machine, exit: WayOut) -> int:
+    """Where a loop goes on that is left although the condition for it does not hold."""
+    statement = m.frame.job.body[exit.asks]
+    if exit.to != exit.asks:
+        return exit.to
     if not isinstance(statement, st.Return):
-        return _target(m, index)
-    m.frame.pc = index + 1
+        return _target(m, exit.to)
+    m.frame.pc = exit.to + 1
     return_(m, replace(statement, condition=None))
     return OTHER_FRAME
 
@@ -595,18 +657,51 @@ def _candidates(m: Machine, loop: Loop, entry: LoopEntry) -> list[SignalKey]:
     return last_first if m.made_up is None else m.made_up.first_turned(last_first)
 
 
-def _way_out(m: Machine, condition: Expression | None, about: Region, last: int) -> int | None:
-    """Where the loop is left with the inputs as they are now, None when it is not."""
+def _way_out(m: Machine, condition: Expression | None, about: Region, first: int, last: int) -> WayOut | None:
+    """How the loop is left with the inputs as they are now, None when it is not."""
     if condition is not None and not _holds(m, condition):
-        return last + 1
+        return WayOut(last, last + 1)
     for index in about.exits:
         statement = m.frame.job.body[index]
         if isinstance(statement, st.If) and not _holds(m, statement.condition):
-            return index
+            return WayOut(index, index)
         condition = statement.condition if isinstance(statement, (st.Jump, st.Return)) else None
         if condition is not None and _holds(m, condition):
-            return _target(m, index)
+            return WayOut(index, _target(m, index))
+        branch = _taken_branch(m, first, index) if condition is None else None
+        if branch is not None:
+            return WayOut(branch, branch)
     return None
+
+
+class WayOut(NamedTuple):
+    """How a loop is left: the statement that asks, and the one to go on with."""
+
+    asks: int
+    to: int
+
+
+def _taken_branch(m: Machine, first: int, index: int) -> int | None:
+    """The outermost IF around a statement that leaves without a condition, where its branches are those taken now."""
+    flow, body = m.frame.job.flow, m.frame.job.body
+    around = [at for at in range(first + 1, index) if flow.opener.get(at) == at and index < flow.end[at]]
+    if all(isinstance(body[at], st.If) and _branch_now(m, at, index) for at in around):
+        return around[0] if around else None
+    return None
+
+
+def _branch_now(m: Machine, opener: int, index: int) -> bool:
+    """Whether the branch of an IF that holds a statement is taken with the inputs as they are now."""
+    flow, body, marker = m.frame.job.flow, m.frame.job.body, opener
+    while (following := flow.after.get(marker)) is not None:
+        branch = body[marker]
+        taken = not isinstance(branch, (st.If, st.ElseIf)) or _holds(m, branch.condition)
+        if index < following:
+            return taken
+        if taken:
+            return False
+        marker = following
+    return False
 
 
 def _target(m: Machine, index: int) -> int:
@@ -701,7 +796,9 @@ def _value(m: Machine, kind: str, index: int | None, local: bool) -> object:
     if isinstance(kind, Store):
         return (m.frame.locals if local else m.memory.values).get((kind, index))
     if not kind.startswith("name:"):
-        return m.memory.signals.get(SignalKey(kind, index))
+        key = SignalKey(kind, index)
+        signal = m.memory.signals.get(key)
+        return None if signal == m.signals_made_up.get(key) else signal  # until it is read nobody knows it
     name, job = kind.removeprefix("name:"), m.frame.job
     scopes = (m.frame.names, job.data, m.modules.get(job.source, {}), *m.modules.values())
     slot = next((scope[name] for scope in scopes if name in scope), None)

@@ -65,7 +65,16 @@ from olp.runtime.memory import (
 from olp.runtime.plan import PATHS, Event, Plan, of_rows
 from olp.runtime.poses import as_pose, as_pulses, frame_pose, here
 from olp.runtime.recorder import NOWHERE, Recorder
-from olp.runtime.signals import PERIPHERY, impose, key_of, read_signal, signals_of, write_signal
+from olp.runtime.signals import (
+    PERIPHERY,
+    default_wait,
+    expected_wait,
+    impose,
+    key_of,
+    read_signal,
+    signals_of,
+    write_signal,
+)
 from olp.runtime.spelling import spell
 from olp.runtime.state import (
     OTHER_FRAME,
@@ -118,7 +127,7 @@ def wait(m: Machine, s: st.Wait) -> None:
         seconds = 0.0 if test(m, s.condition) else limit  # as a loop that asks would find it
         m.timed_out = seconds > 0.0
     elif seconds is None:
-        seconds = _expected(m, s.condition)
+        seconds = expected_wait(m, [key_of(m, signal) for signal in signals_of(s.condition)])
         m.timed_out = limit is not None and seconds >= limit > 0.0
         if limit is not None and m.timed_out:
             seconds = limit
@@ -152,7 +161,7 @@ def _fixed(m: Machine, condition: ex.Expression, limit: float | None) -> float |
         if limit is not None:
             return limit
         m.assume(f"the wait for {spell(condition)} ends, although nothing here makes it true")
-        return _default(m)
+        return default_wait(m)
     # An input that olp.toml gives is on when the wait begins, unless its [waits] say how long it takes.
     times = [m.assumptions.waits[key] for s in signals if (key := key_of(m, s)) in m.assumptions.waits]
     seconds = max(times, default=0.0)
@@ -162,23 +171,6 @@ def _fixed(m: Machine, condition: ex.Expression, limit: float | None) -> float |
 def _is_known(m: Machine, key: SignalKey) -> bool:
     """Whether olp.toml gives the signal, or the program has set it itself."""
     return key in m.assumptions.inputs or key in m.memory.changed
-
-
-def _expected(m: Machine, condition: ex.Expression) -> float:
-    """The duration [s] until the signals come."""
-    keys = [key_of(m, signal) for signal in signals_of(condition)]
-    times = [m.assumptions.waits[key] for key in keys if key in m.assumptions.waits]
-    if times:
-        return max(times)
-    seconds = _default(m)
-    names = ", ".join(dict.fromkeys(signal_name(key) for key in keys))
-    m.assume(f"the wait for {names} lasts {seconds:g} s")
-    return seconds
-
-
-def _default(m: Machine) -> float:
-    given = m.assumptions.default_wait
-    return 0.0 if given is None else given
 
 
 def pause(m: Machine, s: st.Pause) -> None:

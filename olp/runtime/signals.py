@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from olp.ir.expressions import Binary, Compare, Expression, Logic, Number, Signal, SignalState, Text, Unary
 from olp.runtime.assumptions import NAMED_SIGNAL, SignalKey, holds_number, signal_name
 from olp.runtime.evaluate import evaluate, whole
@@ -47,7 +49,7 @@ def _raw(m: Machine, key: SignalKey, is_number: bool) -> int:
     if value is None and m.made_up is not None:
         value = m.made_up.signal(key, is_number)
         if value is not None:
-            m.memory.signals[key] = value
+            m.memory.signals[key] = m.signals_made_up[key] = value
     if value is None:
         shown = "0" if holds_number(key.bus) else "OFF"
         m.assume(f"{signal_name(key)} is taken as {shown}")
@@ -99,6 +101,23 @@ def impose(m: Machine, condition: Expression) -> None:
         value = evaluate(m, condition.right)
         if isinstance(value, (bool, int)) and key_of(m, condition.left) not in m.assumptions.inputs:
             m.memory.signals[key_of(m, condition.left)] = int(value)
+
+
+def expected_wait(m: Machine, keys: Sequence[SignalKey]) -> float:
+    """[s] until signals come that are waited for."""
+    times = [m.assumptions.waits[key] for key in keys if key in m.assumptions.waits]
+    if times:
+        return max(times)
+    seconds = default_wait(m)
+    names = ", ".join(dict.fromkeys(signal_name(key) for key in keys))
+    m.assume(f"the wait for {names} lasts {seconds:g} s")
+    return seconds
+
+
+def default_wait(m: Machine) -> float:
+    """[s] of a wait of which olp.toml says nothing."""
+    given = m.assumptions.default_wait
+    return 0.0 if given is None else given
 
 
 def flip(m: Machine, key: SignalKey) -> str:

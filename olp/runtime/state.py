@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -51,6 +52,9 @@ class EndedError(StatementError):
         super().__init__("", "")
 
 
+_COMPARED_PASSES = 64  # of a loop: as many numbered steps may one program have that asks in turn
+
+
 class LoopEntry(NamedTuple):
     """What had happened when the head of a loop was passed: changes, moves and signal reads so far.
 
@@ -84,6 +88,7 @@ class Loop:
     passes: int = 0
     idle: int = 0  # passes in a row without a move
     flipped: set[SignalKey] = field(default_factory=set)  # inputs turned over to end it
+    past: deque[LoopEntry] = field(default_factory=lambda: deque(maxlen=_COMPARED_PASSES))
 
 
 @dataclass(slots=True)
@@ -148,6 +153,7 @@ class Machine:
     user_now: dict[int, int] = field(default_factory=dict)  # user frame -> likewise
     visits: dict[SignalKey, int] = field(default_factory=dict)  # how often a listed input was read
     inputs_read: dict[SignalKey, int] = field(default_factory=dict)  # -> value of `reads` at its last read
+    signals_made_up: dict[SignalKey, int] = field(default_factory=dict)  # as they were first read
     spans: list[CallSpan] = field(default_factory=list)
     nested: int = 0  # calls within expressions under way
     allowed: int = 0  # statements of the run

@@ -248,11 +248,21 @@ class _Rules(NamedTuple):
         return origin is None or origin == a.line
 
     def joined(self, steps: list[ComparedStep]) -> list[ComparedStep]:
-        """Steps without what several instructions do that one of the source became, and that switches nothing."""
+        """Steps without what several instructions do that one of the source became, and that switches nothing.
+
+        So does the pause of a loop that asks: it stands once, however often the loop comes round.
+        """
         if self.origins is None:
             return steps
         found: list[ComparedStep] = []
+        pauses: set[Place] = set()
         for step in steps:
+            if not _is_message(step):
+                pauses.clear()
+            elif self.is_added(step):
+                if (step.file, step.line) in pauses:
+                    continue
+                pauses.add((step.file, step.line))
             last = found[-1] if found else None
             if last is not None and _is_message(last) and _is_message(step) and last.line != step.line:
                 origin = self.origins.get((step.file, step.line))

@@ -47,6 +47,8 @@ def origins_of(translated: st.Program, written: Iterable[st.Program]) -> dict[tu
             made = bodies.get(routine.name.casefold())
             for s, t in _paired(made, _steps(routine.body)) if made is not None else ():
                 place = (PurePath(program.path).name, t.line)
+                if isinstance(s, st.While):
+                    continue  # any line of such a loop may be the one that asks
                 triggers = s.triggers if isinstance(s, st.Move) else ()
                 for line in (s.line, *(s.line - one.above for one in triggers)) if s.line else ():
                     if found.setdefault(place, line) != line:
@@ -57,7 +59,20 @@ def origins_of(translated: st.Program, written: Iterable[st.Program]) -> dict[tu
 
 
 def _steps(body: Sequence[st.Statement]) -> list[tuple[Token, st.Statement]]:
-    return [(token, s) for s in body if (token := _token(s))]
+    found = []
+    for at, s in enumerate(body):
+        token = ("Wait",) if _only_asks(body, at) else _token(s)
+        if token:
+            found.append((token, s))
+    return found
+
+
+def _only_asks(body: Sequence[st.Statement], at: int) -> bool:
+    """Whether a loop begins that does nothing but ask: languages without a wait for a signal read it as one."""
+    if not isinstance(body[at], st.While):
+        return False
+    inside = next((s for s in body[at + 1 :] if not isinstance(s, st.Comment)), None)
+    return isinstance(inside, st.EndWhile)
 
 
 def _token(s: st.Statement) -> Token:

@@ -248,7 +248,7 @@ def receipt_of(
         renamed=renamer(translated.mapping),
         states=states_told(target),
         loose={
-            "loop": {s.line for s in linked.program.statements() if isinstance(s, st.While)},
+            "loop": _loops(linked.program),
             **{
                 part: {loss.line for loss in translated.losses if loss.part == part}
                 for part in ("wait", "order", BESIDE)
@@ -303,6 +303,19 @@ def receipt_of(
         starts,
         "" if data_only else places(map(linked.place, _unreached(program, sources, left_out))),
     )
+
+
+def _loops(program: st.Program) -> set[int]:
+    """Lines of what may ask again and again: heads of loops, and jumps back with their labels."""
+    found = {s.line for s in program.statements() if isinstance(s, (st.While, st.Repeat, st.Until))}
+    for routine in program.routines:
+        labels: dict[str, int] = {}
+        for s in routine.body:
+            if isinstance(s, st.Label):
+                labels[s.name] = s.line
+            elif isinstance(s, st.Jump) and (not isinstance(s.target, str) or s.target in labels):
+                found |= {s.line, *((labels[s.target],) if isinstance(s.target, str) else labels.values())}
+    return found
 
 
 def _compared_runs(
