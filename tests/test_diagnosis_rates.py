@@ -610,6 +610,52 @@ def test_elbow_and_wrist_of_an_arm_that_nobody_named_are_learnt_from_joints_and_
     assert np.allclose(rise, risen, atol=1e-3)
 
 
+@pytest.mark.parametrize("wrong", [0, 7])
+def test_axis_rates_along_lines_of_an_arm_that_nobody_named_are_exact(tmp_path, wrong):
+    """Against the kinematics of the robot; of some ends nobody knows whether the arm gets there."""
+    robot, generator = load_robot("yaskawa/ma2010"), np.random.default_rng(4)
+    named, plain = [], []
+    for number in range(40):
+        joints, ends, _ = line_of(robot, generator)
+        told = np.asarray(joints) + (0.3 if number < wrong else 0.0)
+        named.append(row(number, joints=joints, pose=ends, speed_mm_s="100"))
+        plain.append(row(number, joints=told, pose=ends, speed_mm_s="100"))
+    (tmp_path / "named").mkdir()
+    (tmp_path / "plain").mkdir()
+    every = np.arange(40)
+    exact, _ = rates_of(read(tmp_path / "named", named, robot.name, TOOL), every, np.ones(40))
+    found, _ = rates_of(read(tmp_path / "plain", plain), every, np.ones(40))
+    np.testing.assert_allclose(found.path[wrong:, :, :3], exact.path[wrong:, :, :3], atol=1e-3)
+
+
+def test_a_line_behind_the_arm_is_no_turn_of_its_first_axis(tmp_path):
+    """Joint points give that axis within half a turn to either side."""
+    generator, rows = np.random.default_rng(2), []
+    for number in range(60):
+        # Ends all around a first axis that nothing else is known of: the others have no arm's law.
+        angle, radius = generator.uniform(-np.pi, np.pi, 2), generator.uniform(0.7, 1.2, 2)
+        angle[1] = angle[0] + generator.uniform(-0.6, 0.6)
+        ends = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(2)], axis=1)
+        bearing = np.arctan2(ends[:, 1], ends[:, 0])
+        joints = np.stack([bearing, radius, radius**2], axis=1)
+        rows.append(
+            row(number, speed_mm_s="100")
+            | {
+                f"{axis}_{end}_mm": repr(1000.0 * float(ends[k, c]))
+                for k, end in enumerate(("start", "end"))
+                for c, axis in enumerate("xyz")
+            }
+            | {
+                f"q{axis + 1}_{end}_deg": repr(float(np.degrees(joints[k, axis])))
+                for k, end in enumerate(("start", "end"))
+                for axis in range(3)
+            }
+        )
+    found, _ = rates_of(read(tmp_path, rows), np.arange(60), np.ones(60))
+    turned = found.path[:, :, 0].mean(axis=1)
+    assert np.abs(turned).max() < 1.0
+
+
 def test_an_arm_whose_points_do_not_follow_from_its_joints_is_not_learnt(tmp_path):
     robot, generator = load_robot("yaskawa/ma2010"), np.random.default_rng(9)
     rows = []

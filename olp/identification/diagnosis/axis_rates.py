@@ -7,6 +7,7 @@ more of the points inside the soft limits.
 from __future__ import annotations
 
 import itertools
+import math
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -144,6 +145,10 @@ def _means(
         says = "how fast each axis turns along lines is read off the joint and tool points; a robot model would add"
     names = tuple(f"axis {i + 1}" for i in range(turned.shape[1]))
     arm = learned_arm(moves, rows, points)
+    if arm is not None:
+        along = arm.rates(moves, rows, points)
+        reached = known & (moves.kind[rows] != JOINT) & np.isfinite(along).all(axis=(1, 2))
+        path[reached, :, : along.shape[2]] = along[reached] / way[reached, None, None]
     bodies, lifts = (None, None) if arm is None else arm.bodies(moves, rows, points)
     climb = _climb_between(moves, rows, points[0], points[1], None if arm is None else arm.turn, bodies)
     rates = Rates(path, known, False, names, bodies=bodies, lifts=lifts, climb=climb)
@@ -442,8 +447,11 @@ def learned_joints(
     start, end = moves.start[rows], moves.end[rows]
     along = start[:, None, :] + share * (end - start)[:, None, :]
     result = spline(best(along.reshape(-1, 3))).reshape(len(rows), PLACES, -1)
-    # The recorded ends are met exactly.
+    # Behind the arm the first axis' angle may be written with a turn more or less; no axis turns that far at once.
+    result = np.unwrap(result, axis=1)
+    # The recorded ends are met exactly, but for whole turns.
     first, last = points[0] - result[:, 0], points[1] - result[:, -1]
+    last = last - first - 2.0 * np.pi * np.rint((last - first) / (2.0 * np.pi)) + first
     return np.asarray(result + first[:, None, :] * (1.0 - share) + last[:, None, :] * share)
 
 
@@ -491,6 +499,7 @@ def _cubes(one: Floats, other: Floats) -> Floats:
 # angle add up to, and so is the tool on it (M. Brandstötter, A. Angerer, M. Hofbaur, Austrian Robotics Workshop, 2014):
 # the lengths follow by least squares.
 
+_OF_ARM, _TRIMS = 0.7, 20  # of the recorded ends that an arm has to reach, and steps to find these
 _ROUNDS = 8  # of I. Newton's method from joints that turn evenly to those of a line
 
 
@@ -509,21 +518,9 @@ class LearnedArm(NamedTuple):
     ) -> tuple[Floats, Floats]:
         """(n, m, 2, 3) [m] elbow and wrist centre along moves between `points`, and (n, m, 2, k) [m/rad] their rise by
         each axis; nan where they are not known."""
-        joints, turning = _between(*points), moves.kind[rows] == JOINT
-        upper, fore, bearing = (
-            joints[..., 1],
-            joints[..., 2] + self.coupled * joints[..., 1],
-            self.turn * joints[..., 0],
-        )
-        x, y, z = np.moveaxis(self._wrist(moves, rows)[~turning], -1, 0)
-        behind = np.cos(bearing[~turning]) * x + np.sin(bearing[~turning]) * y < 0
-        side = np.where(behind, -1.0, 1.0)
-        upper[~turning], fore[~turning] = self._there(
-            upper[~turning], fore[~turning], np.stack([side * np.hypot(x, y), z], axis=-1)
-        )
-        bearing[~turning] = np.arctan2(side * y, side * x)
+        upper, fore, bearing = self._angles(moves, rows, points)
         sines, bodies = _sines(upper, fore), []
-        lifts = np.zeros((*upper.shape, 2, joints.shape[-1]))
+        lifts = np.zeros((*upper.shape, 2, points[0].shape[-1]))
         by_upper, by_fore = (
             np.stack([np.cos(angle), -np.sin(angle)], axis=-1) @ self.up[at]
             for angle, at in ((upper, slice(1, 3)), (fore, slice(3, 5)))
@@ -535,32 +532,72 @@ class LearnedArm(NamedTuple):
             bodies.append(np.stack([out * np.cos(bearing), out * np.sin(bearing), up], axis=-1))
         return np.stack(bodies, axis=2), lifts
 
-    def _wrist(self, moves: RecordedMoves, rows: Labels) -> Floats:
-        """(n, m, 3) [m] where the tool's ways put the wrist; the tool is not turned where nothing tells that."""
+    def rates(self, moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]) -> Floats:
+        """(n, m, 3) [rad per whole way] of the first three joints along lines and arcs between `points`; nan where they
+        are not known."""
+        upper, fore, bearing = self._angles(moves, rows, points)
+        place, _, speed, _ = self._ways(moves, rows).at(np.linspace(0.0, 1.0, PLACES))
+        out = np.cos(bearing) * place[..., 0] + np.sin(bearing) * place[..., 1]
+        outwards = np.cos(bearing) * speed[..., 0] + np.sin(bearing) * speed[..., 1]
+        across = np.cos(bearing) * speed[..., 1] - np.sin(bearing) * speed[..., 0]
+        by_upper, by_fore = self._steps(upper, fore, np.stack([outwards, speed[..., 2]], axis=-1))
+        out = np.where(np.abs(out) > 1e-9, out, np.nan)
+        return np.stack([self.turn * across / out, by_upper, by_fore - self.coupled * by_upper], axis=-1)
+
+    def _angles(
+        self, moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]
+    ) -> tuple[Floats, Floats, Floats]:
+        """(n, m) each: the upper arm's and the forearm's angle and the arm's bearing along moves between `points`."""
+        joints, turning = _between(*points), moves.kind[rows] == JOINT
+        upper, fore, bearing = (
+            joints[..., 1],
+            joints[..., 2] + self.coupled * joints[..., 1],
+            self.turn * joints[..., 0],
+        )
+        wrist = self._ways(moves, rows).at(np.linspace(0.0, 1.0, PLACES))[0]
+        x, y, z = np.moveaxis(wrist[~turning], -1, 0)
+        # Forwards or over its back, an arm stays so along a move.
+        first = bearing[~turning][:, :1]
+        side = np.where(np.cos(first) * x[:, :1] + np.sin(first) * y[:, :1] < 0, -1.0, 1.0)
+        upper[~turning], fore[~turning] = self._there(
+            upper[~turning], fore[~turning], np.stack([side * np.hypot(x, y), z], axis=-1)
+        )
+        bearing[~turning] = np.arctan2(side * y, side * x)
+        return upper, fore, bearing
+
+    def _ways(self, moves: RecordedMoves, rows: Labels) -> ToolPaths:
+        """The wrist's ways of tool moves; the tool is not turned where nothing tells that."""
         ends = moves.start[rows], moves.end[rows]
         first, last = (
             rotation_from_angles(np.nan_to_num(a[rows])) for a in (moves.start_angles, moves.end_angles)
         )
         via = np.where((moves.kind[rows] == CIRCULAR)[:, None], moves.via[rows], np.nan)
-        ways = ToolPaths(*ends, via, first, last, np.broadcast_to(self.tool, (len(rows), 3)))
-        return ways.at(np.linspace(0.0, 1.0, PLACES))[0]
+        return ToolPaths(*ends, via, first, last, np.broadcast_to(self.tool, (len(rows), 3)))
 
     def _there(self, upper: Floats, fore: Floats, wrist: Floats) -> tuple[Floats, Floats]:
         """Angles (n, m) of the upper arm and the forearm with the wrist there, `wrist` (n, m, 2) outwards and up, from
         those that turn evenly; nan where these do not lead there."""
         lengths = np.stack([self.out, self.up], axis=1)
         for _ in range(_ROUNDS):
-            off = wrist - _sines(upper, fore) @ lengths
-            one, other = (
-                np.stack([np.cos(angle), -np.sin(angle)], axis=-1) @ lengths[at]
-                for angle, at in ((upper, slice(1, 3)), (fore, slice(3, 5)))
-            )
-            area = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
-            area = np.where(np.abs(area) > 1e-9, area, np.nan)
-            upper = upper + (off[..., 0] * other[..., 1] - off[..., 1] * other[..., 0]) / area
-            fore = fore + (one[..., 0] * off[..., 1] - one[..., 1] * off[..., 0]) / area
+            one, other = self._steps(upper, fore, wrist - _sines(upper, fore) @ lengths)
+            upper, fore = upper + one, fore + other
         near = np.abs(wrist - _sines(upper, fore) @ lengths).max(axis=-1) < _SAME_TOOL
         return np.where(near, upper, np.nan), np.where(near, fore, np.nan)
+
+    def _steps(self, upper: Floats, fore: Floats, way: Floats) -> tuple[Floats, Floats]:
+        """Turns (n, m) of the upper arm and the forearm that move the wrist by small steps `way` (n, m, 2) outwards and
+        up, or, per time, for such a speed; nan where the arm is stretched."""
+        lengths = np.stack([self.out, self.up], axis=1)
+        one, other = (
+            np.stack([np.cos(angle), -np.sin(angle)], axis=-1) @ lengths[at]
+            for angle, at in ((upper, slice(1, 3)), (fore, slice(3, 5)))
+        )
+        area = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+        area = np.where(np.abs(area) > 1e-9, area, np.nan)
+        return (
+            (way[..., 0] * other[..., 1] - way[..., 1] * other[..., 0]) / area,
+            (one[..., 0] * way[..., 1] - one[..., 1] * way[..., 0]) / area,
+        )
 
 
 def learned_arm(moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats]) -> LearnedArm | None:
@@ -580,14 +617,29 @@ def learned_arm(moves: RecordedMoves, rows: Labels, points: tuple[Floats, Floats
         cos, sin = np.cos(turn * joints[:, 0]), np.sin(turn * joints[:, 0])
         tool = cos[:, None] * turned[:, 0] + sin[:, None] * turned[:, 1], turned[:, 2]
         none = np.zeros_like(sines)
-        told = np.block([[sines, none, tool[0]], [none, sines, tool[1]]])
-        wanted = np.concatenate([cos * places[:, 0] + sin * places[:, 1], places[:, 2]])
-        lengths = np.asarray(np.linalg.lstsq(told, wanted, rcond=1e-9)[0], dtype=np.float64)
-        off = float(np.quantile(np.abs(told @ lengths - wanted), _OF_ENDS))
+        told = np.stack([np.hstack([sines, none, tool[0]]), np.hstack([none, sines, tool[1]])], axis=1)
+        wanted = np.stack([cos * places[:, 0] + sin * places[:, 1], places[:, 2]], axis=1)
+        lengths, off = _of_most(told, wanted)
         if off < least:
             tool_of = lengths[10:] if len(lengths) > 10 else np.zeros(3)
             best, least = LearnedArm(turn, coupled, lengths[:5], lengths[5:10], tool_of), off
     return best
+
+
+def _of_most(told: Floats, wanted: Floats) -> tuple[Floats, float]:
+    """(q,) least squares of `told` (n, d, q) times them for `wanted` (n, d), over those of the n that fit best, and by
+    how much the worst of these is off: ends that the arm does not reach have some joints or other (least trimmed
+    squares, P. Rousseeuw, K. Van Driessen, Data Mining and Knowledge Discovery 12, 2006)."""
+    most = np.arange(len(told))
+    for _ in range(_TRIMS):
+        square, right = told[most].reshape(-1, told.shape[2]), wanted[most].ravel()
+        lengths = np.asarray(np.linalg.lstsq(square, right, rcond=1e-9)[0], dtype=np.float64)
+        off = np.abs(told @ lengths - wanted).max(axis=1)
+        kept = np.sort(np.argsort(off, kind="stable")[: math.ceil(_OF_ARM * len(told))])
+        if np.array_equal(kept, most):
+            break
+        most = kept
+    return lengths, float(off[kept].max())
 
 
 def _sines(upper: Floats, fore: Floats) -> Floats:

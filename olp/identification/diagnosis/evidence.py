@@ -43,6 +43,7 @@ from olp.identification.diagnosis.search import (
     search,
     with_fewer_numbers,
 )
+from olp.identification.diagnosis.waits import price_of_waits
 from olp.timing.physics._case import MeasuredMoves
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,6 @@ SMALL = 0.01  # of the mean square that all names explain: what a name adds beyo
 LITTLE = 0.02  # of the mean square: a pattern in what is left of it does not matter
 _WITHIN = 1.5  # times the scatter: the root mean square of moves of which none is far off (Student's t: 1.2)
 _CLEARLY = 1.25  # times the scatter that a set leaves: a smaller set that leaves more has lost something
-_DEVIATIONS = 1.5  # standard errors that a gain is at least: √2 is that of two moves alone, √3 that of three
 _DRIFT = (
     0.05  # of a drift's mean square that a law of time may leave as drift: more, and the drift is another one
 )
@@ -80,10 +80,15 @@ class Gain(NamedTuple):
     """What a term brings on moves that were not fitted."""
 
     loglik: float  # summed difference of log-likelihoods, with it less without it
-    error: float  # its standard error
+    luckiest: float  # what one move adds to it at most
     before: float  # [s] RMSE without it
     after: float  # [s] RMSE with it
     cut: float  # [1] mean square beyond the noise without it, over that with it
+
+    @property
+    def evidence(self) -> float:
+        """Log-likelihood of all moves but the luckiest: no single one decides."""
+        return self.loglik - self.luckiest
 
 
 class Selection(NamedTuple):
@@ -154,11 +159,12 @@ def gain_of(
     """Adding the `parts` to the others, held out by the folds; `floor` [s]: the noise.
 
     `rest`: the others at their own best values. Those beside the part may be far from these, and the few steps of a
-    fold's fit do not lead there: the part would seem to bring what the steps did not reach.
+    fold's fit do not lead there: the part would seem to bring what the steps did not reach. A move that is farther off
+    than it costs to call it one that waits counts as that, with the part and without it.
     """
     labels = folds_for(fitted, parts, case, folds).labels
     without, with_it = (np.full(len(case), np.nan) for _ in range(2))
-    difference = np.zeros(len(case))
+    difference, apart = np.zeros(len(case)), 0.5 * price_of_waits(1, len(case), len(case))
     scale, width = scale_before_rounding(fitted, case, noise), rounding_of(case, noise)
     for label in np.unique(labels).tolist():
         seen, held = _parts(labels, label)
@@ -166,10 +172,10 @@ def gain_of(
         with_it[held] = test.measured - fit_anew(fitted.model, train, noise, 6).model.seconds(test)
         without[held] = test.measured - fit_anew(rest, train, noise, 6).model.seconds(test)
         losses = [loss_each(whiten(left[held], noise, test), scale, width) for left in (without, with_it)]
-        difference[held] = losses[0] - losses[1]
-    error = float(difference.std() * np.sqrt(len(difference)))
+        difference[held] = np.minimum(losses[0], apart) - np.minimum(losses[1], apart)
+    luckiest = max(float(difference.max()), 0.0)
     return Gain(
-        float(difference.sum()), error, rms(without), rms(with_it), clipped_cut(without, with_it, floor)
+        float(difference.sum()), luckiest, rms(without), rms(with_it), clipped_cut(without, with_it, floor)
     )
 
 
@@ -195,19 +201,19 @@ def cut(without: Floats, with_it: Floats, floor: float) -> float:
 
 def fallen(gains: Sequence[Gain], tried: int, least: float = CUT) -> list[int]:
     """The names that unseen moves do not confirm; `tried`: names that there were to choose from; `least` [1] cut."""
-    order = sorted(range(len(gains)), key=lambda k: -gains[k].loglik)
+    order = sorted(range(len(gains)), key=lambda k: -gains[k].evidence)
     held = 0
     for rank, k in enumerate(order, 1):
-        if gains[k].loglik >= math.log(tried / (FALSE_DISCOVERIES * rank)):
+        if gains[k].evidence >= math.log(tried / (FALSE_DISCOVERIES * rank)):
             held = rank
     sure = {k for k in order[:held] if _sure(gains[k], least)}
     return [k for k in range(len(gains)) if k not in sure]
 
 
 def _sure(gain: Gain, least: float) -> bool:
-    """Whether the gain is not that of a few moves alone, and the error beyond the noise is clearly cut. What is far off
-    with and without the name hides in the whole error what the others gain."""
-    return gain.before > gain.after and gain.loglik > _DEVIATIONS * gain.error and gain.cut >= least
+    """Whether the error is smaller with the name, and clearly so beyond the noise. What is far off with and without it
+    hides in the whole error what the others gain."""
+    return gain.before > gain.after and gain.cut >= least
 
 
 def drifts_on(fitted: ModelFit, index: int, case: MeasuredMoves) -> bool:

@@ -158,9 +158,9 @@ def _with(named: NamingResult, best: ModelFit, gains: tuple[Gain, ...]) -> Namin
 
 
 def _found(clean: MeasuredMoves, noise: Noise, shelf: PartShelf, known: ModelFit | None = None) -> ModelFit:
-    """`known`: what was found without conditions."""
+    """Fitted to the end: what few moves tell is far off after few steps. `known`: what was found without conditions."""
     best = known if known is not None else _everywhere(clean, noise, shelf)
-    return conditioned(best, clean, noise, shelf, WIDE.additions)
+    return fit(conditioned(best, clean, noise, shelf, WIDE.additions).model, clean, noise, 30)
 
 
 def _everywhere(clean: MeasuredMoves, noise: Noise, shelf: PartShelf) -> ModelFit:

@@ -91,7 +91,7 @@ def taken_away(named: NamingResult) -> float:
     if floor.source != REMAINS:
         return evidence.clipped_cut(raw, unseen, floor.value) / _HALVED
     acts = np.abs(raw - unseen) > evidence.ACTS * floor.value
-    there = evidence.clipped_cut(raw[acts], unseen[acts], 0.0) if acts.sum() >= FEWEST else 0.0
+    there = evidence.clipped_cut(raw[acts], unseen[acts], 0.0) if acts.any() else 0.0
     scatter = rms(unseen) <= EXPLAINED * floor.value
     whole = evidence.clipped_cut(raw, unseen, 0.0) if scatter else 0.0
     return max(there / _HALVED, whole / _MORE)
