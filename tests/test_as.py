@@ -332,3 +332,10 @@ def test_what_point_sets_is_a_place_also_where_nothing_tells_its_value(name, typ
     found = program(f"POINT {name} = letter[2]", "LMOVE letter[3]")
     declared = [*found.data, *(one for one in found.routines[0].body if isinstance(one, Declare))]
     assert [one.type for one in declared if one.name == name] == [type_]
+
+
+def test_a_text_that_nothing_sets_is_no_value_of_the_controller() -> None:
+    """`$` begins the names of texts; it was taken for the number 0 that the controller sets."""
+    plan = program('$a = $b + "x"', "n = $c[1]").plan()
+    assert not any("the controller sets it" in one.says for one in plan.assumptions)
+    assert [d.code for d in plan.diagnostics] == ["I209", "I209"]

@@ -203,8 +203,9 @@ class Conventions:
     sums_of_positions: bool = False  # registers of positions are added and subtracted element by element
     saved_variables: bool = False  # a backup beside the program holds the values of its variables
     own_names: re.Pattern[str] | None = (
-        None  # of the controller's own variables and constants, beside those with $
+        None  # of the controller's own variables and constants, beside those with `own_sign`
     )
+    own_sign: str = ""  # begins the names of variables and files that are the controller's own
     file_points: re.Pattern[str] | None = None  # of the names of points that each file has for itself
     controller_names: bool = (
         False  # the controller holds tools, frames and signals by names that no file declares
@@ -294,6 +295,10 @@ class Conventions:
     inverting_pulse: str = ""  # what the other does
     usual_pulse: float = 0.0  # [s] of a pulse that names no time; 0: each names one
     pulse_setting: str = ""  # the loss where a pulse names no time and a setting of the controller holds it
+
+    def is_controllers(self, name: str) -> bool:
+        """Whether a variable or file is by its name the controller's own."""
+        return bool(self.own_sign) and name.startswith(self.own_sign)
 
 
 class CornerSpelling(NamedTuple):

@@ -508,7 +508,7 @@ def read_name(m: Machine, name: str) -> Value:
             slot = slot or m.modules.setdefault(m.frame.job.source, {}).setdefault(fold(m, name), Slot(None))
             slot.value, slot.shared = made, True
             return made
-    if slot is None and name.startswith("$"):
+    if slot is None and m.conventions.is_controllers(name):
         m.assume(f"{name} is taken as 0: the controller sets it")
         return 0
     if slot is None:

@@ -398,7 +398,7 @@ def _files_beside(folder: Path, vendor: Vendor) -> Iterator[Path]:
         known = {stem for suffix in vendor.suffixes for stem in files_by_stem(place, suffix)}
         for suffix in vendor.list_suffixes:
             for stem, path in sorted(files_by_stem(place, suffix).items()):
-                if stem not in known and not stem.startswith("$"):
+                if stem not in known and not vendor.conventions.is_controllers(stem):
                     yield path
 
 

@@ -50,12 +50,20 @@ def pose_value(pose: Pose) -> PositionValue:
     return PositionValue(PointState(PointKind.POSE, ACTIVE), tuple(float(v) for v in pose.xyz_angles()))
 
 
+def _set_by_controller(m: Machine, base: Expression) -> str:
+    """The name of an array that the controller sets and no file declares, "" for another."""
+    from olp.runtime.evaluate import find_slot
+
+    name = base.name if isinstance(base, Named) else ""
+    return name if m.conventions.is_controllers(name) and find_slot(m, name) is None else ""
+
+
 def read_item(m: Machine, e: Item) -> Value:
     """An element; of joint values in degrees. Raises StatementError (I223) outside of the array."""
-    from olp.runtime.evaluate import evaluate, find_slot
+    from olp.runtime.evaluate import evaluate
 
     value = evaluate(m, e.base)
-    if isinstance(e.base, Named) and e.base.name.startswith("$") and find_slot(m, e.base.name) is None:
+    if _set_by_controller(m, e.base):
         return value  # of an array that the controller sets, each element is what is assumed of it
     for index in _indices(m, e):
         value = _element(value, index, e)
@@ -198,8 +206,8 @@ def write_item(m: Machine, target: Item, value: Value) -> None:
     base = target.base
     if type(value) is float and isinstance(base, Named) and (slot := find_slot(m, base.name)) is not None:
         value = fitted(slot.type, value)
-    if isinstance(base, Named) and base.name.startswith("$") and find_slot(m, base.name) is None:
-        m.assume(f"{base.name} is set: nothing that is timed depends on it")
+    if own := _set_by_controller(m, base):
+        m.assume(f"{own} is set: nothing that is timed depends on it")
         return
     indices = _indices(m, target)
     if not indices:  # the array as a whole, `name[]` or `name[,]`

@@ -12,7 +12,7 @@ from typing import Any, Final, TypeGuard
 from olp.ir import expressions as ex
 from olp.ir import program as st
 from olp.ir.transformer import calls_nothing, changed_by, expressions_of, mapped, note_names, sets_numbers
-from olp.languages.vendor import conventions_of, language_of, part_of
+from olp.languages.vendor import Conventions, conventions_of, language_of, part_of
 from olp.transpile.context import Fate, TranslationContext
 from olp.transpile.first_values import UNDECLARED
 from olp.transpile.integer_inference import loop_counters
@@ -61,13 +61,14 @@ def declarations(program: st.Program, work: TranslationContext) -> st.Program:
         program = _flattened(program, records, work)
         uses = {name: use for name, use in uses_of(program, work).items() if name not in unwaited}
     also = work.conventions.own_names
-    signs = work.conventions.name_signs
     own = {
         name
         for name in uses
-        if (name[0] == "$" and "$" not in signs) or (also is not None and also.fullmatch(name))
+        if work.conventions.is_controllers(name) or (also is not None and also.fullmatch(name))
     }
-    told = {name for name in own if _is_status(name, uses[name])}  # whoever runs it has to tell them there
+    told = {
+        name for name in own if _is_status(name, uses[name], work.conventions)
+    }  # whoever runs it has to tell them there
     own -= told
     _refuse_own(program, own, work)
     uses = {name: use for name, use in uses.items() if name not in own}
@@ -218,9 +219,9 @@ def _tell_assumed(program: st.Program, work: TranslationContext) -> None:
             work.lose(s, Fate.APPROXIMATED, "value", message)
 
 
-def _is_status(name: str, use: Use) -> bool:
+def _is_status(name: str, use: Use, conventions: Conventions) -> bool:
     """Whether a name is a value of the controller's own that the program reads and does not set."""
-    return name.startswith("$") and not use.assigned and use.kind not in PLACES
+    return conventions.is_controllers(name) and not use.assigned and use.kind not in PLACES
 
 
 def _flattened(program: st.Program, records: set[str], work: TranslationContext) -> st.Program:
@@ -351,7 +352,7 @@ def _tell(use: Use, work: TranslationContext) -> None:
     """One line for each name, at its first use."""
     kind = _taken(use)
     verb = "taught" if use.kind in PLACES else "set"
-    own = use.name[0] == "$" and "$" not in work.conventions.name_signs
+    own = work.conventions.is_controllers(use.name)
     where = "tells of the source's controller" if own else "is not declared here"
     says = f"{use.name} {where}: taken for {kind}"
     size = ""

@@ -17,7 +17,7 @@ from olp.ir import program as st
 from olp.ir.expressions import CallValue, Expression, Function, Named, Number, RecordLiteral, Store, Variable
 from olp.ir.program import is_same
 from olp.ir.transformer import Change, calls_nothing, edited, expressions_of, mapped, note_names, sets_numbers
-from olp.languages.vendor import find_vendor, vendor_names
+from olp.languages.vendor import conventions_of, find_vendor, vendor_names
 from olp.transpile.commented_out import owner
 from olp.transpile.name_types import KINDS
 from olp.transpile.occurrences import Look, names_of_data, with_routines, with_rows
@@ -480,6 +480,7 @@ class _Joined:
 
     def _undeclared(self) -> set[str]:
         """Names that are used where no declaration holds for them, in lower case: a routine's own is no other's."""
+        own = conventions_of(self.program.vendor)
         known = {declare.name.casefold() for declare in self.data}
         found = names_of_data((*self.data, *(row for r in self.routines for row in r.data)))
         found = {name.casefold() for name in found}
@@ -491,9 +492,9 @@ class _Joined:
                 note_names(s, names)
             declared = [s for _, s in look.rare if isinstance(s, st.Declare)]
             known |= {d.name.casefold() for d in declared if d.shared}
-            own = {one.name.casefold() for one in (*routine.parameters, *declared)}
-            found |= {name.casefold() for name in names} - own
-        return {name for name in found if not name.startswith("$")} - known
+            ours = {one.name.casefold() for one in (*routine.parameters, *declared)}
+            found |= {name.casefold() for name in names} - ours
+        return {name for name in found if not own.is_controllers(name)} - known
 
     def _layouts(self, other: st.Program, wanted: Set[str]) -> list[st.Declare]:
         """A file's declarations of these types, case folded, and of those of their members."""

@@ -29,6 +29,7 @@ class Inform(Vendor):
     blending = "yaskawa"
     written_suffix = ".JBI"
     conventions = Conventions(
+        own_sign="$",
         analog_values="volts",
         usual_pulse=0.3,
         group_sizes={"in-group": 8, "out-group": 8, "in-half-group": 4, "out-half-group": 4},

@@ -40,6 +40,7 @@ class Krl(Vendor):
     blending = "kuka"
     advance_stops = True
     conventions = Conventions(
+        own_sign="$",
         analog_values="a share of 10 V",
         arm_flags=ArmFlags.SIGNS,
         frame_spelling={"tool": "TOOL_DATA[{}]", "user": "BASE_DATA[{}]"},

@@ -28,6 +28,7 @@ class Pdl2(Vendor):
         "SetOverride Opaque"
     )
     conventions = Conventions(
+        own_sign="$",
         clocks_run=True,
         data_set_elsewhere=True,
         sums_of_texts=True,

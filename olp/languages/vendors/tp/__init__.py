@@ -31,6 +31,7 @@ class Tp(Vendor):
     comment_length = 32
     blending = "fanuc"
     conventions = Conventions(
+        own_sign="$",
         analog_values="the counts of its module",
         usual_pulse=0.4,  # $DEFPULSE as delivered
         for_keeps_last=True,  # ENDFOR counts on only where the counter is not at the target value yet
