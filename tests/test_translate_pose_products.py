@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from handling_sample import poses
 from translated_texts import ROBOT, converted, module, run_elsewhere
 
 from olp.core.source import decode
@@ -55,3 +56,23 @@ def test_what_a_tool_adds_leaves_the_posture_as_it_is() -> None:
     made = converted(text, "as", "tp")
     assert not [loss for loss in made.translated.losses if loss.leaves_out]
     assert "tool_product.ls" in made.files
+
+
+_TURNS = """.PROGRAM main()
+FOR .i = 1 TO 3
+POINT q = TRANS(900-10*.i,20*.i,600,30*.i,170-.i,-20*.i)
+LMOVE q
+END
+.END
+"""
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_a_pose_with_computed_angles_is_set_element_by_element(target: str) -> None:
+    """INFORM: "a pose whose angles are computed" was left out."""
+    made = converted(_TURNS, "as", target)
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    plan = run_elsewhere(_TURNS, "as", target)
+    wanted = read_source(decode(_TURNS.encode(), "main.as")).plan(ROBOT)
+    for ours, right in zip(poses(plan), poses(wanted), strict=True):
+        np.testing.assert_allclose(ours, right, atol=2e-5)

@@ -27,7 +27,7 @@ from olp.ir.expressions import (
 from olp.ir.program import Assign, Declare, If, Move, Program, SetOutput, SpeedUnit, Wait
 from olp.robots.robot import load_robot
 from olp.transpile.context import Context
-from olp.transpile.convert import convert
+from olp.transpile.convert import convert, run_converted
 from olp.transpile.link import link
 
 FOLDER = SAMPLES / "val3"
@@ -289,3 +289,20 @@ def test_the_types_of_a_project_are_in_its_libraries(tmp_path: Path) -> None:
     written = made.files[made.main].decode().replace(" ", "")
     assert "l_order_nCount:=3;" in written
     assert "MoveAbsJl_order_jGoal" in written
+
+
+@pytest.mark.parametrize("target", ["inform", "tp"])
+def test_an_angle_that_is_computed_is_one_of_the_inverse(tmp_path: Path, target: str) -> None:
+    """No register holds the inverse: the line was left out, and the move after it."""
+    rows = ("l_p.trsf.rx=l_p.trsf.rx+5*i", "l_p.trsf.z=l_p.trsf.z+i", "movel(l_p,flange,still)")
+    head = "".join(
+        f'<Local name="{name}" type="{kind}" size="1" />' for name, kind in (("l_p", "point"), ("i", "num"))
+    )
+    lines = ("l_p={900,100,600,10,170,20}", "for i=1 to 3", *rows, "endFor")
+    found = link(with_data(tmp_path, *lines, head=f"<Locals>{head}</Locals>")).program
+    robot = load_robot("yaskawa/gp25")
+    made = convert(found, target, Context(robot, on_loss="comment"))
+    assert not [loss for loss in made.translated.losses if loss.leaves_out]
+    plan = run_converted(made, target, robot, found)
+    for ours, right in zip(poses(plan), poses(found.plan(robot)), strict=True):
+        np.testing.assert_allclose(ours, right, atol=2e-5)

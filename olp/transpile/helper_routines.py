@@ -327,7 +327,7 @@ class _PoseProducts:
         if not isinstance(s, st.Assign) or not any(map(self._is_asked, expressions_of(s.value))):
             return [s]
         before: list[st.Statement] = []
-        value = self._value(s.value, routine, before, s.line)
+        value = mapped(s.value, partial(self._changed, routine, before, s.line))
         last = before[-1] if before else None
         if isinstance(last, st.Call) and last.result == value:
             return [*before[:-1], replace(last, result=s.target, comment=s.comment)]
@@ -336,10 +336,11 @@ class _PoseProducts:
     def _is_asked(self, e: ex.Expression) -> bool:
         return isinstance(e, ex.Function) and e.name in _MULTIPLIED
 
-    def _value(self, e: ex.Expression, routine: str, before: list[st.Statement], line: int) -> ex.Expression:
+    def _changed(
+        self, routine: str, before: list[st.Statement], line: int, e: ex.Expression
+    ) -> ex.Expression:
         if not isinstance(e, ex.Function):
             return e
-        e = replace(e, arguments=tuple(self._value(a, routine, before, line) for a in e.arguments))
         if not self._is_asked(e) or all(self._is_known(a, routine) for a in e.arguments):
             return e
         if e.name == "pose-product" and (shifted := _shifted(e)) is not None:

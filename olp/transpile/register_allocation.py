@@ -370,6 +370,13 @@ class PositionNumbers:
     def _computed(self, e: ex.Function, place: Place, before: list[st.Statement], line: int) -> ex.Expression:
         """Position functions one by one, offsets element by element in 0.001 mm."""
         result = self._own()
+        if e.name == "pose-angles" and len(e.arguments) == 6:
+            nothing = self.constant(ex.PositionLiteral("pose", (0.0,) * 6), place)
+            before.append(st.Assign(line, result, nothing))
+            for at, value in enumerate(e.arguments, 1):
+                if value != ex.Number(0):
+                    self._put(result, at, value, before, line)
+            return result
         first = e.arguments[0]
         start = self.position(first, place, before, line)
         as_it_is = self._fixed(first) is None and self._place(first, place) == place
@@ -432,6 +439,15 @@ class PositionNumbers:
             before.append(st.Assign(line, count, element))
             before.append(st.Assign(line, count, ex.Binary(operator, count, counts)))
             before.append(st.Assign(line, element, count))
+
+    def _put(
+        self, target: ex.Variable, at: int, value: ex.Expression, before: list[st.Statement], line: int
+    ) -> None:
+        """Sets an element of a position of the statement under way to a length [mm] or an angle [deg]."""
+        count = self.variable(ex.Named(self._counter()))
+        scale = 1000 if at <= 3 else 10_000
+        before.append(st.Assign(line, count, counts_of(mapped(value, self._change), scale)))
+        before.append(st.Assign(line, ex.Element(target, ex.Number(at)), count))
 
     def _counter(self) -> str:
         return self._whole("element_count")

@@ -103,12 +103,28 @@ class Values:
             return replace(e, indices=tuple(self.value(i, before, alone=True) for i in e.indices))
         return e
 
+    def _position(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
+        """A computed position whose numbers the target can write."""
+        if isinstance(e, ex.CallValue):
+            return self._called(e, before, "position")
+        if not isinstance(e, (ex.Function, ex.Item)):
+            return e
+        if isinstance(e, ex.Item):
+            return self._index(e, before)
+        arguments = tuple(
+            self._position(a, before) if self._is_position(a) else self.value(a, before)
+            for a in self._each_in_order(e.arguments, before)
+        )
+        return replace(e, arguments=arguments)
+
     def value(
         self, e: ex.Expression, before: list[st.Statement], alone: bool = False, whole: bool = False
     ) -> ex.Expression:
         """An expression that the target can write; `alone`: a single value, as most instructions take it."""
         if _asks_reading(e):
             e = self._read(e, before)
+        if type(e) is ex.Member and type(e.base) is ex.Function and self._is_position(e.base):
+            e = replace(e, base=self._kept(self._position(e.base, before), "position", before))
         e = self._in_order(e, before)
         if computes_with_state(e):
             e = with_states(e, lambda signal: self._bit(signal, before))
@@ -938,20 +954,6 @@ class _Hoist(Values):
         place = self.temporary("position")
         before.append(st.Assign(self.line, place, found))
         return place
-
-    def _position(self, e: ex.Expression, before: list[st.Statement]) -> ex.Expression:
-        """A computed position whose numbers the target can write."""
-        if isinstance(e, ex.CallValue):
-            return self._called(e, before, "position")
-        if not isinstance(e, (ex.Function, ex.Item)):
-            return e
-        if isinstance(e, ex.Item):
-            return self._index(e, before)
-        arguments = tuple(
-            self._position(a, before) if self._is_position(a) else self.value(a, before)
-            for a in self._each_in_order(e.arguments, before)
-        )
-        return replace(e, arguments=arguments)
 
     def _polled(self, s: st.Wait) -> list[Node]:
         """A wait whose condition has to be computed anew each time."""
